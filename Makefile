@@ -1,0 +1,65 @@
+# make demo   sets everything up, runs the main job on a robot and a motion that ship with KSL, says where the report is
+# make test   sets everything up, runs all tests
+# make bench  timings, beside what they are compared with
+# make release   all of the C algebra as one header, build/release/ksl.h
+# make docs      the reference in docs/reference, from the headers
+# Each reuses what is there.  make clean removes all that was made.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+export CMAKE_BUILD_PARALLEL_LEVEL ?= $(shell nproc)
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+
+SOURCES := $(shell find include src python cmake -type f -not -name '*.pyc') CMakeLists.txt pyproject.toml
+
+.PHONY: demo test test-c test-python bench release docs clean
+.DELETE_ON_ERROR:
+
+demo: $(VENV)/.installed
+	$(BIN)/ksl loads examples/robots/panda.urdf examples/motions/panda_pick.csv -o out/panda_pick
+
+test: test-c test-python
+
+# C and C++: the same tests with gcc and with clang.
+test-c: $(VENV)/.tested
+	for compiler in gcc clang; do \
+	  case $$compiler in gcc) cxx=g++;; clang) cxx=clang++;; esac; \
+	  cmake -S . -B build/$$compiler -DCMAKE_C_COMPILER=$$compiler -DCMAKE_CXX_COMPILER=$$cxx -DKSL_TESTS=ON \
+	    -DPython3_EXECUTABLE=$(CURDIR)/$(BIN)/python >/dev/null && \
+	  cmake --build build/$$compiler -- --no-print-directory -s && \
+	  ctest --test-dir build/$$compiler --output-on-failure -j $(CMAKE_BUILD_PARALLEL_LEVEL) || exit 1; \
+	done
+
+test-python: $(VENV)/.tested test-c
+	KSL_LIBRARY=$(CURDIR)/build/gcc/libksl.so $(BIN)/python -m pytest -n $(CMAKE_BUILD_PARALLEL_LEVEL) --dist loadfile test
+
+bench: $(VENV)/.installed
+	scripts/system_packages.sh bench
+	cmake -S . -B build/bench -DKSL_BENCHMARKS=ON >/dev/null
+	cmake --build build/bench -- --no-print-directory -s
+	$(BIN)/python bench/run.py build/bench
+
+release:
+	$(PYTHON) scripts/single_header.py build/release/ksl.h
+
+docs:
+	$(PYTHON) scripts/reference_pages.py docs/reference
+
+$(VENV)/.tools:
+	scripts/system_packages.sh demo
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install -q scikit-build-core nanobind ninja numpy
+	touch $@
+
+$(VENV)/.installed: $(VENV)/.tools $(SOURCES)
+	$(BIN)/python -m pip install -q --no-build-isolation '.[loads]'
+	touch $@
+
+$(VENV)/.tested: $(VENV)/.tools $(SOURCES)
+	scripts/system_packages.sh test
+	$(BIN)/python -m pip install -q --no-build-isolation '.[loads,test]'
+	touch $(VENV)/.installed $@
+
+clean:
+	rm -rf build out $(VENV)

@@ -1,0 +1,153 @@
+/* KSL: models and dynamics from C.  Link with libksl.
+
+   Handles are opaque.  A model is immutable and may be shared between threads; a workspace (ksl_data_t) belongs to one
+   thread and one model.  Only the calls that create something allocate.  Calls that can fail return a status; what went
+   wrong, in one sentence, is in ksl_error_message().  SI units, radians; six-vectors are linear first unless a request says
+   otherwise.  Joints and links are named by index: see ksl_model_joint and ksl_model_link. */
+#ifndef KSL_ENGINE_H
+#define KSL_ENGINE_H
+
+#include "ksl/types.h"
+
+#include <stddef.h>
+
+KSL_BEGIN_C
+
+typedef struct ksl_model_t ksl_model_t;
+typedef struct ksl_data_t ksl_data_t;
+
+typedef enum ksl_status_t {
+  KSL_OK = 0,
+  KSL_BAD_ARGUMENT = 1,    /**< a null pointer, an index out of range, a number that is not finite */
+  KSL_BAD_DESCRIPTION = 2, /**< a file that can't be read or describes no mechanism */
+  KSL_FAILED = 3           /**< anything else: no memory, an unknown KSL_ISA */
+} ksl_status_t;
+
+/** What the last call of this thread that did not return KSL_OK has to say: one sentence, valid until the next one. */
+KSL_EXPORT const char *ksl_error_message(void);
+
+/** Name of the instruction set whose kernels run (x86-64-v3, say); NULL where KSL_ISA names none that runs here. */
+KSL_EXPORT const char *ksl_instruction_set(void);
+
+/** How a file becomes a model.  Start from ksl_model_options(). */
+typedef struct ksl_model_options_t {
+  bool floating_base;     /**< the root link floats: first joint floating_base, q = [x y z qx qy qz qw], v = [linear, angular] in its frame */
+  bool mimic_independent; /**< a moving mimic joint gets a coordinate of its own, instead of being refused */
+  bool strict;            /**< an inertia that no body can have is an error */
+  double gravity[3];      /**< m/s², world axes */
+} ksl_model_options_t;
+
+/** Fixed base, mimic refused, not strict, gravity (0, 0, −9.81). */
+KSL_EXPORT ksl_model_options_t ksl_model_options(void);
+
+/** Reads a URDF file; options may be NULL.  Free the model with ksl_model_free. */
+KSL_EXPORT ksl_status_t ksl_model_load(const char *urdf_path, const ksl_model_options_t *options, ksl_model_t **model);
+KSL_EXPORT void ksl_model_free(ksl_model_t *model);
+
+/** Workspace for one thread.  Free it with ksl_data_free, before the model. */
+KSL_EXPORT ksl_status_t ksl_data_create(const ksl_model_t *model, ksl_data_t **data);
+KSL_EXPORT void ksl_data_free(ksl_data_t *data);
+
+/** Sizes: numbers in q and in v; joints that move; all joints, fixed ones and `base` included; links. */
+KSL_EXPORT int ksl_model_nq(const ksl_model_t *model);
+KSL_EXPORT int ksl_model_nv(const ksl_model_t *model);
+KSL_EXPORT int ksl_model_moving_joints(const ksl_model_t *model);
+KSL_EXPORT int ksl_model_joints(const ksl_model_t *model);
+KSL_EXPORT int ksl_model_links(const ksl_model_t *model);
+
+/** Name by index, NULL out of range.  Joints: the moving ones in the order of q, then the fixed ones, `base` last. */
+KSL_EXPORT const char *ksl_model_joint_name(const ksl_model_t *model, int joint);
+KSL_EXPORT const char *ksl_model_link_name(const ksl_model_t *model, int link);
+
+/** What is odd in the file (an inertia that no body can have, to a relative 1e-6, say), and what it holds that is not
+    used: line i, NULL after the last. */
+KSL_EXPORT const char *ksl_model_warning(const ksl_model_t *model, int i);
+KSL_EXPORT const char *ksl_model_unused(const ksl_model_t *model, int i);
+
+/** Index by name, −1 for none. */
+KSL_EXPORT int ksl_model_joint(const ksl_model_t *model, const char *name);
+KSL_EXPORT int ksl_model_link(const ksl_model_t *model, const char *name);
+
+/** Wrenches that the environment exerts on links: at the link's origin, in the link's axes. */
+typedef struct ksl_external_t {
+  int n;
+  const int *link;               /**< (n) */
+  const ksl_coscrew_t *wrench;   /**< (n) */
+} ksl_external_t;
+
+/** Joint efforts tau (nv) for q (nq), v (nv), a (nv), by the recursive Newton–Euler algorithm (Featherstone, RBDA 2008,
+    table 5.1).  external may be NULL.  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                             const double *a, const ksl_external_t *external, double *tau);
+
+/** Accelerations a (nv) for q (nq), v (nv) and joint efforts tau (nv), by the articulated-body algorithm (Featherstone,
+    RBDA 2008, table 7.1).  external may be NULL.  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_forward_dynamics(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                             const double *tau, const ksl_external_t *external, double *a);
+
+/** Mass matrix (nv, nv), row-major, both triangles, by the composite-rigid-body algorithm (Featherstone, RBDA 2008,
+    section 6.2): tau = M a + bias.  O(bodies × depth). */
+KSL_EXPORT ksl_status_t ksl_mass_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q, double *M);
+
+/** Efforts (nv) that hold velocities v without acceleration; and those that hold the mechanism at rest. */
+KSL_EXPORT ksl_status_t ksl_bias(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                 const ksl_external_t *external, double *tau);
+KSL_EXPORT ksl_status_t ksl_gravity_torque(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                           const ksl_external_t *external, double *tau);
+
+/** n states at once, in lanes and on `threads` threads (0: all cores).  Arrays are row-major: a row a state, strides in
+    numbers between rows, negative ones too.  No workspace is passed; memory is kept for each calling thread.  Results are
+    the bits of the one-state calls.  Numbers are not checked: a NaN spoils its own state only. */
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                                   const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+                                                   double *tau, ptrdiff_t tau_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                                   const double *v, ptrdiff_t v_stride, const double *tau,
+                                                   ptrdiff_t tau_stride, double *a, ptrdiff_t a_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                              double *M, ptrdiff_t M_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                                    const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+                                                    float *tau, ptrdiff_t tau_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                                    const float *v, ptrdiff_t v_stride, const float *tau,
+                                                    ptrdiff_t tau_stride, float *a, ptrdiff_t a_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                               float *M, ptrdiff_t M_stride, int threads);
+
+typedef enum ksl_part_t { KSL_TOTAL, KSL_CONSTRAINT, KSL_ACTUATION } ksl_part_t;
+typedef enum ksl_side_t { KSL_ON_CHILD, KSL_ON_PARENT } ksl_side_t;
+typedef enum ksl_frame_t { KSL_JOINT, KSL_WORLD, KSL_LINK } ksl_frame_t;
+typedef enum ksl_order_t { KSL_LINEAR_FIRST, KSL_ANGULAR_FIRST } ksl_order_t;
+
+/** How a reaction is expressed.  All zeros is the default: the whole wrench that the parent side exerts on the child
+    side, at the joint's origin, in the axes of the joint's frame on the child side (in URDF: the child link's), linear
+    first. */
+typedef struct ksl_reaction_options_t {
+  ksl_part_t part; /**< KSL_CONSTRAINT: what the structure carries, H̄* f; KSL_ACTUATION: along the joint's motion, h̄* f */
+  ksl_side_t on;
+  ksl_frame_t at;  /**< point: KSL_JOINT (plus offset, in the joint's axes, m), KSL_WORLD (its origin), KSL_LINK (origin of at_link) */
+  int at_link;
+  double offset[3];
+  ksl_frame_t axes; /**< KSL_JOINT, KSL_WORLD, KSL_LINK (those of axes_link) */
+  int axes_link;
+  ksl_order_t order;
+} ksl_reaction_options_t;
+
+/** Reactions through n joints into wrenches (n, 6), right after ksl_inverse_dynamics with the same external wrenches: any
+    other call with this workspace in between is refused, since it writes there.
+    options may be NULL.  The split is made in the joint's frame and then moved by the coadjoint. */
+KSL_EXPORT ksl_status_t ksl_reactions(const ksl_model_t *model, ksl_data_t *data, int n, const int *joints,
+                                      const ksl_reaction_options_t *options, const ksl_external_t *external,
+                                      double *wrenches);
+
+/** Pose of a link's frame in the world for q (nq). */
+KSL_EXPORT ksl_status_t ksl_frame_pose(const ksl_model_t *model, ksl_data_t *data, const double *q, int link, ksl_SE3_t *pose);
+
+/** Kinetic and potential energy, J; the latter zero with every centroid at the world's origin. */
+KSL_EXPORT ksl_status_t ksl_energy(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                   double *kinetic, double *potential);
+
+KSL_END_C
+
+#endif

@@ -1,0 +1,109 @@
+// KSL: what each kind of joint does: the pose of its body in the parent, and Sᵀ f.  Canonical frames: axes are z.
+#pragma once
+
+#include "ksl/engine/data.hpp"
+#include "ksl/engine/sine_cosine.hpp"
+#include "ksl/engine/spread.hpp"
+
+namespace ksl {
+inline namespace KSL_ISA {
+
+/// Sine and cosine of every number in q, angle or not: a register at a time is cheaper than choosing.
+template <class T> void sines_and_cosines(int nq, const T *q, T *sine, T *cosine) {
+  for (int i = 0; i < nq; ++i)
+    sine_cosine(q[i], sine[i], cosine[i]);
+}
+
+/// The same for plain doubles, with the joints in the lanes.
+template <> inline void sines_and_cosines<double>(int nq, const double *q, double *sine, double *cosine) {
+  using P = native_pack<double>;
+  constexpr int lanes = native_lanes<double>;
+  for (int i = 0; i < nq; i += lanes) {
+    P x(0.0), s, c;
+    __builtin_memcpy(&x, q + i, sizeof(double) * static_cast<std::size_t>(nq - i < lanes ? nq - i : lanes));
+    sine_cosine(x, s, c);
+    __builtin_memcpy(sine + i, &s, sizeof s);
+    __builtin_memcpy(cosine + i, &c, sizeof c);
+  }
+}
+
+/// The rotation of a quaternion [x y z w]; it need not be of unit length.
+template <class T> inline mat3x3<T> rotation_of(const T q[4]) {
+  const T x = q[0], y = q[1], z = q[2], w = q[3], one = T(1);
+  const T s = T(2) / (x * x + y * y + z * z + w * w);
+  return {one - s * (y * y + z * z), s * (x * y + z * w),       s * (x * z - y * w),
+          s * (x * y - z * w),       one - s * (x * x + z * z), s * (y * z + x * w),
+          s * (x * z + y * w),       s * (y * z - x * w),       one - s * (x * x + y * y)};
+}
+
+/// Pose of a body in its parent at the joint position that q holds for it; after sines_and_cosines.
+template <class T>
+KSL_LANES SE3<T> pose_in_parent(const body<scalar_of<T>> &b, const data_view<T> &data, const T *q) {
+  using A = algebra<T>;
+  const SE3<T> placement = spread<T>(b.placement);
+  const int i = b.q_index;
+  SE3<T> D = placement;
+  switch (b.kind) {
+  case joint_kind::revolute:
+  case joint_kind::continuous: {
+    T dc[2] = {data.sine[i], data.cosine[i]};
+    A::product_drdrz(&placement.R, dc, &D.R);
+    break;
+  }
+  case joint_kind::prismatic:
+    A::product_ddtz(&placement, q[i], &D);
+    break;
+  case joint_kind::floating: {
+    const SE3<T> motion = {rotation_of(q + i + 3), {q[i], q[i + 1], q[i + 2]}};
+    A::product_dd(&placement, &motion, &D);
+    break;
+  }
+  case joint_kind::fixed:
+    break;
+  }
+  return D;
+}
+
+/// Twist of a joint, S q̇, from its velocities v (nv of the kind), in its body's frame.
+template <class T> KSL_LANES screw<T> joint_twist(joint_kind kind, const T *v) {
+  const T zero = T(0);
+  switch (kind) {
+  case joint_kind::revolute:
+  case joint_kind::continuous:
+    return {{zero, zero, zero}, {zero, zero, v[0]}};
+  case joint_kind::prismatic:
+    return {{zero, zero, v[0]}, {zero, zero, zero}};
+  case joint_kind::floating:
+    return {{v[0], v[1], v[2]}, {v[3], v[4], v[5]}};
+  case joint_kind::fixed:
+    break;
+  }
+  return {{zero, zero, zero}, {zero, zero, zero}};
+}
+
+/// Effort (nv of the kind) of a wrench on a joint: Sᵀ f.
+template <class T> KSL_LANES void joint_effort(joint_kind kind, const coscrew<T> &f, T *tau) {
+  switch (kind) {
+  case joint_kind::revolute:
+  case joint_kind::continuous:
+    tau[0] = f.ang.z;
+    break;
+  case joint_kind::prismatic:
+    tau[0] = f.lin.z;
+    break;
+  case joint_kind::floating:
+    tau[0] = f.lin.x, tau[1] = f.lin.y, tau[2] = f.lin.z;
+    tau[3] = f.ang.x, tau[4] = f.ang.y, tau[5] = f.ang.z;
+    break;
+  case joint_kind::fixed:
+    break;
+  }
+}
+
+/// The same number for a joint with one coordinate.
+template <class T> KSL_LANES T effort_along(joint_kind kind, const coscrew<T> &f) {
+  return kind == joint_kind::prismatic ? f.lin.z : f.ang.z;
+}
+
+} // namespace KSL_ISA
+} // namespace ksl

@@ -1,0 +1,43 @@
+// KSL: a mechanism as the algorithms see it: flat arrays, immutable after build, shared between threads.
+//
+// Links welded by fixed joints are one body.  Body 0 is the ground and all that is welded to it; body i > 0 hangs on
+// joint i.  The frame of a body is *canonical*: at the joint's origin, turned so that the joint's axis is z; a
+// floating body keeps its link's axes.  Nothing a user sees is expressed in canonical frames.
+#pragma once
+
+#include "ksl/algebra.hpp"
+#include "ksl/engine/joint.hpp"
+
+namespace ksl {
+
+/// A body and the joint that carries it.
+template <class T> struct body {
+  joint_kind kind;             ///< of the joint; fixed for body 0
+  int parent;                  ///< body; −1 for body 0
+  int q_index, v_index;        ///< where the joint's numbers begin in q and in v
+  int v_end;                   ///< where those of all joints that hang on this one end in v
+  int link;                    ///< the joint's child link; −1 for a ground without links
+  SE3<T> placement;            ///< canonical frame of this body in that of the parent, at joint position zero
+  spatial_inertia<T> inertia;  ///< of all welded links, in the canonical frame
+};
+
+/// A link and how it lies in its body.
+template <class T> struct link {
+  int body;
+  int parent;                  ///< link on the other side of the joint that carries this one; −1 for the root
+  bool first;                  ///< is it the child of the body's moving joint (body 0: the root), not welded to such a one
+  bool turned;                 ///< is its frame another than the body's canonical one: no z axis, or welded
+  SE3<T> pose;                 ///< of the link's frame in the body's canonical frame
+  spatial_inertia<T> inertia;  ///< of this link alone, in the body's canonical frame
+};
+
+/// All arrays of a mechanism; bodies and links in topological order, parents first.
+template <class T> struct model_view {
+  int bodies, links; ///< how many, ground and root included
+  int nq, nv;
+  vec3<T> gravity; ///< m/s², in world axes
+  const ksl::body<T> *body;
+  const ksl::link<T> *link;
+};
+
+} // namespace ksl

@@ -1,0 +1,146 @@
+// KSL: reactions: the wrench that the parent side exerts on the child side through a joint, in parts, at any point, in
+// any axes.  Coscrews page, eqs. (7)–(9).
+#pragma once
+
+#include "ksl/engine/inverse_dynamics.hpp"
+
+namespace ksl {
+
+enum class wrench_part : int { total, constraint, actuation };
+enum class wrench_side : int { child, parent };       ///< the wrench on which side
+enum class wrench_frame : int { joint, world, link }; ///< whose origin, or whose axes
+
+/// Which reactions, and how they are to be expressed.
+struct reaction_request {
+  int n = 0;                  ///< joints
+  const int *link = nullptr;  ///< (n) the child link of each
+  wrench_part part = wrench_part::total;
+  wrench_side on = wrench_side::child;
+  wrench_frame at = wrench_frame::joint;   ///< point
+  int at_link = -1;                        ///< whose origin, where `at` is link
+  double offset[3] = {0, 0, 0};            ///< added to the joint's origin, in the joint's axes, where `at` is joint
+  wrench_frame axes = wrench_frame::joint;
+  int axes_link = -1;
+  bool angular_first = false; ///< the order of the six numbers
+};
+
+inline namespace KSL_ISA {
+
+/// The wrench through the joint that carries each link, fixed joints included, into data.link_wrench; after
+/// inverse_dynamics with the same external wrenches.
+template <class T>
+void link_wrenches(const model_view<scalar_of<T>> &model, const data_view<T> &data, const external_wrenches<T> &external) {
+  using A = algebra<T>;
+  for (int l = 0; l < model.links; ++l) {
+    const body_state<T> &s = data.body[model.link[l].body];
+    data.link_wrench[l] = newton_euler(spread<T>(model.link[l].inertia), s.angular_velocity,
+                                       s.angular_acceleration, s.acceleration);
+  }
+  for (int k = 0; k < external.n; ++k) {
+    const coscrew<T> f = external_in_body(model, external, k);
+    A::nxpy_cc(&f, &data.link_wrench[external.link[k]]);
+  }
+  for (int l = model.links - 1; l > 0; --l) {
+    const link<scalar_of<T>> &child = model.link[l];
+    if (child.parent < 0)
+      continue;
+    coscrew<T> f = data.link_wrench[l];
+    if (child.first)
+      A::product_CoAdc(&data.body[child.body].in_parent, &f, &f);
+    A::xpy_cc(&f, &data.link_wrench[child.parent]);
+  }
+}
+
+/// The part of a wrench in a body's canonical frame: h̄* f along the joint's motion, H̄* f across it (coscrews (7), (9)).
+template <class T> inline coscrew<T> part_of(joint_kind kind, wrench_part part, const coscrew<T> &f) {
+  const coscrew<T> zero = {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
+  coscrew<T> actuation = zero, constraint = f;
+  switch (kind) {
+  case joint_kind::revolute:
+  case joint_kind::continuous:
+    actuation.ang.z = f.ang.z;
+    constraint.ang.z = T(0);
+    break;
+  case joint_kind::prismatic:
+    actuation.lin.z = f.lin.z;
+    constraint.lin.z = T(0);
+    break;
+  case joint_kind::floating:
+    actuation = f;
+    constraint = zero;
+    break;
+  case joint_kind::fixed:
+    break;
+  }
+  return part == wrench_part::total ? f : part == wrench_part::constraint ? constraint : actuation;
+}
+
+/// Pose of the joint's frame in the frame that a request asks for: the coadjoint of this pose carries the wrench there.
+template <class T>
+inline SE3<T> pose_in_requested(const model_view<scalar_of<T>> &model, const data_view<T> &data, const reaction_request &request,
+                                int link) {
+  using A = algebra<T>;
+  const SE3<T> joint = link_pose(model, data, link);
+  vec3<T> point = {T(request.offset[0]), T(request.offset[1]), T(request.offset[2])}; // in the joint's frame
+  if (request.at == wrench_frame::joint) {
+    A::product_dv(&joint, &point, &point);
+  } else {
+    point = {T(0), T(0), T(0)};
+    if (request.at == wrench_frame::link)
+      point = link_pose(model, data, request.at_link).t;
+  }
+  SE3<T> target = {{T(1), T(0), T(0), T(0), T(1), T(0), T(0), T(0), T(1)}, point}; // requested frame in the world
+  if (request.axes == wrench_frame::joint)
+    target.R = joint.R;
+  else if (request.axes == wrench_frame::link)
+    target.R = link_pose(model, data, request.axes_link).R;
+  SE3<T> D;
+  A::product_dinvd(&target, &joint, &D);
+  return D;
+}
+
+/// Is a wrench asked for just where and as the joint's frame gives it?
+inline bool in_joint_frame(const reaction_request &request) {
+  return request.at == wrench_frame::joint && request.axes == wrench_frame::joint && request.offset[0] == 0 &&
+         request.offset[1] == 0 && request.offset[2] == 0;
+}
+
+/// Reactions of the requested joints into out (n, 6); after inverse_dynamics.  The split is made in the joint's frame and
+/// then moved by the coadjoint: splitting again at another point would give something else.
+template <class T>
+void reactions(const model_view<scalar_of<T>> &model, const data_view<T> &data, const external_wrenches<T> &external,
+               const reaction_request &request, T *out) {
+  using A = algebra<T>;
+  bool any_welded = false;
+  for (int k = 0; k < request.n; ++k)
+    any_welded |= !model.link[request.link[k]].first;
+  if (any_welded)
+    link_wrenches(model, data, external);
+  if (!in_joint_frame(request))
+    compose_poses(model, data);
+
+  for (int k = 0; k < request.n; ++k, out += 6) {
+    const link<scalar_of<T>> &l = model.link[request.link[k]];
+    coscrew<T> f = l.first ? part_of(model.body[l.body].kind, request.part, data.body[l.body].wrench)
+                           : part_of(joint_kind::fixed, request.part, data.link_wrench[request.link[k]]);
+    if (l.turned) {
+      const SE3<T> pose = spread<T>(l.pose);
+      if (l.first) // turned about the joint's origin
+        A::product_CoAdrinvc(&pose.R, &f, &f);
+      else
+        A::product_CoAdinvc(&pose, &f, &f);
+    }
+    if (!in_joint_frame(request)) {
+      const SE3<T> D = pose_in_requested(model, data, request, request.link[k]);
+      A::product_CoAdc(&D, &f, &f);
+    }
+    if (request.on == wrench_side::parent)
+      A::coscrew_invert(&f);
+    const vec3<T> &first = request.angular_first ? f.ang : f.lin, &second = request.angular_first ? f.lin : f.ang;
+    out[0] = first.x, out[1] = first.y, out[2] = first.z;
+    out[3] = second.x, out[4] = second.y, out[5] = second.z;
+  }
+}
+
+} // namespace KSL_ISA
+} // namespace ksl

@@ -1,0 +1,18 @@
+"""`ksl` and `python -m ksl`."""
+
+import sys
+
+
+def main() -> None:
+    """Runs the command line; says what is missing where the extra `loads` is not installed."""
+    try:
+        from ksl.cli import app
+    except ModuleNotFoundError as e:
+        if e.name not in ("typer", "rich"):
+            raise
+        sys.exit("ksl: the command needs the extra packages of ksl[loads]; install them with: pip install 'ksl[loads]'")
+    app(prog_name="ksl")
+
+
+if __name__ == "__main__":
+    main()

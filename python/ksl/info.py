@@ -1,0 +1,88 @@
+"""What a robot file holds, as text: the tree, joints, limits, masses, gravity, and what is not used."""
+
+from __future__ import annotations
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+from rich.tree import Tree
+
+from ksl.model import Joint, Link, Model
+
+
+def print_info(model: Model, console: Console) -> None:
+    """Prints everything that `ksl info` says of a model."""
+    moving = len(model.joint_names)
+    mass = sum(link.mass for link in model.links)
+    console.print(Text(f"{model.name} ({model.file})", style="bold"))
+    console.print(f"degrees of freedom {model.nv} (nq {model.nq}), moving joints {moving}, fixed joints {len(model.joints) - moving}, links {len(model.links)}")
+    console.print(f"total mass {mass:.6g} kg, gravity ({', '.join(f'{g:g}' for g in model.gravity)}) m/s²\n")
+    console.print(_tree(model))
+    console.print()
+    console.print(_joint_table(model))
+    console.print(_link_table(model))
+    for title, lines in (("Warnings", model.warnings), ("In the file and not used", model.unused)):
+        if lines:
+            console.print(Text(f"\n{title}", style="bold"))
+            for line in lines:
+                console.print(Text(f"  {line}"))
+
+
+def _tree(model: Model) -> Tree:
+    by_parent: dict[str | None, list[Joint]] = {}
+    order = {link.name: i for i, link in enumerate(model.links)}
+    for joint in sorted(model.joints, key=lambda j: order[j.child]):
+        by_parent.setdefault(joint.parent, []).append(joint)
+    tree = Tree(Text("ground"))
+    branches = {None: tree}
+    pending: list[str | None] = [None]
+    while pending:
+        parent = pending.pop()
+        for joint in by_parent.get(parent, []):
+            branches[joint.child] = branches[parent].add(Text.assemble(f"{joint.child}  ", (f"{joint.name}, {joint.kind}", "dim")))
+            pending.append(joint.child)
+    return tree
+
+
+def _number(x: float | None, digits: int = 6) -> str:
+    return "" if x is None else f"{x:.{digits}g}"
+
+
+def _joint_table(model: Model) -> Table:
+    table = Table(title="Joints, in the order of q, then the fixed ones", title_justify="left")
+    losses = any(j.damping or j.friction for j in model.joints)
+    headings = ["joint", "kind", "parent → child", "q", "v", "axis", "lower", "upper", "effort", "velocity"]
+    for heading in headings + (["damping", "friction"] if losses else []):
+        table.add_column(heading, justify="left" if heading in ("joint", "kind", "parent → child", "axis") else "right")
+    for j in model.joints:
+        span = lambda start, size: "" if size == 0 else str(start) if size == 1 else f"{start}–{start + size - 1}"
+        axis = " ".join(f"{x:.4g}" for x in j.axis) if j.has_axis else ""
+        table.add_row(
+            Text(j.name), j.kind, Text(f"{j.parent or 'ground'} → {j.child}"), span(j.q_index, j.nq), span(j.v_index, j.nv), axis,
+            *(_number(x) for x in (j.lower, j.upper, j.effort, j.velocity)),
+            *(_number(x or None) for x in ((j.damping, j.friction) if losses else ())),
+        )
+    return table
+
+
+def _link_table(model: Model) -> Table:
+    table = Table(title="Links with mass: centroid in the link's frame (m), inertia about it (kg m²)", title_justify="left")
+    table.add_column("link")
+    for heading in ("mass", "x", "y", "z", "Ixx", "Iyy", "Izz", "Ixy", "Iyz", "Izx"):
+        table.add_column(heading, justify="right")
+    for link in model.links:
+        if link.mass > 0:
+            c, tensor = centroidal(link)
+            table.add_row(Text(link.name), _number(link.mass), *(_number(x, 4) for x in (*c, *tensor)))
+    return table
+
+
+def centroidal(link: Link) -> tuple[np.ndarray, np.ndarray]:
+    """Centroid and inertia about it (Ixx Iyy Izz Ixy Iyz Izx), in the link's axes."""
+    c = np.array(link.first_moment) / link.mass
+    x, y, z = c
+    shift = link.mass * np.array([y * y + z * z, z * z + x * x, x * x + y * y, -x * y, -y * z, -z * x])
+    tensor = np.array(link.inertia) - shift
+    tensor[np.abs(tensor) < 1e-12 * np.abs(link.inertia).max(initial=0.0)] = 0.0
+    return c, tensor

@@ -1,0 +1,193 @@
+"""The job of `ksl loads`: runs a load case and writes its files."""
+
+from __future__ import annotations
+
+import csv as csv_module
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+from rich.text import Text
+
+from ksl._core import __version__
+from ksl.errors import MotionError
+from ksl.loads import Block, Curves, LoadCase, TableWriter, exceeded_limits
+from ksl.output import staged
+from ksl.quantities import PowerBalance, summarise, unit
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+SummaryRow = dict[str, "float | str | None"]
+
+RESULTS = ("wrenches.parquet", "wrenches.csv", "summary.csv", "report.html")
+"""Files that a run may write; those it doesn't write are removed, for they belong to an earlier run."""
+
+
+def run_loads(case: LoadCase, motion_file: str, directory: Path, with_csv: bool, console: Console) -> None:
+    """Computes everything, writes wrenches.parquet (and .csv), summary.csv and report.html into `directory`, prints the summary."""
+    curves = Curves(case)
+    with staged(directory, RESULTS) as stage, np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused
+        with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+            task = progress.add_task("wrenches", total=len(case.motion.time))
+            _write_wrenches(case, motion_file, curves, stage, with_csv, lambda n: progress.advance(task, n))
+        balance = curves.power_balance()
+        rows = [summarise(case.motion.time, loads) for loads in curves.loads]
+        _check_summary(motion_file, rows, balance)
+        _write_summary(stage / "summary.csv", rows)
+        notes = _notes(case, curves)
+        _write_report(stage / "report.html", case, motion_file, curves, balance, rows, notes)
+        files = sorted(f.name for f in stage.iterdir())
+    _print_summary(console, rows)
+    for line in notes:
+        console.print(Text(f"note: {line}"), soft_wrap=True)
+    console.print(Text(_balance_line(balance)), soft_wrap=True)
+    console.print(Text(f"written to {directory}: {', '.join(files)}"), soft_wrap=True)
+    console.print(Text(f"report: {directory / 'report.html'}"), soft_wrap=True)
+
+
+def _write_wrenches(case: LoadCase, motion_file: str, curves: Curves, stage: Path, with_csv: bool, advance: Callable[[int], None]) -> None:
+    """Computes block after block; a second thread writes the one before."""
+    import pyarrow.csv
+    import pyarrow.parquet
+
+    writer = TableWriter(case.model, case.placement)
+    sinks = [pyarrow.parquet.ParquetWriter(stage / "wrenches.parquet", writer.schema, compression="zstd", use_dictionary=["joint", "on", "at", "axes"])]
+    if with_csv:
+        sinks.append(pyarrow.csv.CSVWriter(stage / "wrenches.csv", _plain(writer.schema), write_options=pyarrow.csv.WriteOptions(quoting_style="needed")))
+
+    def write(block: Block) -> None:
+        table = writer.table(block)
+        sinks[0].write_table(table)
+        if with_csv:
+            sinks[1].write_table(table.cast(_plain(writer.schema)))
+
+    with ThreadPoolExecutor(1) as pool:
+        pending = None
+        for block in case.blocks():
+            _check_block(case, motion_file, block)
+            if pending:
+                pending.result()
+            pending = pool.submit(write, block)
+            curves.add(block)
+            advance(len(block.time))
+        if pending:
+            pending.result()
+    for sink in sinks:
+        sink.close()
+
+
+def _check_block(case: LoadCase, motion_file: str, block: Block) -> None:
+    """Refuses results beyond what numbers can hold: numbers of the motion, of external wrenches or of the robot that are finite but huge."""
+    power = block.tau * block.v
+    for x in (block.total, block.constraint, block.in_joint_axes):
+        if not np.isfinite(x).all():
+            sample, joint, _ = np.argwhere(~np.isfinite(x))[0]
+            raise _overflow(motion_file, case.model.joints[joint].name, f"sample {block.rows.start + sample + 1} (time {block.time[sample]:.9g})", "wrench")
+    for what, x in (("effort", block.tau), ("power", power)):
+        if not np.isfinite(x).all():
+            sample, column = np.argwhere(~np.isfinite(x))[0]
+            joint = next(j.name for j in case.model.joints if j.v_index <= column < j.v_index + j.nv)
+            raise _overflow(motion_file, joint, f"sample {block.rows.start + sample + 1} (time {block.time[sample]:.9g})", what)
+
+
+def _check_summary(motion_file: str, rows: list[SummaryRow], balance: PowerBalance | None) -> None:
+    """Squares, integrals and energies may overflow where wrenches don't."""
+    for row in rows:
+        for name, value in row.items():
+            if isinstance(value, float) and not np.isfinite(value):
+                raise _overflow(motion_file, str(row["joint"]), "summary", name)
+    if balance is not None and not (np.isfinite(balance.energy).all() and np.isfinite(balance.residual).all()):
+        raise _overflow(motion_file, "all joints", "power balance", "energy or power")
+
+
+def _overflow(motion_file: str, joint: str, where: str, what: str) -> MotionError:
+    return MotionError(
+        f"{motion_file}: {where}: {what} of {joint} is not finite; "
+        "positions, rates, external wrenches or masses are too large: check their units (rad, m, s, N, N m, kg)"
+    )
+
+
+def _plain(schema: pa.Schema) -> pa.Schema:
+    """A schema with words spelled out, as CSV needs."""
+    import pyarrow as pa
+
+    return pa.schema([pa.field(f.name, pa.string() if pa.types.is_dictionary(f.type) else f.type) for f in schema])
+
+
+def _write_summary(path: Path, rows: list[SummaryRow]) -> None:
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    with open(path, "w", newline="", encoding="utf-8") as f:
+        table = csv_module.DictWriter(f, names, restval="")
+        table.writeheader()
+        table.writerows(rows)
+
+
+def _notes(case: LoadCase, curves: Curves) -> list[str]:
+    """What the user should know: differentiated and contradicting rates, limits exceeded, inertias that can't be, content not used."""
+    unused = [f"in the file and not used: {line}" for line in case.model.unused]
+    return [*case.motion.differentiated, *case.motion.contradictions, *exceeded_limits(case.model, case.motion, curves.loads), *case.model.warnings, *unused]
+
+
+def _balance_line(balance: PowerBalance | None) -> str:
+    if balance is None:
+        return "power balance: too few samples to differentiate the energy"
+    if balance.at_rest:
+        return "power balance: no power but round-off: nothing moves, or what moves takes no power"
+    return (
+        f"power balance: largest residual {abs(balance.residual).max():.3g} W, {balance.relative_residual:.2g} of the largest power "
+        "(drive + external against the rate of change of energy)"
+    )
+
+
+def _write_report(path: Path, case: LoadCase, motion_file: str, curves: Curves, balance: PowerBalance | None, rows: list[SummaryRow], notes: list[str]) -> None:
+    from ksl.report import ReportInput, write_report
+
+    p, m = case.placement, case.model
+    facts = [
+        ("robot", f"{m.name} ({m.file})"),
+        ("motion", motion_file),
+        ("samples", f"{len(case.motion.time)}, from {case.motion.time[0]:.10g} s to {case.motion.time[-1]:.10g} s"),
+        ("gravity", f"({', '.join(f'{g:g}' for g in m.gravity)}) m/s² in world axes"),
+        ("wrenches", f"on the {p.on} side of the joint, moments about {p.point}; here resolved along and across each joint's axis"),
+        ("in the table", f"axes {p.axes}, order {p.order}"),
+        ("external wrenches", ", ".join(case.external) or "none"),
+        ("made by", f"KSL {__version__}"),
+    ]
+    write_report(path, ReportInput(f"Joint loads of {m.name}", facts, notes, rows, case.motion.time, curves.loads, balance))
+
+
+def _print_summary(console: Console, rows: list[SummaryRow]) -> None:
+    """Three tables: what bearings and links carry, what drives supply, and joints without one axis."""
+    with_axis = [row for row in rows if "torque_peak" in row]
+    carried = [(q, part) for q in ("axial_force", "radial_force", "bending_moment") for part in ("peak", "rms", "peak_time")]
+    driven = [("torque", "peak"), ("torque", "rms"), ("torque", "peak_time"), ("speed", "peak"), ("speed", "peak_time")]
+    driven += [("power", "peak"), ("power", "peak_time"), ("power", "mean"), ("work", "positive"), ("work", "negative")]
+    whole = [(q, part) for q in ("force", "moment") for part in ("peak", "rms", "peak_time")]
+    for title, chosen, columns in (
+        ("Carried across the axis and along it", with_axis, carried),
+        ("About the axis, and the drive", with_axis, driven),
+        ("Joints without one axis: magnitudes", [row for row in rows if "force_peak" in row], whole),
+    ):
+        if chosen:
+            console.print(_table(title, chosen, columns))
+
+
+def _table(title: str, rows: list[SummaryRow], columns: list[tuple[str, str]]) -> Table:
+    table = Table(title=title, title_justify="left", box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    table.add_column("joint", overflow="fold")
+    words = {"peak_time": "at s", "work": "J"}
+    kinds = {str(row["kind"]) for row in rows}
+    for q, part in columns:
+        of = words.get(q) or " or ".join(sorted({unit(q, kind) for kind in kinds}))
+        name = q.split("_")[0] if part in ("peak", "positive") else ""
+        table.add_column(f"{name}\n{words.get(part) or f'{part} {of}'}", justify="right", no_wrap=True)
+    for row in rows:
+        table.add_row(Text(str(row["joint"])), *(f"{row[f'{q}_{part}']:.4g}" for q, part in columns))
+    return table

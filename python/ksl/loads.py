@@ -1,0 +1,261 @@
+"""Every wrench along a motion: the table, the curves, the power balance.  What `ksl loads` writes comes from here."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ksl._core import __version__
+from ksl.errors import MotionError
+from ksl.model import Array, Joint, Model, Order, Point, Side
+from ksl.motion import SPLINE_SAMPLES, Motion, complete, derivative
+from ksl.quantities import JointLoads, PowerBalance, joint_loads, power_round_off
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+BLOCK_ROWS = 1 << 17
+"""Rows of the table that are computed and written at a time."""
+
+COMPONENTS = {"lin_ang": ("fx", "fy", "fz", "tx", "ty", "tz"), "ang_lin": ("tx", "ty", "tz", "fx", "fy", "fz")}
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Side, point, axes and order of the wrenches; see `Model.reactions`."""
+
+    on: Side = "child"
+    at: Point = "joint"
+    axes: str = "joint"
+    order: Order = "lin_ang"
+
+    @property
+    def point(self) -> str:
+        """The point in one word or three numbers."""
+        return self.at if isinstance(self.at, str) else "joint + " + " ".join(f"{x:g}" for x in self.at)
+
+
+@dataclass(frozen=True)
+class LoadCase:
+    """A motion of a model, with what the environment exerts on its links: {link: (n, 6)}."""
+
+    model: Model
+    motion: Motion
+    placement: Placement = Placement()
+    external: Mapping[str, Array] = field(default_factory=dict)
+
+    def blocks(self) -> Iterator[Block]:
+        """All samples in order, as many at a time as make about BLOCK_ROWS rows."""
+        samples = max(1, BLOCK_ROWS // len(self.model.joints))
+        for start in range(0, len(self.motion.time), samples):
+            yield self._block(slice(start, start + samples))
+
+    def _block(self, rows: slice) -> Block:
+        p, names = self.placement, [j.name for j in self.model.joints]
+        request = self.model._request
+        wanted = [request(p.on, p.at, p.axes, p.order, part, names) for part in ("total", "constraint")]
+        if p.axes != "joint" or p.order != "lin_ang":
+            wanted.append(request(p.on, p.at, "joint", "lin_ang", "total", names))
+        external = {link: w[rows] for link, w in self.external.items()}
+        m = self.motion
+        tau, wrenches = self.model._evaluate(m.q[rows], m.v[rows], m.a[rows], external, wanted)
+        return Block(rows, m.time[rows], m.v[rows], tau, wrenches[0], wrenches[1], wrenches[-1] if len(wrenches) > 2 else wrenches[0])
+
+
+@dataclass(frozen=True)
+class Block:
+    """Results of some samples, joints in the order of `Model.joints`."""
+
+    rows: slice
+    time: Array
+    v: Array
+    tau: Array
+    total: Array
+    """(n, joints, 6) as the placement asks."""
+    constraint: Array
+    in_joint_axes: Array
+    """The total at the placement's point and side, but in the joint's axes, linear first."""
+
+
+class TableWriter:
+    """Turns blocks into columns: a row for each sample and joint."""
+
+    def __init__(self, model: Model, placement: Placement) -> None:
+        import pyarrow as pa
+
+        self._pa, self._placement = pa, placement
+        self._joints = model.joints
+        self._one_coordinate = np.array([j.has_axis for j in model.joints])
+        self._v_index = np.array([j.v_index for j in model.joints])[self._one_coordinate]
+        names = COMPONENTS[placement.order]
+        numbers = ["time", *names, *(f"constraint_{c}" for c in names), "effort", "speed", "power"]
+        words = pa.dictionary(pa.int16(), pa.string())
+        self.schema = pa.schema(
+            [pa.field("time", pa.float64()), pa.field("joint", words)]
+            + [pa.field(n, pa.float64()) for n in numbers[1:]]
+            + [pa.field(n, words) for n in ("on", "at", "axes")],
+            metadata={"ksl": json.dumps(self._description(model))},
+        )
+
+    def _description(self, model: Model) -> dict[str, str]:
+        p = self._placement
+        return {
+            "version": __version__,
+            "robot": model.name,
+            "wrench": f"exerted on the {p.on} side through the joint, about the point `at`, in the axes `axes`",
+            "on": p.on,
+            "at": p.point,
+            "axes": p.axes,
+            "order": p.order,
+            "units": "s, N, N m; effort N m or N, speed rad/s or m/s, power W",
+        }
+
+    def table(self, block: Block) -> pa.Table:
+        """One block as a table; samples in order, and in each the joints in order."""
+        pa, n, joints = self._pa, len(block.time), len(self._joints)
+        columns = [pa.array(np.repeat(block.time, joints)), self._words([j.name for j in self._joints], np.tile(np.arange(joints, dtype=np.int16), n))]
+        for wrench in (block.total, block.constraint):
+            columns += [pa.array(np.ascontiguousarray(wrench[:, :, i]).reshape(-1)) for i in range(6)]
+        effort, speed = block.tau[:, self._v_index], block.v[:, self._v_index]
+        columns += [self._of_one_coordinate(x) for x in (effort, speed, effort * speed)]
+        columns += [self._words([w], np.zeros(n * joints, dtype=np.int16)) for w in (self._placement.on, self._placement.point, self._placement.axes)]
+        return pa.Table.from_arrays(columns, schema=self.schema)
+
+    def _of_one_coordinate(self, x: Array) -> pa.Array:
+        """Values of joints with one coordinate; the others have none."""
+        n, joints = len(x), len(self._joints)
+        values, absent = np.zeros((n, joints)), np.ones((n, joints), dtype=bool)
+        values[:, self._one_coordinate], absent[:, self._one_coordinate] = x, False
+        return self._pa.array(values.reshape(-1), mask=absent.reshape(-1))
+
+    def _words(self, words: list[str], indices: np.ndarray) -> pa.DictionaryArray:
+        return self._pa.DictionaryArray.from_arrays(self._pa.array(indices), self._pa.array(words))
+
+
+@dataclass
+class Curves:
+    """Collects from blocks what the summary and the report show; wrenches themselves are not kept."""
+
+    case: LoadCase
+    loads: list[JointLoads] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        n = len(self.case.motion.time)
+        self._drive, self._largest_effort = np.empty(n), 0.0
+        model, motion = self.case.model, self.case.motion
+        for joint in model.joints:
+            empty = joint_loads(joint, np.empty((0, 6)), None, None)
+            speed = motion.v[:, joint.v_index] if joint.has_axis else None
+            effort = np.empty(n) if joint.has_axis else None
+            self.loads.append(JointLoads(joint, {name: np.empty(n) for name in empty.wrench}, speed, effort))
+
+    def add(self, block: Block) -> None:
+        """Takes over the samples `block.rows`; each sample is wanted once, in any order."""
+        for i, collected in enumerate(self.loads):
+            part = joint_loads(collected.joint, block.in_joint_axes[:, i], None, None)
+            for name, x in part.wrench.items():
+                collected.wrench[name][block.rows] = x
+            if collected.effort is not None:
+                collected.effort[block.rows] = block.tau[:, collected.joint.v_index]
+        self._drive[block.rows] = np.sum(block.tau * block.v, axis=1)
+        self._largest_effort = max(self._largest_effort, float(np.max(np.abs(block.tau), initial=0.0)))
+
+    def power_balance(self) -> PowerBalance | None:
+        """After all blocks; None where the samples are too few to differentiate the energy."""
+        motion, external = self.case.motion, self.case.external
+        if len(motion.time) < SPLINE_SAMPLES:
+            return None
+        kinetic, potential = self.case.model.energy(motion.q, motion.v)
+        energy = kinetic + potential
+        supplied = self.case.model._external_power(motion.q, motion.v, external) if external else np.zeros(len(motion.time))
+        round_off = power_round_off(motion.time, energy, motion.q, self._largest_effort)
+        return PowerBalance(self._drive, supplied, energy, derivative(motion.time, energy), round_off)
+
+
+def wrench_table(
+    model: Model,
+    time: ArrayLike,
+    q: ArrayLike,
+    v: ArrayLike | None = None,
+    a: ArrayLike | None = None,
+    *,
+    external: Mapping[str, ArrayLike] | None = None,
+    on: Side = "child",
+    at: Point = "joint",
+    axes: str = "joint",
+    order: Order = "lin_ang",
+) -> pa.Table:
+    """Every wrench along a motion: a row for each sample and joint, fixed joints and `base` included.
+
+    time (n), increasing, s; q (n, nq); v, a (n, nv), differentiated from a quintic spline where they are missing (at
+    least 6 samples).  external: {link: (n, 6), or (6) for all samples}.  on, at, axes, order: as in `Model.reactions`.
+    Columns: time, joint, fx fy fz tx ty tz of the total and constraint_fx … of the constraint part (N, N m); effort,
+    speed, power of joints with one coordinate; on, at, axes.  Raises MotionError.
+    """
+    import pyarrow as pa
+
+    t, positions = _real("time", time), _real("q", q)
+    given = [None if x is None else _real(name, x) for name, x in (("v", v), ("a", a))]
+    if t.ndim != 1 or positions.shape != (len(t), model.nq) or any(x is not None and x.shape != (len(t), model.nv) for x in given):
+        shapes = [None if x is None else x.shape for x in given]
+        found = f"time {t.shape}, q {positions.shape}, v {shapes[0]}, a {shapes[1]}"
+        raise MotionError(f"shapes don't fit: {found}; expected (n), (n, {model.nq}), (n, {model.nv}), (n, {model.nv})")
+    if not all(np.isfinite(x).all() for x in (t, positions, *given) if x is not None):
+        raise MotionError("time, q, v and a must be finite")
+    if (np.diff(t) <= 0).any():
+        raise MotionError("times must increase: sort the samples and remove repeated ones")
+    joints = model.joints[: len(model.joint_names)]
+    by_joint = [[None if x is None else x[:, j.v_index : j.v_index + j.nv] for x in given] for j in joints]
+    motion = complete(model, t, positions, by_joint)
+    wrenches = {link: _wrenches(link, w, len(t)) for link, w in (external or {}).items()}
+    case = LoadCase(model, motion, Placement(on, at, axes, order), wrenches)
+    writer = TableWriter(model, case.placement)
+    return pa.concat_tables([writer.table(block) for block in case.blocks()])
+
+
+def _real(name: str, x: ArrayLike) -> Array:
+    """Numbers as float64; complex ones, whose imaginary part would be lost, are refused."""
+    try:
+        given = np.asarray(x)
+        if given.dtype.kind != "c":
+            return np.asarray(given, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise MotionError(f"{name}: {error}; expected an array of numbers") from None
+    raise MotionError(f"{name} is complex ({given.dtype}); expected real numbers: .real takes the real parts")
+
+
+def _wrenches(link: str, w: ArrayLike, samples: int) -> Array:
+    """(n, 6) of what may be one wrench for all samples."""
+    given = _real(f"external[{link!r}]", w)
+    if given.shape not in ((6,), (1, 6), (samples, 6)):
+        raise MotionError(f"external[{link!r}] has shape {given.shape}; expected ({samples}, 6), a wrench for each sample, or (6): force, then moment")
+    if not np.isfinite(given).all():
+        raise MotionError(f"external[{link!r}] must be finite")
+    return np.broadcast_to(given, (samples, 6))
+
+
+def exceeded_limits(model: Model, motion: Motion, loads: list[JointLoads]) -> list[str]:
+    """A line for each limit of the file that the motion exceeds."""
+    lines = []
+    for l in loads:
+        j = l.joint
+        if not j.has_axis or l.effort is None or l.speed is None:
+            continue
+        q = motion.q[:, j.q_index]
+        angle, rate, effort = ("m", "m/s", "N") if j.kind == "prismatic" else ("rad", "rad/s", "N m")
+        lines += _exceeded(j, "position", "lower", float(q.min()), j.lower, angle, lambda x, limit: x < limit) if j.kind != "continuous" else []
+        lines += _exceeded(j, "position", "upper", float(q.max()), j.upper, angle, lambda x, limit: x > limit) if j.kind != "continuous" else []
+        lines += _exceeded(j, "speed", "velocity", float(np.abs(l.speed).max()), j.velocity, rate, lambda x, limit: x > limit)
+        lines += _exceeded(j, "effort", "effort", float(np.abs(l.effort).max()), j.effort, effort, lambda x, limit: x > limit)
+    return lines
+
+
+def _exceeded(joint: Joint, what: str, which: str, value: float, limit: float | None, unit: str, beyond: Callable[[float, float], bool]) -> list[str]:
+    if limit is None or not beyond(value, limit):
+        return []
+    return [f"{joint.name}: {what} {value:.4g} {unit} is beyond the {which} limit {limit:.4g} {unit}"]

@@ -1,0 +1,65 @@
+"""Result files that appear whole or not at all."""
+
+from __future__ import annotations
+
+import errno
+import os
+import shutil
+import tempfile
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+
+class OutputError(OSError):
+    """Results that can't be written: names the folder, the fault and the mend."""
+
+
+@contextmanager
+def staged(directory: Path, results: Collection[str] = ()) -> Iterator[Path]:
+    """A hidden folder in `directory`; when the block ends well its files are renamed into `directory`.
+
+    Files of the names `results` that the block did not write are then removed: they would be those of an earlier run.
+    What fails on the way leaves `directory` as it was, absent if it was absent.  Raises OutputError: before the block
+    where `directory` can't hold files, and for every OSError of the block.
+    """
+    absolute = directory.absolute()
+    made: list[Path] = []
+    try:
+        stage = _stage(absolute, results, made)
+        try:
+            yield stage
+            written = sorted(file.name for file in stage.iterdir())
+            for name in written:
+                os.replace(stage / name, absolute / name)
+            for name in set(results).difference(written):
+                (absolute / name).unlink(missing_ok=True)
+        finally:
+            shutil.rmtree(stage, ignore_errors=True)
+        made.clear()
+    except OutputError:
+        raise
+    except OSError as e:
+        what = os.strerror(e.errno) if e.errno else str(e)
+        mend = "free some space, or give another folder with -o" if e.errno in (errno.ENOSPC, errno.EDQUOT) else "give a folder that can be written with -o"
+        raise OutputError(f"{directory}: results can't be written there ({what}); {mend}") from None
+    finally:
+        for folder in reversed(made):
+            try:
+                folder.rmdir()
+            except OSError:  # somebody else has put something there
+                break
+
+
+def _stage(directory: Path, results: Collection[str], made: list[Path]) -> Path:
+    """Makes `directory` where it is missing, adds to `made` what that took, and gives an empty folder in it."""
+    for folder in (*reversed(directory.parents), directory):
+        if not os.path.lexists(folder):
+            folder.mkdir()
+            made.append(folder)
+        elif not folder.is_dir():
+            raise OutputError(f"{folder}: is no folder, so results can't be written there; move it away, or give another folder with -o")
+    for name in results:
+        if (directory / name).is_dir():
+            raise OutputError(f"{directory / name}: a folder where a result file belongs; move it away, or give another folder with -o")
+    return Path(tempfile.mkdtemp(prefix=".ksl-", dir=directory))

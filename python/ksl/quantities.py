@@ -1,0 +1,149 @@
+"""What a joint's wrench means to who sizes it: curves over time, their peaks and means, and the power balance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ksl.model import Array, Joint
+
+UNITS = {
+    "axial_force": "N",
+    "radial_force": "N",
+    "bending_moment": "N m",
+    "torque": "N m",
+    "force": "N",
+    "moment": "N m",
+    "power": "W",
+}
+"""Of all quantities but speed, whose unit is that of the joint: see `unit`."""
+
+
+def unit(quantity: str, kind: str) -> str:
+    """Unit of a quantity for a kind of joint."""
+    if quantity == "speed":
+        return "m/s" if kind == "prismatic" else "rad/s"
+    return UNITS[quantity]
+
+
+@dataclass(frozen=True)
+class JointLoads:
+    """Curves of one joint along a motion, each (n)."""
+
+    joint: Joint
+    wrench: dict[str, Array]
+    """With one axis: axial_force (signed, along the axis), radial_force (across it), bending_moment (across),
+    torque (signed, about the axis).  Otherwise force and moment, magnitudes."""
+    speed: Array | None
+    """Of joints with one coordinate, rad/s or m/s."""
+    effort: Array | None
+    """Transmitted effort Sᵀ f at the joint, N m or N."""
+
+    @property
+    def power(self) -> Array | None:
+        """Of the transmitted effort, W."""
+        return None if self.effort is None or self.speed is None else self.effort * self.speed
+
+
+@dataclass(frozen=True)
+class PowerBalance:
+    """Drive power + power of external wrenches against the rate of change of mechanical energy, each (n), W."""
+
+    drive: Array
+    external: Array
+    energy: Array
+    """Kinetic + potential, J."""
+    energy_rate: Array
+    """Its derivative, from a spline through the samples: independent of the dynamics."""
+    round_off: float = 0.0
+    """Powers up to it, W, may come from rounding alone; see `power_round_off`."""
+
+    @property
+    def residual(self) -> Array:
+        """Drive + external − energy rate, (n), W: zero where the efforts belong to the motion."""
+        return self.drive + self.external - self.energy_rate
+
+    @property
+    def largest_power(self) -> float:
+        """Of those that enter the balance, W."""
+        return max(float(np.max(np.abs(x))) for x in (self.drive, self.external, self.energy_rate))
+
+    @property
+    def at_rest(self) -> bool:
+        """No power but round-off: nothing moves, or what moves takes no power."""
+        return self.largest_power <= self.round_off
+
+    @property
+    def relative_residual(self) -> float:
+        """Largest residual over the largest power that enters the balance, or over `round_off` where that is larger."""
+        scale = max(self.largest_power, self.round_off)
+        return float(np.max(np.abs(self.residual))) / scale if scale > 0 else 0.0
+
+
+ROUND_OFF_OF_ENERGY = 1e-12
+"""Of the energies that enter, some thousand units in the last place: that of sums over bodies, and the spline's gain."""
+
+
+def power_round_off(time: Array, energy: Array, q: Array, largest_effort: float) -> float:
+    """Power, W, that rounding alone can feign in a power balance of samples at `time` (n).
+
+    An energy E (n) is rounded by u |E|, which differentiation divides by a time step; a position q (n, nq) by u |q|,
+    which makes a speed u |q| / dt, and against the largest effort a power.  E alone would not do: it may be zero by the
+    choice of the origin, where efforts are largest.
+    """
+    work = float(np.max(np.abs(energy))) + float(np.max(np.abs(q), initial=0.0)) * largest_effort
+    return ROUND_OFF_OF_ENERGY * work / float(np.min(np.diff(time)))
+
+
+def joint_loads(joint: Joint, wrench: Array, speed: Array | None, effort: Array | None) -> JointLoads:
+    """Curves of a joint from its wrench (n, 6), linear first, in the joint's axes."""
+    force, moment = wrench[:, :3], wrench[:, 3:]
+    if not joint.has_axis:
+        return JointLoads(joint, {"force": np.linalg.norm(force, axis=1), "moment": np.linalg.norm(moment, axis=1)}, None, None)
+    axis = np.array(joint.axis)
+    axial, torque = force @ axis, moment @ axis
+    curves = {
+        "axial_force": axial,
+        "radial_force": np.linalg.norm(force - axial[:, None] * axis, axis=1),
+        "bending_moment": np.linalg.norm(moment - torque[:, None] * axis, axis=1),
+        "torque": torque,
+    }
+    return JointLoads(joint, curves, speed, effort)
+
+
+def integral(time: Array, x: Array) -> float:
+    """∫ x dt by trapezoids."""
+    return float(np.sum((x[:-1] + x[1:]) / 2 * np.diff(time)))
+
+
+def rms(time: Array, x: Array) -> float:
+    """Root of the time mean of x²: samples count by the time they stand for."""
+    return float(np.sqrt(integral(time, x * x) / (time[-1] - time[0])))
+
+
+def work(time: Array, power: Array) -> tuple[float, float]:
+    """Positive and negative work of a power that is linear between samples, J."""
+    p0, p1 = power[:-1], power[1:]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        triangle = np.maximum(p0, p1) ** 2 / np.abs(p1 - p0) / 2  # where the sign changes between two samples
+    positive = float(np.sum(np.where(p0 * p1 < 0, triangle, np.maximum((p0 + p1) / 2, 0)) * np.diff(time)))
+    return positive, integral(time, power) - positive
+
+
+def summarise(time: Array, loads: JointLoads) -> dict[str, float | str | None]:
+    """One row of the summary: peaks (of the magnitude) with their times, time-weighted rms, work."""
+    row: dict[str, float | str | None] = {"joint": loads.joint.name, "kind": loads.joint.kind}
+    for name, x in loads.wrench.items():
+        row |= _peak(time, name, x) | {f"{name}_rms": rms(time, x)}
+    if loads.speed is not None and loads.power is not None:
+        row |= _peak(time, "speed", loads.speed)
+        row |= _peak(time, "power", loads.power)
+        positive, negative = work(time, loads.power)
+        row |= {"power_mean": (positive + negative) / float(time[-1] - time[0]), "work_positive": positive, "work_negative": negative}
+    return row
+
+
+def _peak(time: Array, name: str, x: Array) -> dict[str, float]:
+    k = int(np.argmax(np.abs(x)))
+    return {f"{name}_peak": float(abs(x[k])), f"{name}_peak_time": float(time[k])}

@@ -1,0 +1,219 @@
+// ksl._ufuncs: the array functions of ksl/arrays.h as NumPy generalised ufuncs.  ksl.ufuncs is what people import.
+#define NPY_NO_DEPRECATED_API NPY_1_23_API_VERSION
+#define NPY_TARGET_VERSION NPY_1_23_API_VERSION
+#include <Python.h>
+
+#include <numpy/ndarrayobject.h>
+#include <numpy/ufuncobject.h>
+
+#include "batch/array_kernels.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <exception>
+#include <string>
+
+namespace {
+
+enum operand_type { screw, coscrew, vec3, mat3x3, SE3, spatial_inertia, real };
+
+/// Numbers of an item, and the core dimensions that NumPy sees: rows of `last` numbers.
+struct shape_row { int numbers, last; const char *core, *meaning; };
+constexpr shape_row shapes[] = {
+    {6, 6, "(6)", "(6), a screw, linear first: twist (v, ω)"},
+    {6, 6, "(6)", "(6), a coscrew, linear first: wrench (f, τ)"},
+    {3, 3, "(3)", "(3), a vector or translation"},
+    {9, 3, "(3,3)", "(3, 3), a rotation by columns: R[..., j, :] is column j, so the matrix is R.mT"},
+    {12, 3, "(4,3)", "(4, 3), a pose by columns: D[..., :3, :] are the columns of R, D[..., 3, :] is t"},
+    {10, 10, "(10)", "(10), a spatial inertia about the frame's origin: m, h = m c (3), Ixx Iyy Izz Ixy Iyz Izx"},
+    {1, 1, "()", "a number"},
+};
+
+struct text_row { const char *name, *text; };
+/// What each computes, its source and cost, as the bodies in include/ksl/detail state it.
+constexpr text_row texts[] = {
+    {"product_Ads", "[Ad](D) s = (R v + t × R ω, R ω): a twist in frame b, expressed in the frame a that D_ab carries to (coscrews (3)). 42 flops."},
+    {"product_Adsinv", "−[Ad](D) s. 42 flops."},
+    {"product_Adinvs", "[Ad]⁻¹(D) s = (Rᵀ (v − t × ω), Rᵀ ω) (coscrews (4), corrected). 42 flops."},
+    {"product_Adrs", "[Ad](R, 0) s = (R v, R ω). 30 flops."},
+    {"product_Adrinvs", "[Ad]⁻¹(R, 0) s = (Rᵀ v, Rᵀ ω). 30 flops."},
+    {"product_Adts", "[Ad](1, t) s = (v + t × ω, ω). 12 flops."},
+    {"product_Adtinvs", "[Ad]⁻¹(1, t) s = (v − t × ω, ω). 12 flops."},
+    {"product_CoAdc", "[Ad]*(D) c = (R f, R τ + t × R f): a wrench in frame b, expressed in the frame a that D_ab carries to (coscrews (6)). 42 flops."},
+    {"product_CoAdcinv", "−[Ad]*(D) c. 42 flops."},
+    {"product_CoAdinvc", "([Ad]*)⁻¹(D) c = (Rᵀ f, Rᵀ (τ − t × f)) (coscrews (6), corrected). 42 flops."},
+    {"product_CoAdrc", "[Ad]*(R, 0) c = (R f, R τ). 30 flops."},
+    {"product_CoAdrinvc", "([Ad]*)⁻¹(R, 0) c = (Rᵀ f, Rᵀ τ). 30 flops."},
+    {"product_CoAdtc", "[Ad]*(1, t) c = (f, τ + t × f). 12 flops."},
+    {"product_CoAdtinvc", "([Ad]*)⁻¹(1, t) c = (f, τ − t × f). 12 flops."},
+    {"cross_ss", "[ad](s1) s2 = (ω1 × v2 + v1 × ω2, ω1 × ω2): the Lie bracket. 30 flops."},
+    {"cross_sc", "[ad]*(s) c = (ω × f, ω × τ + v × f): the rate of change of a coscrew that is carried along (coscrews (12)). 30 flops."},
+    {"dot_cs", "c · s = f · v + τ · ω: the power of a wrench on a twist, the same in every frame (coscrews (2)). 11 flops."},
+    {"product_dd", "D1 D2 = (R1 R2, R1 t2 + t1). 63 flops."},
+    {"product_dinvd", "D1⁻¹ D2 = (R1ᵀ R2, R1ᵀ (t2 − t1)). 63 flops."},
+    {"product_ddinv", "D1 D2⁻¹ = (R1 R2ᵀ, t1 − R1 R2ᵀ t2). 63 flops."},
+    {"product_dv", "R v + t: a point's coordinates in the frame that D carries it to. 18 flops."},
+    {"product_dinvv", "Rᵀ (v − t). 18 flops."},
+    {"product_drv", "R v. 15 flops."},
+    {"product_drinvv", "Rᵀ v. 15 flops."},
+    {"product_Ms", "M s = (m v + ω × h, I ω + h × v): the momentum of a body that moves with the twist s. 42 flops."},
+    {"spatial_inertia_transformed", "[Ad]*(D) M [Ad]⁻¹(D): an inertia in frame b, expressed in the frame a that D_ab carries to. 120 flops."},
+    {"SE3_inverted", "D⁻¹ = (Rᵀ, −Rᵀ t). 15 flops."},
+    {"SE3_exp", "exp s: the pose reached after unit time with the constant twist s. 96 flops, a root and 2 sines."},
+    {"SE3_log", "log D: the screw of smallest |ω| whose exponential is D. 83 flops, a root and an arctangent."},
+};
+
+/// One array function; the inner loops below get it as their data.
+struct function_row {
+  const char *name;
+  int inputs;
+  operand_type types[3]; ///< of the inputs, and of the output last
+  const char *arguments[2];
+  void (*call_double)(const function_row &, size_t n, double *const *at, const ptrdiff_t *stride);
+  void (*call_float)(const function_row &, size_t n, float *const *at, const ptrdiff_t *stride);
+};
+
+const function_row functions[] = {
+#define KSL_CALL_1(member, T) [](const function_row &, size_t n, T *const *at, const ptrdiff_t *s) { ksl::array_kernels().member(n, at[0], s[0], at[1], s[1]); }
+#define KSL_CALL_2(member, T) [](const function_row &, size_t n, T *const *at, const ptrdiff_t *s) { ksl::array_kernels().member(n, at[0], s[0], at[1], s[1], at[2], s[2]); }
+#define KSL_ROW_1(name, namef, A, a, O) {#name, 1, {A, O, real}, {#a, nullptr}, KSL_CALL_1(name, double), KSL_CALL_1(namef, float)},
+#define KSL_ROW_2(name, namef, A, a, B, b, O) {#name, 2, {A, B, O}, {#a, #b}, KSL_CALL_2(name, double), KSL_CALL_2(namef, float)},
+    KSL_ARRAY_FUNCTIONS(KSL_ROW_1, KSL_ROW_2)
+};
+constexpr int function_count = sizeof functions / sizeof functions[0];
+
+/// An operand's items where NumPy has them.
+struct view {
+  char *at;
+  npy_intp step, row_step, number_step; ///< bytes from item to item, and within one
+  const shape_row *shape;
+
+  template <class T> char *number(npy_intp item, int i) const {
+    return at + item * step + i / shape->last * row_step + i % shape->last * number_step;
+  }
+  /// Whether the array functions can use it as it is.
+  template <class T> bool plain() const {
+    constexpr npy_intp size = sizeof(T);
+    return step % size == 0 && reinterpret_cast<std::uintptr_t>(at) % alignof(T) == 0 &&
+           (shape->numbers == 1 || number_step == size) &&
+           (shape->numbers == shape->last || row_step == size * shape->last);
+  }
+};
+
+template <class T> void call(const function_row &f, size_t n, T *const *at, const ptrdiff_t *stride) {
+  if constexpr (sizeof(T) == 8)
+    f.call_double(f, n, at, stride);
+  else
+    f.call_float(f, n, at, stride);
+}
+
+/// The inner loop.  Operands that the array functions can't use as they are go through a buffer, some items at a time.
+template <class T> void loop(char **args, const npy_intp *dimensions, const npy_intp *steps, void *data) {
+  const function_row &f = *static_cast<const function_row *>(data);
+  const int operands = f.inputs + 1;
+  const npy_intp n = dimensions[0];
+  view v[3];
+  bool plain[3], all_plain = true;
+  const npy_intp *inner = steps + operands;
+  for (int k = 0; k < operands; ++k) {
+    const shape_row &s = shapes[f.types[k]];
+    v[k] = {args[k], steps[k], 0, 0, &s};
+    if (s.numbers != s.last)
+      v[k].row_step = *inner++;
+    if (s.numbers > 1)
+      v[k].number_step = *inner++;
+    plain[k] = v[k].plain<T>();
+    all_plain = all_plain && plain[k];
+  }
+
+  T *at[3];
+  ptrdiff_t stride[3];
+  if (all_plain) {
+    for (int k = 0; k < operands; ++k) {
+      at[k] = reinterpret_cast<T *>(v[k].at);
+      stride[k] = v[k].step / static_cast<npy_intp>(sizeof(T));
+    }
+    call<T>(f, static_cast<size_t>(n), at, stride);
+    return;
+  }
+
+  constexpr npy_intp some = 64;
+  T buffer[3][some * 12];
+  for (npy_intp first = 0; first < n; first += some) {
+    const npy_intp count = std::min(some, n - first);
+    for (int k = 0; k < operands; ++k) {
+      const int numbers = v[k].shape->numbers;
+      at[k] = plain[k] ? reinterpret_cast<T *>(v[k].at + first * v[k].step) : buffer[k];
+      stride[k] = plain[k] ? v[k].step / static_cast<npy_intp>(sizeof(T)) : numbers;
+      if (!plain[k] && k < f.inputs)
+        for (npy_intp i = 0; i < count; ++i)
+          for (int j = 0; j < numbers; ++j)
+            std::memcpy(&buffer[k][i * numbers + j], v[k].number<T>(first + i, j), sizeof(T));
+    }
+    call<T>(f, static_cast<size_t>(count), at, stride);
+    const int out = f.inputs, numbers = v[out].shape->numbers;
+    if (!plain[out])
+      for (npy_intp i = 0; i < count; ++i)
+        for (int j = 0; j < numbers; ++j)
+          std::memcpy(v[out].number<T>(first + i, j), &buffer[out][i * numbers + j], sizeof(T));
+  }
+}
+
+PyUFuncGenericFunction loops[] = {loop<float>, loop<double>};
+char types[] = {NPY_FLOAT, NPY_FLOAT, NPY_FLOAT, NPY_DOUBLE, NPY_DOUBLE, NPY_DOUBLE};
+char types_1[] = {NPY_FLOAT, NPY_FLOAT, NPY_DOUBLE, NPY_DOUBLE};
+
+/// What NumPy keeps pointers to, for each function.
+struct kept {
+  void *data[2];
+  std::string signature, doc;
+};
+kept keep[function_count];
+
+/// Signature and docstring; the first line with arguments is NumPy's.
+void describe(const function_row &f, kept &k) {
+  for (const text_row &t : texts)
+    if (std::strcmp(t.name, f.name) == 0)
+      k.doc = t.text;
+  k.doc += "\n\n";
+  for (int i = 0; i <= f.inputs; ++i) {
+    const shape_row &s = shapes[f.types[i]];
+    k.signature += std::string(i == 0 ? "" : i < f.inputs ? "," : "->") + s.core;
+    k.doc += std::string(i < f.inputs ? f.arguments[i] : "returns") + ": " + s.meaning + "\n";
+  }
+  k.doc += "\nLeading axes broadcast; float32 and float64. SI units, radians.";
+}
+
+PyModuleDef definition = {PyModuleDef_HEAD_INIT, "_ufuncs", "The array functions of KSL as generalised ufuncs.", -1,
+                          nullptr, nullptr, nullptr, nullptr, nullptr};
+
+} // namespace
+
+PyMODINIT_FUNC PyInit__ufuncs() {
+  import_array();
+  import_umath();
+  try {
+    ksl::array_kernels(); // refuses an unusable KSL_ISA here, and not inside a loop
+  } catch (const std::exception &e) {
+    PyErr_SetString(PyExc_ImportError, e.what());
+    return nullptr;
+  }
+  PyObject *module = PyModule_Create(&definition);
+  if (!module)
+    return nullptr;
+  for (int i = 0; i < function_count; ++i) {
+    const function_row &f = functions[i];
+    kept &k = keep[i];
+    k = {{const_cast<function_row *>(&f), const_cast<function_row *>(&f)}, {}, {}};
+    describe(f, k);
+    PyObject *ufunc = PyUFunc_FromFuncAndDataAndSignature(loops, k.data, f.inputs == 1 ? types_1 : types, 2, f.inputs, 1,
+                                                          PyUFunc_None, f.name, k.doc.c_str(), 0, k.signature.c_str());
+    if (!ufunc || PyModule_AddObject(module, f.name, ufunc) < 0) {
+      Py_XDECREF(ufunc);
+      Py_DECREF(module);
+      return nullptr;
+    }
+  }
+  return module;
+}

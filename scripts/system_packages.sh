@@ -1,0 +1,44 @@
+#!/bin/sh
+# Installs the Debian or Ubuntu packages that are missing.  Usage: system_packages.sh demo|test|bench
+set -eu
+
+missing=
+need() { # need PACKAGE COMMAND...: the package, unless the command succeeds
+  package=$1
+  shift
+  "$@" >/dev/null 2>&1 || missing="$missing $package"
+}
+python=${PYTHON:-python3}
+has_header() { echo "#include <$1>" | c++ -x c++ -E -; }
+
+need g++ command -v c++
+need cmake command -v cmake
+need make command -v make
+need python3-venv "$python" -c 'import ensurepip, venv'
+need python3-dev "$python" -c 'import os, sysconfig; assert os.path.exists(os.path.join(sysconfig.get_paths()["include"], "Python.h"))'
+need libpugixml-dev has_header pugixml.hpp
+if [ "$1" != demo ]; then
+  need clang command -v clang++
+fi
+if [ "$1" = test ]; then
+  need doctest-dev has_header doctest/doctest.h
+  need qemu-user command -v qemu-x86_64
+  need binutils command -v nm
+fi
+if [ "$1" = bench ]; then
+  need libbenchmark-dev has_header benchmark/benchmark.h
+fi
+[ -n "$missing" ] || exit 0
+
+if ! command -v apt-get >/dev/null; then
+  echo "KSL needs what Debian calls$missing; install it with your package manager" >&2
+  exit 1
+fi
+sudo=
+if [ "$(id -u)" -ne 0 ]; then
+  command -v sudo >/dev/null || { echo "run as root, or install:$missing" >&2; exit 1; }
+  sudo=sudo
+fi
+echo "installing$missing"
+$sudo apt-get update -qq
+DEBIAN_FRONTEND=noninteractive $sudo apt-get install -y -qq --no-install-recommends $missing >/dev/null

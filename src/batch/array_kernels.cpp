@@ -1,0 +1,124 @@
+// Array functions for one instruction set: W items are read into packs, the algebra does them at once, the results go
+// back to their rows.  Compiled once for each set (CMakeLists.txt), with KSL_ISA naming the set and KSL_TABLE the symbol.
+#include "batch/array_kernels.hpp"
+
+#include "batch/transpose.hpp"
+
+namespace ksl {
+inline namespace KSL_ISA {
+namespace {
+
+template <class P> using real = P;
+
+/// Numbers in an item of a type.
+template <template <class> class Type> constexpr int numbers = sizeof(Type<char>);
+
+/// Rows of a last block that is not full, or back; the missing ones repeat the last.
+template <class T> void copy_rows(int columns, int rows, int last, const T *from, ptrdiff_t from_stride, T *to, ptrdiff_t to_stride) {
+  for (int i = 0; i < rows; ++i)
+    for (int c = 0; c < columns; ++c)
+      to[i * to_stride + c] = from[(i < last ? i : last) * from_stride + c];
+}
+
+/// out = f(a, b) for blocks of W items.  same: a is one item for all.
+template <class Function, bool same, class T, template <class> class A, template <class> class B, template <class> class O>
+void blocks_2(size_t blocks, const T *a, ptrdiff_t a_stride, const T *b, ptrdiff_t b_stride, T *out, ptrdiff_t out_stride) {
+  using P = native_pack<T>;
+  constexpr int W = native_lanes<T>;
+  A<P> x;
+  B<P> y;
+  O<P> z;
+  if constexpr (same)
+    load_same<numbers<A>>(a, reinterpret_cast<P *>(&x));
+  for (; blocks > 0; --blocks) {
+    if constexpr (!same)
+      load_rows<numbers<A>>(a, a_stride, W, reinterpret_cast<P *>(&x));
+    load_rows<numbers<B>>(b, b_stride, W, reinterpret_cast<P *>(&y));
+    Function::apply(&x, &y, &z);
+    store_rows<numbers<O>>(reinterpret_cast<const P *>(&z), W, out, out_stride);
+    a += W * a_stride;
+    b += W * b_stride;
+    out += W * out_stride;
+  }
+}
+
+template <class Function, class T, template <class> class A, template <class> class B, template <class> class O>
+void array_2(size_t n, const T *a, ptrdiff_t a_stride, const T *b, ptrdiff_t b_stride, T *out, ptrdiff_t out_stride) {
+  constexpr int W = native_lanes<T>;
+  const size_t full = n / W, done = full * W;
+  const int rest = static_cast<int>(n % W);
+  if (full && a_stride == 0)
+    blocks_2<Function, true, T, A, B, O>(full, a, 0, b, b_stride, out, out_stride);
+  else if (full)
+    blocks_2<Function, false, T, A, B, O>(full, a, a_stride, b, b_stride, out, out_stride);
+  if (rest) {
+    T x[W * numbers<A>], y[W * numbers<B>], z[W * numbers<O>];
+    const ptrdiff_t at = static_cast<ptrdiff_t>(done);
+    copy_rows(numbers<A>, W, rest - 1, a + at * a_stride, a_stride, x, numbers<A>);
+    copy_rows(numbers<B>, W, rest - 1, b + at * b_stride, b_stride, y, numbers<B>);
+    blocks_2<Function, false, T, A, B, O>(1, x, numbers<A>, y, numbers<B>, z, numbers<O>);
+    copy_rows(numbers<O>, rest, rest - 1, z, numbers<O>, out + at * out_stride, out_stride);
+  }
+}
+
+/// The same with one input.
+template <class Function, class T, template <class> class A, template <class> class O>
+void blocks_1(size_t blocks, const T *a, ptrdiff_t a_stride, T *out, ptrdiff_t out_stride) {
+  using P = native_pack<T>;
+  constexpr int W = native_lanes<T>;
+  A<P> x;
+  O<P> z;
+  for (; blocks > 0; --blocks) {
+    load_rows<numbers<A>>(a, a_stride, W, reinterpret_cast<P *>(&x));
+    Function::apply(&x, &z);
+    store_rows<numbers<O>>(reinterpret_cast<const P *>(&z), W, out, out_stride);
+    a += W * a_stride;
+    out += W * out_stride;
+  }
+}
+
+template <class Function, class T, template <class> class A, template <class> class O>
+void array_1(size_t n, const T *a, ptrdiff_t a_stride, T *out, ptrdiff_t out_stride) {
+  constexpr int W = native_lanes<T>;
+  const size_t full = n / W, done = full * W;
+  const int rest = static_cast<int>(n % W);
+  if (full)
+    blocks_1<Function, T, A, O>(full, a, a_stride, out, out_stride);
+  if (rest) {
+    T x[W * numbers<A>], z[W * numbers<O>];
+    const ptrdiff_t at = static_cast<ptrdiff_t>(done);
+    copy_rows(numbers<A>, W, rest - 1, a + at * a_stride, a_stride, x, numbers<A>);
+    blocks_1<Function, T, A, O>(1, x, numbers<A>, z, numbers<O>);
+    copy_rows(numbers<O>, rest, rest - 1, z, numbers<O>, out + at * out_stride, out_stride);
+  }
+}
+
+/// A type for each function, to name it in a template.
+namespace functions {
+#define KSL_FUNCTION_1(name, namef, A, a, O)                                                                           \
+  struct name {                                                                                                        \
+    template <class P> static KSL_LANES void apply(const A<P> *a, O<P> *out) { algebra<P>::name(a, out); }             \
+  };
+#define KSL_FUNCTION_2(name, namef, A, a, B, b, O)                                                                     \
+  struct name {                                                                                                        \
+    template <class P> static KSL_LANES void apply(const A<P> *a, const B<P> *b, O<P> *out) {                          \
+      if constexpr (sizeof(*out) == sizeof(P))                                                                         \
+        *out = algebra<P>::name(a, b);                                                                                 \
+      else                                                                                                             \
+        algebra<P>::name(a, b, out);                                                                                   \
+    }                                                                                                                  \
+  };
+KSL_ARRAY_FUNCTIONS(KSL_FUNCTION_1, KSL_FUNCTION_2)
+} // namespace functions
+
+} // namespace
+} // namespace KSL_ISA
+} // namespace ksl
+
+#define KSL_ENTRY_1(name, namef, A, a, O)                                                                              \
+  ksl::array_1<ksl::functions::name, double, ksl::A, ksl::O>, ksl::array_1<ksl::functions::name, float, ksl::A, ksl::O>,
+#define KSL_ENTRY_2(name, namef, A, a, B, b, O)                                                                        \
+  ksl::array_2<ksl::functions::name, double, ksl::A, ksl::B, ksl::O>,                                                  \
+      ksl::array_2<ksl::functions::name, float, ksl::A, ksl::B, ksl::O>,
+
+extern "C" const ksl::array_kernel_table KSL_TABLE = {KSL_ARRAY_FUNCTIONS(KSL_ENTRY_1, KSL_ENTRY_2)};

@@ -1,0 +1,124 @@
+#include "ksl/batch.hpp"
+
+#include "batch/threads.hpp"
+#include "engine/kernels.hpp"
+
+#include <memory>
+#include <new>
+
+namespace ksl {
+namespace {
+
+constexpr std::size_t alignment = 64;     ///< of workspaces
+constexpr std::size_t least_states = 512; ///< for a thread
+
+/// Memory that is kept from call to call, for each thread that calls.
+std::byte *scratch(std::size_t bytes) {
+  struct aligned_delete {
+    void operator()(std::byte *p) const { ::operator delete(p, std::align_val_t(alignment)); }
+  };
+  thread_local std::unique_ptr<std::byte, aligned_delete> memory;
+  thread_local std::size_t size = 0;
+  if (bytes > size) {
+    memory.reset();
+    size = 0;
+    memory.reset(static_cast<std::byte *>(::operator new(bytes, std::align_val_t(alignment))));
+    size = bytes;
+  }
+  return memory.get();
+}
+
+template <class S> struct in_precision;
+template <> struct in_precision<double> {
+  static model_view<double> view(const model &m) { return m.view(); }
+  static const batch_kernels<double> &one() { return kernels().one_double; }
+  static const batch_kernels<double> &lanes() { return kernels().lanes_double; }
+};
+template <> struct in_precision<float> {
+  static model_view<float> view(const model &m) { return m.view_single(); }
+  static const batch_kernels<float> &one() { return kernels().one_float; }
+  static const batch_kernels<float> &lanes() { return kernels().lanes_float; }
+};
+
+/// The states of a batch from k on, n of them.
+template <class S> batch_view<S> part_of(const batch_view<S> &all, std::size_t k, std::size_t n) {
+  batch_view<S> part = all;
+  part.n = n;
+  for (rows_view<const S> batch_view<S>::*rows :
+       {&batch_view<S>::q, &batch_view<S>::v, &batch_view<S>::a, &batch_view<S>::tau, &batch_view<S>::external})
+    part.*rows = rows_from(all.*rows, k);
+  part.out = rows_from(all.out, k);
+  return part;
+}
+
+/// Runs compute(kernels, view, part, first state, memory) for all parts of a batch on their threads.
+template <class S, class Compute> void run(const model &m, const batch_view<S> &batch, int threads, Compute compute) {
+  const batch_kernels<S> &chosen = batch.n == 1 ? in_precision<S>::one() : in_precision<S>::lanes();
+  const model_view<S> view = in_precision<S>::view(m);
+  const partition parts(batch.n, static_cast<std::size_t>(chosen.lanes), least_states, threads);
+  const std::size_t bytes = compute(chosen, view, batch, std::size_t(0), nullptr);
+  std::byte *memory = scratch(bytes * parts.parts);
+  on_threads(parts.parts, [&](std::size_t part) {
+    const std::size_t k = part * parts.items_each, left = batch.n - k;
+    compute(chosen, view, part_of(batch, k, left < parts.items_each ? left : parts.items_each), k, memory + bytes * part);
+  });
+}
+
+} // namespace
+
+template <class S>
+void inverse_dynamics_batch(const model &m, const batch_view<S> &batch, const std::vector<reaction_rows<S>> &reactions,
+                            int threads) {
+  run(m, batch, threads, [&](const auto &kernels, const auto &view, const batch_view<S> &part, std::size_t k, void *memory) {
+    std::vector<reaction_rows<S>> wanted = reactions;
+    for (reaction_rows<S> &w : wanted)
+      w.out = rows_from(w.out, k);
+    return kernels.inverse_dynamics(view, part, static_cast<int>(wanted.size()), wanted.data(), memory);
+  });
+}
+
+template <class S> void forward_dynamics_batch(const model &m, const batch_view<S> &batch, int threads) {
+  run(m, batch, threads, [&](const auto &kernels, const auto &view, const batch_view<S> &part, std::size_t, void *memory) {
+    return kernels.forward_dynamics(view, part, memory);
+  });
+}
+
+template <class S> void mass_matrix_batch(const model &m, const batch_view<S> &batch, int threads) {
+  run(m, batch, threads, [&](const auto &kernels, const auto &view, const batch_view<S> &part, std::size_t, void *memory) {
+    return kernels.mass_matrix(view, part, memory);
+  });
+}
+
+#define KSL_INSTANTIATE(S)                                                                                             \
+  template void inverse_dynamics_batch(const model &, const batch_view<S> &, const std::vector<reaction_rows<S>> &, int); \
+  template void forward_dynamics_batch(const model &, const batch_view<S> &, int);                                     \
+  template void mass_matrix_batch(const model &, const batch_view<S> &, int);
+KSL_INSTANTIATE(double)
+KSL_INSTANTIATE(float)
+#undef KSL_INSTANTIATE
+
+void frame_pose_batch(const model &m, const batch_view<double> &batch, int link) {
+  data d(m);
+  for (std::size_t k = 0; k < batch.n; ++k) {
+    const SE3<double> D = frame_pose(m, d, row(batch.q, k), link);
+    const double rows[16] = {D.R.m00, D.R.m01, D.R.m02, D.t.x, D.R.m10, D.R.m11, D.R.m12, D.t.y,
+                             D.R.m20, D.R.m21, D.R.m22, D.t.z, 0,       0,       0,       1};
+    for (int i = 0; i < 16; ++i)
+      row(batch.out, k)[i] = rows[i];
+  }
+}
+
+void energy_batch(const model &m, const batch_view<double> &batch, double *kinetic, double *potential) {
+  data d(m);
+  for (std::size_t k = 0; k < batch.n; ++k)
+    energy(m, d, row(batch.q, k), row(batch.v, k), kinetic + k, potential + k);
+}
+
+void external_power_batch(const model &m, const batch_view<double> &batch, double *power) {
+  data d(m);
+  for (std::size_t k = 0; k < batch.n; ++k)
+    power[k] = external_power(m, d, row(batch.q, k), row(batch.v, k),
+                              {batch.external_n, batch.external_link, row(batch.external, k)});
+}
+
+} // namespace ksl

@@ -1,0 +1,137 @@
+// Algorithms over batches: one state in each lane, block after block.  A block's workspace stays in the inner caches.
+#pragma once
+
+#include "ksl/engine/batch_view.hpp"
+#include "batch/transpose.hpp"
+#include "ksl/engine/forward_dynamics.hpp"
+#include "ksl/engine/mass_matrix.hpp"
+
+namespace ksl {
+inline namespace KSL_ISA {
+
+/// One lane: a row is what it is.
+template <class S> void load_rows(const S *row, std::ptrdiff_t, int columns, int, S *out) {
+  for (int c = 0; c < columns; ++c)
+    out[c] = row[c];
+}
+template <class S> void store_rows(const S *in, int columns, int, S *row, std::ptrdiff_t) {
+  for (int c = 0; c < columns; ++c)
+    row[c] = in[c];
+}
+
+/// Cuts arrays for packs out of one piece of memory; without memory it only measures.
+class arena {
+public:
+  explicit arena(void *memory) : next_(static_cast<char *>(memory)) {}
+
+  template <class E> E *take(int n) {
+    char *const at = next_;
+    const std::size_t bytes = (static_cast<std::size_t>(n) * sizeof(E) + 63) / 64 * 64;
+    used_ += bytes;
+    next_ = next_ ? next_ + bytes : nullptr;
+    return reinterpret_cast<E *>(at);
+  }
+  std::size_t used() const { return used_; }
+
+private:
+  char *next_;
+  std::size_t used_ = 0;
+};
+
+/// Everything that one block of states needs.
+template <class P> struct block_workspace {
+  data_view<P> data;
+  P *q, *v, *a, *result, *external;
+
+  /// result: the most numbers that come out for a state; external: numbers of external wrenches.
+  block_workspace(arena &memory, const model_view<scalar_of<P>> &model, int results, int externals) {
+    const int n = model.bodies;
+    data.body = memory.take<body_state<P>>(n);
+    data.sine = memory.take<P>(padded(model.nq));
+    data.cosine = memory.take<P>(padded(model.nq));
+    data.in_world = memory.take<SE3<P>>(n);
+    data.in_base = memory.take<SE3<P>>(n);
+    data.twist = memory.take<screw<P>>(n);
+    data.unit_twist = memory.take<screw<P>>(model.nv);
+    data.composite = memory.take<spatial_inertia<P>>(n);
+    data.articulated = memory.take<articulated_state<P>>(n);
+    data.link_wrench = memory.take<coscrew<P>>(model.links);
+    q = memory.take<P>(model.nq);
+    v = memory.take<P>(model.nv);
+    a = memory.take<P>(model.nv);
+    external = memory.take<P>(externals);
+    result = memory.take<P>(results);
+  }
+};
+
+/// Rows of a block into lanes; zeros where there are none.
+template <class P> void load(const rows_view<const scalar_of<P>> &rows, std::size_t k, int columns, int valid, P *out) {
+  if (rows.first) {
+    load_rows(row(rows, k), rows.stride, columns, valid, out);
+    return;
+  }
+  for (int i = 0; i < columns; ++i)
+    out[i] = P(scalar_of<P>(0));
+}
+
+/// Calls compute(k, valid, workspace, external) for every block of states, `valid` of them from k on.  per_state: the most
+/// numbers that come out for a state.  Returns the bytes of workspace needed; without memory it does no more.
+template <class P, class Compute>
+std::size_t for_each_block(const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch, void *memory,
+                           int per_state, Compute compute) {
+  constexpr int lanes = static_cast<int>(sizeof(P) / sizeof(scalar_of<P>));
+  arena pieces(memory);
+  block_workspace<P> w(pieces, model, per_state, 6 * batch.external_n);
+  if (!memory)
+    return pieces.used();
+  const external_wrenches<P> external = {batch.external_n, batch.external_link, w.external};
+  for (std::size_t k = 0; k < batch.n; k += lanes) {
+    const int valid = batch.n - k < lanes ? static_cast<int>(batch.n - k) : lanes;
+    load(batch.q, k, model.nq, valid, w.q);
+    load(batch.external, k, 6 * batch.external_n, valid, w.external);
+    compute(k, valid, w, external);
+  }
+  return pieces.used();
+}
+
+template <class P>
+std::size_t inverse_dynamics_lanes(const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch, int n,
+                                   const reaction_rows<scalar_of<P>> *wanted, void *memory) {
+  int most = model.nv;
+  for (int r = 0; r < n; ++r)
+    most = most > 6 * wanted[r].request.n ? most : 6 * wanted[r].request.n;
+  return for_each_block<P>(model, batch, memory, most, [&](std::size_t k, int valid, const auto &w, const auto &external) {
+    load(batch.v, k, model.nv, valid, w.v);
+    load(batch.a, k, model.nv, valid, w.a);
+    inverse_dynamics(model, w.data, w.q, w.v, w.a, external, w.result);
+    if (batch.out.first)
+      store_rows(w.result, model.nv, valid, row(batch.out, k), batch.out.stride);
+    for (int r = 0; r < n; ++r) {
+      reactions(model, w.data, external, wanted[r].request, w.result);
+      store_rows(w.result, 6 * wanted[r].request.n, valid, row(wanted[r].out, k), wanted[r].out.stride);
+    }
+  });
+}
+
+template <class P>
+std::size_t forward_dynamics_lanes(const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch,
+                                   void *memory) {
+  return for_each_block<P>(model, batch, memory, model.nv, [&](std::size_t k, int valid, const auto &w, const auto &external) {
+    load(batch.v, k, model.nv, valid, w.v);
+    load(batch.tau, k, model.nv, valid, w.a);
+    forward_dynamics(model, w.data, w.q, w.v, w.a, external, w.result);
+    store_rows(w.result, model.nv, valid, row(batch.out, k), batch.out.stride);
+  });
+}
+
+template <class P>
+std::size_t mass_matrix_lanes(const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch, void *memory) {
+  const int size = model.nv * model.nv;
+  return for_each_block<P>(model, batch, memory, size, [&](std::size_t k, int valid, const auto &w, const auto &) {
+    mass_matrix(model, w.data, w.q, w.result);
+    store_rows(w.result, size, valid, row(batch.out, k), batch.out.stride);
+  });
+}
+
+} // namespace KSL_ISA
+} // namespace ksl

@@ -1,0 +1,244 @@
+// Rows of W states to packs and back: lane i of out[c] is column c of row i.
+//
+//   pack<double, 8> q[7];
+//   load_rows(states, stride, 7, 8, q);      // or load_rows<7>(states, stride, 8, q), unrolled whatever the compiler thinks
+//   ...
+//   store_rows(q, 7, 8, out, stride);
+//
+// Columns are taken K at a time: vector j takes the K neighbours of the rows j, K + j, 2 K + j, ... into its blocks of K
+// lanes, and the blocks are transposed within the registers.  K is half a register at most, because a half comes from
+// memory to its place for less than a shuffle costs.
+//
+// Exactly the numbers of the valid rows are read and written, aligned or not; lanes that are not valid repeat the last
+// valid row, so that they make no NaN and no exception of their own.  Strides are in scalars and may be negative or zero.
+#pragma once
+
+#include "ksl/pack.hpp"
+
+#include <cstddef>
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
+
+namespace ksl {
+inline namespace KSL_ISA {
+namespace transposition {
+
+template <class P> inline constexpr int width_of = 1;
+template <class T, int W> inline constexpr int width_of<pack<T, W>> = W;
+
+/// n neighbours in memory; one is a scalar.
+template <class T, int n> struct chunk_of { using type = typename vector_of<T, n>::type; };
+template <class T> struct chunk_of<T, 1> { using type = T; };
+template <class T, int n> using chunk = typename chunk_of<T, n>::type;
+
+/// Neighbours in memory, wherever they begin.  (gcc copies 16 bytes through two integers where memcpy is used.)
+template <class V> struct __attribute__((packed, may_alias)) unaligned { V v; };
+
+/// The numbers 0 … n − 1 as arguments of a template.
+template <int... i> struct numbers {};
+template <int n, int... i> struct count_to { using type = typename count_to<n - 1, n - 1, i...>::type; };
+template <int... i> struct count_to<0, i...> { using type = numbers<i...>; };
+template <int n> using first = typename count_to<n>::type;
+
+#if defined(__clang__) || __GNUC__ >= 12
+#define KSL_SHUFFLE(a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
+#else
+#define KSL_SHUFFLE(a, b, ...) __builtin_shuffle(a, b, decltype(a < b){__VA_ARGS__})
+#endif
+
+/// a, then b.
+template <class V, class H, int... l> KSL_LANES V join(const H &a, const H &b, numbers<l...>) {
+  constexpr int half = sizeof...(l) / 2;
+  return V{(l < half ? a[l % half] : b[l % half])...};
+}
+
+// gcc makes shuffles of wide ones, and of taking them apart, where there is an instruction that reads or writes memory.
+#if defined(__AVX__)
+template <class V> KSL_LANES V join(__m128d a, __m128d b, numbers<0, 1, 2, 3>) {
+  return _mm256_insertf128_pd(_mm256_castpd128_pd256(a), b, 1);
+}
+template <class V> KSL_LANES V join(__m128 a, __m128 b, numbers<0, 1, 2, 3, 4, 5, 6, 7>) {
+  return _mm256_insertf128_ps(_mm256_castps128_ps256(a), b, 1);
+}
+#endif
+#if defined(__AVX512F__)
+template <class V> KSL_LANES V join(__m256d a, __m256d b, numbers<0, 1, 2, 3, 4, 5, 6, 7>) {
+  return _mm512_maskz_insertf64x4(0xff, _mm512_castpd256_pd512(a), b, 1);
+}
+template <class V> KSL_LANES V join(__m256 a, __m256 b, numbers<0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15>) {
+  return _mm512_castpd_ps(_mm512_maskz_insertf64x4(0xff, _mm512_castps_pd(_mm512_castps256_ps512(a)), _mm256_castps_pd(b), 1));
+}
+#endif
+
+/// Chunk i of K neighbours, of a vector.
+template <class C, class V> KSL_LANES C chunk_at(const V &v, int i) {
+  return reinterpret_cast<const unaligned<C> *>(&v)[i].v;
+}
+#if defined(__AVX512F__)
+template <class C> KSL_LANES C chunk_at(const __m512d &v, int i)
+  requires(sizeof(C) == 32)
+{
+  return i == 0 ? _mm512_maskz_extractf64x4_pd(0xff, v, 0) : _mm512_maskz_extractf64x4_pd(0xff, v, 1);
+}
+template <class C> KSL_LANES C chunk_at(const __m512 &v, int i)
+  requires(sizeof(C) == 32)
+{
+  return _mm256_castpd_ps(chunk_at<__m256d>(_mm512_castps_pd(v), i));
+}
+#endif
+
+/// Swaps elements h apart of two vectors, in every block of 2 h lanes: the upper half of a's block with the lower of b's.
+template <int h, class V, int... l> KSL_LANES void swap_halves(V &a, V &b, numbers<l...>) {
+  constexpr int W = sizeof...(l), block = 2 * h;
+  const V low = KSL_SHUFFLE(a, b, (l - l % block + l % h + (l % block < h ? 0 : W))...);
+  const V high = KSL_SHUFFLE(a, b, (l - l % block + l % h + h + (l % block < h ? 0 : W))...);
+  a = low;
+  b = high;
+}
+
+/// Transposes the 4 × 4 blocks of four vectors, in the form that costs no more than eight shuffles of four bytes' lanes.
+template <class V, int... l> KSL_LANES void transpose_quads(V &a, V &b, V &c, V &d, numbers<l...>) {
+  constexpr int W = sizeof...(l);
+  const V p = KSL_SHUFFLE(a, b, (l % 4 < 2 ? l : l - 2 + W)...), q = KSL_SHUFFLE(c, d, (l % 4 < 2 ? l : l - 2 + W)...);
+  const V r = KSL_SHUFFLE(a, b, (l % 4 < 2 ? l + 2 : l + W)...), s = KSL_SHUFFLE(c, d, (l % 4 < 2 ? l + 2 : l + W)...);
+  a = KSL_SHUFFLE(p, q, (l - l % 4 + l % 2 * 2 + (l % 4 < 2 ? 0 : W))...);
+  b = KSL_SHUFFLE(p, q, (l - l % 4 + l % 2 * 2 + 1 + (l % 4 < 2 ? 0 : W))...);
+  c = KSL_SHUFFLE(r, s, (l - l % 4 + l % 2 * 2 + (l % 4 < 2 ? 0 : W))...);
+  d = KSL_SHUFFLE(r, s, (l - l % 4 + l % 2 * 2 + 1 + (l % 4 < 2 ? 0 : W))...);
+}
+#undef KSL_SHUFFLE
+
+/// Transposes each of the K × K blocks that K packs hold; those of h × h are done.
+template <int K, int h = 1, class T, int W> KSL_LANES void transpose_blocks(pack<T, W> *v) {
+  if constexpr (sizeof(T) == 4 && h == 1 && K >= 4) {
+    for (int j = 0; j < K; j += 4)
+      transpose_quads(v[j].lanes, v[j + 1].lanes, v[j + 2].lanes, v[j + 3].lanes, first<W>());
+    transpose_blocks<K, 4>(v);
+  } else if constexpr (h < K) {
+    for (int j = 0; j < K; ++j)
+      if (j % (2 * h) < h)
+        swap_halves<h>(v[j].lanes, v[j + h].lanes, first<W>());
+    transpose_blocks<K, 2 * h>(v);
+  }
+}
+
+/// n lanes from chunks of K neighbours, of the rows first_row, first_row + K, ...
+template <int n, int K, class T>
+KSL_LANES chunk<T, n> gather(const T *rows, std::ptrdiff_t stride, int first_row, int last_row) {
+  if constexpr (n == K) {
+    const T *row = rows + (first_row < last_row ? first_row : last_row) * stride;
+    return reinterpret_cast<const unaligned<chunk<T, n>> *>(row)->v;
+  } else {
+    const chunk<T, n / 2> a = gather<n / 2, K>(rows, stride, first_row, last_row);
+    const chunk<T, n / 2> b = gather<n / 2, K>(rows, stride, first_row + n / 2, last_row);
+    if constexpr (n == 2)
+      return chunk<T, n>{a, b};
+    else
+      return join<chunk<T, n>>(a, b, first<n>());
+  }
+}
+
+/// The inverse: each chunk to its row; rows after the last are left alone.
+template <int n, int K, class T>
+KSL_LANES void scatter(const chunk<T, n> &v, T *rows, std::ptrdiff_t stride, int first_row, int last_row) {
+  for (int i = 0; i < n / K; ++i) {
+    const int row = first_row + i * K;
+    if (row <= last_row)
+      reinterpret_cast<unaligned<chunk<T, K>> *>(rows + row * stride)->v = chunk_at<chunk<T, K>>(v, i);
+  }
+}
+
+/// to = from; a loop would become a call of memcpy, and the vectors would have to lie in memory for it.
+template <int K, class P> KSL_LANES void copy(const P *from, P *to) {
+  if constexpr (K > 0) {
+    copy<K - 1>(from, to);
+    to[K - 1] = from[K - 1];
+  }
+}
+
+template <int K, class T, int W>
+KSL_LANES void load_columns(const T *rows, std::ptrdiff_t stride, int last_row, pack<T, W> *out) {
+  pack<T, W> v[K];
+  for (int j = 0; j < K; ++j)
+    v[j].lanes = gather<W, K>(rows, stride, j, last_row);
+  transpose_blocks<K>(v);
+  copy<K>(v, out);
+}
+
+template <int K, class T, int W>
+KSL_LANES void store_columns(const pack<T, W> *in, T *rows, std::ptrdiff_t stride, int last_row) {
+  pack<T, W> v[K];
+  copy<K>(in, v);
+  transpose_blocks<K>(v);
+  for (int j = 0; j < K; ++j)
+    scatter<W, K, T>(v[j].lanes, rows, stride, j, last_row);
+}
+
+/// The widest chunk: half a register, or where lanes are few, all of it.
+template <class P>
+inline constexpr int widest = width_of<P> > 2 && sizeof(P) > 16 ? width_of<P> / 2 : width_of<P>;
+
+} // namespace transposition
+
+/// Rows of a number of columns that is known: as below, unrolled.
+template <int columns, class T, int W, int K = transposition::widest<pack<T, W>>>
+KSL_LANES void load_rows(const T *rows, std::ptrdiff_t stride, int valid, pack<T, W> *out) {
+  using namespace transposition;
+  if constexpr (columns >= K && K > 0) {
+    load_columns<K>(rows, stride, valid - 1, out);
+    load_rows<columns - K, T, W, K>(rows + K, stride, valid, out + K);
+  } else if constexpr (columns > 0) {
+    load_rows<columns, T, W, K / 2>(rows, stride, valid, out);
+  }
+}
+
+template <int columns, class T, int W, int K = transposition::widest<pack<T, W>>>
+KSL_LANES void store_rows(const pack<T, W> *in, int valid, T *rows, std::ptrdiff_t stride) {
+  using namespace transposition;
+  if constexpr (columns >= K && K > 0) {
+    store_columns<K>(in, rows, stride, valid - 1);
+    store_rows<columns - K, T, W, K>(in + K, valid, rows + K, stride);
+  } else if constexpr (columns > 0) {
+    store_rows<columns, T, W, K / 2>(in, valid, rows, stride);
+  }
+}
+
+/// out[c] = column c of W rows, which begin stride scalars apart.  1 ≤ valid ≤ W: lanes from there on repeat the last row.
+template <class T, int W, int K = transposition::widest<pack<T, W>>>
+inline void load_rows(const T *rows, std::ptrdiff_t stride, int columns, int valid, pack<T, W> *out) {
+  int c = 0;
+  if (valid == W)
+    for (; c + K <= columns; c += K)
+      transposition::load_columns<K>(rows + c, stride, W - 1, out + c);
+  else
+    for (; c + K <= columns; c += K)
+      transposition::load_columns<K>(rows + c, stride, valid - 1, out + c);
+  if constexpr (K > 1)
+    if (c < columns)
+      load_rows<T, W, K / 2>(rows + c, stride, columns - c, valid, out + c);
+}
+
+/// Column c of W rows = in[c]; only the first `valid` rows are written.
+template <class T, int W, int K = transposition::widest<pack<T, W>>>
+inline void store_rows(const pack<T, W> *in, int columns, int valid, T *rows, std::ptrdiff_t stride) {
+  int c = 0;
+  if (valid == W)
+    for (; c + K <= columns; c += K)
+      transposition::store_columns<K>(in + c, rows + c, stride, W - 1);
+  else
+    for (; c + K <= columns; c += K)
+      transposition::store_columns<K>(in + c, rows + c, stride, valid - 1);
+  if constexpr (K > 1)
+    if (c < columns)
+      store_rows<T, W, K / 2>(in + c, columns - c, valid, rows + c, stride);
+}
+
+/// One row for all lanes.
+template <int columns, class T, int W> KSL_LANES void load_same(const T *row, pack<T, W> *out) {
+  for (int c = 0; c < columns; ++c)
+    out[c] = pack<T, W>(row[c]);
+}
+
+} // namespace KSL_ISA
+} // namespace ksl

@@ -1,0 +1,59 @@
+// What all files of the C face share: the handles, and the wall that no exception crosses.
+#pragma once
+
+#include "ksl/dynamics.hpp"
+#include "ksl/engine.h"
+
+#include <new>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+struct ksl_model_t {
+  ksl::model model;
+};
+
+struct ksl_data_t {
+  const ksl_model_t *model;
+  ksl::data data;
+  bool holds_wrenches = false; ///< the last call that wrote to it was inverse dynamics
+  std::vector<int> links; ///< child links of the joints of a request: room for all joints
+};
+
+namespace ksl::c_api {
+
+/// What the last failed call of this thread has to say.
+inline std::string &last_message() {
+  thread_local std::string message;
+  return message;
+}
+
+struct bad_argument : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Runs a call; an exception becomes a status and a message.
+template <class Call> ksl_status_t guarded(Call &&call) {
+  try {
+    call();
+    return KSL_OK;
+  } catch (const bad_argument &e) {
+    last_message() = e.what();
+    return KSL_BAD_ARGUMENT;
+  } catch (const description_error &e) {
+    last_message() = e.what();
+    return KSL_BAD_DESCRIPTION;
+  } catch (const std::bad_alloc &) {
+    last_message() = "out of memory";
+  } catch (const std::exception &e) {
+    last_message() = e.what();
+  }
+  return KSL_FAILED;
+}
+
+inline void require(bool condition, const char *sentence) {
+  if (!condition)
+    throw bad_argument(sentence);
+}
+
+} // namespace ksl::c_api

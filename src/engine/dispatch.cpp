@@ -1,0 +1,94 @@
+// Chooses the instruction set once.
+#include "batch/array_kernels.hpp"
+#include "engine/kernels.hpp"
+
+#include "ksl/dynamics.hpp"
+
+#include <cstdlib>
+#include <stdexcept>
+#include <string>
+
+#if defined(__x86_64__)
+#include <cpuid.h>
+#endif
+
+#define KSL_DECLARE_TABLES(set)                                                                                        \
+  extern "C" const ksl::kernel_table ksl_kernels_##set;                                                                \
+  extern "C" const ksl::array_kernel_table ksl_array_kernels_##set;
+#if defined(__x86_64__)
+KSL_DECLARE_TABLES(x86_64_v2)
+KSL_DECLARE_TABLES(x86_64_v3)
+KSL_DECLARE_TABLES(x86_64_v4)
+#else
+KSL_DECLARE_TABLES(generic)
+#endif
+
+namespace ksl {
+namespace {
+
+struct instruction_set_row {
+  const char *name;
+  const kernel_table *table;
+  const array_kernel_table *arrays;
+  bool (*runs_here)();
+};
+
+#if defined(__x86_64__)
+
+// What gcc and clang both know by name; the rest of level 3 (LZCNT, MOVBE, F16C) is read from cpuid.
+bool has_v2() { return __builtin_cpu_supports("sse4.2") && __builtin_cpu_supports("popcnt"); }
+
+bool has_v3() {
+  unsigned a, b, c, d;
+  const bool movbe_f16c = __get_cpuid(1, &a, &b, &c, &d) && (c & (1u << 22)) && (c & (1u << 29));
+  const bool lzcnt = __get_cpuid(0x80000001, &a, &b, &c, &d) && (c & (1u << 5));
+  return has_v2() && movbe_f16c && lzcnt && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
+         __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2");
+}
+
+bool has_v4() {
+  return has_v3() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+         __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
+}
+
+// best first
+constexpr instruction_set_row sets[] = {
+    {"x86-64-v4", &ksl_kernels_x86_64_v4, &ksl_array_kernels_x86_64_v4, has_v4},
+    {"x86-64-v3", &ksl_kernels_x86_64_v3, &ksl_array_kernels_x86_64_v3, has_v3},
+    {"x86-64-v2", &ksl_kernels_x86_64_v2, &ksl_array_kernels_x86_64_v2, has_v2},
+};
+
+#else
+
+constexpr instruction_set_row sets[] = {{"generic", &ksl_kernels_generic, &ksl_array_kernels_generic, [] { return true; }}};
+
+#endif
+
+const instruction_set_row &choose() {
+  const char *forced = std::getenv("KSL_ISA");
+  std::string known;
+  for (const instruction_set_row &set : sets) {
+    if (!set.runs_here())
+      continue;
+    if (!forced || !*forced || std::string(forced) == set.name)
+      return set;
+    known += (known.empty() ? "" : ", ") + std::string(set.name);
+  }
+  throw std::runtime_error(forced && *forced
+                               ? "KSL_ISA=" + std::string(forced) + " is no instruction set that runs here; known: " + known +
+                                     "; unset it to have the best one chosen"
+                               : std::string("this processor is older than x86-64-v2; build KSL from source for it"));
+}
+
+const instruction_set_row &chosen() {
+  static const instruction_set_row &set = choose();
+  return set;
+}
+
+} // namespace
+
+const kernel_table &kernels() { return *chosen().table; }
+const array_kernel_table &array_kernels() { return *chosen().arrays; }
+const char *instruction_set() { return chosen().name; }
+
+} // namespace ksl

@@ -1,0 +1,57 @@
+// The C++ calls of dynamics.hpp: a model and a workspace, unpacked for the kernels.
+#include "ksl/dynamics.hpp"
+
+#include "ksl/engine/forward_kinematics.hpp"
+
+#include "load/urdf.hpp"
+#include "engine/kernels.hpp"
+
+namespace ksl {
+
+model load(const std::string &urdf_path, const model_options &options, bool mimic_independent, bool strict) {
+  return model(read_urdf(urdf_path, {mimic_independent, strict}), options);
+}
+
+void inverse_dynamics(const model &m, data &d, const double *q, const double *v, const double *a, double *tau,
+                      const external_wrenches<double> &external) {
+  kernels().inverse_dynamics(m.view(), d.view(), q, v, a, external, tau);
+}
+
+void reactions(const model &m, data &d, const reaction_request &request, double *out,
+               const external_wrenches<double> &external) {
+  kernels().reactions(m.view(), d.view(), external, request, out);
+}
+
+void forward_dynamics(const model &m, data &d, const double *q, const double *v, const double *tau, double *a,
+                      const external_wrenches<double> &external) {
+  kernels().forward_dynamics(m.view(), d.view(), q, v, tau, external, a);
+}
+
+void mass_matrix(const model &m, data &d, const double *q, double *M) {
+  kernels().mass_matrix(m.view(), d.view(), q, M);
+}
+
+void bias(const model &m, data &d, const double *q, const double *v, double *tau,
+          const external_wrenches<double> &external) {
+  inverse_dynamics(m, d, q, v, d.zero(), tau, external);
+}
+
+void gravity_torque(const model &m, data &d, const double *q, double *tau, const external_wrenches<double> &external) {
+  inverse_dynamics(m, d, q, d.zero(), d.zero(), tau, external);
+}
+
+SE3<double> frame_pose(const model &m, data &d, const double *q, int link) {
+  kernels().forward_kinematics(m.view(), d.view(), q);
+  return link_pose(m.view(), d.view(), link);
+}
+
+void energy(const model &m, data &d, const double *q, const double *v, double *kinetic, double *potential) {
+  kernels().energy(m.view(), d.view(), q, v, kinetic, potential);
+}
+
+double external_power(const model &m, data &d, const double *q, const double *v,
+                      const external_wrenches<double> &external) {
+  return kernels().external_power(m.view(), d.view(), q, v, external);
+}
+
+} // namespace ksl

@@ -1,0 +1,46 @@
+// The entry points of one instruction set's kernels.  Each object compiled from kernels.cpp exports one such table and
+// nothing else (test/contract/symbols_test.py).
+#pragma once
+
+#include "ksl/engine/batch_view.hpp"
+
+namespace ksl {
+
+/// An algorithm over a batch.  Without memory it computes nothing and returns the bytes of workspace that it needs,
+/// aligned to 64.
+template <class S>
+using batch_kernel = std::size_t (*)(const model_view<S> &, const batch_view<S> &, void *memory);
+
+/// The same with reactions (n of them).
+template <class S>
+using batch_kernel_with_reactions = std::size_t (*)(const model_view<S> &, const batch_view<S> &, int n,
+                                                    const reaction_rows<S> *, void *memory);
+
+/// States are taken `lanes` at a time.
+template <class S> struct batch_kernels {
+  int lanes;
+  batch_kernel_with_reactions<S> inverse_dynamics;
+  batch_kernel<S> forward_dynamics, mass_matrix;
+};
+
+struct kernel_table {
+  void (*inverse_dynamics)(const model_view<double> &, const data_view<double> &, const double *q, const double *v,
+                           const double *a, const external_wrenches<double> &, double *tau);
+  void (*reactions)(const model_view<double> &, const data_view<double> &, const external_wrenches<double> &,
+                    const reaction_request &, double *out);
+  void (*forward_kinematics)(const model_view<double> &, const data_view<double> &, const double *q);
+  void (*mass_matrix)(const model_view<double> &, const data_view<double> &, const double *q, double *M);
+  void (*forward_dynamics)(const model_view<double> &, const data_view<double> &, const double *q, const double *v,
+                           const double *tau, const external_wrenches<double> &, double *a);
+  void (*energy)(const model_view<double> &, const data_view<double> &, const double *q, const double *v,
+                 double *kinetic, double *potential);
+  double (*external_power)(const model_view<double> &, const data_view<double> &, const double *q, const double *v,
+                           const external_wrenches<double> &);
+  batch_kernels<double> one_double, lanes_double;
+  batch_kernels<float> one_float, lanes_float;
+};
+
+/// The table in force; chosen at the first call.  Throws std::runtime_error for an unusable KSL_ISA.
+const kernel_table &kernels();
+
+} // namespace ksl

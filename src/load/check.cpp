@@ -1,0 +1,235 @@
+#include "load/check.hpp"
+
+#include "load/words.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <map>
+
+namespace ksl {
+
+namespace {
+
+using load::in_line;
+using load::listed;
+using load::quoted;
+
+[[noreturn]] void refuse(const robot_description &robot, file_position at, const std::string &what) {
+  load::refuse(robot.file, at.line, what);
+}
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+/// Refuses empty names and names that stand twice; `kind` is "link" or "joint".
+template <class Item>
+void check_names(const robot_description &robot, const std::vector<Item> &items, const std::string &kind) {
+  std::map<std::string, file_position> first;
+  for (const Item &item : items) {
+    if (item.name.empty())
+      refuse(robot, item.at, "a " + kind + " has no name; give it one");
+    const auto [known, is_new] = first.try_emplace(item.name, item.at);
+    if (!is_new)
+      refuse(robot, item.at,
+             "a second " + kind + " is named " + quoted(item.name) +
+                 (known->second.line > 0 ? ", the first is in line " + std::to_string(known->second.line)
+                                         : std::string()) +
+                 "; rename one of them");
+  }
+}
+
+/// Are all ten numbers of an inertia so?
+template <class Test> bool all_of(const spatial_inertia<double> &I, Test test) {
+  const double all[] = {I.m, I.h.x, I.h.y, I.h.z, I.Ixx, I.Iyy, I.Izz, I.Ixy, I.Iyz, I.Izx};
+  return std::all_of(std::begin(all), std::end(all), test);
+}
+
+bool is_finite(double x) { return std::isfinite(x); }
+bool is_zero(double x) { return x == 0; }
+
+void check_numbers(const robot_description &robot) {
+  for (const link_description &link : robot.links) {
+    if (!all_of(link.inertia, is_finite))
+      refuse(robot, link.at,
+             "link " + link.name + ": its inertia about the link's origin is not finite; mend its numbers");
+    if (link.inertia.m < 0)
+      refuse(robot, link.at,
+             "link " + link.name + ": its mass is " + load::shown(link.inertia.m) +
+                 ", negative; a mass is zero or more, in kg");
+  }
+  for (const joint_description &joint : robot.joints) {
+    const mat3x3<double> &R = joint.placement.R;
+    const vec3<double> &t = joint.placement.t, &axis = joint.axis;
+    const double all[] = {R.m00, R.m10, R.m20, R.m01, R.m11,  R.m21,  R.m02, R.m12,
+                          R.m22, t.x,   t.y,   t.z,   axis.x, axis.y, axis.z};
+    if (!std::all_of(std::begin(all), std::end(all), is_finite))
+      refuse(robot, joint.at, "joint " + joint.name + ": its placement or its axis is not finite; mend its numbers");
+  }
+}
+
+/// The joint above each link, -1 above a root.  Refuses joints whose ends are no pair of links and second parents.
+std::vector<int> joints_above(const robot_description &robot) {
+  const int n = static_cast<int>(robot.links.size());
+  std::vector<int> above(robot.links.size(), -1);
+  for (std::size_t j = 0; j < robot.joints.size(); ++j) {
+    const joint_description &joint = robot.joints[j];
+    const std::string who = "joint " + joint.name + ": ";
+    if (joint.parent < 0 || joint.parent >= n || joint.child < 0 || joint.child >= n)
+      refuse(robot, joint.at,
+             who + "its parent is link number " + std::to_string(joint.parent) + ", its child number " +
+                 std::to_string(joint.child) + ", expected 0 to " + std::to_string(n - 1) +
+                 "; add both links before the joint");
+    const std::string &child = robot.links[index(joint.child)].name;
+    if (joint.parent == joint.child)
+      refuse(robot, joint.at, who + "link " + child + " is both its parent and its child; name two links");
+    int &joint_above = above[index(joint.child)];
+    if (joint_above >= 0) {
+      const joint_description &first = robot.joints[index(joint_above)];
+      refuse(robot, joint.at,
+             "link " + child + " has two parents, through joint " + first.name + in_line(first.at.line) +
+                 " and joint " + joint.name + in_line(joint.at.line) +
+                 "; the links of a robot form a tree: remove one of these joints");
+    }
+    joint_above = static_cast<int>(j);
+  }
+  return above;
+}
+
+[[noreturn]] void refuse_cycle(const robot_description &robot, const std::vector<int> &above, int link) {
+  std::vector<std::string> links, joints;
+  const int start = link;
+  do {
+    const joint_description &joint = robot.joints[index(above[index(link)])];
+    links.push_back(robot.links[index(link)].name);
+    joints.push_back(joint.name);
+    link = joint.parent;
+  } while (link != start);
+  // upwards was the way here; people read downwards
+  std::reverse(links.begin(), links.end());
+  std::reverse(joints.begin(), joints.end());
+  refuse(robot, robot.joints[index(above[index(start)])].at,
+         "links " + listed(links) + " form a cycle; the links of a robot form a tree: remove one of the joints " +
+             listed(joints));
+}
+
+/// Climbs from every link until it meets the root or a link met before; one met in the same climb is on a cycle.
+void check_cycles(const robot_description &robot, const std::vector<int> &above) {
+  std::vector<int> met_from(robot.links.size(), -1);
+  for (int start = 0; start < static_cast<int>(robot.links.size()); ++start) {
+    int link = start;
+    while (link >= 0 && met_from[index(link)] < 0) {
+      met_from[index(link)] = start;
+      const int joint = above[index(link)];
+      link = joint < 0 ? -1 : robot.joints[index(joint)].parent;
+    }
+    if (link >= 0 && met_from[index(link)] == start)
+      refuse_cycle(robot, above, link);
+  }
+}
+
+int only_root(const robot_description &robot, const std::vector<int> &above) {
+  std::vector<std::string> roots;
+  int root = -1, second = -1;
+  for (int link = 0; link < static_cast<int>(robot.links.size()); ++link) {
+    if (above[index(link)] >= 0)
+      continue;
+    roots.push_back(robot.links[index(link)].name + in_line(robot.links[index(link)].at.line));
+    if (root < 0)
+      root = link;
+    else if (second < 0)
+      second = link;
+  }
+  if (second >= 0)
+    refuse(robot, robot.links[index(second)].at,
+           "links " + listed(roots) +
+               " have no parent, but a robot has one root; join them by joints, or remove all "
+               "but one");
+  return root;
+}
+
+struct symmetric {
+  double xx, yy, zz, xy, yz, zx;
+};
+
+/// Eigenvalues in rising order, by Jacobi rotations (Golub and Van Loan, Matrix Computations, 8.5).
+void eigenvalues(const symmetric &A, double out[3]) {
+  double a[3][3] = {{A.xx, A.xy, A.zx}, {A.xy, A.yy, A.yz}, {A.zx, A.yz, A.zz}};
+  for (int sweep = 0; sweep < 16; ++sweep)
+    for (int p = 0; p < 2; ++p)
+      for (int q = p + 1; q < 3; ++q) {
+        if (a[p][q] == 0)
+          continue;
+        const int r = 3 - p - q;
+        const double tau = (a[q][q] - a[p][p]) / (2 * a[p][q]);
+        const double t = std::copysign(1.0, tau) / (std::fabs(tau) + std::hypot(1.0, tau));
+        const double c = 1 / std::hypot(1.0, t), s = t * c;
+        const double arp = a[r][p], arq = a[r][q], apq = a[p][q];
+        a[p][p] -= t * apq;
+        a[q][q] += t * apq;
+        a[p][q] = a[q][p] = 0;
+        a[r][p] = a[p][r] = c * arp - s * arq;
+        a[r][q] = a[q][r] = s * arp + c * arq;
+      }
+  for (int i = 0; i < 3; ++i)
+    out[i] = a[i][i];
+  std::sort(out, out + 3);
+}
+
+/// The inertia matrix about the centroid.
+symmetric about_centroid(const spatial_inertia<double> &I) {
+  const vec3<double> c = {I.h.x / I.m, I.h.y / I.m, I.h.z / I.m};
+  return {I.Ixx - (I.h.y * c.y + I.h.z * c.z),
+          I.Iyy - (I.h.z * c.z + I.h.x * c.x),
+          I.Izz - (I.h.x * c.x + I.h.y * c.y),
+          I.Ixy + I.h.x * c.y,
+          I.Iyz + I.h.y * c.z,
+          I.Izx + I.h.z * c.x};
+}
+
+/// What no rigid body can have, or nothing.
+std::string fault_of(const spatial_inertia<double> &I) {
+  using load::shown;
+  if (!all_of(I, is_finite))
+    return "mass or inertia is not finite";
+  if (I.m < 0)
+    return "mass " + shown(I.m) + " is negative";
+  if (I.m == 0)
+    return all_of(I, is_zero) ? "" : "mass 0 with an inertia that is not zero";
+  double moments[3];
+  eigenvalues(about_centroid(I), moments);
+  const auto [least, middle, largest] = moments;
+  // about the origin the matrix has lost what is small beside m |c|²: that is no fault of the file
+  const double rounding = 1e-14 * (I.h.x * I.h.x + I.h.y * I.h.y + I.h.z * I.h.z) / I.m;
+  const double tolerance = 1e-6 * std::max(std::fabs(largest), std::fabs(least)) + rounding;
+  // a moment within the tolerance of zero is one
+  const auto said = [&](double moment) { return shown(std::fabs(moment) <= tolerance ? 0 : moment); };
+  const std::string are = "principal moments " + said(largest) + ", " + said(middle) + ", " + said(least) + ": ";
+  if (least < -tolerance)
+    return are + "the smallest is negative";
+  if (largest > middle + least + tolerance)
+    return are + "the largest exceeds the sum of the other two by " + shown(largest - middle - least);
+  return "";
+}
+
+} // namespace
+
+int check_tree(const robot_description &robot) {
+  if (robot.links.empty())
+    refuse(robot, {}, "the robot has no link; it needs at least one");
+  check_names(robot, robot.links, "link");
+  check_names(robot, robot.joints, "joint");
+  check_numbers(robot);
+  const std::vector<int> above = joints_above(robot);
+  check_cycles(robot, above);
+  return only_root(robot, above);
+}
+
+std::vector<std::string> check_inertias(const robot_description &robot) {
+  std::vector<std::string> lines;
+  for (const link_description &link : robot.links)
+    if (const std::string fault = fault_of(link.inertia); !fault.empty())
+      lines.push_back(load::one_line("link " + link.name + in_line(link.at.line) + ": " + fault));
+  return lines;
+}
+
+} // namespace ksl

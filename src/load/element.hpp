@@ -1,0 +1,60 @@
+// An element of a robot file as its reader asks it: its children, its numbers, and what the reader doesn't know.
+#pragma once
+
+#include "load/unused.hpp"
+#include "load/xml.hpp"
+
+#include <array>
+#include <initializer_list>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace ksl::load {
+
+/// An element that stands in a link, a joint or the robot (`where`).  Every error names the file, the line and `where`.
+class element {
+public:
+  element(const xml_file &file, unused_list &unused, pugi::xml_node node, owner where)
+      : file_(&file), unused_(&unused), node_(node), where_(std::move(where)) {}
+
+  explicit operator bool() const { return static_cast<bool>(node_); }
+  std::string tag() const { return node_.name(); }
+  int line() const { return file_->line_of(node_); }
+  pugi::xml_node node() const { return node_; }
+  const owner &where() const { return where_; }
+
+  /// The child of that tag; false when there is none, an error when there are two.
+  element child(const char *tag) const;
+
+  /// Lists what is neither among the attributes nor among the child elements named; refuses an attribute given twice.
+  void expect(std::initializer_list<std::string_view> attributes,
+              std::initializer_list<std::string_view> children) const;
+
+  bool has(const char *attribute) const { return static_cast<bool>(node_.attribute(attribute)); }
+  std::string text(const char *attribute) const { return node_.attribute(attribute).value(); }
+
+  /// The number in an attribute; nothing when there is no such attribute.
+  std::optional<double> number(const char *attribute) const;
+  /// The number in an attribute; `mend` says how to mend its absence.
+  double required_number(const char *attribute, const std::string &mend) const;
+  /// The N numbers in an attribute that is there.
+  template <std::size_t N> std::array<double, N> numbers(const char *attribute) const {
+    std::array<double, N> values{};
+    read_numbers(attribute, values.data(), N);
+    return values;
+  }
+
+  [[noreturn]] void refuse(const std::string &what) const;
+
+private:
+  void read_numbers(const char *attribute, double *values, std::size_t count) const;
+  double number_from(const char *attribute, std::string_view word) const;
+
+  const xml_file *file_;
+  unused_list *unused_;
+  pugi::xml_node node_;
+  owner where_;
+};
+
+} // namespace ksl::load

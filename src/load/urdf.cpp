@@ -1,0 +1,304 @@
+// Reads URDF 1.0 to 1.2: https://wiki.ros.org/urdf/XML, and versions 1.1 and 1.2 as urdfdom has them.
+#include "load/urdf.hpp"
+
+#include "load/check.hpp"
+#include "load/urdf_values.hpp"
+#include "load/words.hpp"
+
+#include <map>
+
+namespace ksl {
+
+namespace {
+
+using load::element;
+using load::owner;
+using load::quoted;
+
+class urdf_reader {
+public:
+  urdf_reader(const load::xml_file &file, const urdf_options &options)
+      : file_(file), options_(options), root_(file, unused_, file.root(), {"robot", ""}) {}
+
+  robot_description read();
+
+private:
+  void check_root() const;
+  void check_expanded() const;
+  int minor_version() const;
+  void read_link(pugi::xml_node node);
+  void read_joint(pugi::xml_node node);
+  joint_kind kind_of(const element &joint) const;
+  int link_named_in(const element &joint, const char *tag) const;
+  void read_motion(const element &joint, joint_description &out);
+  void read_limit(const element &joint, joint_description &out);
+  void read_dynamics(const element &joint, joint_description &out);
+  void read_mimic(const element &joint, joint_kind kind);
+  void refuse_mimics() const;
+  void check_strictly() const;
+
+  const load::xml_file &file_;
+  const urdf_options &options_;
+  load::unused_list unused_;
+  element root_;
+  robot_description robot_;
+  int minor_ = 0; ///< version 1.minor
+  std::map<std::string, int> link_index_;
+  std::vector<element> refused_mimics_;
+};
+
+robot_description urdf_reader::read() {
+  check_root();
+  check_expanded();
+  root_.expect({"name", "version"}, {"link", "joint", "material", "transmission", "gazebo"});
+  minor_ = minor_version();
+  robot_.name = root_.text("name");
+  robot_.file = file_.name();
+  if (!file_.guessed_encoding().empty())
+    robot_.warnings.push_back(file_.guessed_encoding());
+
+  // joints name links, wherever those stand
+  for (const pugi::xml_node link : root_.node().children("link"))
+    read_link(link);
+  if (robot_.links.empty())
+    root_.refuse("no <link> in <robot>; a robot needs at least one, <link name=\"base\"/> for example");
+  for (const pugi::xml_node joint : root_.node().children("joint"))
+    read_joint(joint);
+  for (const pugi::xml_node other : root_.node().children())
+    for (const char *tag : {"material", "transmission", "gazebo"})
+      if (other.name() == std::string_view(tag))
+        unused_.in_robot(tag);
+
+  refuse_mimics();
+  check_tree(robot_);
+  if (options_.strict)
+    check_strictly();
+  for (const std::string &line : check_inertias(robot_))
+    robot_.warnings.push_back(line);
+  robot_.unused = unused_.lines();
+  return std::move(robot_);
+}
+
+void urdf_reader::check_root() const {
+  const std::string tag = root_.tag();
+  if (tag == "robot")
+    return;
+  std::string mend = "give a URDF file";
+  if (tag == "mujoco")
+    mend = "this looks like MJCF, not URDF";
+  if (tag == "sdf")
+    mend = "this looks like SDF: convert it to URDF first";
+  if (tag.substr(0, 6) == "xacro:")
+    mend = "run xacro first: xacro FILE > robot.urdf";
+  file_.refuse(root_.node(), "the root element is <" + tag + ">, expected <robot>; " + mend);
+}
+
+/// xacro elements would be lost in silence.  Its namespace alone is harmless: xacro leaves it behind.
+void urdf_reader::check_expanded() const {
+  struct finder : pugi::xml_tree_walker {
+    pugi::xml_node found;
+    bool for_each(pugi::xml_node &node) override {
+      if (std::string_view(node.name()).substr(0, 6) != "xacro:")
+        return true;
+      found = node;
+      return false;
+    }
+  } xacro;
+  pugi::xml_node root = root_.node();
+  root.traverse(xacro);
+  if (xacro.found)
+    file_.refuse(xacro.found,
+                 "<" + std::string(xacro.found.name()) + "> is not expanded; run xacro first: xacro FILE > robot.urdf");
+}
+
+int urdf_reader::minor_version() const {
+  if (!root_.has("version"))
+    return 0;
+  const std::string version = root_.text("version");
+  if (version == "1.0")
+    return 0;
+  if (version == "1.1")
+    return 1;
+  if (version == "1.2")
+    return 2;
+  root_.refuse("URDF version " + quoted(version) +
+               " is unknown, expected 1.0, 1.1 or 1.2; if the file needs nothing newer, write version=\"1.2\"");
+}
+
+void urdf_reader::read_link(pugi::xml_node node) {
+  const element link(file_, unused_, node, {"link", node.attribute("name").value()});
+  if (link.where().name.empty())
+    link.refuse("<link> has no name; write <link name=\"...\">");
+  link.expect({"name"}, {"inertial", "visual", "collision"});
+  link_description out;
+  out.name = link.where().name;
+  out.at = {link.line()};
+  for (const char *tag : {"visual", "collision"})
+    if (node.child(tag))
+      unused_.in_link(tag);
+  if (const element inertial = link.child("inertial")) {
+    out.has_inertial = true;
+    out.inertia = load::inertia_in(inertial, minor_);
+  }
+  link_index_.try_emplace(out.name, static_cast<int>(robot_.links.size()));
+  robot_.links.push_back(std::move(out));
+}
+
+void urdf_reader::read_joint(pugi::xml_node node) {
+  const element joint(file_, unused_, node, {"joint", node.attribute("name").value()});
+  if (joint.where().name.empty())
+    joint.refuse("<joint> has no name; write <joint name=\"...\" type=\"...\">");
+  joint.expect({"name", "type"},
+               {"origin", "parent", "child", "axis", "limit", "dynamics", "mimic", "safety_controller", "calibration"});
+  joint_description out;
+  out.name = joint.where().name;
+  out.at = {joint.line()};
+  out.kind = kind_of(joint);
+  out.parent = link_named_in(joint, "parent");
+  out.child = link_named_in(joint, "child");
+  out.placement = load::origin_in(joint, minor_);
+  read_motion(joint, out);
+  read_dynamics(joint, out);
+  read_mimic(joint, out.kind);
+  for (const char *tag : {"safety_controller", "calibration"})
+    if (node.child(tag))
+      unused_.in_joint(tag, "not used", out.name);
+  robot_.joints.push_back(std::move(out));
+}
+
+joint_kind urdf_reader::kind_of(const element &joint) const {
+  const std::string type = joint.text("type");
+  std::vector<std::string> names;
+  for (const joint_kind_row &row : joint_kinds) {
+    if (type == row.name)
+      return static_cast<joint_kind>(names.size());
+    names.push_back(row.name);
+  }
+  const std::string known = load::listed(names);
+  if (type.empty())
+    joint.refuse("<joint> has no type; write type=\"...\" with one of " + known);
+  if (type == "planar")
+    joint.refuse("type planar is not supported; write two prismatic joints and a revolute one in its place");
+  joint.refuse("joint type " + quoted(type) + " is unknown, expected one of " + known +
+               load::suggestion(type, names, "write one of these"));
+}
+
+/// The index of the link that <parent> or <child> names.
+int urdf_reader::link_named_in(const element &joint, const char *tag) const {
+  const element end = joint.child(tag);
+  const std::string example = std::string("<").append(tag).append(" link=\"...\"/>");
+  if (!end)
+    joint.refuse("no <" + std::string(tag) + "> in <joint>; add " + example);
+  end.expect({"link"}, {});
+  const std::string name = end.text("link");
+  if (name.empty())
+    end.refuse("<" + std::string(tag) + "> names no link; write " + example);
+  if (const auto found = link_index_.find(name); found != link_index_.end())
+    return found->second;
+  std::vector<std::string> names;
+  for (const link_description &link : robot_.links)
+    names.push_back(link.name);
+  end.refuse(std::string(tag) + " link " + quoted(name) + " does not exist" +
+             load::suggestion(name, names, "add that link, or name one of " + load::listed(names)));
+}
+
+/// Axis and limits, of the joints that move along an axis.
+void urdf_reader::read_motion(const element &joint, joint_description &out) {
+  if (row_of(out.kind).nv == 1) {
+    out.axis = load::axis_in(joint);
+    read_limit(joint, out);
+    return;
+  }
+  const std::string why = "no effect on a " + std::string(row_of(out.kind).name) + " joint";
+  for (const char *tag : {"axis", "limit"})
+    if (joint.child(tag))
+      unused_.in_joint(tag, why, out.name);
+}
+
+void urdf_reader::read_limit(const element &joint, joint_description &out) {
+  const element limit = joint.child("limit");
+  if (!limit)
+    return;
+  limit.expect({"lower", "upper", "effort", "velocity", "acceleration", "deceleration", "jerk"}, {});
+  out.effort = limit.number("effort");
+  out.velocity = limit.number("velocity");
+  for (const char *name : {"acceleration", "deceleration", "jerk"})
+    if (limit.has(name))
+      unused_.in_joint("limit " + std::string(name), "not used", out.name);
+  if (out.kind == joint_kind::continuous) {
+    for (const char *name : {"lower", "upper"})
+      if (limit.has(name))
+        unused_.in_joint("limit " + std::string(name), "no effect on a continuous joint", out.name);
+    return;
+  }
+  out.lower = limit.number("lower");
+  out.upper = limit.number("upper");
+  if (out.lower && out.upper && *out.lower > *out.upper)
+    limit.refuse("lower limit " + load::shown(*out.lower) + " is above upper limit " + load::shown(*out.upper) +
+                 "; exchange or correct them");
+}
+
+void urdf_reader::read_dynamics(const element &joint, joint_description &out) {
+  const element dynamics = joint.child("dynamics");
+  if (!dynamics)
+    return;
+  dynamics.expect({"damping", "friction"}, {});
+  const auto read = [&](const char *name) {
+    const double value = dynamics.number(name).value_or(0);
+    if (value != 0)
+      unused_.in_joint(name, "read, not applied", out.name);
+    return value;
+  };
+  out.damping = read("damping");
+  out.friction = read("friction");
+}
+
+void urdf_reader::read_mimic(const element &joint, joint_kind kind) {
+  const element mimic = joint.child("mimic");
+  if (!mimic)
+    return;
+  const std::string &name = joint.where().name;
+  if (kind == joint_kind::fixed)
+    unused_.in_joint("mimic", "no effect on a fixed joint", name);
+  else if (options_.mimic_independent)
+    unused_.in_joint("mimic", "the coupling is not applied: each has a coordinate of its own", name);
+  else
+    refused_mimics_.push_back(mimic);
+}
+
+/// One message for all of them, since one option mends all.
+void urdf_reader::refuse_mimics() const {
+  if (refused_mimics_.empty())
+    return;
+  const element &first = refused_mimics_[0];
+  first.refuse("it mimics joint " + quoted(first.text("joint")) + "; coupled joints (" +
+               std::to_string(refused_mimics_.size()) +
+               " in this file) are not supported: --mimic independent on the command line, or "
+               "mimic=\"independent\" in Python, gives each a coordinate of its own");
+}
+
+/// Refuses a robot with inertias that no body can have; says the first of them.
+void urdf_reader::check_strictly() const {
+  const std::vector<std::string> lines = check_inertias(robot_);
+  if (lines.empty())
+    return;
+  std::string what;
+  for (std::size_t i = 0; i < lines.size() && i < 3; ++i)
+    what += lines[i] + "; ";
+  if (lines.size() > 3)
+    what += std::to_string(lines.size() - 3) + " more such links; ";
+  load::refuse(robot_.file, 0, what + "correct these inertias, or read the file without strict");
+}
+
+} // namespace
+
+robot_description read_urdf(const std::string &path, const urdf_options &options) {
+  return read_urdf_text(load::bytes_of_file(path), path, options);
+}
+
+robot_description read_urdf_text(const std::string &text, const std::string &name, const urdf_options &options) {
+  const load::xml_file file(text, name);
+  return urdf_reader(file, options).read();
+}
+
+} // namespace ksl

@@ -1,0 +1,23 @@
+// Reads URDF 1.0 to 1.2.
+#pragma once
+
+#include "ksl/engine/description.hpp"
+
+#include <string>
+
+namespace ksl {
+
+struct urdf_options {
+  /// A moving joint that mimics another is refused unless this says that it gets a coordinate of its own.
+  bool mimic_independent = false;
+  /// Inertias that no body can have are errors instead of warnings.
+  bool strict = false;
+};
+
+/// Reads the URDF file at `path`.  Throws description_error.
+robot_description read_urdf(const std::string &path, const urdf_options &options = {});
+
+/// The same from text; `name` stands for the file in messages.
+robot_description read_urdf_text(const std::string &text, const std::string &name, const urdf_options &options = {});
+
+} // namespace ksl

@@ -1,0 +1,42 @@
+// An XML file with its positions: pugixml reads it, this adds lines, encodings and the errors that pugixml lets pass.
+#pragma once
+
+#include <pugixml.hpp>
+
+#include <string>
+#include <vector>
+
+namespace ksl::load {
+
+/// The bytes of a file.  Throws description_error when there is none to read.
+std::string bytes_of_file(const std::string &path);
+
+/// A parsed XML document that knows in which line each element stands.
+class xml_file {
+public:
+  /// Parses the text; `name` stands for the file in messages.  Throws description_error unless it is well-formed XML
+  /// with one root element.
+  xml_file(std::string text, std::string name);
+
+  pugi::xml_node root() const { return document_.document_element(); }
+  int line_of(pugi::xml_node node) const;
+  const std::string &name() const { return name_; }
+
+  /// Throws description_error with the file, the line of the node, and what is wrong.
+  [[noreturn]] void refuse(pugi::xml_node at, const std::string &what) const;
+
+  /// A line when the encoding had to be guessed, else empty.
+  const std::string &guessed_encoding() const { return guessed_encoding_; }
+
+private:
+  void decode();
+  int line_at(std::size_t offset) const;
+
+  std::string text_; ///< UTF-8
+  std::string name_;
+  std::string guessed_encoding_;
+  std::vector<std::size_t> line_starts_; ///< offset of the first byte of each line
+  pugi::xml_document document_;
+};
+
+} // namespace ksl::load

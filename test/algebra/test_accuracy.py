@@ -1,0 +1,1112 @@
+"""Every function of the algebra against a reference at 200 bits, in both precisions.
+
+Error is measured per vector of the result (lin and ang of a screw, each column of a matrix, ...) against the sum of the
+norms of the products that enter it: spectral norms where a matrix meets a vector, Frobenius norms (of r̃: √2 |r|) where
+the result is an inertia matrix; u is the unit roundoff.  The bound is 4 u
+unless a function's entry states another.  References take the rounded arguments as they are."""
+
+import zlib
+
+import numpy as np
+import pytest
+
+import reference as ref
+from functions import everything
+from reference import T, UNIT, cross, dot, matrix, mp, mul, norm, numbers
+
+CASES = 10_000
+FUNCTIONS = everything()
+SHARED = {}  # the samples and what was made of them alone, by identity
+
+
+def remember(f):
+    """Do f once for each shared argument."""
+    made = {}
+
+    def g(x):
+        if id(x) not in SHARED:
+            return f(x)
+        if id(x) not in made:
+            made[id(x)] = f(x)
+            SHARED[id(made[id(x)])] = made[id(x)]
+        return made[id(x)]
+    return g
+
+
+Ad, CoAd, pose, inverse_pose = remember(ref.Ad), remember(ref.CoAd), remember(ref.pose), remember(ref.inverse_pose)
+FLOAT_ONLY = {"ksl_slerpf": "ksl_quaternion_slerp", "ksl_slerp": "ksl_quaternion_slerp", "ksl_squadf": "ksl_quaternion_squad",
+              "ksl_nlerpf": "ksl_quaternion_nlerp", "ksl_quaternionf_toMat3x3f": "ksl_quaternion_toMat3x3", "kls_add_dpiToq": "ksl_add_dpiToq",
+              "ksl_mat4x4f_toSE3f": "ksl_mat4x4_toSE3", "ksl_mat4x4f_fromSE3f": "ksl_mat4x4_fromSE3", "catan2pi": "ksl_catan2pi",
+              "catan2pif": "ksl_catan2pi", "catan1pi": "ksl_catan1pi", "catan1pif": "ksl_catan1pi",
+              "ksl_mat3x3f_getEulerAnglesWithReference": "ksl_mat3x3_getEulerAnglesWithReference", "ksl_hrxinvf": "ksl_hsrxinv", "ksl_SE3f_toMat4x4f": "ksl_SE3_toMat4x4", "ksl_SE3_toMat4x4f": "ksl_SE3_toMat4x4"}
+
+# name in double → (reference, bound in u).  A reference takes the arguments at 200 bits, in their order and with what
+# outputs held before, and returns what is computed as a list of (value, scale) in the order of its numbers.
+TABLE = {}
+
+
+def entry(*names, bound=4.0):
+    def add(f):
+        for name in names:
+            TABLE[f"ksl_{name}"] = (f, bound)
+        return f
+    return add
+
+
+def exact(*values):
+    """Numbers that must come out as they are."""
+    return [(v, np.zeros(len(v))) for v in values]
+
+
+@remember
+def blocks6(A):
+    """Spectral norms of the four 3×3 blocks of 6×6 matrices."""
+    A = A.astype(float)
+    return np.stack([np.stack([ref.spectral(A[:, i:i + 3, j:j + 3]) for j in (0, 3)], -1) for i in (0, 3)], 1)
+
+
+def product6(A, x, sign=1):
+    y, n = mul(A, x), blocks6(A)
+    size = n[:, :, 0] * norm(x[:, :3])[:, None] + n[:, :, 1] * norm(x[:, 3:])[:, None]
+    return [(sign * y[:, :3], size[:, 0]), (sign * y[:, 3:], size[:, 1])]
+
+
+def product3(R, v, sign=1):
+    return [(sign * mul(R, v), norm(v))]
+
+
+def product4(A, B):
+    """Pose × pose: four columns."""
+    C, t = mul(A, B), norm(A[:, :3, 3])
+    return [(C[:, :3, j], norm(B[:, :3, j]) + (t if j == 3 else 0)) for j in range(4)]
+
+
+def product_rotations(A, B):
+    C = mul(A, B)
+    return [(C[:, :, j], norm(B[:, :, j])) for j in range(3)]
+
+
+def column(A, j, sign=1):
+    """Column j of a 6×6 adjoint: its two vectors; moments t × e have size |t|."""
+    scale = blocks6(A)[:, :, j // 3]
+    own = j // 3
+    return [(sign * A[:, 3 * i:3 * i + 3, j], 0 * scale[:, i] if i == own else scale[:, i]) for i in (0, 1)]
+
+
+def unit(n, k, s=None):
+    e = ref.zeros(n, 3)
+    e[:, k] = ref.ONE if s is None else s
+    return e
+
+
+def split(x):
+    return [x[:, :3], x[:, 3:]] if x.shape[1] == 6 else [x]
+
+
+# elementwise, for vectors, screws and coscrews
+
+for kind, letter in (("vec3", "v"), ("screw", "s"), ("coscrew", "c")):
+    two = letter * 2
+
+    @entry(f"{kind}_copy")
+    def _(x, o):
+        return exact(x)
+
+    @entry(f"{kind}_inverted")
+    def _(x, o):
+        return exact(-x)
+
+    @entry(f"{kind}_invert")
+    def _(x):
+        return exact(-x)
+
+    @entry(f"{kind}_scale")
+    def _(x, a):
+        return [(a[:, None] * p, abs(a.astype(float)) * norm(p)) for p in split(x)]
+
+    @entry(f"product_a{letter}")
+    def _(a, x, o):
+        return [(a[:, None] * p, abs(a.astype(float)) * norm(p)) for p in split(x)]
+
+    @entry(f"add_{two}")
+    def _(x, y, o):
+        return [(p + q, norm(p) + norm(q)) for p, q in zip(split(x), split(y))]
+
+    @entry(f"subtract_{two}")
+    def _(x, y, o):
+        return [(p - q, norm(p) + norm(q)) for p, q in zip(split(x), split(y))]
+
+    @entry(f"axpy_{two}")
+    def _(a, x, y):
+        return [(a[:, None] * p + q, abs(a.astype(float)) * norm(p) + norm(q)) for p, q in zip(split(x), split(y))]
+
+    @entry(f"xpy_{two}")
+    def _(x, y):
+        return [(p + q, norm(p) + norm(q)) for p, q in zip(split(x), split(y))]
+
+    @entry(f"nxpy_{two}")
+    def _(x, y):
+        return [(q - p, norm(p) + norm(q)) for p, q in zip(split(x), split(y))]
+
+
+@entry("vec3_setZero")
+def _(v):
+    return exact(0 * v)
+
+
+@entry("vec3_swap")
+def _(a, b):
+    return exact(b, a)
+
+
+@entry("vec3_scaled")
+def _(v, a, o):
+    return [(a[:, None] * v, abs(a.astype(float)) * norm(v))]
+
+
+@entry("product_avinv")
+def _(a, v, o):
+    return [(-a[:, None] * v, abs(a.astype(float)) * norm(v))]
+
+
+@entry("vec3_divided", "product_ainvvf")
+def _(v, a, o):
+    return [(v / a[:, None], norm(v) / abs(a.astype(float)))]
+
+
+@entry("product_ainvv")
+def _(a, v, o):
+    return [(v / a[:, None], norm(v) / abs(a.astype(float)))]
+
+
+@entry("vec3_l2norm")
+def _(v):
+    return [(ref.sqrt(dot(v, v)), norm(v))]
+
+
+@entry("vec3_normalized")
+def _(v, o):
+    return [(v / ref.sqrt(dot(v, v))[:, None], np.ones(len(v)))]
+
+
+@entry("vec3_normalize")
+def _(v):
+    return [(v / ref.sqrt(dot(v, v))[:, None], np.ones(len(v)))]
+
+
+@entry("dot_vv")
+def _(a, b):
+    return [(dot(a, b), norm(a) * norm(b))]
+
+
+@entry("cross_vv")
+def _(a, b, o):
+    return [(cross(a, b), norm(a) * norm(b))]
+
+
+@entry("cross_vvinv")
+def _(a, b, o):
+    return [(-cross(a, b), norm(a) * norm(b))]
+
+
+for k, letter in enumerate("xyz"):
+    for sign, inv in ((1, ""), (-1, "inv")):
+        @entry(f"add_vv{letter}{inv}")
+        def _(t, s, o, k=k, sign=sign):
+            return [(t + unit(len(t), k, sign * s), norm(t) + abs(s.astype(float)))]
+
+        @entry(f"product_drvt{letter}{inv}")
+        def _(R, s, o, k=k, sign=sign):
+            return [(sign * mul(matrix(R), unit(len(s), k, s)), abs(s.astype(float)))]
+
+        @entry(f"product_drdr{letter}{inv}")
+        def _(R, dc, o, k=k, sign=sign):
+            A = ref.axis_rotation(k, dc)
+            return product_rotations(matrix(R), A if sign == 1 else T(A))
+
+        @entry(f"product_ddr{letter}{inv}")
+        def _(D, dc, o, k=k, sign=sign):
+            A = ref.axis_rotation(k, dc)
+            return product4(pose(D), ref.rotation_pose(A if sign == 1 else T(A)))
+
+        @entry(f"product_ddt{letter}{inv}")
+        def _(D, s, o, k=k, sign=sign):
+            return product4(pose(D), ref.translation_pose(unit(len(s), k, sign * s)))
+
+        @entry(f"hst{letter}{inv}")
+        def _(D, o, k=k, sign=sign):
+            return column(Ad(pose(D)), k, sign)
+
+        @entry(f"hsr{letter}{inv}")
+        def _(D, o, k=k, sign=sign):
+            return column(Ad(pose(D)), 3 + k, sign)
+
+        @entry(f"hct{letter}{inv}")
+        def _(D, o, k=k, sign=sign):
+            return column(CoAd(pose(D)), k, sign)
+
+        @entry(f"hcr{letter}{inv}")
+        def _(D, o, k=k, sign=sign):
+            return column(CoAd(pose(D)), 3 + k, sign)
+
+for sign, inv in ((1, ""), (-1, "inv")):
+    @entry(f"hsta{inv}")
+    def _(D, a, o, sign=sign):
+        return product6(Ad(pose(D)), np.concatenate([a, 0 * a], 1), sign)
+
+    @entry(f"hsra{inv}")
+    def _(D, a, o, sign=sign):
+        return product6(Ad(pose(D)), np.concatenate([0 * a, a], 1), sign)
+
+    @entry(f"hcta{inv}")
+    def _(D, a, o, sign=sign):
+        return product6(CoAd(pose(D)), np.concatenate([a, 0 * a], 1), sign)
+
+    @entry(f"hcra{inv}")
+    def _(D, a, o, sign=sign):
+        return product6(CoAd(pose(D)), np.concatenate([0 * a, a], 1), sign)
+
+    @entry(f"product_drv{inv}")
+    def _(R, v, o, sign=sign):
+        return product3(matrix(R), v, sign)
+
+    @entry(f"product_drinvv{inv}")
+    def _(R, v, o, sign=sign):
+        return product3(T(matrix(R)), v, sign)
+
+    @entry(f"product_Adrs{inv}")
+    def _(R, s, o, sign=sign):
+        return product6(Ad(ref.rotation_pose(matrix(R))), s, sign)
+
+    @entry(f"product_Adts{inv}")
+    def _(t, s, o, sign=sign):
+        return product6(Ad(ref.translation_pose(t)), s, sign)
+
+    @entry(f"product_Ads{inv}")
+    def _(D, s, o, sign=sign):
+        return product6(Ad(pose(D)), s, sign)
+
+    @entry(f"product_CoAdrc{inv}")
+    def _(R, c, o, sign=sign):
+        return product6(CoAd(ref.rotation_pose(matrix(R))), c, sign)
+
+    @entry(f"product_CoAdtc{inv}")
+    def _(t, c, o, sign=sign):
+        return product6(CoAd(ref.translation_pose(t)), c, sign)
+
+    @entry(f"product_CoAdc{inv}")
+    def _(D, c, o, sign=sign):
+        return product6(CoAd(pose(D)), c, sign)
+
+
+# matrices
+
+@entry("mat3x3_setIdentity")
+def _(R):
+    return exact(numbers(ref.identity(len(R), 3)))
+
+
+@entry("mat3x3_copy")
+def _(R, o):
+    return exact(R)
+
+
+@entry("mat3x3_setFromVectors")
+def _(o, x, y, z):
+    return exact(numbers(np.stack([x, y, z], -1)))
+
+
+@entry("mat3x3_toVectors")
+def _(R, x, y, z):
+    return exact(*(matrix(R)[:, :, j] for j in range(3)))
+
+
+@entry("mat3x3_transposed")
+def _(R, o):
+    return exact(numbers(T(matrix(R))))
+
+
+@entry("mat3x3_transpose")
+def _(R):
+    return exact(numbers(T(matrix(R))))
+
+
+@entry("mat3x3_determinant")
+def _(R):
+    return [(dot(matrix(R)[:, :, 0], cross(matrix(R)[:, :, 1], matrix(R)[:, :, 2])), np.ones(len(R)))]
+
+
+def gram_schmidt(R):
+    x, y, z = (matrix(R)[:, :, j] for j in range(3))
+    x = x / ref.sqrt(dot(x, x))[:, None]
+    y = y - dot(x, y)[:, None] * x
+    y = y / ref.sqrt(dot(y, y))[:, None]
+    z = z - dot(x, z)[:, None] * x - dot(y, z)[:, None] * y
+    z = z / ref.sqrt(dot(z, z))[:, None]
+    return [(c, np.ones(len(R))) for c in (x, y, z)]
+
+
+@entry("mat3x3_normalized")
+def _(R, o):
+    return gram_schmidt(R)
+
+
+@entry("mat3x3_normalize")
+def _(R):
+    return gram_schmidt(R)
+
+
+def inverse3(R):
+    A = ref.solve3(matrix(R))
+    return [(0 * R[:, 0], np.zeros(len(R)))] + [(A[:, :, j], norm(A) * norm(R) / 3) for j in range(3)]
+
+
+@entry("mat3x3_inverted")
+def _(R, o):
+    return inverse3(R)
+
+
+@entry("mat3x3_invert")
+def _(R):
+    return inverse3(R)
+
+
+def rodrigues(a, s, c):
+    A = c[:, None, None] * ref.identity(len(a), 3) + s[:, None, None] * ref.tilde(a) + (1 - c)[:, None, None] * ref.outer(a, a)
+    size = abs(c.astype(float)) + abs(s.astype(float)) * norm(a) + abs((1 - c).astype(float)) * norm(a) ** 2
+    return [(A[:, :, j], size) for j in range(3)]
+
+
+@entry("mat3x3_setFromAxisDC")
+def _(o, axis, dc):
+    return rodrigues(axis, dc[:, 0], dc[:, 1])
+
+
+@entry("product_drdr")
+def _(A, B, o):
+    return product_rotations(matrix(A), matrix(B))
+
+
+@entry("product_drdrinv")
+def _(A, B, o):
+    return product_rotations(matrix(A), T(matrix(B)))
+
+
+@entry("product_drinvdr")
+def _(A, B, o):
+    return product_rotations(T(matrix(A)), matrix(B))
+
+
+# poses
+
+@entry("SE3_setIdentity")
+def _(D):
+    return exact(numbers(ref.identity(len(D), 4)[:, :3]))
+
+
+@entry("SE3_copy")
+def _(D, o):
+    return exact(D)
+
+
+@entry("SE3_getTranslation")
+def _(D, o):
+    return exact(pose(D)[:, :3, 3])
+
+
+@entry("SE3_toMat4x4")
+def _(D, o):
+    return exact(numbers(pose(D)))
+
+
+def inverted(D):
+    A = inverse_pose(pose(D))
+    return [(A[:, :3, j], norm(A[:, :3, j])) for j in range(4)]
+
+
+@entry("SE3_inverted")
+def _(D, o):
+    return inverted(D)
+
+
+@entry("SE3_invert")
+def _(D):
+    return inverted(D)
+
+
+@entry("product_dv")
+def _(D, v, o):
+    return [(mul(pose(D)[:, :3, :3], v) + pose(D)[:, :3, 3], norm(v) + norm(D[:, 9:]))]
+
+
+@entry("product_dinvv")
+def _(D, v, o):
+    A = inverse_pose(pose(D))
+    return [(mul(A[:, :3, :3], v) + A[:, :3, 3], norm(v) + norm(D[:, 9:]))]
+
+
+@entry("product_dd")
+def _(A, B, o):
+    return product4(pose(A), pose(B))
+
+
+@entry("product_ddinv")
+def _(A, B, o):
+    return product4(pose(A), inverse_pose(pose(B)))
+
+
+@entry("product_dinvd")
+def _(A, B, o):
+    return product4(inverse_pose(pose(A)), pose(B))
+
+
+@entry("product_ddr")
+def _(D, R, o):
+    return product4(pose(D), ref.rotation_pose(matrix(R)))
+
+
+@entry("product_ddrinv")
+def _(D, R, o):
+    return product4(pose(D), ref.rotation_pose(T(matrix(R))))
+
+
+@entry("product_ddt")
+def _(D, t, o):
+    return product4(pose(D), ref.translation_pose(t))
+
+
+@entry("product_ddtinv")
+def _(D, t, o):
+    return product4(pose(D), ref.translation_pose(-t))
+
+
+@entry("product_dinvdt")
+def _(D, t, o):
+    return product4(inverse_pose(pose(D)), ref.translation_pose(t))
+
+
+# screws and coscrews
+
+@entry("product_Adinvs")
+def _(D, s, o):
+    return product6(Ad(inverse_pose(pose(D))), s)
+
+
+@entry("product_Adrinvs")
+def _(R, s, o):
+    return product6(Ad(ref.rotation_pose(T(matrix(R)))), s)
+
+
+@entry("product_Adtinvs")
+def _(t, s, o):
+    return product6(Ad(ref.translation_pose(-t)), s)
+
+
+@entry("product_CoAdinvc")
+def _(D, c, o):
+    return product6(CoAd(inverse_pose(pose(D))), c)
+
+
+@entry("product_CoAdrinvc")
+def _(R, c, o):
+    return product6(CoAd(ref.rotation_pose(T(matrix(R)))), c)
+
+
+@entry("product_CoAdtinvc")
+def _(t, c, o):
+    return product6(CoAd(ref.translation_pose(-t)), c)
+
+
+@entry("cross_ss")
+def _(a, b, o):
+    return product6(ref.ad(a), b)
+
+
+@entry("cross_sst")
+def _(a, b, o):
+    return product6(ref.ad(a), np.concatenate([b[:, :3], 0 * b[:, 3:]], 1))
+
+
+@entry("cross_sc")
+def _(s, c, o):
+    return product6(ref.coad(s), c)
+
+
+@entry("cross_sca")
+def _(s, c, o):
+    return product6(ref.coad(s), np.concatenate([0 * c[:, :3], c[:, 3:]], 1))
+
+
+@entry("add_sst", "add_cct")
+def _(a, b, o):
+    return [(a[:, :3] + b[:, :3], norm(a[:, :3]) + norm(b[:, :3])), (a[:, 3:], np.zeros(len(a)))]
+
+
+@entry("dot_cs")
+def _(c, s):
+    return [(dot(c, s), norm(c[:, :3]) * norm(s[:, :3]) + norm(c[:, 3:]) * norm(s[:, 3:]))]
+
+
+def magnitude(first, second, eps):
+    """The norm of a screw's (ω, v) or a coscrew's (f, τ): the first, or the second where the first is negligible."""
+    negligible = norm(first) <= eps * norm(second)
+    return np.where(negligible, ref.sqrt(dot(second, second)), ref.sqrt(dot(first, first)))
+
+
+@entry("screw_norm")
+def _(s, eps):
+    n = magnitude(s[:, 3:], s[:, :3], eps)
+    return [(n, n.astype(float))]
+
+
+@entry("coscrew_norm")
+def _(c, eps):
+    n = magnitude(c[:, :3], c[:, 3:], eps)
+    return [(n, n.astype(float))]
+
+
+def normalized(x, n):
+    return [(p / n[:, None], norm(p) / n.astype(float)) for p in split(x)]
+
+
+@entry("screw_normalized")
+def _(s, o, eps):
+    return normalized(s, magnitude(s[:, 3:], s[:, :3], eps))
+
+
+@entry("screw_normalize")
+def _(s, eps):
+    return normalized(s, magnitude(s[:, 3:], s[:, :3], eps))
+
+
+@entry("coscrew_normalized")
+def _(c, o, eps):
+    return normalized(c, magnitude(c[:, :3], c[:, 3:], eps))
+
+
+@entry("coscrew_normalize")
+def _(c, eps):
+    return normalized(c, magnitude(c[:, :3], c[:, 3:], eps))
+
+
+@entry("screw_fromSlide")
+def _(e, o):
+    return exact(np.concatenate([e, 0 * e], 1))
+
+
+@entry("coscrew_fromCouple")
+def _(e, o):
+    return exact(np.concatenate([0 * e, e], 1))
+
+
+@entry("screw_fromTurn")
+def _(t, e, o):
+    return [(cross(t, e), norm(t) * norm(e)), (e, np.zeros(len(e)))]
+
+
+@entry("coscrew_fromForce")
+def _(t, e, o):
+    return [(e, np.zeros(len(e))), (cross(t, e), norm(t) * norm(e))]
+
+
+# inertias
+
+def parts(M):
+    """m, first moment, inertia matrix."""
+    return M[:, 0], M[:, 1:4], ref.symmetric(M[:, 4:])
+
+
+def moment(M, I, size):
+    """The numbers of a result: m, first moment, six elements."""
+    m, h, hs = M
+    return [(m, np.zeros(len(m))), (h, hs), (ref.six(I), size)]
+
+
+@entry("inertia_copy", "spatial_inertia_copy")
+def _(M, o):
+    return exact(M)
+
+
+@entry("spatial_inertia_added")
+def _(A, B, o):
+    return [(p(A) + p(B), norm(p(A)) + norm(p(B))) for p in (lambda x: x[:, :1], lambda x: x[:, 1:4], lambda x: x[:, 4:])]
+
+
+@entry("inertia_getMatrix", "spatial_inertia_getMatrix")
+def _(M, o):
+    return exact(numbers(parts(M)[2]))
+
+
+@entry("product_Ms")
+def _(M, s, o):
+    m, h, I = parts(M)
+    y = mul(ref.spatial_inertia(m, h, I), s)
+    v, w = norm(s[:, :3]), norm(s[:, 3:])
+    return [(y[:, :3], abs(m.astype(float)) * v + norm(h) * w), (y[:, 3:], norm(I) * w + norm(h) * v)]
+
+
+@entry("spatial_inertia_transformed")
+def _(M, D, o):
+    m, h, I = parts(M)
+    D = pose(D)
+    dense = mul(mul(CoAd(D), ref.spatial_inertia(m, h, I)), Ad(inverse_pose(D)))
+    t, mf = norm(D[:, :3, 3]), m.astype(float)
+    first = np.stack([dense[:, 5, 1], dense[:, 3, 2], dense[:, 4, 0]], -1)
+    return moment((M[:, 0], first, norm(h) + mf * t), dense[:, 3:, 3:], norm(I) + 4 * norm(h) * t + 2 * mf * t**2)
+
+
+def rotated(M, R):
+    m, h, I = parts(M)
+    R = matrix(R)
+    return moment((m, mul(R, h), norm(h)), mul(mul(R, I), T(R)), norm(I))
+
+
+def translated(m, h, I, t):
+    p = h + m[:, None] * t
+    size = norm(h) + abs(m.astype(float)) * norm(t)
+    r = p / m[:, None]
+    return moment((m, p, size), I + ref.parallel_axis(m, r), norm(I) + 2 * size**2 / m.astype(float))
+
+
+@entry("inertia_rotated")
+def _(M, R, o):
+    return rotated(M, R)
+
+
+@entry("inertia_rotate")
+def _(M, R):
+    return rotated(M, R)
+
+
+@entry("inertia_translated")
+def _(M, t, o):
+    return translated(*parts(M), t)
+
+
+@entry("inertia_translate")
+def _(M, t):
+    return translated(*parts(M), t)
+
+
+def transformed(M, D):
+    m, h, I = parts(M)
+    R = pose(D)[:, :3, :3]
+    return translated(m, mul(R, h), mul(mul(R, I), T(R)), pose(D)[:, :3, 3])
+
+
+@entry("inertia_transformed")
+def _(M, D, o):
+    return transformed(M, D)
+
+
+@entry("inertia_transform")
+def _(M, D):
+    return transformed(M, D)
+
+
+@entry("inertia_merge", bound=6)
+def _(Mi, ti, Mj, tj, D):
+    """Both bodies' inertias moved to their common centroid and added."""
+    (mi, _, Ii), (mj, _, Ij) = parts(Mi), parts(Mj)
+    R, t = pose(D)[:, :3, :3], pose(D)[:, :3, 3]
+    cj = mul(R, tj) + t
+    m = mi + mj
+    first = mi[:, None] * ti + mj[:, None] * cj
+    c = first / m[:, None]
+    I = Ii + ref.parallel_axis(mi, ti - c) + mul(mul(R, Ij), T(R)) + ref.parallel_axis(mj, cj - c)
+    a, b = mi.astype(float), mj.astype(float)
+    far = norm(ti) + norm(tj) + norm(t)
+    return [(m, m.astype(float)), (first, a * norm(ti) + b * (norm(tj) + norm(t))),
+            (ref.six(I), norm(Ii) + norm(Ij) + 2 * a * b / (a + b) * far**2)]
+
+
+@entry("inertia_toSpatialInertia")
+def _(M, o):
+    m, h, I = parts(M)
+    return moment((m, h, np.zeros(len(m))), I + ref.parallel_axis(m, h / m[:, None]), norm(I) + 2 * norm(h) ** 2 / m.astype(float))
+
+
+@entry("spatial_inertia_toInertia")
+def _(M, o):
+    m, h, I = parts(M)
+    return moment((m, h, np.zeros(len(m))), I - ref.parallel_axis(m, h / m[:, None]), norm(I) + 2 * norm(h) ** 2 / m.astype(float))
+
+
+@entry("spatial_inertia_fromMassCentroid")
+def _(m, c, xx, yy, zz, xy, yz, zx, o):
+    I = ref.symmetric(np.stack([xx, yy, zz, xy, yz, zx], -1))
+    am = abs(m.astype(float))
+    return moment((m, m[:, None] * c, am * norm(c)), I + ref.parallel_axis(m, c), norm(I) + 2 * am * norm(c) ** 2)
+
+
+# four-vectors, 4×4 matrices, quaternions
+
+for kind in ("vec4", "quaternion"):
+    @entry(f"{kind}_copy")
+    def _(x, o):
+        return exact(x)
+
+    @entry(f"{kind}_l2norm")
+    def _(x):
+        return [(ref.sqrt(dot(x, x)), norm(x))]
+
+    @entry(f"{kind}_scaled")
+    def _(x, a, o):
+        return [(a[:, None] * x, abs(a.astype(float)) * norm(x))]
+
+    @entry(f"{kind}_normalized")
+    def _(x, o):
+        return [(x / ref.sqrt(dot(x, x))[:, None], np.ones(len(x)))]
+
+    @entry(f"{kind}_normalize")
+    def _(x):
+        return [(x / ref.sqrt(dot(x, x))[:, None], np.ones(len(x)))]
+
+
+@entry("vec4_scale")
+def _(x, a):
+    return [(a[:, None] * x, abs(a.astype(float)) * norm(x))]
+
+
+@entry("vec4_swap")
+def _(a, b):
+    return exact(b, a)
+
+
+@entry("vec4_inverted")
+def _(x, o):
+    return exact(-x)
+
+
+@entry("vec4_invert")
+def _(x):
+    return exact(-x)
+
+
+@entry("mat4x4_setIdentity")
+def _(M):
+    return exact(numbers(ref.identity(len(M), 4)))
+
+
+@entry("mat4x4_getTranslation")
+def _(M, o):
+    return exact(M[:, 12:15])
+
+
+@entry("mat4x4_toSE3")
+def _(M, o):
+    return exact(M.reshape(-1, 4, 4)[:, :, :3].reshape(len(M), 12))
+
+
+def conj(q):
+    return q * np.array([-1, -1, -1, 1], dtype=object)
+
+
+def pure(v):
+    return np.concatenate([v, 0 * v[:, :1]], 1)
+
+
+def hamilton(p, q):
+    """p q, from the products of the units."""
+    out = ref.zeros(len(p), 4)
+    out[:, 3] = p[:, 3] * q[:, 3]
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        out[:, i] = out[:, i] + p[:, 3] * q[:, i] + p[:, i] * q[:, 3]  # 1 i = i 1 = i
+        out[:, 3] = out[:, 3] - p[:, i] * q[:, i]  # i i = −1
+        out[:, k] = out[:, k] + p[:, i] * q[:, j] - p[:, j] * q[:, i]  # i j = k, j i = −k
+    return out
+
+
+def product_quaternions(p, q):
+    return [(hamilton(p, q), norm(p) * norm(q))]
+
+
+@entry("quaternion_setIdentity")
+def _(q):
+    return exact(0 * q + np.array([0, 0, 0, 1], dtype=object))
+
+
+@entry("quaternion_conjugated")
+def _(q, o):
+    return exact(conj(q))
+
+
+@entry("quaternion_conjugate")
+def _(q):
+    return exact(conj(q))
+
+
+@entry("dot_qq")
+def _(p, q):
+    return [(dot(p, q), norm(p) * norm(q))]
+
+
+@entry("axpy_qq")
+def _(a, x, y):
+    return [(a[:, None] * x + y, abs(a.astype(float)) * norm(x) + norm(y))]
+
+
+@entry("product_qq", "quaternion_product_qq")
+def _(p, q, o):
+    return product_quaternions(p, q)
+
+
+@entry("product_qconjq", "quaternion_product_qconjq")
+def _(p, q, o):
+    return product_quaternions(conj(p), q)
+
+
+@entry("quaternion_product_uqinverseq")
+def _(p, q, o):
+    return exact(p, q) + product_quaternions(conj(p), q)
+
+
+@entry("product_qqconj", "quaternion_product_qqconj")
+def _(p, q, o):
+    return product_quaternions(p, conj(q))
+
+
+@entry("product_qconjqconj", "quaternion_product_qconjqconj")
+def _(p, q, o):
+    return product_quaternions(conj(p), conj(q))
+
+
+@entry("product_qv", "quaternion_product_qv")
+def _(q, v, o):
+    return product_quaternions(q, pure(v))
+
+
+@entry("product_qconjv", "quaternion_product_qconjv")
+def _(q, v, o):
+    return product_quaternions(conj(q), pure(v))
+
+
+@entry("product_vq", "quaternion_product_vq")
+def _(v, q, o):
+    return product_quaternions(pure(v), q)
+
+
+@entry("product_vqconj", "quaternion_product_vqconj")
+def _(v, q, o):
+    return product_quaternions(pure(v), conj(q))
+
+
+@entry("product_qxq")
+def _(cs, q, o):
+    qx = ref.zeros(len(q), 4)
+    qx[:, 3], qx[:, 0] = cs[:, 0], cs[:, 1]
+    return product_quaternions(qx, q)
+
+
+def turned(q, v):
+    """v + 2w r × v + 2 r × (r × v)"""
+    r, w = q[:, :3], q[:, 3:]
+    size = 1 + 2 * norm(w) * norm(r) + 2 * norm(r) ** 2
+    return [(v + 2 * w * cross(r, v) + 2 * cross(r, cross(r, v)), norm(v) * size)]
+
+
+@entry("product_qvqconj")
+def _(q, v, o):
+    return turned(q, v)
+
+
+@entry("product_qconjvq")
+def _(q, v, o):
+    return turned(conj(q), v)
+
+
+def turning(q):
+    """R(q), q of any length: 1 + 2 (w r̃ + r̃²)/|q|²."""
+    q = q / ref.sqrt(dot(q, q))[:, None]
+    r = ref.tilde(q[:, :3])
+    R = ref.identity(len(q), 3) + 2 * q[:, 3, None, None] * r + 2 * mul(r, r)
+    sine, cosine = norm(q[:, :3]), norm(q[:, 3:])
+    return [(R[:, :, j], 1 + 2 * cosine * sine + 2 * sine**2) for j in range(3)]
+
+
+@entry("mat3x3_setFromQuaternion")
+def _(o, q):
+    return turning(q)
+
+
+@entry("quaternion_toMat3x3")
+def _(q, o):
+    return [(q / ref.sqrt(dot(q, q))[:, None], np.ones(len(q)))] + turning(q)
+
+
+def stepped(q, v, sign):
+    return [(q + sign * hamilton(q, pure(v)) / 2, norm(q) * (1 + norm(v) / 2))]
+
+
+@entry("add_dpiToq")
+def _(v, q):
+    return stepped(q, v, 1)
+
+
+@entry("subtract_dpiFromq")
+def _(v, q):
+    return stepped(q, v, -1)
+
+
+@entry("omega_to_dquaternion")
+def _(w, q, o):
+    length2 = dot(q, q)
+    value = hamilton(pure(w), q) / 2 + (1 - length2)[:, None] * q
+    return [(value, norm(q) * (norm(w) / 2 + 1 + length2.astype(float)))]
+
+
+@entry("mat3x3_setFromTilde")
+def _(o, a, b, w):
+    W = ref.tilde(w)
+    M = ref.identity(len(w), 3) + a[:, None, None] * W + b[:, None, None] * mul(W, W)
+    size = 1 + abs(a.astype(float)) * norm(w) + abs(b.astype(float)) * norm(w) ** 2
+    return [(M[:, :, j], size) for j in range(3)]
+
+
+@entry("mat3x3_setFromTildeRate")
+def _(o, w, v, b, c, db, dc):
+    W, V, d = ref.tilde(w), ref.tilde(v), dot(w, v)[:, None, None]
+    b, c, db, dc = (x[:, None, None] for x in (b, c, db, dc))
+    M = b * V + c * (mul(W, V) + mul(V, W)) + d * (db * W + dc * mul(W, W))
+    b, c, db, dc = (abs(x[:, 0, 0].astype(float)) for x in (b, c, db, dc))
+    size = norm(v) * (b + 2 * c * norm(w) + db * norm(w) ** 2 + dc * norm(w) ** 3)
+    return [(M[:, :, j], size) for j in range(3)]
+
+
+# by value
+
+@entry("vec3", "vec4", "quaternion", "screw", "coscrew", "mat3x3_cmo", "SE3_cmo", "mat4x4_cmo")
+def _(*numbers_):
+    return exact(np.stack(numbers_, -1))
+
+
+@entry("mat3x3", "SE3")
+def _(*numbers_):
+    return exact(numbers(np.stack(numbers_, -1).reshape(len(numbers_[0]), 3, -1)))
+
+
+@entry("mat4x4")
+def _(*numbers_):
+    return exact(numbers(np.stack(numbers_, -1).reshape(-1, 4, 4)))
+
+
+@entry("mat4x4_fromRt")
+def _(R, t):
+    return exact(numbers(pose(np.concatenate([R, t], 1))))
+
+
+@entry("mat4x4_fromSE3")
+def _(D):
+    return exact(numbers(pose(D)))
+
+
+@entry("SE3_fromRt")
+def _(R, t):
+    return exact(np.concatenate([R, t], 1))
+
+
+@entry("SE3_identity")
+def _():
+    return exact(numbers(ref.identity(1, 4)[:, :3]))
+
+
+@entry("inertia")
+def _(m, t, *I):
+    return [(m, np.zeros(len(m))), (m[:, None] * t, abs(m.astype(float)) * norm(t)), (np.stack(I, -1), np.zeros(len(m)))]
+
+
+# tested elsewhere: where
+ELSEWHERE = {
+    "test_memory.py": ["vec3_alloc", "vec3i_alloc", "mat3x3_alloc", "SE3_alloc", "screw_alloc", "coscrew_alloc", "inertia_alloc", "vec3i", "vec3i_isEqual",
+                       "mat3x3_get", "mat3x3_set", "SE3_get", "SE3_set", "mat4x4_get", "mat4x4_set", "mat4x4_alloc", "quaternion_alloc", "vec4_alloc",
+                       "vec4i_alloc", "vec4i", "screw_copy_rmo", "screw_copy_cmo", "screw_ncopy_rmo", "screw_ncopy_cmo", "screw_scatter"],
+    "test_exponential.py": ["SE3_exp", "SE3_log", "exp_coefficients", "larger_q", "mat3x3_toQuaternionRay", "dc", "mat3x3_setFromAxisAngle"],
+    "test_articulated.py": ["product_As", "spatial_inertia_toArticulated"] + [f"articulated_inertia_{name}" for name in (
+        "copy", "added", "getM", "getI", "downdated", "rotated", "translated", "transformed")],
+    "test_matrix6.py": ["mat3x3_setTilde", "cross_vdr", "screw_gather", "coscrew_gather", "coscrew_scatter"] + [f"matrix6_{name}" for name in (
+        "setBlock", "setBlocks", "getBlock", "Ad_rmo", "Ad_cmo", "CoAd_rmo", "CoAd_cmo", "ad_rmo", "ad_cmo", "coad_rmo", "coad_cmo",
+        "spatial_inertia_rmo", "spatial_inertia_cmo", "articulated_inertia_rmo", "articulated_inertia_cmo", "stiffnessTransformed",
+        "complianceTransformed")],
+    "test_joint_space.py": ["vec3_setAxis"] + [f"joint_space_{name}" for name in (
+        "setCoordinate", "setTurn", "set", "transformed", "twist", "efforts", "drive", "actuation", "constraint")],
+    "test_plucker.py": ["motion_fromScrew", "motion_toScrew", "motion_added", "motion_scaled", "force_fromCoscrew", "force_toCoscrew",
+                        "force_added", "force_scaled"] + [f"plucker_{name}" for name in (
+        "dot", "reciprocal_cm", "reciprocal_fs", "crossMotion", "crossForce", "crm_rmo", "crm_cmo", "crf_rmo", "crf_cmo", "rx", "ry", "rz",
+        "plux", "rotx", "roty", "rotz", "xlt", "fromSE3", "toSE3", "pluho", "fromPluho", "XtoV", "product", "inverted", "motion",
+        "motionInverse", "force", "forceInverse", "Xpt", "Vpt", "Fpt", "toMatrix", "motion_rmo", "motion_cmo", "force_rmo", "force_cmo",
+        "fromMatrix", "fromMotion_rmo", "fromMotion_cmo", "mcI", "toMcI", "inertia_rmo", "inertia_cmo", "inertia", "momentum",
+        "kineticEnergy")],
+    "test_poinsot.py": ["poinsot_vv", "unpoinsot_vv", "screw_getAxis", "screw_fromAxis", "coscrew_getAxis", "coscrew_fromAxis"],
+    "test_errata.py": ["inertia_factor", "inertia_rank"],
+    "test_quaternion.py": ["mat3x3_toQuaternion", "quaternion_exp", "quaternion_log", "log_q", "quaternion_slerp", "quaternion_nlerp", "quaternion_squad", "atEnd_q"],
+    "test_euler.py": ["mat3x3_setFromEulerAngles", "mat3x3_getEulerAnglesNear", "mat3x3_getEulerAnglesWithReference", "axis_getIndices", "axis_getVector",
+                      "axis_getEulerAngles", "mat3x3_getAxisAngle", "mat3x3_pca"],
+    "test_trig.py": ["normalizeDegrees", "normalizeRadians", "catan2pi", "catan1pi", "addHalfTurns", "angleFrom"],
+    "test_lie.py": ["mat3x3_exp", "mat3x3_log", "log_coefficient", "jacobian_coefficients", "SE3_storeBlocks"] + [
+        f"{kind}_{side}Jacobian{inverse}{order}" for kind in ("mat3x3", "SE3") for side in ("left", "right") for inverse in ("", "Inverse")
+        for order in (("", "_rmo", "_cmo") if kind == "SE3" else ("",))],
+    # helpers whose every use is in a row above
+    "here": ["turn_vv", "orthonormalize_vvv", "inertia_setMatrix", "inertia_addParallelAxis", "inertia_getCentroid", "product_drSdrinv"],
+}
+NOT_HERE = {f"ksl_{name}" for names in ELSEWHERE.values() for name in names}
+
+
+def double_name(name):
+    return FUNCTIONS[name].double or FLOAT_ONLY.get(name, name)
+
+
+def test_no_name_is_forgotten():
+    assert [n for n in FUNCTIONS if double_name(n) not in TABLE and double_name(n) not in NOT_HERE] == []
+    assert [n for n in TABLE if n not in FUNCTIONS] == []
+    assert [n for n in NOT_HERE if n not in FUNCTIONS] == []
+
+
+SAMPLES = {}
+
+
+def samples(t, k):
+    """The k-th sample of a type, as numbers and at 200 bits: made once, shared by all functions."""
+    key = (t.base, t.scalar, t.kind if t.base == "real" else "", k)
+    if key not in SAMPLES:
+        x = ref.sample(np.random.default_rng(zlib.crc32(repr(key).encode())), CASES, t)
+        SAMPLES[key] = (x, mp(x))
+        SHARED[id(SAMPLES[key][1])] = SAMPLES[key][1]
+    return SAMPLES[key]
+
+
+def arguments(f):
+    seen, out = {}, []
+    for t in f.args:
+        k = seen.get((t.base, t.kind == "value"), 0)
+        seen[(t.base, t.kind == "value")] = k + 1
+        out.append(samples(t, k))
+    return [a for a, _ in out], [b for _, b in out]
+
+
+@pytest.mark.parametrize("name", [n for n in FUNCTIONS if double_name(n) in TABLE])
+def test_error(ksl, name, record_property):
+    f = FUNCTIONS[name]
+    reference, bound = TABLE[double_name(name)]
+    given, at_200_bits = arguments(f)
+    scalar = "float" if any(t.scalar == "float" for t in [*f.args, f.returns]) else "double"
+    options = {"eps": 2 * UNIT[scalar]} if "eps" in reference.__code__.co_varnames[:reference.__code__.co_argcount] else {}
+    got = ksl.outputs(name, *given)
+    got = np.concatenate([g.reshape(len(g), -1).astype(np.float64) for g in got], 1)
+    expected = reference(*at_200_bits, **options)
+
+    start, worst = 0, 0.0
+    for value, scale in expected:
+        value = value.reshape(len(value), -1)
+        end = start + value.shape[1]
+        error = ref.distance(got[:, start:end], value)
+        start = end
+        inexact = error > 0
+        assert not np.any(inexact & (scale == 0)) or scalar == "float" and name == "ksl_SE3_toMat4x4f"
+        if name == "ksl_SE3_toMat4x4f":
+            scale = norm(value)
+        inexact &= scale > 0
+        if inexact.any():
+            worst = max(worst, (error[inexact] / scale[inexact]).max() / UNIT[scalar])
+    assert start == got.shape[1]
+    record_property("worst_u", float(worst))
+    assert worst <= bound

@@ -1,0 +1,33 @@
+"""Every header compiles alone, as C11 and as C++20, with gcc and clang, without a warning."""
+
+import subprocess
+
+import pytest
+
+from functions import INCLUDE
+
+WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
+LANGUAGES = {"c": ("-std=c11", {"gcc": "gcc", "clang": "clang"}), "c++": ("-std=c++20", {"gcc": "g++", "clang": "clang++"})}
+C_HEADERS = ["SE3", "array", "articulated_inertia", "axis", "config", "coscrew", "eulerangles", "inertia", "joint_space", "ksl", "linalg", "mat3x3", "mat4x4", "matrix", "matrix6", "memory", "plucker", "poinsot", "print", "quaternion",
+             "screw", "spatial_inertia", "trig", "types", "vec3", "vec4"]
+
+
+@pytest.mark.parametrize("family", ["gcc", "clang"])
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_headers_alone(language, family, tmp_path):
+    standard, compilers = LANGUAGES[language]
+    headers = [f"{h}.h" for h in C_HEADERS] + (["algebra.hpp", "spatial.hpp"] if language == "c++" else [])
+    files = []
+    for header in headers:
+        path = tmp_path / f"{header.replace('.', '_')}.{'c' if language == 'c' else 'cpp'}"
+        path.write_text(f"#include <ksl/{header}>\nint {path.stem}_included;\n")
+        files.append(str(path))
+    run = subprocess.run([compilers[family], standard, "-fsyntax-only", *WARNINGS, f"-I{INCLUDE}", *files], capture_output=True, text=True)
+    assert run.returncode == 0, run.stderr
+
+
+def test_bodies_give_back_the_users_macros():
+    """A macro of the user's that has one of the bodies' names is the same after the headers as before."""
+    text = "#define real 42\n#define screw 43\n#include <ksl/ksl.h>\n#include <ksl/trig.h>\n_Static_assert(real == 42 && screw == 43, \"\");\n"
+    run = subprocess.run(["gcc", "-std=c11", "-fsyntax-only", "-Werror", f"-I{INCLUDE}", "-x", "c", "-"], input=text, capture_output=True, text=True)
+    assert run.returncode == 0, run.stderr

@@ -1,0 +1,472 @@
+"""The command itself, run as a user runs it."""
+
+import csv
+import errno
+import json
+import math
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+import ksl
+from ksl.output import OutputError, staged
+
+MIMIC = """<robot name="hand"><link name="palm"/><link name="a"/><link name="b"/>
+<joint name="finger1" type="prismatic"><parent link="palm"/><child link="a"/>
+  <limit lower="0" upper="1" effort="1" velocity="1"/></joint>
+<joint name="finger2" type="prismatic"><parent link="palm"/><child link="b"/>
+  <limit lower="0" upper="1" effort="1" velocity="1"/><mimic joint="finger1"/></joint></robot>"""
+
+SLIDE = """<robot name="two"><link name="rail"/><link name="cart"><inertial><mass value="2"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="slide" type="prismatic"><parent link="rail"/><child link="cart"/>
+  <limit lower="-9" upper="9" effort="900" velocity="9"/></joint></robot>"""
+
+IMPOSSIBLE = """<robot name="odd"><link name="stone"><inertial><mass value="1"/>
+<inertia ixx="1" iyy="1" izz="9" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"""
+
+
+def command() -> str:
+    """The console script beside this Python."""
+    found = shutil.which("ksl", path=str(Path(sys.executable).parent))
+    assert found, "the command ksl is not installed beside this Python"
+    return found
+
+
+def run(*arguments, **environment: str) -> subprocess.CompletedProcess:
+    env = {k: v for k, v in os.environ.items() if k not in ("KSL_ISA", "COLUMNS", "FORCE_COLOR")} | environment
+    return subprocess.run([command(), *map(str, arguments)], capture_output=True, text=True, env=env, timeout=120)
+
+
+@pytest.fixture(scope="module")
+def ur5(examples) -> tuple[Path, Path]:
+    return examples / "robots" / "ur5.urdf", examples / "motions" / "ur5_pick.csv"
+
+
+@pytest.fixture(scope="module")
+def done(ur5, tmp_path_factory):
+    """One good run: the process and the folder it wrote."""
+    out = tmp_path_factory.mktemp("done") / "a" / "b"
+    return run("loads", *ur5, "-o", out, "--csv"), out
+
+
+@pytest.fixture
+def two(tmp_path) -> tuple[Path, Path]:
+    """A small robot with one joint, named slide, and a motion."""
+    folder = tmp_path / "given"
+    folder.mkdir()
+    (folder / "two.urdf").write_text(SLIDE)
+    (folder / "two.csv").write_text("time,slide\n" + "".join(f"{k / 10},{math.sin(k / 10)}\n" for k in range(20)))
+    return folder / "two.urdf", folder / "two.csv"
+
+
+def summary(out: Path) -> dict[str, dict[str, str]]:
+    with open(out / "summary.csv", newline="", encoding="utf-8") as f:
+        return {row["joint"]: row for row in csv.DictReader(f)}
+
+
+# a good run
+
+
+def test_files_are_there_and_no_others(done):
+    process, out = done
+    assert process.returncode == 0, process.stderr
+    assert sorted(f.name for f in out.iterdir()) == ["report.html", "summary.csv", "wrenches.csv", "wrenches.parquet"]
+    assert [f.name for f in out.parent.iterdir()] == ["b"], "something was left beside the results"
+    assert process.stderr == ""
+
+
+def test_what_is_printed(done):
+    process, out = done
+    text = process.stdout
+    assert f"report: {out / 'report.html'}" in text
+    assert "power balance: largest residual" in text and "differentiated from a quintic spline" in text
+    for joint in ("shoulder_pan", "wrist_3", "base"):
+        assert joint in text
+    assert "\x1b" not in text, "colours in a pipe"
+
+
+def test_the_table_is_what_python_gives(done, ur5, examples):
+    from ksl.motion import read_motion
+
+    m = ksl.load(ur5[0])
+    motion = read_motion(m, ur5[1])
+    table = pq.read_table(done[1] / "wrenches.parquet")
+    assert table.num_rows == len(motion.time) * len(m.joints)
+    expected = m.loads(motion.time, motion.q, motion.v, motion.a)
+    for name in expected.column_names:
+        assert table[name].to_pylist() == expected[name].to_pylist(), name
+    assert json.loads(table.schema.metadata[b"ksl"])["robot"] == "ur5"
+
+
+def test_csv_holds_the_same_numbers(done):
+    import pyarrow.csv
+
+    table, text = pq.read_table(done[1] / "wrenches.parquet"), pyarrow.csv.read_csv(done[1] / "wrenches.csv")
+    assert text.column_names == table.column_names and text.num_rows == table.num_rows
+    assert text["joint"].to_pylist() == table["joint"].to_pylist()
+    for name in ("time", "fx", "tz", "constraint_ty", "effort"):
+        assert text[name].to_pylist() == table[name].to_pylist(), name
+
+
+def test_summary_is_the_peaks_of_the_table(done, ur5):
+    m = ksl.load(ur5[0])
+    table = pq.read_table(done[1] / "wrenches.parquet").to_pydict()
+    rows, names = summary(done[1]), np.array(table["joint"])
+    assert list(rows) == [j.name for j in m.joints]
+    for joint in m.joints:
+        own = names == joint.name
+        wrench = np.stack([np.array(table[c])[own] for c in ("fx", "fy", "fz", "tx", "ty", "tz")], axis=1)
+        row = rows[joint.name]
+        assert row["kind"] == joint.kind
+        if not joint.has_axis:
+            assert float(row["force_peak"]) == pytest.approx(np.linalg.norm(wrench[:, :3], axis=1).max(), rel=1e-12)
+            assert row["torque_peak"] == ""
+            continue
+        axis, time = np.array(joint.axis), np.array(table["time"])[own]
+        torque = wrench[:, 3:] @ axis
+        assert float(row["torque_peak"]) == pytest.approx(np.abs(torque).max(), rel=1e-12)
+        assert float(row["torque_peak_time"]) == time[np.abs(torque).argmax()]
+        across = wrench[:, 3:] - torque[:, None] * axis
+        assert float(row["bending_moment_peak"]) == pytest.approx(np.linalg.norm(across, axis=1).max(), rel=1e-9)
+        power = np.array([x or 0.0 for x in np.array(table["power"])[own]], dtype=float)
+        total = np.sum((power[1:] + power[:-1]) / 2 * np.diff(time))
+        assert float(row["work_positive"]) + float(row["work_negative"]) == pytest.approx(total, rel=1e-9, abs=1e-9)
+        assert float(row["work_positive"]) >= 0 >= float(row["work_negative"])
+
+
+def test_report_is_a_page_with_every_joint(done, ur5):
+    text = (done[1] / "report.html").read_text(encoding="utf-8")
+    assert text.lower().startswith("<!doctype html>") and text.rstrip().endswith("</html>")
+    assert all(j.name in text for j in ksl.load(ur5[0]).joints)
+
+
+def test_options_reach_the_table(ur5, tmp_path):
+    p = run("loads", *ur5, "-o", tmp_path / "o", "--on", "parent", "--at", "0.1,0,-0.2", "--axes", "tool0", "--order", "ang_lin", "--gravity", "0,0,0")
+    assert p.returncode == 0, p.stderr
+    table = pq.read_table(tmp_path / "o" / "wrenches.parquet")
+    assert table.column_names[2:5] == ["tx", "ty", "tz"]
+    assert (table["on"][0].as_py(), table["at"][0].as_py(), table["axes"][0].as_py()) == ("parent", "joint + 0.1 0 -0.2", "tool0")
+    still = [abs(x) for x in table["fz"].to_pylist()[:8]]
+    assert max(still) < 1, "no gravity, at rest: nothing to carry"
+
+
+def test_payload_is_felt_by_all_joints(ur5, tmp_path, done):
+    p = run("loads", *ur5, "-o", tmp_path / "o", "--payload", "2,0,0,0.05", "--on-link", "tool0")
+    assert p.returncode == 0, p.stderr
+    with_it, without = summary(tmp_path / "o"), summary(done[1])
+    assert all(
+        float(with_it[j]["axial_force_peak"] or with_it[j]["force_peak"]) > float(without[j]["axial_force_peak"] or without[j]["force_peak"]) for j in with_it
+    )
+    several = run("loads", *ur5, "-o", tmp_path / "p", "--payload", "1,0,0,0.05", "--on-link", "tool0", "--payload", "1", "--on-link", "base_link")
+    assert several.returncode == 0, several.stderr
+
+
+def test_external_wrenches(ur5, tmp_path, done):
+    time = [line.split(",")[0] for line in ur5[1].read_text().splitlines()[1:]]
+    file = tmp_path / "push.csv"
+    file.write_text("time,tool0.fz\n" + "".join(f"{t},100\n" for t in time))
+    p = run("loads", *ur5, "-o", tmp_path / "o", "--external", file)
+    assert p.returncode == 0, p.stderr
+    flange = [j for j in summary(done[1]) if ksl.load(ur5[0]).joint(j).child == "tool0"]
+    assert float(summary(tmp_path / "o")[flange[0]]["force_peak"]) == pytest.approx(100, rel=1e-9)
+    file.write_text("time,hand.fz\n0,1\n")
+    refused(tmp_path, run("loads", *ur5, "-o", tmp_path / "q", "--external", file), "push.csv")
+
+
+def test_floating_base(tmp_path):
+    (tmp_path / "stone.urdf").write_text(IMPOSSIBLE.replace('izz="9"', 'izz="1"'))
+    rows = "".join(f"{k / 10},{k},0,{-k},0,0,0,1\n" for k in range(8))
+    (tmp_path / "fly.csv").write_text("time," + ",".join(f"floating_base.{c}" for c in ("x", "y", "z", "qx", "qy", "qz", "qw")) + "\n" + rows)
+    p = run("loads", tmp_path / "stone.urdf", tmp_path / "fly.csv", "-o", tmp_path / "o", "--floating-base")
+    assert p.returncode == 0, p.stderr
+    assert float(summary(tmp_path / "o")["floating_base"]["force_peak"]) == pytest.approx(9.81)
+    assert "power balance" in p.stdout
+
+
+def test_a_second_run_replaces_the_first(ur5, tmp_path):
+    out = tmp_path / "o"
+    assert run("loads", *ur5, "-o", out).returncode == 0
+    first = (out / "wrenches.parquet").read_bytes()
+    (out / "mine.txt").write_text("keep")
+    assert run("loads", *ur5, "-o", out, "--payload", "1", "--on-link", "tool0").returncode == 0
+    assert (out / "wrenches.parquet").read_bytes() != first and (out / "mine.txt").read_text() == "keep"
+
+
+def test_a_second_run_leaves_no_results_of_the_first(two, tmp_path):
+    out = tmp_path / "o"
+    assert run("loads", *two, "-o", out, "--csv").returncode == 0
+    assert (out / "wrenches.csv").exists()
+    assert run("loads", *two, "-o", out).returncode == 0
+    assert sorted(f.name for f in out.iterdir()) == ["report.html", "summary.csv", "wrenches.parquet"]
+
+
+def test_given_rates_that_contradict_the_positions_are_noted(two, tmp_path):
+    robot, motion = two
+    rows = [(k / 100, math.sin(k / 50), math.cos(k / 50)) for k in range(200)]  # as if degrees were meant: 2 cos would be right
+    motion.write_text("time,slide,slide.v\n" + "".join(f"{t},{q},{114.6 * v}\n" for t, q, v in rows))
+    p = run("loads", robot, motion, "-o", tmp_path / "o")
+    assert p.returncode == 0, p.stderr
+    line = [l for l in p.stdout.splitlines() if l.startswith("note: slide.v at")]
+    assert line and "changes at" in line[0], p.stdout
+    assert "slide.v at" in (tmp_path / "o" / "report.html").read_text(encoding="utf-8")
+
+
+# what is refused
+
+
+def refused(tmp_path: Path, process: subprocess.CompletedProcess, *words: str) -> None:
+    """Exit 2, one line on stderr that begins with the command and has the words, nothing on stdout, no folder left."""
+    assert process.returncode == 2, (process.returncode, process.stdout, process.stderr)
+    assert process.stderr.startswith("ksl: ") and process.stderr.count("\n") == 1, process.stderr
+    assert all(w in process.stderr for w in words), process.stderr
+    assert process.stdout == ""
+    assert not [f for f in tmp_path.iterdir() if f.is_dir() and f.name.startswith((".", "q"))], "something was left behind"
+
+
+BAD_OPTIONS = {
+    "side": (["--on", "both"], ["--on both: expected", "'child', 'parent'"]),
+    "order": (["--order", "lin"], ["--order lin: expected", "'lin_ang', 'ang_lin'"]),
+    "point": (["--at", "hand"], ["--at hand: expected", "tool0"]),
+    "offset": (["--at", "1,2"], ["--at 1,2", "3 finite numbers"]),
+    "axes": (["--axes", "hand"], ["--axes hand: expected", "tool0"]),
+    "gravity": (["--gravity", "9.81"], ["--gravity 9.81", "3 finite numbers"]),
+    "gravity of words": (["--gravity", "0,0,down"], ["--gravity 0,0,down"]),
+    "gravity without end": (["--gravity", "0,0,inf"], ["--gravity 0,0,inf", "3 finite numbers"]),
+    "payload without link": (["--payload", "2"], ["--on-link"]),
+    "payload of two numbers": (["--payload", "2,1", "--on-link", "tool0"], ["--payload 2,1", "1 or 4 finite numbers"]),
+    "two payloads on a link": (["--payload", "2", "--on-link", "tool0"] * 2, ["--on-link tool0", "more than once"]),
+    "payload on no link": (["--payload", "2", "--on-link", "hand"], ["--on-link hand: no such link; the links of ur5 are", "tool0"]),
+    "payload on a misspelt link": (["--payload", "2", "--on-link", "tol0"], ["--on-link tol0: no such link; did you mean tool0?"]),
+    "negative payload": (["--payload=-2", "--on-link", "tool0"], ["tool0", "not negative"]),
+    "mimic": (["--mimic", "yes"], ["--mimic yes: expected", "'independent'"]),
+    "no external file": (["--external", "absent.csv"], ["absent.csv", "can't be read"]),
+}
+
+
+@pytest.mark.parametrize("what", BAD_OPTIONS)
+def test_options_that_are_refused(ur5, tmp_path, what):
+    options, words = BAD_OPTIONS[what]
+    refused(tmp_path, run("loads", *ur5, "-o", tmp_path / "q", *options), *words)
+
+
+def test_files_that_are_refused(ur5, tmp_path):
+    robot, motion = ur5
+    out = ("-o", tmp_path / "q")
+    refused(tmp_path, run("loads", tmp_path / "absent.urdf", motion, *out), "absent.urdf")
+    refused(tmp_path, run("loads", robot, tmp_path / "absent.csv", *out), "absent.csv", "can't be read")
+    refused(tmp_path, run("loads", motion, motion, *out), "ur5_pick.csv")
+    refused(tmp_path, run("loads", robot, robot, *out), "ur5.urdf")
+    lines = motion.read_text().splitlines()
+    lines[100] = lines[100].replace("-", "x", 1)
+    (tmp_path / "bad.csv").write_text("\n".join(lines))
+    refused(tmp_path, run("loads", robot, tmp_path / "bad.csv", *out), "bad.csv:101: column")
+    refused(tmp_path, run("loads", robot, motion, *out, "--floating-base"), "floating_base.x")
+
+
+def test_a_failure_leaves_earlier_results_alone(ur5, tmp_path):
+    out = tmp_path / "kept"
+    assert run("loads", *ur5, "-o", out).returncode == 0
+    before = {f.name: f.read_bytes() for f in out.iterdir()}
+    refused(tmp_path, run("loads", *ur5, "-o", out, "--axes", "hand"))
+    refused(tmp_path, run("loads", ur5[0], ur5[0], "-o", out))
+    assert {f.name: f.read_bytes() for f in out.iterdir()} == before
+
+
+def test_an_output_that_can_t_be_a_folder(ur5, tmp_path):
+    (tmp_path / "file").write_text("mine")
+    refused(tmp_path, run("loads", *ur5, "-o", tmp_path / "file"), "file")
+    refused(tmp_path, run("loads", *ur5, "-o", tmp_path / "file" / "below"), "file")
+    assert (tmp_path / "file").read_text() == "mine" and [f.name for f in tmp_path.iterdir()] == ["file"]
+
+
+def test_a_folder_where_a_result_belongs_is_found_before_computing(two, tmp_path):
+    out = tmp_path / "out"
+    (out / "report.html").mkdir(parents=True)
+    refused(tmp_path, run("loads", *two, "-o", out), f"{out / 'report.html'}: a folder where a result file belongs", "-o")
+    assert [f.name for f in out.iterdir()] == ["report.html"]
+
+
+def test_an_output_that_can_t_be_made_or_written(two, tmp_path):
+    refused(tmp_path, run("loads", *two, "-o", "/proc/ksl"), "/proc/ksl: results can't be written there", "with -o")
+    if os.getuid():
+        (tmp_path / "closed").mkdir(mode=0o555)
+        refused(tmp_path, run("loads", *two, "-o", tmp_path / "closed"), "closed: results can't be written there", "Permission denied", "with -o")
+
+
+def test_results_are_staged_inside_the_folder(tmp_path):
+    """Beside it there may be no right to write, or another file system."""
+    out = tmp_path / "a" / "b"
+    with staged(out, ["x", "y"]) as stage:
+        assert stage.parent == out and stage.name.startswith(".") and [f.name for f in out.parent.iterdir()] == ["b"]
+        (stage / "x").write_text("new")
+    assert {f.name: f.read_text() for f in out.iterdir()} == {"x": "new"}
+
+
+@pytest.mark.parametrize("there", [(), ("a",), ("a", "b")])
+def test_a_failure_removes_the_folders_that_it_made(tmp_path, there):
+    tmp_path.joinpath(*there).mkdir(parents=True, exist_ok=True)
+    before = sorted(tmp_path.rglob("*"))
+    with pytest.raises(KeyError), staged(tmp_path / "a" / "b") as stage:
+        (stage / "x").write_text("half")
+        raise KeyError
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_faults_of_the_system_are_one_sentence_with_the_folder(tmp_path):
+    with pytest.raises(OutputError, match=r"o: results can't be written there \(No space left on device\); free some space"), staged(tmp_path / "o"):
+        raise OSError(errno.ENOSPC, "full")
+    assert not (tmp_path / "o").exists()
+
+
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+def test_a_run_that_is_ended_leaves_nothing(tmp_path, two, name):
+    robot, motion = two
+    motion.write_text("time,slide\n" + "".join(f"{k / 1000},{math.sin(k / 1000)}\n" for k in range(400_000)))
+    process = subprocess.Popen([command(), "loads", robot, motion, "-o", tmp_path / "q", "--csv"], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    deadline = time.monotonic() + 60
+    while process.poll() is None and time.monotonic() < deadline and not list(tmp_path.glob("q/.*/wrenches.csv")):
+        time.sleep(0.002)
+    process.send_signal(getattr(signal, name))
+    process.communicate(timeout=60)
+    assert process.returncode == 128 + getattr(signal, name), "ended before the signal, or by it and not by its own doing"
+    assert not (tmp_path / "q").exists()
+
+
+def test_a_motion_from_a_pipe_is_refused(two, tmp_path):
+    read, write = os.pipe()
+    os.write(write, two[1].read_bytes())
+    os.close(write)
+    p = subprocess.run([command(), "loads", two[0], "/dev/stdin", "-o", tmp_path / "q"], stdin=read, capture_output=True, text=True, timeout=60)
+    os.close(read)
+    refused(tmp_path, p, "/dev/stdin: is a pipe", "write the table to a file")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
+def test_a_standard_output_that_is_full(two, tmp_path):
+    with open("/dev/full", "w") as full:
+        p = subprocess.run([command(), "loads", *two, "-o", tmp_path / "o"], stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
+    assert p.returncode == 2 and p.stderr.startswith("ksl: standard output can't be written") and "Traceback" not in p.stderr, p.stderr
+    assert (tmp_path / "o" / "report.html").exists()
+
+
+HUGE = {
+    "wrenches": ([f"{k},{1e300 * math.sin(k)},{1e300},{1e308}" for k in range(4)], "sample 1 (time 0): wrench of slide is not finite"),
+    "powers": ([f"{k},{k},{1e200},{1e200}" for k in range(4)], "sample 1 (time 0): power of slide is not finite"),
+    "means": ([f"{k},{k},{1e-200},{1e160}" for k in range(4)], "summary: axial_force_rms of slide is not finite"),
+}
+
+
+@pytest.mark.parametrize("what", HUGE)
+def test_results_that_are_not_finite_are_refused(two, tmp_path, what):
+    robot, motion = two
+    rows, sentence = HUGE[what]
+    motion.write_text("\n".join(["time,slide,slide.v,slide.a", *rows]))
+    refused(tmp_path, run("loads", robot, motion, "-o", tmp_path / "q"), f"two.csv: {sentence}", "check their units")
+
+
+def test_words_that_the_terminal_lacks(two, tmp_path):
+    for arguments in (("info", two[0]), ("loads", *two, "-o", tmp_path / "o"), ("loads", "--help")):
+        p = run(*arguments, PYTHONIOENCODING="ascii")
+        assert p.returncode == 0 and "UnicodeEncodeError" not in p.stderr, p.stderr
+    assert run("loads", two[0], tmp_path / "naïve.csv", "-o", tmp_path / "o", PYTHONIOENCODING="ascii").returncode == 2
+
+
+def test_mimic_joints(tmp_path):
+    (tmp_path / "hand.urdf").write_text(MIMIC)
+    refused(tmp_path, run("info", tmp_path / "hand.urdf"), "finger2", "--mimic independent")
+    p = run("info", tmp_path / "hand.urdf", "--mimic", "independent")
+    assert p.returncode == 0 and "moving joints 2" in p.stdout, p.stderr
+
+
+def test_impossible_inertia_is_a_warning_or_with_strict_an_error(tmp_path):
+    (tmp_path / "odd.urdf").write_text(IMPOSSIBLE)
+    p = run("info", tmp_path / "odd.urdf")
+    assert p.returncode == 0 and p.stderr.startswith("ksl: warning: link stone") and "stone" in p.stdout
+    refused(tmp_path, run("info", tmp_path / "odd.urdf", "--strict"), "link stone")
+
+
+def test_an_instruction_set_that_does_not_exist(ur5, tmp_path):
+    refused(tmp_path, run("loads", *ur5, "-o", tmp_path / "q", KSL_ISA="nonsense"), "KSL_ISA=nonsense", "known: ")
+    refused(tmp_path, run("info", "--cpu", KSL_ISA="nonsense"), "KSL_ISA=nonsense", "unset it")
+
+
+# info
+
+
+def test_info(ur5):
+    p = run("info", ur5[0])
+    assert p.returncode == 0, p.stderr
+    m = ksl.load(ur5[0])
+    for words in (
+        "ur5",
+        "degrees of freedom 6 (nq 6)",
+        "moving joints 6",
+        "fixed joints 2",
+        "links 8",
+        "gravity (0, 0, -9.81)",
+        f"{sum(l.mass for l in m.links):.6g} kg",
+    ):
+        assert words in p.stdout, words
+    for name in [*(j.name for j in m.joints), *m.link_names, "ground"]:
+        assert name in p.stdout, name
+    assert "3.14" in p.stdout and "150" in p.stdout, "limits"
+
+
+def test_info_says_what_is_not_used(tmp_path):
+    (tmp_path / "r.urdf").write_text('<robot name="r"><link name="l"><visual><geometry><box size="1 1 1"/></geometry></visual></link><gazebo/></robot>')
+    p = run("info", tmp_path / "r.urdf")
+    assert p.returncode == 0 and "not used" in p.stdout and "visual" in p.stdout and "gazebo" in p.stdout
+
+
+@pytest.mark.parametrize("isa", ["", "x86-64-v2"])
+def test_info_of_the_processor(isa):
+    if isa and os.uname().machine != "x86_64":
+        isa = "generic"
+    p = run("info", "--cpu", KSL_ISA=isa)
+    assert p.returncode == 0 and p.stdout.startswith("kernels: ") and (not isa or p.stdout == f"kernels: {isa}\n")
+
+
+def test_instruction_sets_agree(ur5, tmp_path):
+    """The lowest set that ships and the best one here: the same wrenches up to rounding."""
+    for isa, out in (("x86-64-v2" if os.uname().machine == "x86_64" else "", "low"), ("", "best")):
+        p = run("loads", *ur5, "-o", tmp_path / out, KSL_ISA=isa)
+        assert p.returncode == 0, p.stderr
+    low, best = (np.stack([x.to_numpy() for x in pq.read_table(tmp_path / out / "wrenches.parquet").columns[2:14]]) for out in ("low", "best"))
+    assert np.abs(low - best).max() < 1e-12 * np.abs(best).max()
+
+
+def test_help_and_version():
+    assert run("--version").stdout == f"ksl {ksl.__version__}\n"
+    p = run("loads", "--help")
+    assert p.returncode == 0
+    for option in (
+        "--output",
+        "--csv",
+        "--on",
+        "--at",
+        "--axes",
+        "--order",
+        "--payload",
+        "--on-link",
+        "--external",
+        "--floating-base",
+        "--mimic",
+        "--strict",
+        "--gravity",
+    ):
+        assert option in p.stdout, option
+    p = run("lods")
+    assert p.returncode == 2 and "lods" in p.stderr
+
+
+def test_nothing_asked_of_info(tmp_path):
+    refused(tmp_path, run("info"), "robot file")

@@ -1,0 +1,92 @@
+"""A lower layer never includes a higher one, and kernels bring no code of the standard library along."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+INCLUDE, SRC = ROOT / "include", ROOT / "src"
+
+LAYERS = [
+    ("bodies and types", r"include/ksl/(detail/.*|config\.h|types\.h)"),
+    ("C algebra", r"include/ksl/(compat/|(?!engine\.h))[^/]*\.h"),
+    ("template algebra", r"include/ksl/(isa|algebra|pack|spatial)\.hpp"),
+    ("engine", r"include/ksl/engine/.*\.hpp"),
+    ("owning model, dispatched calls, C ABI", r"include/ksl/([^/]*\.hpp|engine\.h)"),
+    ("library", r"src/.*"),
+    ("Python module", r"python/.*"),
+]
+"""Lowest first; a file belongs to the first pattern that fits."""
+
+C_HEADERS = {"math.h", "stdarg.h", "float.h", "stdbool.h", "stddef.h", "stdint.h", "string.h", "stdlib.h", "stdio.h", "assert.h"}
+NO_CODE_OF_THEIR_OWN = {"cfloat", "cstddef", "cstdint", "cstring", "float.h", "math.h", "stdbool.h", "stddef.h", "stdint.h", "string.h", "immintrin.h"}
+
+
+def layer(path: Path) -> int:
+    name = path.relative_to(ROOT).as_posix()
+    for rank, (_, pattern) in enumerate(LAYERS):
+        if re.fullmatch(pattern, name):
+            return rank
+    raise AssertionError(f"{name} is in no layer; add it to LAYERS")
+
+
+def sources() -> list[Path]:
+    folders = [(INCLUDE / "ksl", "**/*"), (SRC, "**/*"), (ROOT / "python", "*.cpp")]
+    return sorted(f for folder, pattern in folders for f in folder.glob(pattern) if f.suffix in (".h", ".hpp", ".inc", ".c", ".cpp"))
+
+
+def includes(path: Path) -> tuple[list[Path], list[str]]:
+    """Files of the project and headers of others that a file includes."""
+    own, foreign = [], []
+    for name in re.findall(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', path.read_text(encoding="utf-8"), re.MULTILINE):
+        found = [p for p in (path.parent / name, INCLUDE / name, SRC / name) if p.is_file()]
+        (own.append(found[0].resolve()) if found else foreign.append(name))
+    return own, foreign
+
+
+def closure(path: Path) -> set[Path]:
+    seen, pending = set(), [path]
+    while pending:
+        file = pending.pop()
+        if file not in seen:
+            seen.add(file)
+            pending += includes(file)[0]
+    return seen
+
+
+def test_there_is_something_in_every_layer():
+    assert {layer(f) for f in sources()} == set(range(len(LAYERS)))
+
+
+@pytest.mark.parametrize("path", sources(), ids=lambda p: p.relative_to(ROOT).as_posix())
+def test_no_file_includes_a_higher_layer(path):
+    for other in includes(path)[0]:
+        assert layer(other) <= layer(path), (
+            f"{path.relative_to(ROOT)} ({LAYERS[layer(path)][0]}) includes {other.relative_to(ROOT)} ({LAYERS[layer(other)][0]})"
+        )
+
+
+@pytest.mark.parametrize("path", [f for f in sources() if layer(f) < 2], ids=lambda p: p.relative_to(ROOT).as_posix())
+def test_the_algebra_needs_c_headers_only(path):
+    strangers = set(includes(path)[1]) - C_HEADERS
+    assert not strangers, f"{path.relative_to(ROOT)} includes {sorted(strangers)}; the C algebra depends on nothing but C"
+
+
+@pytest.mark.parametrize("source", ["engine/kernels.cpp", "batch/array_kernels.cpp"])
+def test_kernels_include_nothing_that_has_code_of_its_own(source):
+    """Inline functions of the standard library would be shared, weakly, between objects of different instruction sets."""
+    files = closure(SRC / source)
+    assert INCLUDE / "ksl" / "algebra.hpp" in files
+    for file in files:
+        strangers = set(includes(file)[1]) - NO_CODE_OF_THEIR_OWN
+        assert not strangers, f"{file.relative_to(ROOT)} includes {sorted(strangers)}, and {source} includes it"
+
+
+@pytest.mark.parametrize("path", [f for f in sources() if f.suffix in (".h", ".hpp")], ids=lambda p: p.relative_to(ROOT).as_posix())
+def test_a_header_may_be_included_twice(path):
+    text = path.read_text(encoding="utf-8")
+    if path.name == "names.h":
+        assert "included" in text or "inclusion" in text, "names.h is included many times, and says so"
+    else:
+        assert "#pragma once" in text or re.search(r"#ifndef (KSL_\w+)\n#define \1\b", text), "no include guard"

@@ -1,0 +1,114 @@
+"""What README and docs show is run as it stands."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+LANGUAGES = ("sh", "python", "c", "cpp")
+SETS_UP = re.compile(r"^make (demo|test|bench)", re.MULTILINE)
+"""Blocks with these set up the whole project; they are what runs the tests."""
+
+
+def blocks() -> list:
+    found = []
+    for path in [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]:
+        text = path.read_text(encoding="utf-8")
+        for match in re.finditer(r"^```(\w+)\n(.*?)^```$", text, re.MULTILINE | re.DOTALL):
+            language, code = match.groups()
+            line = text.count("\n", 0, match.start()) + 1
+            if language in LANGUAGES and not SETS_UP.search(code):
+                found.append(pytest.param(language, code, id=f"{path.relative_to(ROOT)}:{line}-{language}"))
+    return found
+
+
+@pytest.fixture
+def checkout(tmp_path) -> Path:
+    """The examples where README expects them, and a .venv that is this Python's."""
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    (tmp_path / ".venv" / "bin").mkdir(parents=True)
+    (tmp_path / ".venv" / "bin" / "activate").write_text(f'PATH="{Path(sys.executable).parent}:$PATH"\n')
+    return tmp_path
+
+
+def run(command: list, folder: Path) -> subprocess.CompletedProcess:
+    env = {k: v for k, v in os.environ.items() if k != "KSL_ISA"}
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, env=env, timeout=300)
+    assert done.returncode == 0, f"{command[0]} ended with {done.returncode}\n{done.stdout}\n{done.stderr}"
+    return done
+
+
+def run_c(code: str, folder: Path) -> None:
+    """With gcc and clang, without a warning; what has no main is compiled only."""
+    program = "int main(" in code
+    for compiler in ("gcc", "clang"):
+        (folder / "example.c").write_text(code)
+        flags = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-I", ROOT / "include"]
+        end = ["-lm", "-o", "example"] if program else ["-c", "-o", "example.o"]
+        run([compiler, *flags, "example.c", *end], folder)
+        if program:
+            assert run([folder / "example"], folder).stdout, "the example prints nothing"
+
+
+def run_cpp(code: str, folder: Path) -> None:
+    """With g++ and clang++, without a warning."""
+    (folder / "example.cpp").write_text(code)
+    for compiler in ("g++", "clang++"):
+        run([compiler, "-std=c++20", "-Wall", "-Wextra", "-Werror", "-I", ROOT / "include", "example.cpp", "-o", "example"], folder)
+        assert run([folder / "example"], folder).stdout, "the example prints nothing"
+
+
+def bare(code: str) -> str:
+    """Without comments and blanks."""
+    return re.sub(r"\s+", "", re.sub(r"/\*.*?\*/|//[^\n]*", "", code, flags=re.DOTALL))
+
+
+def is_excerpt(code: str) -> bool:
+    return "#include" not in code
+
+
+@pytest.mark.parametrize(("language", "code"), blocks())
+def test_block_runs(checkout, language, code):
+    if language == "c" and is_excerpt(code):
+        sources = [f for f in (ROOT / "include").rglob("*") if f.is_file()]
+        assert any(bare(code) in bare(f.read_text(encoding="utf-8")) for f in sources), "an excerpt that is nowhere in include/"
+    elif language == "c":
+        run_c(code, checkout)
+    elif language == "cpp":
+        run_cpp(code, checkout)
+    elif language == "python":
+        run([sys.executable, "-c", code], checkout)
+    else:
+        run(["sh", "-eu", "-c", code], checkout)
+
+
+def test_readme_has_a_block_of_each_language():
+    assert {p.values[0] for p in blocks() if p.id.startswith("README")} >= {"sh", "python", "c"}
+
+
+def test_the_shell_example_writes_what_readme_says(checkout):
+    (code,) = (p.values[1] for p in blocks() if p.id.startswith("README") and p.values[0] == "sh")
+    out = run(["sh", "-eu", "-c", code], checkout).stdout
+    assert "open out/ur5/report.html" in out and "joint,kind," in out
+    assert sorted(f.name for f in (checkout / "out" / "ur5").iterdir()) == ["report.html", "summary.csv", "wrenches.parquet"]
+
+
+def test_the_c_example_prints_the_wrench_it_explains(checkout):
+    """10 N along x of a frame turned by 90° about z and shifted by 1 along x: 10 N along y, 10 N m about z."""
+    (code,) = (p.values[1] for p in blocks() if p.id.startswith("README") and p.values[0] == "c")
+    run_c(code, checkout)
+    numbers = [float(x) for x in re.findall(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?", run([checkout / "example"], checkout).stdout)]
+    assert numbers == pytest.approx([0, 10, 0, 0, 0, 10], abs=1e-12)
+
+
+@pytest.mark.parametrize("path", [ROOT / "README.md", *sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))], ids=lambda p: p.name)
+def test_links_lead_somewhere(path):
+    prose = re.sub(r"```.*?```|`[^`\n]*`(?!\])", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
+    for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", prose):
+        if "://" not in target:
+            assert (path.parent / target).exists(), f"{path.name} links to {target}, which is not there"

@@ -1,0 +1,163 @@
+"""One instruction set's code never ends up in another's: symbols of the kernel objects, and the library on an old processor."""
+
+import os
+import platform
+import shutil
+import subprocess
+from concurrent.futures import ThreadPoolExecutor
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+LEVELS = ("x86-64-v2", "x86-64-v3", "x86-64-v4")
+BUILDS = {"release": ["-O3", "-DNDEBUG"], "debug": ["-O0", "-g0"]}
+COMPILERS = ("g++", "clang++")
+TABLES = {"ksl_kernels": "src/engine/kernels.cpp", "ksl_array_kernels": "src/batch/array_kernels.cpp"}
+"""What is compiled once for each level: the table that it exports, and its file."""
+
+pytestmark = pytest.mark.skipif(platform.machine() != "x86_64", reason="there is one instruction set only on this processor")
+
+
+def compile_object(compiler: str, flags: list[str], source: str, out: Path) -> Path:
+    """With the flags that CMakeLists.txt gives."""
+    common = ["-std=c++20", "-fPIC", "-fvisibility=hidden", "-fvisibility-inlines-hidden", "-I", ROOT / "include", "-I", ROOT / "src"]
+    done = subprocess.run([compiler, *common, *flags, "-c", ROOT / source, "-o", out], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return out
+
+
+def symbols(path: Path) -> list[tuple[str, str]]:
+    """(kind, name) of everything that the linker sees of an object; lower-case letters are local, but for u, v, w."""
+    lines = subprocess.run(["nm", path], capture_output=True, text=True, check=True).stdout.splitlines()
+    return [(line.split()[-2], line.split()[-1]) for line in lines if line.split()]
+
+
+@pytest.fixture(scope="module")
+def objects(tmp_path_factory):
+    """{(compiler, build, level, table): symbols}; level "baseline" is a file of the library's that uses the same templates."""
+    folder, jobs = tmp_path_factory.mktemp("kernels"), {}
+    with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+        for compiler in COMPILERS:
+            for build, flags in BUILDS.items():
+                for level, (table, source) in product(LEVELS, TABLES.items()):
+                    name = level.replace("-", "_")
+                    own = [f"-march={level}", f"-DKSL_ISA={name}", f"-DKSL_TABLE={table}_{name}"]
+                    jobs[compiler, build, level, table] = pool.submit(
+                        compile_object, compiler, flags + own, source, folder / f"{compiler}-{build}-{level}-{table}.o"
+                    )
+                jobs[compiler, build, "baseline", ""] = pool.submit(
+                    compile_object, compiler, flags, "src/engine/dynamics.cpp", folder / f"{compiler}-{build}-baseline.o"
+                )
+    return {key: symbols(job.result()) for key, job in jobs.items()}
+
+
+@pytest.mark.parametrize("table", TABLES)
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("build", BUILDS)
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_a_kernel_object_exports_its_table_and_nothing_else(objects, compiler, build, level, table):
+    strong = [name for kind, name in objects[compiler, build, level, table] if kind in "TDRBGSAC"]
+    assert strong == [f"{table}_{level.replace('-', '_')}"]
+
+
+@pytest.mark.parametrize("build", BUILDS)
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_no_two_objects_share_a_weak_symbol(objects, compiler, build):
+    """The linker keeps one copy of a weak symbol: which one, an old processor would find out."""
+    weak = {level: set() for level in (*LEVELS, "baseline")}
+    for (c, b, level, _), found in objects.items():
+        if (c, b) == (compiler, build):
+            # DW.ref.…: a pointer to the runtime's handler of exceptions, no code
+            weak[level] |= {name for kind, name in found if kind in "WVuwv" and not name.startswith("DW.ref.")}
+    for i, one in enumerate(weak):
+        for other in list(weak)[i + 1 :]:
+            shared = weak[one] & weak[other]
+            assert not shared, f"{one} and {other} share {len(shared)} symbols, {sorted(shared)[:3]} among them"
+
+
+def test_weak_symbols_are_there_to_be_looked_at(objects):
+    """In a debug build templates are out of line: if none were found, the test above would test nothing."""
+    assert all(any(kind in "WV" for kind, _ in objects[compiler, "debug", level, table]) for compiler, level, table in product(COMPILERS, LEVELS, TABLES))
+
+
+PROGRAM = """
+#include <ksl/dynamics.hpp>
+#include <cstdio>
+int main(int, char **argv) {
+  const ksl::model m = ksl::load(argv[1]);
+  ksl::data d(m);
+  std::printf("%s\\n", ksl::instruction_set());
+  for (int k = 0; k < 5; ++k) {
+    double x[18], tau[6], w[48];
+    for (int i = 0; i < 18; ++i)
+      x[i] = 0.1 * i - 0.7 * k;
+    ksl::inverse_dynamics(m, d, x, x + 6, x + 12, tau);
+    int links[8];
+    for (int i = 0; i < 8; ++i)
+      links[i] = i;
+    ksl::reaction_request request;
+    request.n = 8;
+    request.link = links;
+    request.at = request.axes = ksl::wrench_frame::world;
+    ksl::reactions(m, d, request, w);
+    for (double y : tau)
+      std::printf("%.17g\\n", y);
+    for (double y : w)
+      std::printf("%.17g\\n", y);
+    double kinetic, potential;
+    ksl::energy(m, d, x, x + 6, &kinetic, &potential);
+    std::printf("%.17g\\n%.17g\\n", kinetic, potential);
+  }
+}
+"""
+
+
+@pytest.fixture(scope="module", params=["Release", "Debug"])
+def program(request, tmp_path_factory) -> Path:
+    """A program linked with the static library, as CMake builds it."""
+    folder = tmp_path_factory.mktemp(request.param)
+    configure = ["cmake", "-S", ROOT, "-B", folder, f"-DCMAKE_BUILD_TYPE={request.param}"]
+    build = ["cmake", "--build", folder, "--target", "ksl_static", "--parallel", str(len(os.sched_getaffinity(0)))]
+    (folder / "program.cpp").write_text(PROGRAM)
+    link = ["g++", "-std=c++20", "-O1", "-I", ROOT / "include", folder / "program.cpp", folder / "libksl.a", "-lpugixml", "-o", folder / "program"]
+    for step in (configure, build, link):
+        done = subprocess.run(step, capture_output=True, text=True)
+        assert done.returncode == 0, done.stdout + done.stderr
+    return folder / "program"
+
+
+def run(program: Path, *launcher: str, **environment: str) -> tuple[str, np.ndarray]:
+    env = {k: v for k, v in os.environ.items() if k != "KSL_ISA"} | environment
+    done = subprocess.run([*launcher, program, ROOT / "examples" / "robots" / "ur5.urdf"], capture_output=True, text=True, env=env)
+    assert done.returncode == 0, f"{launcher} ended with {done.returncode}: {done.stderr}"
+    name, *numbers = done.stdout.split()
+    return name, np.array(numbers, dtype=float)
+
+
+def test_the_library_runs_on_an_old_processor(program):
+    """A processor of 2008, emulated: it ends with an illegal instruction if anything above x86-64-v2 is run."""
+    emulator = shutil.which("qemu-x86_64")
+    assert emulator, "qemu-x86_64 is not there; on Debian and Ubuntu: apt install qemu-user"
+    here, numbers = run(program)
+    name, old = run(program, emulator, "-cpu", "Nehalem")
+    assert name == "x86-64-v2" and here in LEVELS
+    assert len(old) == 5 * (6 + 48 + 2) and np.isfinite(old).all()
+    assert np.abs(old - numbers).max() < 1e-12 * np.abs(numbers).max()
+
+
+def test_all_sets_that_run_here_agree(program):
+    best, numbers = run(program)
+    for level in LEVELS[: LEVELS.index(best) + 1]:
+        name, found = run(program, KSL_ISA=level)
+        assert name == level and np.abs(found - numbers).max() < 1e-12 * np.abs(numbers).max()
+
+
+def test_a_set_that_does_not_run_is_refused(program):
+    emulator = shutil.which("qemu-x86_64")
+    assert emulator, "qemu-x86_64 is not there; on Debian and Ubuntu: apt install qemu-user"
+    env = os.environ | {"KSL_ISA": "x86-64-v4"}
+    done = subprocess.run([emulator, "-cpu", "Nehalem", program, ROOT / "examples" / "robots" / "ur5.urdf"], capture_output=True, text=True, env=env)
+    assert done.returncode != 0 and "KSL_ISA=x86-64-v4" in done.stderr and "known: x86-64-v2;" in done.stderr

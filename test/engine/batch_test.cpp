@@ -1,0 +1,154 @@
+// Batches: tails, strides, threads, and one bad state among good ones.
+#include "ksl/batch.hpp"
+#include "robots.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+namespace {
+
+constexpr int reach = 40; ///< more than two blocks of any instruction set
+
+/// A branched robot with every kind of joint that moves.
+ksl::model tree() {
+  using ksl::joint_kind;
+  ksl::robot_description r;
+  r.name = "tree";
+  for (const char *name : {"root", "a", "b", "c", "d", "e"})
+    r.links.push_back(robots::link(name, robots::solid(1.5, {0.1, -0.2, 0.3}, 0.4, 0.5, 0.6)));
+  r.joints = {robots::joint("turn", joint_kind::revolute, 0, 1, {0, 0.1, 1}, {0, 1, 0}),
+              robots::joint("slide", joint_kind::prismatic, 1, 2, {0.3, 0, 0}, {0.6, 0, 0.8}),
+              robots::joint("weld", joint_kind::fixed, 2, 3, {0, 0, 0.2}, {1, 0, 0}),
+              robots::joint("spin", joint_kind::continuous, 1, 4, {0, -0.4, 0}, {1, 0, 0}),
+              robots::joint("fly", joint_kind::floating, 0, 5, {2, 0, 0}, {1, 0, 0})};
+  return ksl::model(r);
+}
+
+template <class S> struct states {
+  std::vector<S> q, v, a;
+
+  states(const ksl::model &m, std::size_t n) : q(n * m.nq()), v(n * m.nv()), a(n * m.nv()) {
+    std::mt19937 random(3);
+    std::uniform_real_distribution<S> number(S(-2), S(2));
+    for (std::vector<S> *x : {&q, &v, &a})
+      for (S &value : *x)
+        value = number(random);
+  }
+
+  ksl::batch_view<S> view(const ksl::model &m, std::size_t n, std::vector<S> &out, int width) {
+    ksl::batch_view<S> b;
+    out.assign(n * width, S(-7));
+    b.n = n;
+    b.q = {q.data(), m.nq()};
+    b.v = {v.data(), m.nv()};
+    b.a = b.tau = {a.data(), m.nv()};
+    b.out = {out.data(), width};
+    return b;
+  }
+};
+
+template <class S> void compare_with_one(const ksl::model &m, std::size_t n) {
+  const int nv = m.nv();
+  states<S> s(m, n);
+  std::vector<S> tau, a, M, one;
+  ksl::inverse_dynamics_batch(m, s.view(m, n, tau, nv));
+  ksl::forward_dynamics_batch(m, s.view(m, n, a, nv));
+  ksl::mass_matrix_batch(m, s.view(m, n, M, nv * nv));
+  for (std::size_t k = 0; k < n; ++k) {
+    ksl::batch_view<S> b = s.view(m, 1, one, nv * nv);
+    b.q = rows_from(b.q, k), b.v = rows_from(b.v, k), b.a = rows_from(b.a, k), b.tau = rows_from(b.tau, k);
+    CAPTURE(n);
+    CAPTURE(k);
+    ksl::inverse_dynamics_batch(m, b);
+    CHECK(std::equal(one.begin(), one.begin() + nv, tau.begin() + static_cast<long>(k) * nv));
+    ksl::forward_dynamics_batch(m, b);
+    CHECK(std::equal(one.begin(), one.begin() + nv, a.begin() + static_cast<long>(k) * nv));
+    ksl::mass_matrix_batch(m, b);
+    CHECK(std::equal(one.begin(), one.end(), M.begin() + static_cast<long>(k) * nv * nv));
+  }
+}
+
+} // namespace
+
+TEST_CASE("any number of states gives the bits of each alone, double and float") {
+  const ksl::model m = tree();
+  for (std::size_t n = 0; n <= reach; ++n) {
+    compare_with_one<double>(m, n);
+    compare_with_one<float>(m, n);
+  }
+}
+
+TEST_CASE("the number of threads changes nothing") {
+  const ksl::model m = tree();
+  const std::size_t n = 5000;
+  states<double> s(m, n);
+  std::vector<double> alone, shared;
+  ksl::inverse_dynamics_batch(m, s.view(m, n, alone, m.nv()), {}, 1);
+  for (int threads : {0, 2, 3, 7}) {
+    ksl::inverse_dynamics_batch(m, s.view(m, n, shared, m.nv()), {}, threads);
+    CHECK(shared == alone);
+  }
+}
+
+TEST_CASE("a NaN poisons its own state only") {
+  const ksl::model m = tree();
+  const std::size_t n = 19, bad = 9;
+  states<double> s(m, n);
+  std::vector<double> clean, poisoned;
+  ksl::forward_dynamics_batch(m, s.view(m, n, clean, m.nv()));
+  s.q[bad * static_cast<std::size_t>(m.nq())] = NAN;
+  ksl::forward_dynamics_batch(m, s.view(m, n, poisoned, m.nv()));
+  for (std::size_t k = 0; k < n; ++k)
+    for (int i = 0; i < m.nv(); ++i) {
+      const std::size_t at = k * static_cast<std::size_t>(m.nv()) + static_cast<std::size_t>(i);
+      if (k != bad)
+        CHECK(poisoned[at] == clean[at]);
+    }
+  CHECK(std::isnan(poisoned[bad * static_cast<std::size_t>(m.nv())]));
+}
+
+TEST_CASE("rows may run backwards and lie apart; nothing is written between them") {
+  const ksl::model m = tree();
+  const std::size_t n = 21, nv = static_cast<std::size_t>(m.nv()), apart = nv + 3;
+  states<double> s(m, n);
+  std::vector<double> straight, spread(n * apart, -7.0);
+  ksl::inverse_dynamics_batch(m, s.view(m, n, straight, m.nv()));
+  ksl::batch_view<double> b = s.view(m, n, straight, m.nv());
+  b.out = {spread.data() + (n - 1) * apart, -static_cast<std::ptrdiff_t>(apart)};
+  std::vector<double> wanted;
+  ksl::inverse_dynamics_batch(m, s.view(m, n, wanted, m.nv()));
+  ksl::inverse_dynamics_batch(m, b);
+  for (std::size_t k = 0; k < n; ++k) {
+    const double *row = &spread[(n - 1 - k) * apart];
+    CHECK(std::equal(row, row + nv, &wanted[k * nv]));
+    for (std::size_t i = nv; i < apart; ++i)
+      CHECK(row[i] == -7.0);
+  }
+}
+
+TEST_CASE("forward dynamics is the inverse of inverse dynamics, and M a + bias = tau") {
+  const ksl::model m = tree();
+  ksl::data d(m);
+  const std::size_t nv = static_cast<std::size_t>(m.nv());
+  for (std::size_t k = 0; k < 20; ++k) {
+    states<double> s(m, k + 1);
+    const double *q = &s.q[k * static_cast<std::size_t>(m.nq())], *v = &s.v[k * nv], *a = &s.a[k * nv];
+    std::vector<double> tau(nv), back(nv), M(nv * nv), bias(nv);
+    ksl::inverse_dynamics(m, d, q, v, a, tau.data());
+    ksl::forward_dynamics(m, d, q, v, tau.data(), back.data());
+    ksl::mass_matrix(m, d, q, M.data());
+    ksl::bias(m, d, q, v, bias.data());
+    for (std::size_t i = 0; i < nv; ++i) {
+      double sum = bias[i];
+      for (std::size_t j = 0; j < nv; ++j) {
+        CHECK(M[i * nv + j] == M[j * nv + i]);
+        sum += M[i * nv + j] * a[j];
+      }
+      CHECK(back[i] == doctest::Approx(a[i]).epsilon(1e-10));
+      CHECK(sum == doctest::Approx(tau[i]).epsilon(1e-11).scale(100));
+    }
+  }
+}

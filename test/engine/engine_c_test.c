@@ -1,0 +1,302 @@
+/* The C interface from C11, linked to the shared library.  Arguments: the folder of sample robots, a folder to write
+   in. Prints what fails; returns the number of failures. */
+#include <ksl/engine.h>
+#include <ksl/ksl.h>
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static int failures;
+
+#define CHECK(condition)                                                                                               \
+  do {                                                                                                                 \
+    if (!(condition)) {                                                                                                \
+      ++failures;                                                                                                      \
+      printf("%s:%d: %s; last message: %s\n", __FILE__, __LINE__, #condition, ksl_error_message());                    \
+    }                                                                                                                  \
+  } while (0)
+
+/* The call is refused with this status, in one line that has the words. */
+#define CHECK_REFUSED(call, status, words)                                                                             \
+  do {                                                                                                                 \
+    CHECK((call) == (status));                                                                                         \
+    CHECK(strstr(ksl_error_message(), words) != NULL);                                                                 \
+    CHECK(strchr(ksl_error_message(), '\n') == NULL);                                                                  \
+  } while (0)
+
+static int close_to(double x, double y) { return fabs(x - y) <= 1e-12 * fmax(1, fabs(y)); }
+
+static const char pendulum[] =
+    "<robot name='p'><link name='ceiling'/><link name='bob'><inertial><origin xyz='0 0 -0.7'/><mass value='1.3'/>"
+    "<inertia ixx='0' iyy='0' izz='0' ixy='0' ixz='0' iyz='0'/></inertial></link><link name='hand'/>"
+    "<joint name='pin' type='continuous'><parent link='ceiling'/><child link='bob'/><axis xyz='0 1 0'/></joint>"
+    "<joint name='weld' type='fixed'><origin xyz='0 0 -0.7'/><parent link='bob'/><child link='hand'/></joint></robot>";
+
+static void test_pendulum(const char *path) {
+  ksl_model_t *m = NULL;
+  ksl_data_t *d = NULL;
+  CHECK(ksl_model_load(path, NULL, &m) == KSL_OK);
+  CHECK(ksl_data_create(m, &d) == KSL_OK);
+  if (!m || !d)
+    return;
+  CHECK(ksl_model_nq(m) == 1 && ksl_model_nv(m) == 1 && ksl_model_moving_joints(m) == 1);
+  CHECK(ksl_model_joints(m) == 3 && ksl_model_links(m) == 3);
+  CHECK(!strcmp(ksl_model_joint_name(m, 0), "pin") && !strcmp(ksl_model_joint_name(m, 1), "weld"));
+  CHECK(!strcmp(ksl_model_joint_name(m, 2), "base") && ksl_model_joint_name(m, 3) == NULL &&
+        ksl_model_joint_name(m, -1) == NULL);
+  CHECK(!strcmp(ksl_model_link_name(m, 0), "ceiling") && ksl_model_link_name(m, 3) == NULL &&
+        ksl_model_link_name(m, -1) == NULL);
+  CHECK(ksl_model_joint(m, "weld") == 1 && ksl_model_joint(m, "none") == -1 && ksl_model_joint(m, NULL) == -1);
+  CHECK(ksl_model_link(m, "hand") == 2 && ksl_model_link(m, "none") == -1 && ksl_model_link(m, NULL) == -1);
+
+  const double q = 0.8, v = 2.1, a = -1.7, g = 9.81, l = 0.7, mass = 1.3;
+  const double pull = mass * (g * cos(q) + l * v * v), across = mass * (g * sin(q) + l * a);
+  double tau, w[18];
+  CHECK(ksl_inverse_dynamics(m, d, &q, &v, &a, NULL, &tau) == KSL_OK);
+  CHECK(close_to(tau, l * across));
+  const int joints[3] = {0, 1, 2};
+  CHECK(ksl_reactions(m, d, 3, joints, NULL, NULL, w) == KSL_OK);
+  CHECK(close_to(w[0], -across) && close_to(w[2], pull) && close_to(w[4], l * across) && close_to(w[1], 0));
+  for (int i = 6; i < 12; ++i)
+    CHECK(w[i] == 0); /* nothing hangs on the weld */
+
+  ksl_reaction_options_t how = {0};
+  how.part = KSL_CONSTRAINT;
+  how.on = KSL_ON_PARENT;
+  how.order = KSL_ANGULAR_FIRST;
+  CHECK(ksl_reactions(m, d, 1, joints, &how, NULL, w) == KSL_OK);
+  CHECK(w[1] == 0 && close_to(w[3], across) && close_to(w[5], -pull));
+  memset(&how, 0, sizeof how);
+  how.at = how.axes = KSL_LINK;
+  how.at_link = how.axes_link = ksl_model_link(m, "hand");
+  CHECK(ksl_reactions(m, d, 1, joints, &how, NULL, w) == KSL_OK);
+  CHECK(close_to(w[2], pull) && close_to(w[4], 0)); /* the hand is where the mass is */
+  memset(&how, 0, sizeof how);
+  how.offset[2] = -0.7;
+  CHECK(ksl_reactions(m, d, 1, joints, &how, NULL, w) == KSL_OK);
+  CHECK(close_to(w[2], pull) && close_to(w[4], 0));
+  how.at = how.axes = KSL_WORLD;
+  CHECK(ksl_reactions(m, d, 1, joints, &how, NULL, w) == KSL_OK);
+  CHECK(close_to(w[0], -across * cos(q) + pull * sin(q)) && close_to(w[4], l * across));
+
+  const int hand = ksl_model_link(m, "hand");
+  const ksl_coscrew_t push = ksl_coscrew(1, 2, 3, 4, 5, 6);
+  const ksl_external_t external = {1, &hand, &push};
+  double pushed;
+  CHECK(ksl_inverse_dynamics(m, d, &q, &v, &a, &external, &pushed) == KSL_OK);
+  CHECK(close_to(pushed, tau - (5 - l * 1)));
+  CHECK(ksl_reactions(m, d, 1, joints + 1, NULL, &external, w) == KSL_OK);
+  for (int i = 0; i < 6; ++i)
+    CHECK(close_to(w[i], -(i + 1.0)));
+
+  ksl_SE3_t pose;
+  CHECK(ksl_frame_pose(m, d, &q, hand, &pose) == KSL_OK);
+  CHECK(close_to(pose.t.x, -l * sin(q)) && close_to(pose.t.z, -l * cos(q)) && close_to(pose.R.m00, cos(q)));
+  double kinetic, potential;
+  CHECK(ksl_energy(m, d, &q, &v, &kinetic, &potential) == KSL_OK);
+  CHECK(close_to(kinetic, mass * l * l * v * v / 2) && close_to(potential, -mass * g * l * cos(q)));
+
+  /* what is refused, and that it changes nothing */
+  const double nan = NAN;
+  const double infinite = INFINITY;
+  tau = 7;
+  CHECK_REFUSED(ksl_inverse_dynamics(NULL, d, &q, &v, &a, NULL, &tau), KSL_BAD_ARGUMENT, "null");
+  CHECK_REFUSED(ksl_inverse_dynamics(m, NULL, &q, &v, &a, NULL, &tau), KSL_BAD_ARGUMENT, "null");
+  CHECK_REFUSED(ksl_inverse_dynamics(m, d, NULL, &v, &a, NULL, &tau), KSL_BAD_ARGUMENT, "null");
+  CHECK_REFUSED(ksl_inverse_dynamics(m, d, &q, &v, &a, NULL, NULL), KSL_BAD_ARGUMENT, "null");
+  CHECK_REFUSED(ksl_inverse_dynamics(m, d, &nan, &v, &a, NULL, &tau), KSL_BAD_ARGUMENT, "q[0]");
+  CHECK_REFUSED(ksl_inverse_dynamics(m, d, &q, &infinite, &a, NULL, &tau), KSL_BAD_ARGUMENT, "v[0]");
+  CHECK_REFUSED(ksl_inverse_dynamics(m, d, &q, &v, &nan, NULL, &tau), KSL_BAD_ARGUMENT, "a[0]");
+  CHECK(tau == 7);
+  ksl_external_t bad = external;
+  bad.link = NULL;
+  CHECK_REFUSED(ksl_inverse_dynamics(m, d, &q, &v, &a, &bad, &tau), KSL_BAD_ARGUMENT, "external");
+  const int nobody = 3;
+  bad = external;
+  bad.link = &nobody;
+  CHECK_REFUSED(ksl_inverse_dynamics(m, d, &q, &v, &a, &bad, &tau), KSL_BAD_ARGUMENT, "link out of range");
+  const ksl_coscrew_t wrong = ksl_coscrew(1, 2, nan, 4, 5, 6);
+  bad = external;
+  bad.wrench = &wrong;
+  CHECK_REFUSED(ksl_inverse_dynamics(m, d, &q, &v, &a, &bad, &tau), KSL_BAD_ARGUMENT, "external wrench[2]");
+  bad.n = -1;
+  CHECK_REFUSED(ksl_inverse_dynamics(m, d, &q, &v, &a, &bad, &tau), KSL_BAD_ARGUMENT, "external");
+
+  CHECK_REFUSED(ksl_reactions(m, NULL, 3, joints, NULL, NULL, w), KSL_BAD_ARGUMENT, "null");
+  CHECK_REFUSED(ksl_reactions(m, d, 3, joints, NULL, NULL, NULL), KSL_BAD_ARGUMENT, "null");
+  CHECK_REFUSED(ksl_reactions(m, d, 3, NULL, NULL, NULL, w), KSL_BAD_ARGUMENT, "joints");
+  CHECK_REFUSED(ksl_reactions(m, d, -1, joints, NULL, NULL, w), KSL_BAD_ARGUMENT, "between 0");
+  CHECK_REFUSED(ksl_reactions(m, d, 1, &nobody, NULL, NULL, w), KSL_BAD_ARGUMENT, "out of range");
+  CHECK(ksl_reactions(m, d, 0, NULL, NULL, NULL, NULL) == KSL_OK);
+  memset(&how, 0, sizeof how);
+  how.at = KSL_LINK;
+  how.at_link = 3;
+  CHECK_REFUSED(ksl_reactions(m, d, 1, joints, &how, NULL, w), KSL_BAD_ARGUMENT, "at_link");
+  memset(&how, 0, sizeof how);
+  how.axes = KSL_LINK;
+  how.axes_link = -1;
+  CHECK_REFUSED(ksl_reactions(m, d, 1, joints, &how, NULL, w), KSL_BAD_ARGUMENT, "axes_link");
+  memset(&how, 0, sizeof how);
+  how.part = (ksl_part_t)7;
+  CHECK_REFUSED(ksl_reactions(m, d, 1, joints, &how, NULL, w), KSL_BAD_ARGUMENT, "enumerations");
+  memset(&how, 0, sizeof how);
+  how.axes = (ksl_frame_t)7;
+  CHECK_REFUSED(ksl_reactions(m, d, 1, joints, &how, NULL, w), KSL_BAD_ARGUMENT, "enumerations");
+  memset(&how, 0, sizeof how);
+  how.offset[1] = nan;
+  CHECK_REFUSED(ksl_reactions(m, d, 1, joints, &how, NULL, w), KSL_BAD_ARGUMENT, "offset");
+
+  CHECK_REFUSED(ksl_frame_pose(m, d, &q, 3, &pose), KSL_BAD_ARGUMENT, "out of range");
+  CHECK_REFUSED(ksl_frame_pose(m, d, &q, 0, NULL), KSL_BAD_ARGUMENT, "null");
+  CHECK_REFUSED(ksl_energy(m, d, &q, &nan, &kinetic, &potential), KSL_BAD_ARGUMENT, "v[0]");
+  CHECK_REFUSED(ksl_energy(m, d, &q, &v, NULL, &potential), KSL_BAD_ARGUMENT, "null");
+  CHECK_REFUSED(ksl_data_create(m, NULL), KSL_BAD_ARGUMENT, "null");
+  CHECK_REFUSED(ksl_data_create(NULL, &d), KSL_BAD_ARGUMENT, "null");
+  ksl_data_free(d);
+  ksl_model_free(m);
+  ksl_data_free(NULL);
+  ksl_model_free(NULL);
+}
+
+static void test_options(const char *path) {
+  ksl_model_options_t options = ksl_model_options();
+  CHECK(!options.floating_base && !options.mimic_independent && !options.strict && options.gravity[2] == -9.81);
+  options.floating_base = true;
+  options.gravity[2] = -1;
+  ksl_model_t *m = NULL;
+  ksl_data_t *d = NULL;
+  CHECK(ksl_model_load(path, &options, &m) == KSL_OK && ksl_data_create(m, &d) == KSL_OK);
+  if (!m || !d)
+    return;
+  CHECK(ksl_model_nq(m) == 8 && ksl_model_nv(m) == 7 && ksl_model_joint(m, "floating_base") == 0 &&
+        ksl_model_joint(m, "base") == -1);
+  const double q[8] = {0, 0, 0, 0, 0, 0, 1, 0}, zero[7] = {0};
+  double tau[7];
+  CHECK(ksl_inverse_dynamics(m, d, q, zero, zero, NULL, tau) == KSL_OK);
+  CHECK(close_to(tau[2], 1.3));
+  const double flat[8] = {0};
+  CHECK_REFUSED(ksl_inverse_dynamics(m, d, flat, zero, zero, NULL, tau), KSL_BAD_ARGUMENT, "quaternion");
+  ksl_data_free(d);
+  ksl_model_free(m);
+  options.gravity[0] = NAN;
+  CHECK_REFUSED(ksl_model_load(path, &options, &m), KSL_BAD_ARGUMENT, "gravity");
+}
+
+static void test_files(const char *folder, const char *path) {
+  ksl_model_t *m = (ksl_model_t *)&failures;
+  CHECK_REFUSED(ksl_model_load("/nowhere/robot.urdf", NULL, &m), KSL_BAD_DESCRIPTION, "/nowhere/robot.urdf");
+  CHECK(m == NULL);
+  CHECK_REFUSED(ksl_model_load(NULL, NULL, &m), KSL_BAD_ARGUMENT, "null");
+  CHECK_REFUSED(ksl_model_load(path, NULL, NULL), KSL_BAD_ARGUMENT, "null");
+  CHECK_REFUSED(ksl_model_load(folder, NULL, &m), KSL_BAD_DESCRIPTION, folder);
+}
+
+static void test_sample_robot(const char *path) {
+  ksl_model_t *m = NULL;
+  ksl_data_t *one = NULL, *two = NULL;
+  CHECK(ksl_model_load(path, NULL, &m) == KSL_OK && ksl_data_create(m, &one) == KSL_OK &&
+        ksl_data_create(m, &two) == KSL_OK);
+  if (!m || !one || !two)
+    return;
+  const double x[6] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6}, y[6] = {0};
+  double tau[6], other[6], again[6];
+  CHECK(ksl_inverse_dynamics(m, one, x, x, x, NULL, tau) == KSL_OK);
+  CHECK(ksl_inverse_dynamics(m, two, y, y, y, NULL, other) == KSL_OK);
+  CHECK(ksl_inverse_dynamics(m, two, x, x, x, NULL, again) == KSL_OK);
+  CHECK(!memcmp(tau, again, sizeof tau) &&
+        memcmp(tau, other, sizeof tau)); /* a workspace keeps nothing from call to call */
+  ksl_data_free(one);
+  ksl_data_free(two);
+  ksl_model_free(m);
+}
+
+/* Forward dynamics undoes inverse dynamics; M a + bias = tau; a batch gives the bits of its states. */
+static void test_dynamics(const char *path) {
+  enum { n = 3, nv = 6 };
+  ksl_model_t *m = NULL;
+  ksl_data_t *d = NULL;
+  CHECK(ksl_model_load(path, NULL, &m) == KSL_OK && ksl_data_create(m, &d) == KSL_OK);
+  if (!m || !d)
+    return;
+  double q[n][nv], v[n][nv], a[n][nv], tau[n][nv], back[nv], M[nv][nv], bias[nv], gravity[nv], batch[n][nv], Ms[n][nv][nv];
+  for (int k = 0; k < n; ++k)
+    for (int i = 0; i < nv; ++i)
+      q[k][i] = 0.3 * i - k, v[k][i] = 0.1 * k + 0.2, a[k][i] = 1.0 - 0.4 * i;
+  CHECK(ksl_inverse_dynamics_batch(m, n, q[0], nv, v[0], nv, a[0], nv, batch[0], nv, 0) == KSL_OK);
+  CHECK(ksl_mass_matrix_batch(m, n, q[0], nv, Ms[0][0], nv * nv, 1) == KSL_OK);
+  for (int k = 0; k < n; ++k) {
+    CHECK(ksl_inverse_dynamics(m, d, q[k], v[k], a[k], NULL, tau[k]) == KSL_OK);
+    CHECK(!memcmp(tau[k], batch[k], sizeof tau[k]));
+    CHECK(ksl_forward_dynamics(m, d, q[k], v[k], tau[k], NULL, back) == KSL_OK);
+    CHECK(ksl_mass_matrix(m, d, q[k], M[0]) == KSL_OK && !memcmp(M, Ms[k], sizeof M));
+    CHECK(ksl_bias(m, d, q[k], v[k], NULL, bias) == KSL_OK);
+    for (int i = 0; i < nv; ++i) {
+      double sum = bias[i];
+      for (int j = 0; j < nv; ++j)
+        sum += M[i][j] * a[k][j];
+      CHECK(fabs(sum - tau[k][i]) < 1e-10 && fabs(back[i] - a[k][i]) < 1e-9);
+    }
+  }
+  CHECK(ksl_forward_dynamics_batch(m, n, q[0], nv, v[0], nv, tau[0], nv, batch[0], nv, 0) == KSL_OK);
+  CHECK(!memcmp(batch[n - 1], back, sizeof back));
+  const double rest[nv] = {0};
+  CHECK(ksl_gravity_torque(m, d, q[0], NULL, gravity) == KSL_OK && ksl_bias(m, d, q[0], rest, NULL, bias) == KSL_OK);
+  CHECK(!memcmp(gravity, bias, sizeof bias));
+  CHECK_REFUSED(ksl_mass_matrix(m, d, NULL, M[0]), KSL_BAD_ARGUMENT, "null");
+  /* reactions belong to the inverse dynamics just before; a workspace belongs to one model */
+  double wrench[6];
+  const int first = 0;
+  CHECK_REFUSED(ksl_reactions(m, d, 1, &first, NULL, NULL, wrench), KSL_BAD_ARGUMENT, "call that first");
+  CHECK(ksl_inverse_dynamics(m, d, q[0], v[0], a[0], NULL, back) == KSL_OK);
+  CHECK(ksl_reactions(m, d, 1, &first, NULL, NULL, wrench) == KSL_OK && wrench[5] == back[0]);
+  ksl_model_t *same = NULL;
+  CHECK(ksl_model_load(path, NULL, &same) == KSL_OK);
+  CHECK_REFUSED(ksl_mass_matrix(same, d, q[0], M[0]), KSL_BAD_ARGUMENT, "made for another model");
+  ksl_model_free(same);
+  CHECK(ksl_model_nq(NULL) == 0 && ksl_model_joint(NULL, "x") == -1 && ksl_model_warning(m, 0) == NULL);
+  CHECK_REFUSED(ksl_mass_matrix_batch(m, n, q[0], nv, NULL, nv, 1), KSL_BAD_ARGUMENT, "null");
+  CHECK(strncmp(ksl_instruction_set(), "x86-64-v", 8) == 0 || strcmp(ksl_instruction_set(), "generic") == 0);
+  ksl_data_free(d);
+  ksl_model_free(m);
+}
+
+/* With KSL_ISA=nonsense in the environment: no exception crosses the interface. */
+static void test_unknown_instruction_set(const char *path) {
+  ksl_model_t *m = NULL;
+  ksl_data_t *d = NULL;
+  const double x[6] = {0};
+  double tau[6];
+  CHECK(ksl_model_load(path, NULL, &m) == KSL_OK && ksl_data_create(m, &d) == KSL_OK);
+  if (!m || !d)
+    return;
+  CHECK_REFUSED(ksl_inverse_dynamics(m, d, x, x, x, NULL, tau), KSL_FAILED, "KSL_ISA=nonsense");
+  CHECK_REFUSED(ksl_inverse_dynamics(m, d, x, x, x, NULL, tau), KSL_FAILED, "KSL_ISA=nonsense");
+  CHECK(ksl_instruction_set() == NULL);
+  ksl_data_free(d);
+  ksl_model_free(m);
+}
+
+int main(int argc, char **argv) {
+  if (argc != 3)
+    return 1;
+  char path[4096], sample[4096];
+  snprintf(path, sizeof path, "%s/pendulum.urdf", argv[2]);
+  snprintf(sample, sizeof sample, "%s/ur5.urdf", argv[1]);
+  if (getenv("KSL_ISA") && !strcmp(getenv("KSL_ISA"), "nonsense")) {
+    test_unknown_instruction_set(sample);
+    return failures;
+  }
+  FILE *f = fopen(path, "w");
+  if (!f)
+    return 1;
+  fputs(pendulum, f);
+  fclose(f);
+  test_pendulum(path);
+  test_options(path);
+  test_files(argv[2], path);
+  test_sample_robot(sample);
+  test_dynamics(sample);
+  return failures;
+}

@@ -1,0 +1,51 @@
+// In a debug build a fresh workspace is NaN throughout, so that what reads before it writes is seen.
+#include "robots.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#ifdef NDEBUG
+#error "this test is a debug build"
+#endif
+
+TEST_CASE("every number of a fresh workspace is NaN") {
+  const ksl::model m(robots::double_pendulum(1, 1, 1, 1));
+  ksl::data d(m);
+  const auto all_nan = [](const void *memory, std::size_t bytes) {
+    const double *x = static_cast<const double *>(memory);
+    for (std::size_t i = 0; i < bytes / sizeof(double); ++i)
+      if (!std::isnan(x[i]))
+        return false;
+    return true;
+  };
+  const auto bodies = static_cast<std::size_t>(m.view().bodies), links = static_cast<std::size_t>(m.view().links);
+  const auto numbers = static_cast<std::size_t>(ksl::padded(m.nq()));
+  const ksl::data_view<double> v = d.view();
+  CHECK(all_nan(v.body, sizeof *v.body * bodies));
+  CHECK(all_nan(v.sine, sizeof *v.sine * numbers));
+  CHECK(all_nan(v.cosine, sizeof *v.cosine * numbers));
+  CHECK(all_nan(v.in_world, sizeof *v.in_world * bodies));
+  CHECK(all_nan(v.twist, sizeof *v.twist * bodies));
+  CHECK(all_nan(v.composite, sizeof *v.composite * bodies));
+  CHECK(all_nan(v.articulated, sizeof *v.articulated * bodies));
+  CHECK(all_nan(v.link_wrench, sizeof *v.link_wrench * links));
+}
+
+TEST_CASE("and no algorithm reads what it has not written") {
+  const ksl::model m(robots::double_pendulum(1.3, 0.7, 0.9, 0.5));
+  const double q[2] = {0.8, -1.9}, v[2] = {2.1, -0.6}, a[2] = {-1.7, 0.4};
+  const int links[3] = {0, 1, 2};
+  ksl::reaction_request request;
+  request.n = 3;
+  request.link = links;
+  request.axes = request.at = ksl::wrench_frame::world;
+  double out[20];
+  {
+    ksl::data d(m);
+    ksl::inverse_dynamics<double>(m.view(), d.view(), q, v, a, {}, out);
+    ksl::reactions<double>(m.view(), d.view(), {}, request, out + 2);
+  }
+  for (double x : out)
+    CHECK(std::isfinite(x));
+}

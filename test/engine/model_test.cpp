@@ -1,0 +1,115 @@
+// From descriptions to models: names, order, and descriptions that are no mechanism.
+#include "robots.hpp"
+
+#include <doctest/doctest.h>
+
+#include <string>
+
+using ksl::joint_kind;
+
+namespace {
+
+std::string refusal(const ksl::robot_description &r, const ksl::model_options &options = {}) {
+  try {
+    const ksl::model m(r, options);
+  } catch (const ksl::description_error &e) {
+    return e.what();
+  }
+  return "";
+}
+
+bool has(const std::string &text, const char *words) { return text.find(words) != std::string::npos; }
+
+} // namespace
+
+TEST_CASE("joints: moving ones depth first in the order of the description, then fixed ones, base last") {
+  ksl::robot_description r;
+  for (const char *name : {"root", "a", "b", "c", "d"})
+    r.links.push_back(robots::link(name));
+  r.joints = {robots::joint("second", joint_kind::prismatic, 0, 3, {}, {1, 0, 0}),
+              robots::joint("weld", joint_kind::fixed, 3, 2, {}, {1, 0, 0}),
+              robots::joint("first", joint_kind::revolute, 0, 1, {}, {1, 0, 0}),
+              robots::joint("deep", joint_kind::floating, 2, 4, {}, {1, 0, 0})};
+  const ksl::model m(r);
+  std::string names;
+  for (const ksl::joint_row &j : m.joints())
+    names += j.name + " ";
+  CHECK(names == "second deep first weld base ");
+  CHECK((m.moving_joints() == 3 && m.nq() == 9 && m.nv() == 8));
+  CHECK((m.joints()[1].q_index == 1 && m.joints()[2].q_index == 8 && m.joints()[2].v_index == 7));
+  CHECK((m.joints()[3].q_index == -1 && m.joints()[4].parent_link == -1));
+  CHECK(
+      (m.find_joint("deep") == 1 && m.find_joint("none") == -1 && m.find_link("d") >= 0 && m.find_link("none") == -1));
+}
+
+TEST_CASE("names that the ground can't have") {
+  ksl::robot_description r = robots::pendulum(1, 1);
+  r.joints[0].name = "base";
+  CHECK(ksl::model(r).joints().back().name == "ground");
+  r = robots::double_pendulum(1, 1, 1, 1);
+  r.joints[0].name = "base";
+  r.joints[1].name = "ground";
+  CHECK(ksl::model(r).find_joint("ground") == 1);
+  CHECK(ksl::model(r).joints().back().name != "ground");
+  r.joints[0].name = "floating_base";
+  ksl::model_options floating;
+  floating.floating_base = true;
+  CHECK(has(refusal(r, floating), "floating_base"));
+  CHECK(refusal(r) == "");
+}
+
+TEST_CASE("payload") {
+  ksl::model_options options;
+  options.payloads = {{"first", 2, {0, 0, -0.5}}, {"first", 1, {0, 0, 0}}};
+  const ksl::model m(robots::pendulum(1, 1), options);
+  const ksl::spatial_inertia<double> I = m.links()[1].inertia;
+  CHECK(I.m == 4);
+  CHECK(I.h.z == doctest::Approx(-2));
+  CHECK(I.Ixx == doctest::Approx(1.5));
+  options.payloads = {{"nobody", 2, {0, 0, 0}}};
+  CHECK(has(refusal(robots::pendulum(1, 1), options), "nobody"));
+}
+
+TEST_CASE("descriptions that are no mechanism") {
+  const ksl::robot_description good = robots::double_pendulum(1, 1, 1, 1);
+  ksl::robot_description r = good;
+  r.joints[1].parent = 2;
+  CHECK(has(refusal(r), "elbow"));
+  r = good;
+  r.joints[1].child = 1;
+  CHECK(has(refusal(r), "first"));
+  r = good;
+  r.joints.pop_back();
+  CHECK(has(refusal(r), "second"));
+  r = good;
+  r.joints[0].parent = 2; // first and second carry each other
+  r.joints[1].parent = 1;
+  CHECK(refusal(r) != "");
+  r = good;
+  r.links[2].name = "first";
+  CHECK(has(refusal(r), "first"));
+  r = good;
+  r.joints[1].name = "shoulder";
+  CHECK(has(refusal(r), "shoulder"));
+  r = good;
+  r.links[1].inertia.m = -1;
+  CHECK(has(refusal(r), "first"));
+  r = {};
+  CHECK(refusal(r) != "");
+  r = good;
+  r.joints[1].parent = 7;
+  CHECK(has(refusal(r), "elbow"));
+}
+
+TEST_CASE("a model is copied and moved with its arrays") {
+  ksl::model m(robots::pendulum(1.3, 0.7));
+  const ksl::model copy = m;
+  const ksl::model moved = std::move(m);
+  const double q = 0.8, v = 2.1, a = -1.7;
+  double first, second;
+  ksl::data d(copy), e(moved);
+  ksl::inverse_dynamics(copy, d, &q, &v, &a, &first);
+  ksl::inverse_dynamics(moved, e, &q, &v, &a, &second);
+  CHECK(first == second);
+  CHECK(copy.view().body != moved.view().body);
+}

@@ -1,0 +1,118 @@
+"""Random mechanisms as URDF text, and random states for them."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+import ksl
+from newton_euler import Tree, newton_euler, read_tree
+
+KINDS = ("revolute", "continuous", "prismatic", "fixed", "floating")
+EXACT_AXES = [s * np.eye(3)[i] for i in range(3) for s in (1.0, -1.0)]
+
+
+def words(x) -> str:
+    return " ".join(repr(float(v)) for v in np.atleast_1d(x))
+
+
+def origin(rng: np.random.Generator, size: float = 0.5) -> str:
+    """A placement: anywhere, or turned by right angles, or none at all."""
+    choice = rng.integers(4)
+    if choice == 0:
+        return ""
+    rpy = rng.uniform(-np.pi, np.pi, 3) if choice > 1 else rng.integers(-2, 3, 3) * np.pi / 2
+    return f'<origin xyz="{words(rng.uniform(-size, size, 3))}" rpy="{words(rpy)}"/>'
+
+
+def inertial(rng: np.random.Generator) -> str:
+    """The inertia of four random point masses, hence one that a body can have."""
+    if rng.random() < 0.15:
+        return ""
+    masses, points = rng.uniform(0.1, 1.0, 4), rng.normal(size=(4, 3)) * 0.1
+    points -= masses @ points / masses.sum()
+    I = sum(m * (p @ p * np.eye(3) - np.outer(p, p)) for m, p in zip(masses, points))
+    tensor = " ".join(f'i{"xyz"[i]}{"xyz"[j]}="{float(I[i, j])!r}"' for i in range(3) for j in range(i, 3))
+    return f'<inertial>{origin(rng, 0.2)}<mass value="{float(masses.sum())!r}"/><inertia {tensor}/></inertial>'
+
+
+def random_tree(rng: np.random.Generator, bodies: int, kinds: tuple[str, ...] = KINDS) -> str:
+    """URDF text of a tree of `bodies` links: random placements, inertias and branches; axes exact and arbitrary; joints
+    not in the order of links, and named against the alphabet."""
+    links = [f'<link name="link{i}">{inertial(rng)}</link>' for i in range(bodies)]
+    chances = np.array([1.0 if k == "floating" else 4.0 for k in kinds])
+    joints = []
+    for i in range(1, bodies):
+        parent = i - 1 if rng.random() < 0.6 else int(rng.integers(i))
+        kind = str(rng.choice(kinds, p=chances / chances.sum()))
+        axis = EXACT_AXES[rng.integers(6)] if rng.random() < 0.5 else rng.normal(size=3)
+        axis_text = "" if kind in ("fixed", "floating") or rng.random() < 0.1 else f'<axis xyz="{words(axis)}"/>'
+        limit = '<limit lower="-9" upper="9" effort="1000" velocity="100"/>' if kind in ("revolute", "prismatic") else ""
+        joints.append(
+            f'<joint name="joint{bodies - i}" type="{kind}">{origin(rng)}<parent link="link{parent}"/><child link="link{i}"/>{axis_text}{limit}</joint>'
+        )
+    rng.shuffle(joints)
+    return "\n".join(['<?xml version="1.0"?>', '<robot name="random">', *links, *joints, "</robot>"])
+
+
+def load_text(text: str, **options) -> ksl.Model:
+    """Writes URDF text to a file and loads it."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "robot.urdf"
+        path.write_text(text)
+        return ksl.load(path, **options)
+
+
+def random_states(m: ksl.Model, rng: np.random.Generator, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """q (n, nq) with unit quaternions, v and a (n, nv)."""
+    q, v, a = rng.uniform(-np.pi, np.pi, (n, m.nq)), rng.normal(size=(n, m.nv)), rng.normal(size=(n, m.nv))
+    for j in m.joints:
+        if j.kind == "floating":
+            part = q[:, j.q_index + 3 : j.q_index + 7]
+            part[:] = rng.normal(size=(n, 4))
+            part /= np.linalg.norm(part, axis=1, keepdims=True)
+        if j.kind == "prismatic":
+            q[:, j.q_index] /= 6
+    return q, v, a
+
+
+def random_external(m: ksl.Model, rng: np.random.Generator, n: int) -> dict[str, np.ndarray]:
+    """Wrenches on about a third of the links."""
+    return {name: rng.normal(size=(n, 6)) * 10 for name in m.link_names if rng.random() < 0.3}
+
+
+def by_joint(m: ksl.Model, x: np.ndarray, start: str, size: str) -> dict[str, np.ndarray]:
+    return {j.name: x[..., getattr(j, start) : getattr(j, start) + getattr(j, size)] for j in m.joints if j.nv}
+
+
+def witness(m: ksl.Model, tree: Tree, q, v, a, external=None):
+    """The witness's results at a model's states."""
+    floating = any(j.name == "floating_base" for j in m.joints)
+    split = by_joint(m, q, "q_index", "nq"), by_joint(m, v, "v_index", "nv"), by_joint(m, a, "v_index", "nv")
+    if not m.nv:  # a rigid robot: the states have no numbers, but there are len(q) of them
+        split = ({"base": np.zeros((len(q), 0))}, {}, {})
+    return newton_euler(tree, *split, external, m.gravity, floating)
+
+
+class Case:
+    """A random robot with random states and external wrenches, and what the witness says of them."""
+
+    def __init__(self, seed: int, bodies: int, states: int = 4, kinds: tuple[str, ...] = KINDS, **options) -> None:
+        self.rng = np.random.default_rng(seed)
+        self.text = random_tree(self.rng, bodies, kinds)
+        self.m = load_text(self.text, **options)
+        self.tree = read_tree(self.text)
+        self.q, self.v, self.a = self.state = random_states(self.m, self.rng, states)
+        self.external = random_external(self.m, self.rng, states)
+        self.witness = witness(self.m, self.tree, *self.state, self.external)
+        self.names = [j.name for j in self.m.joints]
+
+    def all_reactions(self, **options) -> np.ndarray:
+        return self.m.reactions(*self.state, self.external, joints=self.names, **options)
+
+    @property
+    def load(self) -> float:
+        """The largest number in any wrench: what errors are measured by."""
+        return max(1.0, max(float(np.abs(self.witness.in_joint_frame(j.child)).max()) for j in self.m.joints))

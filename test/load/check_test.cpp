@@ -1,0 +1,163 @@
+#include "refusal.hpp"
+
+#include <cmath>
+#include <limits>
+
+using namespace ksl;
+using ksl::test::check_message;
+
+namespace {
+
+/// Links named l0, l1, ... and fixed joints j0, j1, ... between the pairs given; no file, no lines.
+robot_description robot_of(int links, std::initializer_list<std::pair<int, int>> ends) {
+  robot_description robot;
+  for (int i = 0; i < links; ++i)
+    robot.links.push_back({"l" + std::to_string(i), {}, {}, false});
+  for (const auto &[parent, child] : ends) {
+    joint_description joint;
+    joint.name = "j" + std::to_string(robot.joints.size());
+    joint.parent = parent;
+    joint.child = child;
+    robot.joints.push_back(joint);
+  }
+  return robot;
+}
+
+std::string refusal(const robot_description &robot) {
+  return test::refusal_of([&] { check_tree(robot); });
+}
+
+/// The fault that check_inertias finds in a link, without "link l0: ".
+std::string fault(const spatial_inertia<double> &I) {
+  robot_description robot = robot_of(1, {});
+  robot.links[0].inertia = I;
+  const auto lines = check_inertias(robot);
+  if (lines.empty())
+    return "none";
+  CHECK(lines.size() == 1);
+  CHECK(lines[0].substr(0, 9) == "link l0: ");
+  return lines[0].substr(9);
+}
+
+/// A body of the centroidal inertia diag(a, b, c) turned by `angle` about z, with its centroid at c.
+spatial_inertia<double> body(double m, double a, double b, double c, double angle = 0, vec3<double> at = {0, 0, 0}) {
+  const double cz = std::cos(angle), sz = std::sin(angle);
+  spatial_inertia<double> I{};
+  I.m = m;
+  I.h = {m * at.x, m * at.y, m * at.z};
+  I.Ixx = a * cz * cz + b * sz * sz + m * (at.y * at.y + at.z * at.z);
+  I.Iyy = a * sz * sz + b * cz * cz + m * (at.z * at.z + at.x * at.x);
+  I.Izz = c + m * (at.x * at.x + at.y * at.y);
+  I.Ixy = (a - b) * sz * cz - m * at.x * at.y;
+  I.Iyz = -m * at.y * at.z;
+  I.Izx = -m * at.z * at.x;
+  return I;
+}
+
+} // namespace
+
+TEST_CASE("a tree has one root") {
+  CHECK(check_tree(robot_of(1, {})) == 0);
+  CHECK(check_tree(robot_of(4, {{2, 0}, {0, 1}, {2, 3}})) == 2);
+}
+
+TEST_CASE("a long chain needs no deep stack") {
+  robot_description robot = robot_of(20000, {});
+  for (int i = 1; i < 20000; ++i) {
+    joint_description joint;
+    joint.name = "j" + std::to_string(i);
+    joint.parent = i;
+    joint.child = i - 1;
+    robot.joints.push_back(joint);
+  }
+  CHECK(check_tree(robot) == 19999);
+}
+
+TEST_CASE("what is no tree is refused, without file and line where there are none") {
+  check_message(refusal(robot_of(0, {})), {"no link", "at least one"});
+  check_message(refusal(robot_of(2, {})), {"links l0, l1 have no parent", "join them"});
+  check_message(refusal(robot_of(2, {{0, 0}, {0, 1}})),
+                {"joint j0: link l0 is both its parent and its child", "name two"});
+  check_message(refusal(robot_of(3, {{0, 2}, {1, 2}, {0, 1}})), {"link l2 has two parents", "j0", "j1", "remove one"});
+  check_message(refusal(robot_of(4, {{1, 2}, {2, 3}, {3, 1}})),
+                {"links l", "l1", "l2", "l3", "cycle", "j0", "remove one"});
+  check_message(refusal(robot_of(2, {{0, 1}, {1, 0}})), {"l0", "l1", "cycle", "j0", "j1"});
+  check_message(refusal(robot_of(2, {{0, 7}})), {"joint j0", "number 7", "expected 0 to 1"});
+  check_message(refusal(robot_of(2, {{-1, 1}})), {"joint j0", "number -1"});
+  CHECK(refusal(robot_of(4, {{1, 2}, {2, 3}, {3, 1}})).find("l0") == std::string::npos);
+}
+
+TEST_CASE("names") {
+  robot_description robot = robot_of(2, {{0, 1}});
+  robot.links[1].name = "l0";
+  check_message(refusal(robot), {"a second link is named \"l0\"", "rename"});
+  robot.links[1].name = "";
+  check_message(refusal(robot), {"a link has no name"});
+  robot = robot_of(3, {{0, 1}, {0, 2}});
+  robot.joints[1].name = "j0";
+  robot.joints[0].at.line = 3;
+  robot.joints[1].at.line = 9;
+  robot.file = "r.urdf";
+  check_message(refusal(robot), {"r.urdf:9: a second joint is named \"j0\"", "the first is in line 3", "rename"});
+  // a link and a joint may share a name
+  robot = robot_of(2, {{0, 1}});
+  robot.joints[0].name = "l0";
+  CHECK(check_tree(robot) == 0);
+}
+
+TEST_CASE("numbers that no mechanism has") {
+  robot_description robot = robot_of(2, {{0, 1}});
+  robot.links[1].inertia.m = -2;
+  check_message(refusal(robot), {"link l1", "mass is -2, negative", "zero or more"});
+  robot.links[1].inertia.m = std::numeric_limits<double>::quiet_NaN();
+  check_message(refusal(robot), {"link l1", "not finite"});
+  robot = robot_of(2, {{0, 1}});
+  robot.joints[0].placement.t.x = std::numeric_limits<double>::infinity();
+  check_message(refusal(robot), {"joint j0", "not finite"});
+}
+
+TEST_CASE("inertias of bodies pass") {
+  CHECK(fault({}) == "none");
+  CHECK(fault(body(2, 0, 0, 0)) == "none");                     // a point
+  CHECK(fault(body(2, 0, 0, 0, 0, {0.1, -0.7, 30})) == "none"); // a point far off
+  CHECK(fault(body(1, 0, 1, 1, 0.3)) == "none");                // a thin rod
+  CHECK(fault(body(1, 1, 2, 3, 0.7, {5, -3, 2})) == "none");    // a plate: the triangle inequality is tight
+  CHECK(fault(body(1, 1, 1, 2 * (1 + 2e-7))) == "none");        // within the tolerance
+  CHECK(fault(body(1e-9, 1e-15, 2e-15, 2.5e-15)) == "none");
+}
+
+TEST_CASE("a plate far from its link's origin passes in spite of rounding") {
+  for (int k = 1; k <= 50; ++k)
+    CHECK(fault(body(1, 1e-6, 2e-6, 3e-6, 0.1 * k, {100.1 * k, 201.3, -302.7 + k})) == "none");
+}
+
+TEST_CASE("inertias that no body can have say the condition") {
+  CHECK(fault(body(1, 0.0125, 0.086, 0.066)) ==
+        "principal moments 0.086, 0.066, 0.0125: the largest exceeds the sum of the other two by 0.0075");
+  CHECK(fault(body(1, 0.0125, 0.086, 0.066, 0.4, {0.1, 0.2, 0.3})) ==
+        "principal moments 0.086, 0.066, 0.0125: the largest exceeds the sum of the other two by 0.0075");
+  CHECK(fault(body(1, -1, 2, 2, 1.1)) == "principal moments 2, 2, -1: the smallest is negative");
+  CHECK(fault(body(1, 1, 1, 2 * (1 + 2e-6))).find("exceeds") != std::string::npos);
+  CHECK(fault(body(1, 3e-3, -1e-19, -1e-19)) ==
+        "principal moments 0.003, 0, 0: the largest exceeds the sum of the other two by 0.003"); // rounding shows as 0
+  // the inertia about the link's origin is not enough for its mass so far away
+  CHECK(fault({2, {2, 0, 0}, 1, 1, 1, 0, 0, 0}).find("negative") != std::string::npos);
+  CHECK(fault(body(0, 1, 1, 1)) == "mass 0 with an inertia that is not zero");
+  CHECK(fault(body(-1, 0, 0, 0)) == "mass -1 is negative");
+  CHECK(fault({1, {0, 0, 0}, std::numeric_limits<double>::infinity(), 1, 1, 0, 0, 0}) ==
+        "mass or inertia is not finite");
+}
+
+TEST_CASE("principal moments of full matrices") {
+  // R diag(1, 2, 3.5) Rᵀ with R = (1/3) [1 -2 2; 2 -1 -2; 2 2 1], worked out by hand in ninths
+  const double a = 1, b = 2, c = 3.5;
+  spatial_inertia<double> I{};
+  I.m = 1;
+  I.Ixx = (a + 4 * b + 4 * c) / 9;
+  I.Iyy = (4 * a + b + 4 * c) / 9;
+  I.Izz = (4 * a + 4 * b + c) / 9;
+  I.Ixy = (2 * a + 2 * b - 4 * c) / 9;
+  I.Iyz = (4 * a - 2 * b - 2 * c) / 9;
+  I.Izx = (2 * a - 4 * b + 2 * c) / 9;
+  CHECK(fault(I) == "principal moments 3.5, 2, 1: the largest exceeds the sum of the other two by 0.5");
+}

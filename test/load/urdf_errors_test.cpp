@@ -1,0 +1,246 @@
+// Each way in which a file can be wrong, and what the message must say: file, line, name, fault and mend.
+#include "refusal.hpp"
+
+#include <cstdio>
+#include <vector>
+
+using namespace ksl;
+using ksl::test::check_message;
+using ksl::test::refusal;
+
+namespace {
+
+struct wrong_text {
+  const char *title;
+  std::string text;
+  std::initializer_list<const char *> says;
+};
+
+void check_all(const std::vector<wrong_text> &cases) {
+  for (const wrong_text &each : cases) {
+    CAPTURE(each.title);
+    check_message(refusal(each.text), each.says);
+  }
+}
+
+/// A robot whose joint j, in line 4, is of the type given and holds `inside`, in line 6.
+std::string joint(const std::string &inside, const std::string &type = "revolute", const std::string &version = "1.2") {
+  return "<robot name=\"r\" version=\"" + version +
+         "\">\n<link name=\"base_link\"/>\n<link name=\"tool\"/>\n<joint name=\"j\" type=\"" + type +
+         "\">\n<parent link=\"base_link\"/><child link=\"tool\"/>\n" + inside + "\n</joint>\n</robot>\n";
+}
+
+/// A robot whose link a holds `inside`, in line 3.
+std::string link(const std::string &inside) {
+  return "<robot name=\"r\">\n<link name=\"a\">\n" + inside + "\n</link>\n</robot>\n";
+}
+
+std::string inertial(const std::string &mass, const std::string &inertia) {
+  return link("<inertial>" + mass + inertia + "</inertial>");
+}
+
+const std::string unit = "<inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/>";
+const std::string links = "<robot>\n<link name=\"a\"/>\n<link name=\"b\"/>\n<link name=\"c\"/>\n";
+
+std::string ends(const std::string &name, const std::string &parent, const std::string &child) {
+  return "<joint name=\"" + name + "\" type=\"fixed\"><parent link=\"" + parent + "\"/><child link=\"" + child +
+         "\"/></joint>\n";
+}
+
+} // namespace
+
+TEST_CASE("no file") {
+  const auto file_refusal = [](const std::string &path) { return test::refusal_of([&] { read_urdf(path); }); };
+  check_message(file_refusal("no/such/robot.urdf"), {"no/such/robot.urdf: there is no such file", "check the path"});
+  check_message(file_refusal("."), {".: this is a folder", "give the path of a URDF file"});
+  check_message(file_refusal(""), {"the path of the file is empty"});
+  const std::string path = "load_test_empty.urdf";
+  std::fclose(std::fopen(path.c_str(), "wb"));
+  const std::string message = file_refusal(path);
+  std::remove(path.c_str());
+  check_message(message, {"load_test_empty.urdf: the file is empty", "expected a <robot>"});
+}
+
+TEST_CASE("no XML") {
+  check_all({
+      {"nothing", "", {"r.urdf: the file is empty", "<robot>"}},
+      {"blanks", "  \n ", {"r.urdf: the file holds no XML element", "<robot>", "give a URDF file"}},
+      {"words", "hello", {"r.urdf: the file holds no XML element"}},
+      {"mismatch", "<robot>\n<link name=\"a\">\n</robot>", {"r.urdf:3: broken XML", "mismatch", "close the tag"}},
+      {"truncated", "<robot>\n<link name=\"a\"", {"r.urdf:2: broken XML"}},
+      {"unclosed", "<robot>\n<link name=\"a\"/>\n", {"r.urdf:", "broken XML", "close the tag"}},
+      {"bad attribute", "<robot>\n<link name=a/></robot>", {"r.urdf:2: broken XML", "attribute", "correct it"}},
+      {"bad comment", "<robot>\n<!-- x </robot>", {"r.urdf:2: broken XML", "comment"}},
+      {"second root", "<robot><link name=\"a\"/></robot>\n<robot/>", {"r.urdf:2: broken XML", "second root", "remove"}},
+      {"zero byte",
+       std::string("<robot>\n<link name=\"a\"/></robot>\0<x>", 37),
+       {"r.urdf:2: a zero byte", "save it as UTF-8"}},
+  });
+  check_message(refusal("<robot>\n<link name=\"a\" name=\"b\"/></robot>"),
+                {"r.urdf:2: link a: broken XML", "gives name twice", "keep one"});
+}
+
+TEST_CASE("no URDF") {
+  check_all({
+      {"root", "<html/>", {"r.urdf:1:", "<html>, expected <robot>", "give a URDF file"}},
+      {"MJCF", "\n<mujoco/>", {"r.urdf:2:", "<mujoco>, expected <robot>", "MJCF"}},
+      {"SDF", "<sdf/>", {"r.urdf:1:", "<sdf>", "convert"}},
+      {"xacro",
+       "<robot xmlns:xacro=\"x\">\n<link name=\"a\"/>\n<gazebo><xacro:macro/></gazebo></robot>",
+       {"r.urdf:3: <xacro:macro> is not expanded", "run xacro first"}},
+      {"xacro's namespace alone", "<robot xmlns:xacro=\"x\"><link name=\"a\"/></robot>", {"accepted"}},
+      {"version",
+       "\n<robot version=\"2.0\"/>",
+       {"r.urdf:2: robot: URDF version \"2.0\" is unknown", "1.0, 1.1 or 1.2", "write version"}},
+      {"version 1.1", "<robot version=\"1.1\"><link name=\"a\"/></robot>", {"accepted"}},
+      {"no links", "<robot name=\"r\"/>", {"r.urdf:1:", "no <link>", "at least one"}},
+  });
+}
+
+TEST_CASE("names and types of joints") {
+  check_all({
+      {"type",
+       joint("", "revolut"),
+       {"r.urdf:4: joint j: joint type \"revolut\" is unknown", "fixed, revolute, continuous, prismatic, floating",
+        "did you mean \"revolute\"?"}},
+      {"far type", joint("", "spherical"), {"r.urdf:4: joint j:", "\"spherical\" is unknown", "write one of these"}},
+      {"no type", joint("", ""), {"r.urdf:4: joint j: <joint> has no type", "write type"}},
+      {"planar",
+       joint("", "planar"),
+       {"r.urdf:4: joint j: type planar is not supported", "two prismatic joints and a revolute one"}},
+      {"joint without name",
+       links + "<joint type=\"fixed\"/></robot>",
+       {"r.urdf:5: joint: <joint> has no name", "write <joint name"}},
+      {"joint with empty name",
+       links + "<joint name=\"\" type=\"fixed\"/></robot>",
+       {"r.urdf:5: joint: <joint> has no name"}},
+      {"link without name", "<robot>\n<link/></robot>", {"r.urdf:2: link: <link> has no name", "write <link name"}},
+      {"joint twice",
+       links + ends("j", "a", "b") + ends("j", "b", "c") + "</robot>",
+       {"r.urdf:6: a second joint is named \"j\"", "first is in line 5", "rename"}},
+      {"link twice",
+       "<robot>\n<link name=\"a\"/>\n<link name=\"a\"/></robot>",
+       {"r.urdf:3: a second link is named \"a\"", "first is in line 2", "rename"}},
+  });
+}
+
+TEST_CASE("ends of joints") {
+  check_all({
+      {"no parent",
+       links + "<joint name=\"j\" type=\"fixed\"><child link=\"a\"/></joint></robot>",
+       {"r.urdf:5: joint j: no <parent> in <joint>", "add <parent link="}},
+      {"no child",
+       links + "<joint name=\"j\" type=\"fixed\"><parent link=\"a\"/></joint></robot>",
+       {"r.urdf:5: joint j: no <child> in <joint>", "add <child link="}},
+      {"nameless parent",
+       links + "<joint name=\"j\" type=\"fixed\">\n<parent/><child link=\"a\"/></joint></robot>",
+       {"r.urdf:6: joint j: <parent> names no link", "write <parent link="}},
+      {"two parents of a joint",
+       joint("<parent link=\"tool\"/>"),
+       {"r.urdf:6: joint j: a second <parent>", "the first is in line 5", "keep one"}},
+      {"near link",
+       "<robot>\n<link name=\"base_link\"/>\n<link name=\"tool\"/>\n" + ends("j", "base_lnk", "tool") + "</robot>",
+       {"r.urdf:4: joint j: parent link \"base_lnk\" does not exist", "did you mean \"base_link\"?"}},
+      {"far link",
+       links + ends("j", "a", "elephant") + "</robot>",
+       {"r.urdf:5: joint j: child link \"elephant\" does not exist", "add that link, or name one of a, b, c"}},
+      {"own parent",
+       links + ends("j", "a", "a") + "</robot>",
+       {"r.urdf:5: joint j: link a is both its parent and its child", "name two links"}},
+      {"two roots",
+       links + ends("j", "a", "b") + "</robot>",
+       {"r.urdf:4: links a (line 2), c (line 4) have no parent", "join them"}},
+      {"cycle",
+       links + ends("j", "b", "c") + ends("k", "c", "b") + "</robot>",
+       {"r.urdf:6: links c, b form a cycle", "remove one of the joints"}},
+      {"two parents of a link",
+       links + ends("j", "a", "c") + ends("k", "b", "c") + ends("l", "a", "b") + "</robot>",
+       {"r.urdf:6: link c has two parents", "joint j (line 5)", "joint k (line 6)", "remove one"}},
+  });
+}
+
+TEST_CASE("numbers") {
+  check_all({
+      {"too few",
+       joint("<origin xyz=\"0 1\"/>"),
+       {"r.urdf:6: joint j: <origin> xyz needs 3 numbers, found 2", "write xyz="}},
+      {"too many", joint("<origin rpy=\"0 1 2 3\"/>"), {"r.urdf:6: joint j: <origin> rpy needs 3 numbers, found 4"}},
+      {"none", joint("<axis xyz=\"\"/>"), {"r.urdf:6: joint j: <axis> xyz needs 3 numbers, found 0"}},
+      {"comma",
+       joint("<origin xyz=\"0,5 0 0\"/>"),
+       {"r.urdf:6: joint j: <origin> xyz holds \"0,5\", not a finite number", "write a point"}},
+      {"commas between", joint("<origin xyz=\"0, 0, 0\"/>"), {"holds \"0,\"", "blanks between"}},
+      {"not a number",
+       joint("<origin xyz=\"0 nan 0\"/>"),
+       {"r.urdf:6: joint j:", "\"nan\", not a finite number", "write a finite"}},
+      {"infinite", joint("<limit lower=\"-inf\"/>"), {"r.urdf:6: joint j: <limit> lower holds \"-inf\""}},
+      {"rubbish after", joint("<limit effort=\"1.5Nm\"/>"), {"r.urdf:6: joint j: <limit> effort holds \"1.5Nm\""}},
+      {"xacro", joint("<limit effort=\"${max}\"/>"), {"r.urdf:6: joint j:", "${max}", "run xacro"}},
+      {"two", joint("<dynamics damping=\"1 2\"/>"), {"r.urdf:6: joint j: <dynamics> damping needs 1 number, found 2"}},
+      {"zero axis", joint("<axis xyz=\"0 0 0\"/>"), {"r.urdf:6: joint j: the axis is zero", "give the direction"}},
+      {"no axis", joint("<axis/>"), {"r.urdf:6: joint j: <axis> has no xyz", "write <axis xyz"}},
+      {"limits",
+       joint("<limit lower=\"2\" upper=\"-1.5\"/>"),
+       {"r.urdf:6: joint j: lower limit 2 is above upper limit -1.5", "exchange or correct"}},
+      {"equal limits", joint("<limit lower=\"0\" upper=\"0\"/>"), {"accepted"}},
+      {"quaternion and angles",
+       joint("<origin rpy=\"0 0 0\" quat_xyzw=\"0 0 0 1\"/>"),
+       {"r.urdf:6: joint j: <origin> gives both rpy and quat_xyzw", "keep one"}},
+      {"quaternion's length",
+       joint("<origin quat_xyzw=\"0 0 0 1.01\"/>"),
+       {"r.urdf:6: joint j: quat_xyzw has length 1.01, expected 1", "divide"}},
+      {"quaternion of zeros", joint("<origin quat_xyzw=\"0 0 0 0\"/>"), {"r.urdf:6: joint j: quat_xyzw has length 0"}},
+      {"quaternion in 1.0",
+       joint("<origin quat_xyzw=\"0 0 0 1\"/>", "fixed", "1.0"),
+       {"r.urdf:6: joint j: quat_xyzw came with URDF 1.1", "write version=\"1.1\""}},
+  });
+}
+
+TEST_CASE("masses and inertias") {
+  check_all({
+      {"no mass", inertial("", unit), {"r.urdf:3: link a: <inertial> has no <mass>", "add <mass"}},
+      {"no inertia",
+       inertial("<mass value=\"1\"/>", ""),
+       {"r.urdf:3: link a: <inertial> has no <inertia>", "add <inertia"}},
+      {"no value", inertial("<mass/>", unit), {"r.urdf:3: link a: <mass> has no value", "write <mass value"}},
+      {"no iyz",
+       inertial("<mass value=\"1\"/>", "<inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" izz=\"1\"/>"),
+       {"r.urdf:3: link a: <inertia> has no iyz", "give all of ixx"}},
+      {"negative",
+       inertial("<mass value=\"-1\"/>", unit),
+       {"r.urdf:2: link a: its mass is -1, negative", "zero or more"}},
+      {"bad mass", inertial("<mass value=\"heavy\"/>", unit), {"r.urdf:3: link a: <mass> value holds \"heavy\""}},
+      {"bad origin",
+       inertial("<origin xyz=\"1\"/><mass value=\"1\"/>", unit),
+       {"r.urdf:3: link a: <origin> xyz needs 3"}},
+      {"overflow",
+       inertial("<origin xyz=\"1e200 0 0\"/><mass value=\"1\"/>", unit),
+       {"r.urdf:2: link a:", "not finite"}},
+      {"two", link("<inertial/>\n<inertial/>"), {"r.urdf:4: link a: a second <inertial>", "line 3", "keep one"}},
+  });
+}
+
+TEST_CASE("mimic joints are refused, with the way out") {
+  check_message(refusal(joint("<mimic joint=\"k\" multiplier=\"2\"/>")),
+                {"r.urdf:6: joint j: it mimics joint \"k\"", "--mimic independent", "mimic=\"independent\"",
+                 "coordinate of its own"});
+  const std::string mimic = "<parent link=\"a\"/><child link=\"b\"/><mimic joint=\"x\"/></joint>\n";
+  check_message(refusal(links + "<joint name=\"j\" type=\"revolute\">" + mimic +
+                        "<joint name=\"k\" type=\"prismatic\">" + mimic + "</robot>"),
+                {"r.urdf:5: joint j", "2 in this file"});
+}
+
+TEST_CASE("strict refuses the first inertias that no body can have") {
+  std::string text = "<robot><link name=\"l\"/>\n";
+  for (int i = 0; i < 5; ++i) {
+    const std::string name = "l" + std::to_string(i);
+    text += "<link name=\"" + name + "\"><inertial><mass value=\"0\"/>" + unit + "</inertial></link>" +
+            ends("j" + std::to_string(i), "l", name);
+  }
+  urdf_options strict;
+  strict.strict = true;
+  const std::string message = refusal(text + "</robot>", strict);
+  check_message(message,
+                {"r.urdf: link l0 (line 2): mass 0", "link l2 (line 4)", "2 more such links", "without strict"});
+  CHECK(message.find("l3") == std::string::npos);
+}

@@ -1,0 +1,353 @@
+"""The report: decimation keeps every extreme; the page loads nothing, holds everything and trusts no name."""
+
+import base64
+import json
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from ksl.model import Joint
+from ksl.quantities import PowerBalance, joint_loads, summarise
+from ksl.report import POINTS, ReportInput, decimate, format_number, write_report
+
+NASTY = """</script><script>alert('1')</script><!-- & "x" <b> \\u003c µ"""
+
+
+def curve(seed, n):
+    return np.random.default_rng(seed).normal(size=n).cumsum()
+
+
+# ------------------------------------------------------------------------------------------------------------ decimate
+
+lengths = st.integers(1, 30_000)
+seeds = st.integers(0, 2**32 - 1)
+
+
+@given(seeds, lengths, st.integers(2, 4000))
+def test_decimation_keeps_extremes_and_ends(seed, n, points):
+    x = curve(seed, n)
+    kept = decimate(x, points=points)
+    assert (np.diff(kept) > 0).all()
+    assert kept[0] == 0
+    assert kept[-1] == n - 1
+    assert len(kept) <= points + 2
+    assert x[kept].min() == x.min()
+    assert x[kept].max() == x.max()
+
+
+@given(seeds, lengths)
+def test_decimation_of_few_samples_keeps_all(seed, n):
+    assert decimate(curve(seed, n), points=n).tolist() == list(range(n))
+
+
+@given(seeds, st.integers(POINTS + 1, 30_000))
+def test_decimation_in_a_plane_keeps_extremes_of_both(seed, n):
+    x, y = curve(seed, n), curve(seed + 1, n)
+    kept = decimate(x, y)
+    assert len(kept) <= POINTS + 2
+    for z in (x, y):
+        assert z[kept].min() == z.min()
+        assert z[kept].max() == z.max()
+
+
+@given(seeds, st.integers(POINTS + 1, 30_000))
+def test_decimation_leaves_no_gap(seed, n):
+    # two samples of each bucket at least, so neighbours are less than two buckets apart
+    assert np.diff(decimate(curve(seed, n))).max() < 2 * -(-n // (POINTS // 2))
+
+
+def test_decimation_keeps_a_spike_of_one_sample():
+    x = np.zeros(100_000)
+    x[54_321] = 1
+    assert 54_321 in decimate(x)
+
+
+def test_decimation_of_a_constant():
+    kept = decimate(np.ones(100_000))
+    assert kept[0] == 0
+    assert kept[-1] == 99_999
+
+
+# ------------------------------------------------------------------------------------------------------------- numbers
+
+
+@pytest.mark.parametrize(
+    ("x", "text"),
+    [
+        (0.0, "0"),
+        (1e-17, "0"),
+        (1.0, "1.000"),
+        (-12.3456, "-12.35"),
+        (9999.6, "10000"),
+        (123456.0, "123.5e3"),
+        (99999.9, "100.0e3"),
+        (-2.5e9, "-2.500e9"),
+        (0.0012345, "0.001234"),
+        (0.00012346, "123.5e-6"),
+        (None, "–"),
+        (float("nan"), "–"),
+    ],
+)
+def test_numbers_have_four_significant_digits(x, text):
+    assert format_number(x) == text
+
+
+@given(st.floats(1e-8, 1e12))
+def test_numbers_are_right_to_four_digits(x):
+    assert float(format_number(x)) == pytest.approx(x, rel=5.01e-4)
+
+
+# ---------------------------------------------------------------------------------------------------------------- page
+
+
+class Page(HTMLParser):
+    """What a browser would find in a page: texts by element, attributes, script contents."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.attributes, self.scripts, self.text, self.tags, self._open = [], [], [], [], None
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        self.attributes += [(tag, name, value) for name, value in attrs]
+        self._open = tag
+        if tag == "script":
+            self.scripts.append("")
+
+    def handle_endtag(self, tag):
+        self._open = None
+
+    def handle_data(self, data):
+        if self._open == "script":
+            self.scripts[-1] += data
+        elif self._open == "style":
+            self.style = data
+        else:
+            self.text.append(data)
+
+    @property
+    def words(self):
+        return " ".join(" ".join(self.text).split())
+
+
+def unpack(data):
+    return np.frombuffer(base64.b64decode(data), "<f4")
+
+
+def joints():
+    axis = {"nq": 1, "nv": 1, "q_index": 0, "v_index": 0}
+    none = {"nq": 0, "nv": 0, "q_index": -1, "v_index": -1, "axis": (0.0, 0.0, 0.0)}
+    return [
+        Joint("hinge", "revolute", "trunk", "arm", **axis, axis=(0.0, 0.0, 1.0), lower=-1.5, upper=2.5, effort=12.0, velocity=0.5),
+        Joint(NASTY, "continuous", "arm", NASTY, **axis, axis=(1.0, 0.0, 0.0)),
+        Joint("slide", "prismatic", "arm", "rod", **axis, axis=(0.0, 1.0, 0.0), effort=1e6, velocity=1.0),
+        Joint("floating_base", "floating", None, "trunk", nq=7, nv=6, q_index=0, v_index=0, axis=(0.0, 0.0, 0.0)),
+        Joint("glue", "fixed", "rod", "tool", **none),
+        Joint("base", "fixed", None, "trunk", **none),
+    ]
+
+
+def report(n=500, start=0.0, residual=1.2e-6, balance=True, round_off=0.0):
+    time = start + np.sort(np.random.default_rng(0).uniform(0, 8, n))
+    s = time - start
+    loads = []
+    for k, joint in enumerate(joints()):
+        wrench = np.stack([(10 + i) * np.cos((i + 1) * s + k) for i in range(6)], axis=1)
+        speed, effort = (np.sin(s), wrench @ np.eye(6)[5]) if joint.has_axis else (None, None)
+        loads.append(joint_loads(joint, wrench, speed, effort))
+    drive = 100 * np.cos(s)
+    drive[0] = 100.0
+    gap = np.zeros(n)
+    gap[n // 2] = residual * 100
+    power = PowerBalance(drive, np.zeros(n), 100 * np.sin(s), drive - gap, round_off) if balance else None
+    facts = [("robot", NASTY), ("samples", str(n))]
+    return ReportInput(f"Loads of {NASTY}", facts, [f"unused: {NASTY}"], [summarise(time, x) for x in loads], time, loads, power)
+
+
+@pytest.fixture(scope="module")
+def shown():
+    return report()
+
+
+@pytest.fixture(scope="module")
+def page(shown, tmp_path_factory):
+    return written(shown, tmp_path_factory.mktemp("report"))
+
+
+def written(shown, folder):
+    write_report(folder / "report.html", shown)
+    return Page((folder / "report.html").read_text(encoding="utf-8"))
+
+
+def test_page_loads_nothing(page):
+    loading = {"src", "srcset", "action", "data", "poster", "background", "formaction"}
+    assert not [a for a in page.attributes if a[1] in loading]
+    assert all(value.startswith("#") for _, name, value in page.attributes if name == "href")
+    assert not {"link", "iframe", "object", "embed", "img", "base"} & set(page.tags)
+    assert "url(" not in page.style
+    assert "@import" not in page.style
+    assert [a for a in page.attributes if a[0] == "meta" and a[2].startswith("default-src 'none'; script-src 'unsafe-inline'")]
+
+
+def test_names_are_only_text(page):
+    assert len(page.scripts) == 3  # the data, plotly.js, the script that draws
+    assert not any("alert(" in script for script in (page.scripts[0], page.scripts[2]))
+    assert "b" not in page.tags
+    assert page.text.count(f"Loads of {NASTY}") == 2  # in the head and as the heading
+    assert f"unused: {' '.join(NASTY.split())}" in page.words
+    sections = [value for tag, name, value in page.attributes if tag == "section" and name == "id"]
+    assert sections == ["summary", "balance", *(f"joint-{i}" for i in range(6))]
+
+
+def test_axes_have_powers_of_ten_instead_of_prefixes(page):
+    assert 'exponentformat: "power"' in page.scripts[2]
+    assert '"SI"' not in page.scripts[2]
+
+
+def test_scripts_hold_nothing_that_ends_them(page):
+    for script in page.scripts:
+        assert "</script" not in script.lower()
+        assert "<!--" not in script
+
+
+def test_links_lead_somewhere(page):
+    ids = {value for _, name, value in page.attributes if name == "id"}
+    targets = {value[1:] for _, name, value in page.attributes if name == "href"}
+    assert targets <= ids
+    assert {f"joint-{i}" for i in range(6)} <= targets
+
+
+def test_every_quantity_is_drawn_and_no_peak_is_lost(page, shown):
+    charts = json.loads(page.scripts[0])["charts"]
+    figures = [value for _, name, value in page.attributes if name == "data-chart"]
+    assert figures == [str(i) for i in range(len(charts))]
+    assert len(charts) == 2 + 3 * 4 + 3 * 2
+    drawn = [unpack(curve["data"]) for chart in charts for panel in chart["panels"] for curve in panel["curves"]]
+    expected = [x for j in shown.joints for x in (*j.wrench.values(), j.speed, j.effort, j.power) if x is not None]
+    expected += [shown.balance.drive, shown.balance.energy_rate, shown.balance.energy, shown.balance.residual]
+    for x in expected:
+        assert any(np.float32(x.min()) == y.min() and np.float32(x.max()) == y.max() for y in drawn)
+    labels = {panel["label"] for chart in charts for panel in chart["panels"]}
+    assert labels >= {"Force, N", "Moment, N m", "Speed, rad/s", "Speed, m/s", "Power, W", "Torque, N m", "Axial force, N", "Residual, W", "Energy, J"}
+
+
+def test_decimated_page_keeps_peaks(tmp_path):
+    shown = report(20_000)
+    charts = json.loads(written(shown, tmp_path).scripts[0])["charts"]
+    for chart in charts:
+        time = unpack(chart["time"])
+        assert len(time) <= 2 * POINTS + 2
+        assert (np.diff(time) >= 0).all()
+        assert all(len(unpack(curve["data"])) == len(time) for panel in chart["panels"] for curve in panel["curves"])
+    forces = [unpack(curve["data"]) for curve in charts[2]["panels"][0]["curves"]]
+    for y, x in zip(forces, shown.joints[0].wrench.values(), strict=False):
+        assert y.max() == np.float32(x.max())
+        assert y.min() == np.float32(x.min())
+
+
+def test_residual_is_printed(page):
+    assert "largest residual 1.2e-6 of the largest power" in page.words
+    assert "Largest residual: 1.2e-6 of the largest power" in page.words
+    assert "That is large" not in page.words
+
+
+def test_large_residual_is_pointed_out(tmp_path):
+    assert "That is large" in written(report(residual=0.3), tmp_path).words
+
+
+def test_rest_is_no_fault(tmp_path):
+    page = written(report(residual=0.9, round_off=1e3), tmp_path)
+    assert page.words.count("nothing moves") == 2
+    assert "large" not in page.words
+    assert ("p", "class", "verdict") in page.attributes
+    powers = [curve for chart in json.loads(page.scripts[0])["charts"][:2] for panel in chart["panels"] for curve in panel["curves"]]
+    assert [curve["name"] for curve in powers if unpack(curve["data"]).any()] == ["energy"]
+
+
+def test_a_joint_at_rest_is_a_point_and_uses_no_speed(tmp_path):
+    time = np.linspace(0, 1, 50)
+    wrench = np.ones((50, 6)) * (1 + 1e-15 * np.cos(time))[:, None]
+    hinge = joint_loads(joints()[0], wrench, 1e-14 * np.sin(time), wrench[:, 5])
+    page = written(ReportInput("t", [], [], [summarise(time, hinge)], time, [hinge], None), tmp_path)
+    path = json.loads(page.scripts[0])["charts"][-1]
+    assert len(unpack(path["time"])) == len(unpack(path["x"]["data"])) == 1  # report.js draws it by a marker
+    assert "0.5 rad/s, 0 % used" in page.words
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("huge", [1e200, np.inf, np.nan])
+def test_numbers_that_no_chart_can_hold_are_gaps(tmp_path, huge):
+    shown = report()
+    curve, power = shown.joints[0].wrench["axial_force"], shown.balance.energy
+    curve[7] = power[7] = huge
+    page = written(shown, tmp_path)
+    drawn = [unpack(c["data"]) for chart in json.loads(page.scripts[0])["charts"] for panel in chart["panels"] for c in panel["curves"]]
+    assert sum(not np.isfinite(y).all() for y in drawn) == 2
+    shown.balance.energy_rate[7] = huge
+    assert "That is large" in written(shown, tmp_path).words
+
+
+def test_missing_balance_is_named(tmp_path):
+    assert "Not checked: too few samples" in written(report(balance=False), tmp_path).words
+
+
+def test_summary_has_units_and_scopes(page):
+    heads = {(name, value) for tag, name, value in page.attributes if tag == "th"}
+    assert {("scope", "col"), ("scope", "colgroup"), ("scope", "row")} <= heads
+    for head in ("axial force, N", "bending moment, N m", "speed, rad/s", "speed, m/s", "power, W", "work, J", "moment, N m"):
+        assert head in page.words
+    assert ("html", "lang", "en") in page.attributes
+
+
+def test_summary_is_narrow(page):
+    """What is carried and what is driven stand in two tables, so that no column is out of sight."""
+    assert page.words.count("joints: what drives them") == page.words.count("joints: what they carry") == 2
+    text = page.words
+    carried, driven = text.index("Sliding joints: what they carry"), text.index("Sliding joints: what drives them")
+    assert carried < text.index("torque about axis, N m", carried) < driven < text.index("axial force, N", driven)
+
+
+def test_summary_shows_each_row(page, shown):
+    for row in shown.summary:
+        for key, value in row.items():
+            if isinstance(value, float):
+                assert (f"{value:.3f}" if key.endswith("_time") else format_number(value)) in page.text
+
+
+def test_limits_and_their_use(page):
+    assert "0.5 rad/s, 200 % used" in page.words
+    assert "-1.5 to 2.5 rad" in page.words
+    assert "1e+06 N," in page.words
+    assert "ground → trunk" in page.words
+
+
+def test_far_limits_are_not_drawn(page):
+    charts = json.loads(page.scripts[0])["charts"]
+    paths = [chart for chart in charts if "x" in chart]
+    assert [(chart["x"]["limit"], chart["panels"][0]["limit"]) for chart in paths] == [(0.5, 12.0), (None, None), (1.0, None)]
+
+
+def test_clock_times_are_counted_from_the_first_sample(tmp_path):
+    shown = report(start=1.7e9)
+    page = written(shown, tmp_path)
+    assert f"counted from the first sample, at {float(shown.time[0])!r} s" in page.words
+    data = json.loads(page.scripts[0])
+    assert data["start"] == 0
+    assert unpack(data["charts"][0]["time"])[-1] == pytest.approx(shown.time[-1] - shown.time[0])
+
+
+def test_round_off_is_zero(tmp_path):
+    time = np.linspace(0, 1, 50)
+    glue = joint_loads(joints()[4], 1e-16 * np.cos(time)[:, None] * np.ones(6), None, None)
+    charts = json.loads(written(ReportInput("t", [], [], [summarise(time, glue)], time, [glue], None), tmp_path).scripts[0])["charts"]
+    assert not unpack(charts[0]["panels"][0]["curves"][0]["data"]).any()
+
+
+def test_one_sample(tmp_path):
+    time = np.zeros(1)
+    glue = joint_loads(joints()[4], np.ones((1, 6)), None, None)
+    row = {"joint": "glue", "kind": "fixed", "force_peak": 1.0, "force_peak_time": 0.0, "force_rms": None}
+    assert "glue" in written(ReportInput("t", [], [], [row], time, [glue], None), tmp_path).words
