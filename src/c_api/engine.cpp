@@ -151,7 +151,7 @@ ksl_status_t ksl_inverse_dynamics(const ksl_model_t *m, ksl_data_t *d, const dou
     require_position(m, q);
     require_finite(v, ksl_model_nv(m), "v");
     require_finite(a, ksl_model_nv(m), "a");
-    const ksl::external_wrenches<double> wrenches = external_of(m, external); // refused before anything is written
+    const ksl::external_wrenches<double> wrenches = external_of(m, external);
     ksl::inverse_dynamics(m->model, d->data, q, v, a, tau, wrenches);
     d->holds_wrenches = true;
   });
@@ -165,8 +165,9 @@ ksl_status_t ksl_forward_dynamics(const ksl_model_t *m, ksl_data_t *d, const dou
     require_position(m, q);
     require_finite(v, ksl_model_nv(m), "v");
     require_finite(tau, ksl_model_nv(m), "tau");
+    const ksl::external_wrenches<double> wrenches = external_of(m, external);
     d->holds_wrenches = false;
-    ksl::forward_dynamics(m->model, d->data, q, v, tau, a, external_of(m, external));
+    ksl::forward_dynamics(m->model, d->data, q, v, tau, a, wrenches);
   });
 }
 
@@ -187,8 +188,9 @@ ksl_status_t ksl_bias(const ksl_model_t *m, ksl_data_t *d, const double *q, cons
     require(tau, "tau must not be null");
     require_position(m, q);
     require_finite(v, ksl_model_nv(m), "v");
+    const ksl::external_wrenches<double> wrenches = external_of(m, external);
     d->holds_wrenches = false;
-    ksl::bias(m->model, d->data, q, v, tau, external_of(m, external));
+    ksl::bias(m->model, d->data, q, v, tau, wrenches);
   });
 }
 
@@ -198,8 +200,9 @@ ksl_status_t ksl_gravity_torque(const ksl_model_t *m, ksl_data_t *d, const doubl
     require_workspace(m, d);
     require(tau, "tau must not be null");
     require_position(m, q);
+    const ksl::external_wrenches<double> wrenches = external_of(m, external);
     d->holds_wrenches = false;
-    ksl::gravity_torque(m->model, d->data, q, tau, external_of(m, external));
+    ksl::gravity_torque(m->model, d->data, q, tau, wrenches);
   });
 }
 

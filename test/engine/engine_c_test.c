@@ -98,6 +98,9 @@ static void test_pendulum(const char *path) {
   CHECK(ksl_energy(m, d, &q, &v, &kinetic, &potential) == KSL_OK);
   CHECK(close_to(kinetic, mass * l * l * v * v / 2) && close_to(potential, -mass * g * l * cos(q)));
 
+  CHECK_REFUSED(ksl_reactions(m, d, 1, joints, NULL, NULL, w), KSL_BAD_ARGUMENT, "call that first"); /* energy wrote there */
+  CHECK(ksl_inverse_dynamics(m, d, &q, &v, &a, NULL, &tau) == KSL_OK);
+
   /* what is refused, and that it changes nothing */
   const double nan = NAN;
   const double infinite = INFINITY;
