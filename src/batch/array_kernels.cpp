@@ -4,11 +4,35 @@
 
 #include "batch/transpose.hpp"
 
+#if defined(__AVX512F__)
+#include <cpuid.h>
+#include <cstdlib>
+#endif
+
 namespace ksl {
 inline namespace KSL_ISA {
 namespace {
 
 template <class P> using real = P;
+
+#if defined(__AVX512F__)
+/// Whether packs of half a register are faster: on processors that take 512 bits in two steps (AMD says so in cpuid), where
+/// putting eight rows in place costs more than twice what four cost.  KSL_ISA asks for the set as it is, and gets that.
+bool half_packs() {
+  static signed char known = -1; // racing threads would write the same
+  signed char half = __atomic_load_n(&known, __ATOMIC_RELAXED);
+  if (half < 0) {
+    unsigned width = 0, b, c, d;
+    const char *asked = std::getenv("KSL_ISA");
+    const bool told = __get_cpuid(0x8000001a, &width, &b, &c, &d); // bit 2: 256 bits a step; bit 3: 512
+    half = told && (width & 4) && !(width & 8) && !(asked && *asked);
+    __atomic_store_n(&known, half, __ATOMIC_RELAXED);
+  }
+  return half;
+}
+#else
+[[maybe_unused]] constexpr bool half_packs() { return false; }
+#endif
 
 /// Numbers in an item of a type.
 template <template <class> class Type> constexpr int numbers = sizeof(Type<char>);
@@ -20,52 +44,63 @@ template <class T> void copy_rows(int columns, int rows, int last, const T *from
       to[i * to_stride + c] = from[(i < last ? i : last) * from_stride + c];
 }
 
-/// out = f(a, b) for blocks of W items.  same: a is one item for all.
-template <class Function, bool same, class T, template <class> class A, template <class> class B, template <class> class O>
+/// out = f(a, b) for blocks of W items.  same: a is one item for all.  A block is read before the one before it is stored:
+/// a processor looks ahead no further than a block or two, and computes while it waits for the next rows.
+template <class Function, bool same, class T, int W, template <class> class A, template <class> class B, template <class> class O>
 void blocks_2(size_t blocks, const T *a, ptrdiff_t a_stride, const T *b, ptrdiff_t b_stride, T *out, ptrdiff_t out_stride) {
-  using P = native_pack<T>;
-  constexpr int W = native_lanes<T>;
+  using P = pack<T, W>;
   A<P> x;
   B<P> y;
   O<P> z;
   if constexpr (same)
     load_same<numbers<A>>(a, reinterpret_cast<P *>(&x));
-  for (; blocks > 0; --blocks) {
+  else
+    load_rows<numbers<A>>(a, a_stride, W, reinterpret_cast<P *>(&x));
+  load_rows<numbers<B>>(b, b_stride, W, reinterpret_cast<P *>(&y));
+  for (; blocks > 1; --blocks) {
+    Function::apply(&x, &y, &z);
+    a += W * a_stride;
+    b += W * b_stride;
     if constexpr (!same)
       load_rows<numbers<A>>(a, a_stride, W, reinterpret_cast<P *>(&x));
     load_rows<numbers<B>>(b, b_stride, W, reinterpret_cast<P *>(&y));
-    Function::apply(&x, &y, &z);
     store_rows<numbers<O>>(reinterpret_cast<const P *>(&z), W, out, out_stride);
-    a += W * a_stride;
-    b += W * b_stride;
     out += W * out_stride;
   }
+  Function::apply(&x, &y, &z);
+  store_rows<numbers<O>>(reinterpret_cast<const P *>(&z), W, out, out_stride);
 }
 
-template <class Function, class T, template <class> class A, template <class> class B, template <class> class O>
-void array_2(size_t n, const T *a, ptrdiff_t a_stride, const T *b, ptrdiff_t b_stride, T *out, ptrdiff_t out_stride) {
-  constexpr int W = native_lanes<T>;
+template <class Function, class T, int W, template <class> class A, template <class> class B, template <class> class O>
+void rows_2(size_t n, const T *a, ptrdiff_t a_stride, const T *b, ptrdiff_t b_stride, T *out, ptrdiff_t out_stride) {
   const size_t full = n / W, done = full * W;
   const int rest = static_cast<int>(n % W);
   if (full && a_stride == 0)
-    blocks_2<Function, true, T, A, B, O>(full, a, 0, b, b_stride, out, out_stride);
+    blocks_2<Function, true, T, W, A, B, O>(full, a, 0, b, b_stride, out, out_stride);
   else if (full)
-    blocks_2<Function, false, T, A, B, O>(full, a, a_stride, b, b_stride, out, out_stride);
+    blocks_2<Function, false, T, W, A, B, O>(full, a, a_stride, b, b_stride, out, out_stride);
   if (rest) {
     T x[W * numbers<A>], y[W * numbers<B>], z[W * numbers<O>];
     const ptrdiff_t at = static_cast<ptrdiff_t>(done);
     copy_rows(numbers<A>, W, rest - 1, a + at * a_stride, a_stride, x, numbers<A>);
     copy_rows(numbers<B>, W, rest - 1, b + at * b_stride, b_stride, y, numbers<B>);
-    blocks_2<Function, false, T, A, B, O>(1, x, numbers<A>, y, numbers<B>, z, numbers<O>);
+    blocks_2<Function, false, T, W, A, B, O>(1, x, numbers<A>, y, numbers<B>, z, numbers<O>);
     copy_rows(numbers<O>, rest, rest - 1, z, numbers<O>, out + at * out_stride, out_stride);
   }
 }
 
+template <class Function, class T, template <class> class A, template <class> class B, template <class> class O>
+void array_2(size_t n, const T *a, ptrdiff_t a_stride, const T *b, ptrdiff_t b_stride, T *out, ptrdiff_t out_stride) {
+  if constexpr (sizeof(native_pack<T>) == 64)
+    if (half_packs())
+      return rows_2<Function, T, native_lanes<T> / 2, A, B, O>(n, a, a_stride, b, b_stride, out, out_stride);
+  rows_2<Function, T, native_lanes<T>, A, B, O>(n, a, a_stride, b, b_stride, out, out_stride);
+}
+
 /// The same with one input.
-template <class Function, class T, template <class> class A, template <class> class O>
+template <class Function, class T, int W, template <class> class A, template <class> class O>
 void blocks_1(size_t blocks, const T *a, ptrdiff_t a_stride, T *out, ptrdiff_t out_stride) {
-  using P = native_pack<T>;
-  constexpr int W = native_lanes<T>;
+  using P = pack<T, W>;
   A<P> x;
   O<P> z;
   for (; blocks > 0; --blocks) {
@@ -77,20 +112,27 @@ void blocks_1(size_t blocks, const T *a, ptrdiff_t a_stride, T *out, ptrdiff_t o
   }
 }
 
-template <class Function, class T, template <class> class A, template <class> class O>
-void array_1(size_t n, const T *a, ptrdiff_t a_stride, T *out, ptrdiff_t out_stride) {
-  constexpr int W = native_lanes<T>;
+template <class Function, class T, int W, template <class> class A, template <class> class O>
+void rows_1(size_t n, const T *a, ptrdiff_t a_stride, T *out, ptrdiff_t out_stride) {
   const size_t full = n / W, done = full * W;
   const int rest = static_cast<int>(n % W);
   if (full)
-    blocks_1<Function, T, A, O>(full, a, a_stride, out, out_stride);
+    blocks_1<Function, T, W, A, O>(full, a, a_stride, out, out_stride);
   if (rest) {
     T x[W * numbers<A>], z[W * numbers<O>];
     const ptrdiff_t at = static_cast<ptrdiff_t>(done);
     copy_rows(numbers<A>, W, rest - 1, a + at * a_stride, a_stride, x, numbers<A>);
-    blocks_1<Function, T, A, O>(1, x, numbers<A>, z, numbers<O>);
+    blocks_1<Function, T, W, A, O>(1, x, numbers<A>, z, numbers<O>);
     copy_rows(numbers<O>, rest, rest - 1, z, numbers<O>, out + at * out_stride, out_stride);
   }
+}
+
+template <class Function, class T, template <class> class A, template <class> class O>
+void array_1(size_t n, const T *a, ptrdiff_t a_stride, T *out, ptrdiff_t out_stride) {
+  if constexpr (sizeof(native_pack<T>) == 64)
+    if (half_packs())
+      return rows_1<Function, T, native_lanes<T> / 2, A, O>(n, a, a_stride, out, out_stride);
+  rows_1<Function, T, native_lanes<T>, A, O>(n, a, a_stride, out, out_stride);
 }
 
 /// A type for each function, to name it in a template.

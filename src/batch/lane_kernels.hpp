@@ -3,6 +3,7 @@
 
 #include "ksl/engine/batch_view.hpp"
 #include "batch/transpose.hpp"
+#include "ksl/engine/energy.hpp"
 #include "ksl/engine/forward_dynamics.hpp"
 #include "ksl/engine/mass_matrix.hpp"
 
@@ -46,14 +47,21 @@ template <class P> struct block_workspace {
   /// result: the most numbers that come out for a state; external: numbers of external wrenches.
   block_workspace(arena &memory, const model_view<scalar_of<P>> &model, int results, int externals) {
     const int n = model.bodies;
-    data.body = memory.take<body_state<P>>(n);
+    const auto numbers = [&](int each, int of) { return memory.take<P>(room_for<P>(each, of)); };
+    data.in_parent = memory.take<SE3<P>>(n);
+    data.in_world = memory.take<SE3<P>>(n);
     data.sine = memory.take<P>(padded(model.nq));
     data.cosine = memory.take<P>(padded(model.nq));
-    data.in_world = memory.take<SE3<P>>(n);
-    data.in_base = memory.take<SE3<P>>(n);
+    data.motion = numbers(9, n);
+    data.wrench = numbers(6, n);
+    data.angle = numbers(1, n);
+    data.rotation = numbers(9, n);
+    data.inertia = numbers(21, n);
+    data.coordinate = numbers(9, model.nv);
+    data.offset = memory.take<vec3<P>>(n);
+    data.origin = memory.take<vec3<P>>(n);
     data.twist = memory.take<screw<P>>(n);
-    data.unit_twist = memory.take<screw<P>>(model.nv);
-    data.composite = memory.take<spatial_inertia<P>>(n);
+    data.momentum = memory.take<coscrew<P>>(model.nv);
     data.articulated = memory.take<articulated_state<P>>(n);
     data.link_wrench = memory.take<coscrew<P>>(model.links);
     q = memory.take<P>(model.nq);

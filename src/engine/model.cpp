@@ -2,7 +2,7 @@
 // so that the axis is z.
 #include "ksl/model.hpp"
 
-#include "ksl/engine/spread.hpp"
+#include "ksl/engine/body_lanes.hpp"
 
 #include "load/check.hpp"
 
@@ -180,6 +180,8 @@ private:
     m_.double_.gravity = {options_.gravity[0], options_.gravity[1], options_.gravity[2]};
     close_subtrees();
     round_to_single();
+    lay_side_by_side(m_.double_, m_.nv_);
+    lay_side_by_side(m_.single_, m_.nv_);
     for (const payload &p : options_.payloads)
       if (m_.find_link(p.link) < 0)
         throw description_error(m_.description_.file + ": no link " + p.link + " to carry the payload");
@@ -206,6 +208,22 @@ private:
     for (const link<double> &l : d.links)
       m_.single_.links.push_back({l.body, l.parent, l.first, l.turned, spread<float>(l.pose), spread<float>(l.inertia)});
     m_.single_.gravity = spread<float>(d.gravity);
+  }
+
+  /// The constants that kernels read for several bodies or coordinates at once.
+  template <class S> static void lay_side_by_side(model::arrays<S> &a, int nv) {
+    const int bodies = static_cast<int>(a.bodies.size());
+    const auto room = [](int each, int n) { return static_cast<std::size_t>(room_for<S>(each, n)); };
+    a.turned_placement.assign(room(9, bodies), S(0));
+    a.inertia.assign(room(10, bodies), S(0));
+    a.v_end.assign(room(1, nv), S(0));
+    for (int i = 0; i < bodies; ++i) {
+      const body<S> &b = a.bodies[static_cast<std::size_t>(i)];
+      body_at<S>(i).put(b.placement.R, a.turned_placement.data());
+      body_at<S>(i).put(b.inertia, a.inertia.data());
+      for (int k = b.v_index; k < b.v_index + row_of(b.kind).nv; ++k)
+        a.v_end[static_cast<std::size_t>(k)] = static_cast<S>(b.v_end);
+    }
   }
 
   model &m_;
@@ -248,12 +266,26 @@ template <class Element> std::vector<Element> fresh(int n) {
 
 } // namespace
 
-data::data(const model &m)
-    : body_(fresh<body_state<double>>(m.view().bodies)), sine_(fresh<double>(padded(m.nq()))),
-      cosine_(fresh<double>(padded(m.nq()))), in_world_(fresh<SE3<double>>(m.view().bodies)),
-      in_base_(fresh<SE3<double>>(m.view().bodies)), twist_(fresh<screw<double>>(m.view().bodies)),
-      unit_twist_(fresh<screw<double>>(m.nv())), composite_(fresh<spatial_inertia<double>>(m.view().bodies)),
-      articulated_(fresh<articulated_state<double>>(m.view().bodies)),
-      link_wrench_(fresh<coscrew<double>>(m.view().links)), zero_(static_cast<std::size_t>(m.nv())) {}
+data::data(const model &m) {
+  const int bodies = m.view().bodies, links = m.view().links;
+  const auto numbers = [](int each, int n) { return fresh<double>(room_for<double>(each, n)); };
+  in_parent_ = fresh<SE3<double>>(bodies);
+  in_world_ = fresh<SE3<double>>(bodies);
+  sine_ = fresh<double>(padded(m.nq()));
+  cosine_ = fresh<double>(padded(m.nq()));
+  motion_ = numbers(9, bodies);
+  wrench_ = numbers(6, bodies);
+  angle_ = numbers(1, bodies);
+  rotation_ = numbers(9, bodies);
+  inertia_ = numbers(21, bodies);
+  coordinate_ = numbers(9, m.nv());
+  offset_ = fresh<vec3<double>>(bodies);
+  origin_ = fresh<vec3<double>>(bodies);
+  twist_ = fresh<screw<double>>(bodies);
+  momentum_ = fresh<coscrew<double>>(m.nv());
+  articulated_ = fresh<articulated_state<double>>(bodies);
+  link_wrench_ = fresh<coscrew<double>>(links);
+  zero_.resize(static_cast<std::size_t>(m.nv()));
+}
 
 } // namespace ksl

@@ -20,14 +20,25 @@ TEST_CASE("every number of a fresh workspace is NaN") {
     return true;
   };
   const auto bodies = static_cast<std::size_t>(m.view().bodies), links = static_cast<std::size_t>(m.view().links);
-  const auto numbers = static_cast<std::size_t>(ksl::padded(m.nq()));
+  const auto positions = static_cast<std::size_t>(ksl::padded(m.nq()));
   const ksl::data_view<double> v = d.view();
-  CHECK(all_nan(v.body, sizeof *v.body * bodies));
-  CHECK(all_nan(v.sine, sizeof *v.sine * numbers));
-  CHECK(all_nan(v.cosine, sizeof *v.cosine * numbers));
+  CHECK(all_nan(v.in_parent, sizeof *v.in_parent * bodies));
+  const auto numbers = [&](const double *x, int each, int n) {
+    return all_nan(x, sizeof *x * static_cast<std::size_t>(ksl::room_for<double>(each, n)));
+  };
+  CHECK(numbers(v.motion, 9, m.view().bodies));
+  CHECK(numbers(v.wrench, 6, m.view().bodies));
+  CHECK(numbers(v.angle, 1, m.view().bodies));
+  CHECK(numbers(v.rotation, 9, m.view().bodies));
+  CHECK(numbers(v.inertia, 21, m.view().bodies));
+  CHECK(numbers(v.coordinate, 9, m.nv()));
+  CHECK(all_nan(v.sine, sizeof *v.sine * positions));
+  CHECK(all_nan(v.cosine, sizeof *v.cosine * positions));
   CHECK(all_nan(v.in_world, sizeof *v.in_world * bodies));
   CHECK(all_nan(v.twist, sizeof *v.twist * bodies));
-  CHECK(all_nan(v.composite, sizeof *v.composite * bodies));
+  CHECK(all_nan(v.offset, sizeof *v.offset * bodies));
+  CHECK(all_nan(v.origin, sizeof *v.origin * bodies));
+  CHECK(all_nan(v.momentum, sizeof *v.momentum * static_cast<std::size_t>(m.nv())));
   CHECK(all_nan(v.articulated, sizeof *v.articulated * bodies));
   CHECK(all_nan(v.link_wrench, sizeof *v.link_wrench * links));
 }

@@ -26,27 +26,32 @@ template <class T> ksl::spatial_inertia<T> to(const ksl::spatial_inertia<double>
 template <class T> struct arrays {
   std::vector<ksl::body<T>> bodies;
   std::vector<ksl::link<T>> links;
-  std::vector<ksl::body_state<T>> states;
-  std::vector<T> sine, cosine;
-  std::vector<ksl::SE3<T>> in_world;
+  std::vector<T> sine, cosine, motion, wrench, turned_placement, inertia;
+  std::vector<ksl::SE3<T>> in_parent, in_world;
   std::vector<ksl::screw<T>> twist;
   std::vector<ksl::coscrew<T>> wrenches;
   ksl::model_view<T> model;
   ksl::data_view<T> data{};
 
   explicit arrays(const ksl::model_view<double> &m)
-      : states(m.bodies), sine(ksl::padded(m.nq)), cosine(ksl::padded(m.nq)), in_world(m.bodies), twist(m.bodies),
-        wrenches(m.links) {
+      : sine(ksl::padded(m.nq)), cosine(ksl::padded(m.nq)), motion(ksl::room_for<T>(9, m.bodies)),
+        wrench(ksl::room_for<T>(6, m.bodies)), turned_placement(ksl::room_for<T>(9, m.bodies)),
+        inertia(ksl::room_for<T>(10, m.bodies)), in_parent(m.bodies), in_world(m.bodies), twist(m.bodies), wrenches(m.links) {
     for (int i = 0; i < m.bodies; ++i) {
       const ksl::body<double> &b = m.body[i];
       bodies.push_back({b.kind, b.parent, b.q_index, b.v_index, b.v_end, b.link, to<T>(b.placement), to<T>(b.inertia)});
+      ksl::body_at<T>(i).put(bodies.back().placement.R, turned_placement.data());
+      ksl::body_at<T>(i).put(bodies.back().inertia, inertia.data());
     }
     for (int i = 0; i < m.links; ++i) {
       const ksl::link<double> &l = m.link[i];
       links.push_back({l.body, l.parent, l.first, l.turned, to<T>(l.pose), to<T>(l.inertia)});
     }
-    model = {m.bodies, m.links, m.nq, m.nv, to<T>(m.gravity), bodies.data(), links.data()};
-    data.body = states.data();
+    model = {m.bodies, m.links, m.nq, m.nv, to<T>(m.gravity), bodies.data(), links.data(),
+             turned_placement.data(), inertia.data(), nullptr};
+    data.in_parent = in_parent.data();
+    data.motion = motion.data();
+    data.wrench = wrench.data();
     data.sine = sine.data();
     data.cosine = cosine.data();
     data.in_world = in_world.data();

@@ -6,36 +6,44 @@
 
 namespace ksl {
 
-/// What inverse dynamics leaves behind for each body; vectors in the body's canonical frame.
-template <class T> struct body_state {
-  SE3<T> in_parent;       ///< pose in the parent's frame
+/// How a body moves, which is all that its laws of motion ask for.
+template <class T> struct body_motion {
   vec3<T> angular_velocity, angular_acceleration;
-  vec3<T> acceleration;   ///< classical, of the frame's origin, minus gravity
-  coscrew<T> wrench;      ///< that the parent exerts through the joint, about the frame's origin
+  vec3<T> acceleration; ///< classical, of the frame's origin, minus gravity
 };
 
-/// What forward dynamics keeps for each body, in its canonical frame (Featherstone, RBDA (2008), section 7.3).
+/// What forward dynamics keeps for each body, about its frame's origin, in the axes of the base (Featherstone, RBDA
+/// (2008), section 7.3).
 template <class T> struct articulated_state {
-  articulated_inertia<T> inertia; ///< A
-  coscrew<T> wrench;              ///< bias wrench p
-  screw<T> bias;                  ///< c = v × S q̇
-  coscrew<T> column;              ///< U = A S; of joints with one coordinate
-  T inverse;                      ///< 1 / (Sᵀ U)
-  T effort;                       ///< u = τ − Sᵀ p
-  screw<T> acceleration;          ///< minus gravity
+  coscrew<T> column; ///< U = A S; of joints with one coordinate
+  T inverse;         ///< 1 / (Sᵀ U)
+  T effort;          ///< u = τ − Sᵀ p
+  screw<T> gain;     ///< acceleration beyond that of the motion without joint accelerations
 };
 
-/// Arrays over bodies, coordinates or links; each algorithm says which of them it leaves filled.
+/// A coordinate of the velocities: its unit twist about the origin of its body, and where that is; in the frame of the base.
+template <class T> struct coordinate {
+  vec3<T> lin, ang, origin;
+};
+
+/// Arrays over bodies, coordinates or links; each algorithm says which of them it leaves filled.  Those of numbers hold
+/// what is named, in the order of body_lanes.hpp.
 template <class T> struct data_view {
-  body_state<T> *body;
-  T *sine, *cosine;                ///< of each number in q, padded to `padded(nq)`
-  SE3<T> *in_world;                ///< pose of each body
-  SE3<T> *in_base;                 ///< the same in the frame of the base: the ground, or the floating root
-  screw<T> *twist;                 ///< of each body, in its frame
-  screw<T> *unit_twist;            ///< for each number in v, in the frame of the base
-  spatial_inertia<T> *composite;   ///< of each body and all that hangs on it, in the frame of the base
+  SE3<T> *in_parent;            ///< pose of each body in the parent's frame
+  SE3<T> *in_world;             ///< pose of each body
+  T *sine, *cosine;             ///< of each number in q, padded to `padded(nq)`
+  T *motion;                    ///< body_motion of each body
+  T *wrench;                    ///< coscrew of each body
+  T *angle;                     ///< of each body's joint; 0 where it doesn't turn
+  T *rotation;                  ///< mat3x3 of each body: its axes in those of the base
+  T *inertia;                   ///< articulated_inertia, or spatial_inertia of a subtree, of each body in the axes of the base
+  T *coordinate;                ///< coordinate of each number in v
+  vec3<T> *offset;              ///< from the parent's origin to that of each body, in the axes of the base
+  vec3<T> *origin;              ///< of each body, in the frame of the base
+  screw<T> *twist;              ///< of each body, in its frame
+  coscrew<T> *momentum;         ///< of what hangs on the joint of each number in v, at unit velocity, in the axes of the base
   articulated_state<T> *articulated;
-  coscrew<T> *link_wrench;         ///< through the joint that carries each link, in its body's frame
+  coscrew<T> *link_wrench;      ///< through the joint that carries each link, in its body's frame
 };
 
 inline namespace KSL_ISA {

@@ -13,7 +13,7 @@ template <class T> void body_twists(const model_view<scalar_of<T>> &model, const
   for (int i = 1; i < model.bodies; ++i) {
     const body<scalar_of<T>> &b = model.body[i];
     const screw<T> joint = joint_twist(b.kind, v + b.v_index);
-    A::product_Adinvs(&data.body[i].in_parent, &data.twist[b.parent], &data.twist[i]);
+    A::product_Adinvs(&data.in_parent[i], &data.twist[b.parent], &data.twist[i]);
     A::xpy_ss(&joint, &data.twist[i]);
   }
 }

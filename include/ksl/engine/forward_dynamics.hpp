@@ -1,7 +1,8 @@
 // KSL: forward dynamics, by the articulated-body algorithm (Featherstone, RBDA (2008), table 7.1).
 #pragma once
 
-#include "ksl/engine/energy.hpp"
+#include "ksl/engine/base_axes.hpp"
+#include "ksl/engine/inverse_dynamics.hpp"
 
 namespace ksl {
 inline namespace KSL_ISA {
@@ -29,108 +30,179 @@ template <class T> inline screw<T> solve(const articulated_inertia<T> &A, const 
   return {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}};
 }
 
-/// U = A S of a joint with one coordinate: a column of its articulated inertia.
-template <class T> KSL_LANES coscrew<T> column_along(joint_kind kind, const articulated_inertia<T> &A) {
-  if (kind == joint_kind::prismatic)
-    return {{A.Mzx, A.Myz, A.Mzz}, {A.H.m20, A.H.m21, A.H.m22}};
-  return {{A.H.m02, A.H.m12, A.H.m22}, {A.Izx, A.Iyz, A.Izz}};
+/// S f of a joint with one coordinate, whose axis is z: the wrench's component along it.
+template <class T> KSL_LANES T component_along(joint_kind kind, const vec3<T> &z, const coscrew<T> &f) {
+  return algebra<T>::dot_vv(&z, kind == joint_kind::prismatic ? &f.lin : &f.ang);
 }
 
-/// Velocities, bias accelerations c = v × S q̇ and bias wrenches p = v ×* I v − f of all bodies; A = I.
+/// U = A S of a joint with one coordinate.
+template <class T> KSL_LANES coscrew<T> column_along(joint_kind kind, const vec3<T> &z, const articulated_inertia<T> &A) {
+  using algebra = ksl::algebra<T>;
+  mat3x3<T> block;
+  coscrew<T> U;
+  if (kind == joint_kind::prismatic) {
+    algebra::articulated_inertia_getM(&A, &block);
+    algebra::product_drv(&block, &z, &U.lin);
+    algebra::product_drinvv(&A.H, &z, &U.ang);
+  } else {
+    algebra::articulated_inertia_getI(&A, &block);
+    algebra::product_drv(&A.H, &z, &U.lin);
+    algebra::product_drv(&block, &z, &U.ang);
+  }
+  return U;
+}
+
+/// Adds the motion of joint i with no acceleration of its own, in the axes of the base.
 template <class T>
-void start_articulated(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, const T *v,
-                       const external_wrenches<T> &external) {
+KSL_LANES void add_steady_motion(const body<scalar_of<T>> &b, const data_view<T> &data, int i, const T *v, body_motion<T> &m) {
   using A = algebra<T>;
-  poses_in_parents(model, data, q);
-  data.twist[0] = {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
+  const vec3<T> z = axis_of(data, i);
+  v += b.v_index;
+  vec3<T> &w = m.angular_velocity, coupling;
+  switch (b.kind) {
+  case joint_kind::revolute:
+  case joint_kind::continuous: // ω̇ += ω × z q̇,  ω += z q̇
+    A::cross_vv(&w, &z, &coupling);
+    A::axpy_vv(v[0], &coupling, &m.angular_acceleration);
+    A::axpy_vv(v[0], &z, &w);
+    break;
+  case joint_kind::prismatic: // a += 2 ω × z q̇
+    A::cross_vv(&w, &z, &coupling);
+    A::axpy_vv(T(2) * v[0], &coupling, &m.acceleration);
+    break;
+  case joint_kind::floating: {
+    const mat3x3<T> R = body_at<T>(i).template get<mat3x3>(data.rotation);
+    const T zero = T(0);
+    screw<T> twist = joint_twist(b.kind, v), steady = {{zero, zero, zero}, {zero, zero, zero}};
+    A::product_Adrs(&R, &twist, &twist);
+    add_free_motion(twist, steady, m);
+    break;
+  }
+  case joint_kind::fixed:
+    break;
+  }
+}
+
+/// Motions (data.motion) of all bodies if no joint accelerated, in the axes of the base; after express_in_base.
+template <class T>
+void steady_motions(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, const T *v) {
+  using A = algebra<T>;
+  body_at<T>(0).put(ground_motion<T>(model), data.motion);
   for (int i = 1; i < model.bodies; ++i) {
     const body<scalar_of<T>> &b = model.body[i];
-    const spatial_inertia<T> I = spread<T>(b.inertia);
-    const screw<T> joint = joint_twist(b.kind, v + b.v_index);
-    articulated_state<T> &s = data.articulated[i];
-    screw<T> &twist = data.twist[i];
-    coscrew<T> momentum;
-    A::product_Adinvs(&data.body[i].in_parent, &data.twist[b.parent], &twist);
-    A::xpy_ss(&joint, &twist);
-    A::cross_ss(&twist, &joint, &s.bias);
-    A::product_Ms(&I, &twist, &momentum);
-    A::cross_sc(&twist, &momentum, &s.wrench);
-    A::spatial_inertia_toArticulated(&I, &s.inertia);
-  }
-  for (int k = 0; k < external.n; ++k) {
-    const coscrew<T> f = external_in_body(model, external, k);
-    A::nxpy_cc(&f, &data.articulated[model.link[external.link[k]].body].wrench);
+    body_motion<T> m = body_at<T>(b.parent).template get<body_motion>(data.motion);
+    m.acceleration = acceleration_at(m.angular_velocity, m.angular_acceleration, m.acceleration, data.offset[i]);
+    if (is_base(b)) { // it floats on the ground, and its axes are those of the base from here on
+      const SE3<T> D = pose_in_parent(b, data, q);
+      A::product_drinvv(&D.R, &m.acceleration, &m.acceleration);
+    }
+    add_steady_motion(b, data, i, v, m);
+    body_at<T>(i).put(m, data.motion);
   }
 }
 
-/// What the parent feels of body i through its joint: adds articulated inertia and bias wrench to the parent's.
-template <class T> inline void pass_to_parent(const body<scalar_of<T>> &b, const data_view<T> &data, int i, const T *tau) {
-  using A = algebra<T>;
-  articulated_state<T> &s = data.articulated[i], &parent = data.articulated[b.parent];
-  const SE3<T> &D = data.body[i].in_parent;
-  coscrew<T> p = s.wrench, f;
-  if (b.kind == joint_kind::floating) { // the joint passes its effort and no inertia
-    const T *t = tau + b.v_index;
-    p = {{t[0], t[1], t[2]}, {t[3], t[4], t[5]}};
-    A::subtract_cc(&p, &s.wrench, &f);
-    s.acceleration = solve(s.inertia, f);
-  } else { // A − U D⁻¹ Uᵀ,  p + A c + U D⁻¹ u
-    s.column = column_along(b.kind, s.inertia);
-    s.inverse = T(1) / effort_along(b.kind, s.column);
-    s.effort = tau[b.v_index] - effort_along(b.kind, s.wrench);
+/// Inertias (data.inertia) of all bodies and the wrenches (data.wrench) of their steady motions, in the axes of the base.
+template <class T>
+void start_articulated(const model_view<scalar_of<T>> &model, const data_view<T> &data, const external_wrenches<T> &external) {
+  for_bodies<T>(model.bodies, [&](auto k) {
+    using P = typename decltype(k)::scalar;
+    const spatial_inertia<P> I = turned(k.inertia(model), k.template get<mat3x3>(data.rotation));
+    articulated_inertia<P> start;
+    algebra<P>::spatial_inertia_toArticulated(&I, &start);
+    k.put(start, data.inertia);
+    k.put(newton_euler(I, k.template get<body_motion>(data.motion)), data.wrench);
+  });
+  for (int k = 0; k < external.n; ++k) {
+    const int i = model.link[external.link[k]].body;
+    const mat3x3<T> R = body_at<T>(i).template get<mat3x3>(data.rotation);
+    coscrew<T> f = external_in_body(model, external, k);
+    algebra<T>::product_CoAdrc(&R, &f, &f);
+    subtract_wrench(data, i, f);
+  }
+}
+
+/// Adds an articulated inertia about the origin of body i to that of its parent.
+template <class T>
+KSL_LANES void add_to_parent(const articulated_inertia<T> &A, const data_view<T> &data, int i, int parent) {
+  using algebra = ksl::algebra<T>;
+  articulated_inertia<T> moved, sum = body_at<T>(parent).template get<articulated_inertia>(data.inertia);
+  algebra::articulated_inertia_translated(&A, &data.offset[i], &moved);
+  algebra::articulated_inertia_added(&sum, &moved, &sum);
+  body_at<T>(parent).put(sum, data.inertia);
+}
+
+/// What the parent feels of body i through its joint: A − U D⁻¹ Uᵀ and p + U D⁻¹ u; a free joint passes its effort only.
+template <class T> KSL_LANES void pass_to_parent(const body<scalar_of<T>> &b, const data_view<T> &data, int i, const T *tau) {
+  using algebra = ksl::algebra<T>;
+  articulated_state<T> &s = data.articulated[i];
+  const auto A = body_at<T>(i).template get<articulated_inertia>(data.inertia);
+  coscrew<T> p = body_at<T>(i).template get<coscrew>(data.wrench);
+  tau += b.v_index;
+  if (b.kind == joint_kind::floating) {
+    const mat3x3<T> R = body_at<T>(i).template get<mat3x3>(data.rotation);
+    coscrew<T> effort = {{tau[0], tau[1], tau[2]}, {tau[3], tau[4], tau[5]}}, rest;
+    algebra::product_CoAdrc(&R, &effort, &effort);
+    algebra::subtract_cc(&effort, &p, &rest);
+    s.gain = solve(A, rest);
+    p = effort;
+  } else {
+    const vec3<T> z = axis_of(data, i);
+    s.column = column_along(b.kind, z, A);
+    s.inverse = T(1) / component_along(b.kind, z, s.column);
+    s.effort = tau[0] - component_along(b.kind, z, p);
     if (b.parent == 0)
       return;
     articulated_inertia<T> rest;
-    A::articulated_inertia_downdated(&s.inertia, &s.column, s.inverse, &rest);
-    A::product_As(&rest, &s.bias, &f);
-    A::xpy_cc(&f, &p);
-    A::axpy_cc(s.inverse * s.effort, &s.column, &p);
-    A::articulated_inertia_transformed(&rest, &D, &rest);
-    A::articulated_inertia_added(&parent.inertia, &rest, &parent.inertia);
+    algebra::articulated_inertia_downdated(&A, &s.column, s.inverse, &rest);
+    add_to_parent(rest, data, i, b.parent);
+    algebra::axpy_cc(s.inverse * s.effort, &s.column, &p);
   }
   if (b.parent == 0)
     return;
-  A::product_CoAdc(&D, &p, &p);
-  A::xpy_cc(&p, &parent.wrench);
+  algebra::product_CoAdtc(&data.offset[i], &p, &p);
+  add_wrench(data, b.parent, p);
 }
 
-/// Acceleration of body i and of its joint, once the parent's is known.
+/// Acceleration of body i beyond its steady motion, and that of its joint, once the parent's gain is known.
 template <class T>
-inline void accelerate(const body<scalar_of<T>> &b, const data_view<T> &data, int i, const screw<T> &parent, T *dv) {
+KSL_LANES void accelerate(const body<scalar_of<T>> &b, const data_view<T> &data, int i, const screw<T> &parent, T *dv) {
   using A = algebra<T>;
   articulated_state<T> &s = data.articulated[i];
-  screw<T> a; // of the body, were the joint not to accelerate
-  A::product_Adinvs(&data.body[i].in_parent, &parent, &a);
-  A::xpy_ss(&s.bias, &a);
+  screw<T> gain; // were the joint not to accelerate
+  A::product_Adtinvs(&data.offset[i], &parent, &gain);
   dv += b.v_index;
   if (b.kind == joint_kind::floating) {
+    const mat3x3<T> R = body_at<T>(i).template get<mat3x3>(data.rotation);
     screw<T> d;
-    A::subtract_ss(&s.acceleration, &a, &d);
+    A::subtract_ss(&s.gain, &gain, &d);
+    A::product_Adrinvs(&R, &d, &d);
     dv[0] = d.lin.x, dv[1] = d.lin.y, dv[2] = d.lin.z;
     dv[3] = d.ang.x, dv[4] = d.ang.y, dv[5] = d.ang.z;
     return;
   }
-  dv[0] = s.inverse * (s.effort - A::dot_cs(&s.column, &a));
-  if (b.kind == joint_kind::prismatic)
-    a.lin.z = a.lin.z + dv[0];
-  else
-    a.ang.z = a.ang.z + dv[0];
-  s.acceleration = a;
+  const vec3<T> z = axis_of(data, i);
+  dv[0] = s.inverse * (s.effort - A::dot_cs(&s.column, &gain));
+  A::axpy_vv(dv[0], &z, b.kind == joint_kind::prismatic ? &gain.lin : &gain.ang);
+  s.gain = gain;
 }
 
 /// Accelerations dv (nv) for positions q (nq), velocities v (nv) and joint efforts tau (nv) under gravity and external
-/// wrenches.  O(bodies), about 700 flops for each.
+/// wrenches.  O(bodies), about 570 flops for each.
+///
+/// The motion that the mechanism would have if no joint accelerated is found first, as inverse dynamics finds it; what
+/// remains is linear: the gain of each body over that motion, with no velocities in it.
 template <class T>
 void forward_dynamics(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, const T *v,
                       const T *tau, const external_wrenches<T> &external, T *dv) {
-  start_articulated(model, data, q, v, external);
+  express_in_base(model, data, q);
+  steady_motions(model, data, q, v);
+  start_articulated(model, data, external);
   for (int i = model.bodies - 1; i > 0; --i)
     pass_to_parent(model.body[i], data, i, tau);
 
-  const vec3<T> g = spread<T>(model.gravity);
-  data.articulated[0].acceleration = {{-g.x, -g.y, -g.z}, {T(0), T(0), T(0)}};
+  data.articulated[0].gain = {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
   for (int i = 1; i < model.bodies; ++i)
-    accelerate(model.body[i], data, i, data.articulated[model.body[i].parent].acceleration, dv);
+    accelerate(model.body[i], data, i, data.articulated[model.body[i].parent].gain, dv);
 }
 
 } // namespace KSL_ISA

@@ -6,18 +6,18 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// Poses of all bodies in their parents (body_state::in_parent) for q (nq).
+/// Poses of all bodies in their parents (data.in_parent) for q (nq).
 template <class T> void poses_in_parents(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q) {
   sines_and_cosines(model.nq, q, data.sine, data.cosine);
   for (int i = 1; i < model.bodies; ++i)
-    data.body[i].in_parent = pose_in_parent(model.body[i], data, q);
+    data.in_parent[i] = pose_in_parent(model.body[i], data, q);
 }
 
 /// Poses of all bodies in the world from those in their parents.
 template <class T> void compose_poses(const model_view<scalar_of<T>> &model, const data_view<T> &data) {
   data.in_world[0] = spread<T>(model.body[0].placement);
   for (int i = 1; i < model.bodies; ++i)
-    algebra<T>::product_dd(&data.in_world[model.body[i].parent], &data.body[i].in_parent, &data.in_world[i]);
+    algebra<T>::product_dd(&data.in_world[model.body[i].parent], &data.in_parent[i], &data.in_world[i]);
 }
 
 /// Poses of all bodies, in their parents and in the world, for q (nq).  Featherstone, RBDA (2008), table 4.1, lines 1–6.

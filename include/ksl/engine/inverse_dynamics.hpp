@@ -5,6 +5,7 @@
 // same seen from every frame that moves without acceleration, so linear velocities are not needed.
 #pragma once
 
+#include "ksl/engine/body_lanes.hpp"
 #include "ksl/engine/forward_kinematics.hpp"
 
 namespace ksl {
@@ -26,8 +27,9 @@ KSL_LANES vec3<T> acceleration_at(const vec3<T> &w, const vec3<T> &dw, const vec
 /// The wrench that gives a body its motion, about its frame's origin (Newton, Euler; h = mass × centroid):
 /// f = m a + ω̇ × h + ω × (ω × h),  τ = I ω̇ + ω × I ω + h × a.
 template <class T>
-KSL_LANES coscrew<T> newton_euler(const spatial_inertia<T> &I, const vec3<T> &w, const vec3<T> &dw, const vec3<T> &a) {
+KSL_LANES coscrew<T> newton_euler(const spatial_inertia<T> &I, const body_motion<T> &m) {
   using A = algebra<T>;
+  const vec3<T> &w = m.angular_velocity, &dw = m.angular_acceleration, &a = m.acceleration;
   mat3x3<T> J;
   vec3<T> ma, Iw, gyroscopic, ha;
   coscrew<T> f;
@@ -43,13 +45,27 @@ KSL_LANES coscrew<T> newton_euler(const spatial_inertia<T> &I, const vec3<T> &w,
   return f;
 }
 
-/// Adds the motion of joint i to that of its frame, which moves with the parent on entry.
+/// Adds the motion of a free joint, all in one frame's axes: its twist (v, w) and the rates of these numbers.
 template <class T>
-KSL_LANES void add_joint_motion(const body<scalar_of<T>> &b, const T *v, const T *dv, body_state<T> &s) {
+KSL_LANES void add_free_motion(const screw<T> &twist, const screw<T> &rate, body_motion<T> &m) {
   using A = algebra<T>;
+  vec3<T> turning, coupling;
+  A::cross_vv(&twist.ang, &twist.lin, &turning); // v̇ + ω × v relative to the parent
+  A::cross_vv(&m.angular_velocity, &twist.lin, &coupling);
+  A::xpy_vv(&turning, &m.acceleration);
+  A::axpy_vv(T(2), &coupling, &m.acceleration);
+  A::xpy_vv(&rate.lin, &m.acceleration);
+  A::cross_vv(&m.angular_velocity, &twist.ang, &coupling);
+  A::xpy_vv(&coupling, &m.angular_acceleration);
+  A::xpy_vv(&rate.ang, &m.angular_acceleration);
+  A::xpy_vv(&twist.ang, &m.angular_velocity);
+}
+
+/// Adds the motion of a joint to that of its frame, which moves with the parent on entry.
+template <class T> KSL_LANES void add_joint_motion(const body<scalar_of<T>> &b, const T *v, const T *dv, body_motion<T> &m) {
   v += b.v_index;
   dv += b.v_index;
-  vec3<T> &w = s.angular_velocity, &dw = s.angular_acceleration, &a = s.acceleration;
+  vec3<T> &w = m.angular_velocity, &dw = m.angular_acceleration, &a = m.acceleration;
   switch (b.kind) {
   case joint_kind::revolute:
   case joint_kind::continuous: // ω̇ += ω × z q̇ + z q̈,  ω += z q̇
@@ -63,34 +79,34 @@ KSL_LANES void add_joint_motion(const body<scalar_of<T>> &b, const T *v, const T
     a.y = a.y - T(2) * w.x * v[0];
     a.z = a.z + dv[0];
     break;
-  case joint_kind::floating: { // v = [v; ω] in the body's frame: the origin accelerates with v̇ + ω × v
-    const vec3<T> v_lin = {v[0], v[1], v[2]}, v_ang = {v[3], v[4], v[5]}, a_lin = {dv[0], dv[1], dv[2]};
-    vec3<T> turning, coupling;
-    A::cross_vv(&v_ang, &v_lin, &turning); // relative to the parent
-    A::cross_vv(&w, &v_lin, &coupling);
-    A::xpy_vv(&turning, &a);
-    A::axpy_vv(T(2), &coupling, &a);
-    A::xpy_vv(&a_lin, &a);
-    A::cross_vv(&w, &v_ang, &coupling);
-    A::xpy_vv(&coupling, &dw);
-    dw = {dw.x + dv[3], dw.y + dv[4], dw.z + dv[5]};
-    A::xpy_vv(&v_ang, &w);
+  case joint_kind::floating: // v = [v; ω] in the body's frame
+    add_free_motion(joint_twist(b.kind, v), joint_twist(b.kind, dv), m);
     break;
-  }
   case joint_kind::fixed:
     break;
   }
 }
 
-/// Motion of body i from its parent's: ω, ω̇, a.
+/// How body i moves, from how its parent does.
 template <class T>
-KSL_LANES void propagate_motion(const body<scalar_of<T>> &b, const body_state<T> &parent, const T *v, const T *dv, body_state<T> &s) {
+KSL_LANES body_motion<T> propagated(const body<scalar_of<T>> &b, const SE3<T> &in_parent, const body_motion<T> &parent,
+                                    const T *v, const T *dv) {
   using A = algebra<T>;
-  const vec3<T> a = acceleration_at(parent.angular_velocity, parent.angular_acceleration, parent.acceleration, s.in_parent.t);
-  A::product_drinvv(&s.in_parent.R, &parent.angular_velocity, &s.angular_velocity);
-  A::product_drinvv(&s.in_parent.R, &parent.angular_acceleration, &s.angular_acceleration);
-  A::product_drinvv(&s.in_parent.R, &a, &s.acceleration);
-  add_joint_motion(b, v, dv, s);
+  const vec3<T> a = acceleration_at(parent.angular_velocity, parent.angular_acceleration, parent.acceleration, in_parent.t);
+  body_motion<T> m;
+  A::product_drinvv(&in_parent.R, &parent.angular_velocity, &m.angular_velocity);
+  A::product_drinvv(&in_parent.R, &parent.angular_acceleration, &m.angular_acceleration);
+  A::product_drinvv(&in_parent.R, &a, &m.acceleration);
+  add_joint_motion(b, v, dv, m);
+  return m;
+}
+
+/// The ground: a frame that accelerates upwards has weight.
+template <class T> KSL_LANES body_motion<T> ground_motion(const model_view<scalar_of<T>> &model) {
+  const vec3<T> zero = {T(0), T(0), T(0)}, gravity = spread<T>(model.gravity);
+  body_motion<T> m = {zero, zero, zero};
+  algebra<T>::vec3_inverted(&gravity, &m.acceleration);
+  return m;
 }
 
 /// The k-th external wrench, about the origin of its body and in its axes.
@@ -103,41 +119,46 @@ inline coscrew<T> external_in_body(const model_view<scalar_of<T>> &model, const 
   return f;
 }
 
+/// Adds a wrench to that of body i in data.wrench, or takes it off.
+template <class T> KSL_LANES void add_wrench(const data_view<T> &data, int i, const coscrew<T> &f) {
+  coscrew<T> sum = body_at<T>(i).template get<coscrew>(data.wrench);
+  algebra<T>::xpy_cc(&f, &sum);
+  body_at<T>(i).put(sum, data.wrench);
+}
+template <class T> KSL_LANES void subtract_wrench(const data_view<T> &data, int i, const coscrew<T> &f) {
+  coscrew<T> sum = body_at<T>(i).template get<coscrew>(data.wrench);
+  algebra<T>::nxpy_cc(&f, &sum);
+  body_at<T>(i).put(sum, data.wrench);
+}
+
 /// Joint efforts tau (nv) for positions q (nq), velocities v (nv) and accelerations dv (nv) under gravity and external
-/// wrenches.  Leaves in data.body the motion of each body and the wrench through each joint, body 0's included: the one
-/// between the ground and a fixed root.  O(bodies), about 250 flops for each.
+/// wrenches.  Leaves in data.motion how each body moves and in data.wrench the wrench through each joint, about its body's
+/// origin and in its axes, body 0's included: the one between the ground and a fixed root.  O(bodies), about 250 flops for
+/// each.
 template <class T>
 void inverse_dynamics(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, const T *v,
                       const T *dv, const external_wrenches<T> &external, T *tau) {
-  using A = algebra<T>;
-  const vec3<T> zero = {T(0), T(0), T(0)}, gravity = spread<T>(model.gravity);
-  body_state<T> &ground = data.body[0];
-  ground.angular_velocity = zero;
-  ground.angular_acceleration = zero;
-  A::vec3_inverted(&gravity, &ground.acceleration); // a frame that accelerates upwards has weight
-  ground.wrench = newton_euler(spread<T>(model.body[0].inertia), zero, zero, ground.acceleration);
-
   sines_and_cosines(model.nq, q, data.sine, data.cosine);
+  body_at<T>(0).put(ground_motion<T>(model), data.motion);
   for (int i = 1; i < model.bodies; ++i) {
     const body<scalar_of<T>> &b = model.body[i];
-    body_state<T> &s = data.body[i];
-    s.in_parent = pose_in_parent(b, data, q);
-    propagate_motion(b, data.body[b.parent], v, dv, s);
-    s.wrench = newton_euler(spread<T>(b.inertia), s.angular_velocity, s.angular_acceleration, s.acceleration);
+    data.in_parent[i] = pose_in_parent(b, data, q);
+    const body_motion<T> parent = body_at<T>(b.parent).template get<body_motion>(data.motion);
+    body_at<T>(i).put(propagated(b, data.in_parent[i], parent, v, dv), data.motion);
   }
 
-  for (int k = 0; k < external.n; ++k) {
-    const coscrew<T> f = external_in_body(model, external, k);
-    A::nxpy_cc(&f, &data.body[model.link[external.link[k]].body].wrench);
-  }
+  for_bodies<T>(model.bodies, [&](auto k) {
+    k.put(newton_euler(k.inertia(model), k.template get<body_motion>(data.motion)), data.wrench);
+  });
+  for (int k = 0; k < external.n; ++k)
+    subtract_wrench(data, model.link[external.link[k]].body, external_in_body(model, external, k));
 
   for (int i = model.bodies - 1; i > 0; --i) {
     const body<scalar_of<T>> &b = model.body[i];
-    const body_state<T> &s = data.body[i];
-    coscrew<T> f;
-    joint_effort(b.kind, s.wrench, tau + b.v_index);
-    A::product_CoAdc(&s.in_parent, &s.wrench, &f);
-    A::xpy_cc(&f, &data.body[b.parent].wrench);
+    coscrew<T> f = body_at<T>(i).template get<coscrew>(data.wrench);
+    joint_effort(b.kind, f, tau + b.v_index);
+    algebra<T>::product_CoAdc(&data.in_parent[i], &f, &f);
+    add_wrench(data, b.parent, f);
   }
 }
 

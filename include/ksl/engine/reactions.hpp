@@ -32,9 +32,8 @@ template <class T>
 void link_wrenches(const model_view<scalar_of<T>> &model, const data_view<T> &data, const external_wrenches<T> &external) {
   using A = algebra<T>;
   for (int l = 0; l < model.links; ++l) {
-    const body_state<T> &s = data.body[model.link[l].body];
-    data.link_wrench[l] = newton_euler(spread<T>(model.link[l].inertia), s.angular_velocity,
-                                       s.angular_acceleration, s.acceleration);
+    const auto motion = body_at<T>(model.link[l].body).template get<body_motion>(data.motion);
+    data.link_wrench[l] = newton_euler(spread<T>(model.link[l].inertia), motion);
   }
   for (int k = 0; k < external.n; ++k) {
     const coscrew<T> f = external_in_body(model, external, k);
@@ -46,7 +45,7 @@ void link_wrenches(const model_view<scalar_of<T>> &model, const data_view<T> &da
       continue;
     coscrew<T> f = data.link_wrench[l];
     if (child.first)
-      A::product_CoAdc(&data.body[child.body].in_parent, &f, &f);
+      A::product_CoAdc(&data.in_parent[child.body], &f, &f);
     A::xpy_cc(&f, &data.link_wrench[child.parent]);
   }
 }
@@ -121,7 +120,7 @@ void reactions(const model_view<scalar_of<T>> &model, const data_view<T> &data, 
 
   for (int k = 0; k < request.n; ++k, out += 6) {
     const link<scalar_of<T>> &l = model.link[request.link[k]];
-    coscrew<T> f = l.first ? part_of(model.body[l.body].kind, request.part, data.body[l.body].wrench)
+    coscrew<T> f = l.first ? part_of(model.body[l.body].kind, request.part, body_at<T>(l.body).template get<coscrew>(data.wrench))
                            : part_of(joint_kind::fixed, request.part, data.link_wrench[request.link[k]]);
     if (l.turned) {
       const SE3<T> pose = spread<T>(l.pose);

@@ -1,0 +1,110 @@
+// KSL: arrays over bodies, laid out so that the bodies of one state can be computed in lanes.
+//
+// Much of an algorithm waits for no other body: a pose turned by its joint, an inertia turned to other axes.  Where the
+// scalar is a plain number, the lanes of a register take as many bodies; where it is a pack of states, or a scalar of
+// somebody's own, the bodies come one after the other.  The numbers are the same to the bit.
+#pragma once
+
+#include "ksl/engine/data.hpp"
+#include "ksl/engine/spread.hpp"
+
+namespace ksl {
+inline namespace KSL_ISA {
+
+/// May bodies lie in lanes?
+template <class T> inline constexpr bool plain = false;
+template <class T> inline constexpr bool plain<const T> = plain<T>;
+template <> inline constexpr bool plain<double> = true;
+template <> inline constexpr bool plain<float> = true;
+
+/// Number c of body i lies at [i / group][c][i % group]: a register reads it for several bodies.
+template <class T> inline constexpr int group = plain<T> ? padded(1) : 1;
+
+/// V, a struct of numbers T that began at `first`, in steps.
+template <class V, class T> inline constexpr int numbers_in = static_cast<int>(sizeof(V) / sizeof(T));
+
+/// Where the numbers of body i begin in an array over bodies with n numbers each; they are group<T> apart.
+template <int n, class T> KSL_LANES T *numbers_of(T *array, int i) {
+  return array + (i / group<T> * (n * group<T>) + i % group<T>);
+}
+
+/// Room for n numbers of each body.
+template <class T> constexpr int room_for(int n, int bodies) { return (bodies + group<T> - 1) / group<T> * group<T> * n; }
+
+namespace body_lanes {
+
+template <class T> KSL_LANES void read(const T *from, T &to) { to = *from; }
+template <class T, int W> KSL_LANES void read(const T *from, pack<T, W> &to) { __builtin_memcpy(&to, from, sizeof to); }
+template <class T> KSL_LANES void write(const T &from, T *to) { *to = from; }
+template <class T, int W> KSL_LANES void write(const pack<T, W> &from, T *to) { __builtin_memcpy(to, &from, sizeof from); }
+
+/// Unrolled whatever the compiler thinks: a struct filled in a loop would lie in memory.
+template <int n, class T, class P> KSL_LANES void read_all(const T *from, P *to) {
+  if constexpr (n > 0) {
+    read_all<n - 1>(from, to);
+    read(from + (n - 1) * group<T>, to[n - 1]);
+  }
+}
+template <int n, class T, class P> KSL_LANES void write_all(const P *from, T *to) {
+  if constexpr (n > 0) {
+    write_all<n - 1>(from, to);
+    write(from[n - 1], to + (n - 1) * group<T>);
+  }
+}
+
+} // namespace body_lanes
+
+/// Body i, or as many bodies from i on as P has lanes.
+template <class P, class T> struct bodies_at {
+  using scalar = P;
+  int i;
+
+  /// V<P> of these bodies, from an array over bodies.
+  template <template <class> class V> KSL_LANES V<P> get(const T *array) const {
+    constexpr int n = numbers_in<V<P>, P>;
+    V<P> v;
+    body_lanes::read_all<n>(numbers_of<n>(array, i), reinterpret_cast<P *>(&v));
+    return v;
+  }
+
+  template <template <class> class V> KSL_LANES void put(const V<P> &v, T *array) const {
+    constexpr int n = numbers_in<V<P>, P>;
+    body_lanes::write_all<n>(reinterpret_cast<const P *>(&v), numbers_of<n>(array, i));
+  }
+
+  KSL_LANES P get_number(const T *array) const {
+    P x;
+    body_lanes::read(array + i, x);
+    return x;
+  }
+
+  /// Constants of the model.
+  KSL_LANES mat3x3<P> placement(const model_view<scalar_of<T>> &model) const {
+    if constexpr (plain<T>)
+      return get<mat3x3>(model.turned_placement);
+    else
+      return spread<P>(model.body[i].placement.R);
+  }
+  KSL_LANES spatial_inertia<P> inertia(const model_view<scalar_of<T>> &model) const {
+    if constexpr (plain<T>)
+      return get<spatial_inertia>(model.inertia);
+    else
+      return spread<P>(model.body[i].inertia);
+  }
+};
+
+template <class T> KSL_LANES bodies_at<T, T> body_at(int i) { return {i}; }
+
+/// compute(bodies_at) for all n bodies, in lanes where that can be.
+template <class T, class Compute> KSL_LANES void for_bodies(int n, Compute compute) {
+  if constexpr (plain<T>) {
+    for (int i = 0; i < n; i += native_lanes<T>)
+      compute(bodies_at<native_pack<T>, T>{i});
+  } else {
+    for (int i = 0; i < n; ++i)
+      compute(bodies_at<T, T>{i});
+  }
+}
+
+} // namespace KSL_ISA
+} // namespace ksl
