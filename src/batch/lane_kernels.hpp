@@ -132,12 +132,36 @@ std::size_t forward_dynamics_lanes(const model_view<scalar_of<P>> &model, const 
   });
 }
 
+/// A symmetric n × n matrix of packs, of which the lower triangle is given.
+template <class T, int W>
+void store_symmetric(const pack<T, W> *lower, int n, int valid, T *rows, std::ptrdiff_t stride) {
+  const pack<T, W> *element = lower;
+  int row = 0, column = 0;
+  const auto next = [&]() -> const pack<T, W> & { // along the row to the diagonal, then down the column
+    const pack<T, W> &x = *element;
+    element += column < row ? 1 : n;
+    if (++column == n)
+      column = 0, element = lower + n * ++row;
+    return x;
+  };
+  store_next<T, W>(next, n * n, valid, rows, stride);
+}
+
 template <class P>
 std::size_t mass_matrix_lanes(const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch, void *memory) {
-  const int size = model.nv * model.nv;
+  const int nv = model.nv, size = nv * nv;
+  bool cleared = false; // the zeros of a lower triangle are those of every other
   return for_each_block<P>(model, batch, memory, size, [&](std::size_t k, int valid, const auto &w, const auto &) {
-    mass_matrix(model, w.data, w.q, w.result);
-    store_rows(w.result, size, valid, row(batch.out, k), batch.out.stride);
+    if constexpr (plain<P>) {
+      mass_matrix(model, w.data, w.q, w.result);
+      store_rows(w.result, size, valid, row(batch.out, k), batch.out.stride);
+    } else {
+      for (int i = 0; i < size && !cleared; ++i)
+        w.result[i] = P(0);
+      cleared = true;
+      lower_mass_matrix(model, w.data, w.q, w.result);
+      store_symmetric(w.result, nv, valid, row(batch.out, k), batch.out.stride);
+    }
   });
 }
 

@@ -166,10 +166,18 @@ KSL_LANES void load_columns(const T *rows, std::ptrdiff_t stride, int last_row, 
   copy<K>(v, out);
 }
 
-template <int K, class T, int W>
-KSL_LANES void store_columns(const pack<T, W> *in, T *rows, std::ptrdiff_t stride, int last_row) {
+/// to = the next K that come.
+template <int K, class Next, class P> KSL_LANES void take(Next &next, P *to) {
+  if constexpr (K > 0) {
+    take<K - 1>(next, to);
+    to[K - 1] = next();
+  }
+}
+
+template <int K, class T, int W, class Next>
+KSL_LANES void store_columns(Next &next, T *rows, std::ptrdiff_t stride, int last_row) {
   pack<T, W> v[K];
-  copy<K>(in, v);
+  take<K>(next, v);
   transpose_blocks<K>(v);
   for (int j = 0; j < K; ++j)
     scatter<W, K, T>(v[j].lanes, rows, stride, j, last_row);
@@ -197,8 +205,9 @@ template <int columns, class T, int W, int K = transposition::widest<pack<T, W>>
 KSL_LANES void store_rows(const pack<T, W> *in, int valid, T *rows, std::ptrdiff_t stride) {
   using namespace transposition;
   if constexpr (columns >= K && K > 0) {
-    store_columns<K>(in, rows, stride, valid - 1);
-    store_rows<columns - K, T, W, K>(in + K, valid, rows + K, stride);
+    const auto next = [&in]() -> const pack<T, W> & { return *in++; };
+    store_columns<K, T, W>(next, rows, stride, valid - 1);
+    store_rows<columns - K, T, W, K>(in, valid, rows + K, stride);
   } else if constexpr (columns > 0) {
     store_rows<columns, T, W, K / 2>(in, valid, rows, stride);
   }
@@ -219,19 +228,26 @@ inline void load_rows(const T *rows, std::ptrdiff_t stride, int columns, int val
       load_rows<T, W, K / 2>(rows + c, stride, columns - c, valid, out + c);
 }
 
-/// Column c of W rows = in[c]; only the first `valid` rows are written.
-template <class T, int W, int K = transposition::widest<pack<T, W>>>
-inline void store_rows(const pack<T, W> *in, int columns, int valid, T *rows, std::ptrdiff_t stride) {
+/// The columns of W rows, one after the other, are what next() returns; only the first `valid` rows are written.
+template <class T, int W, int K = transposition::widest<pack<T, W>>, class Next>
+inline void store_next(Next &next, int columns, int valid, T *rows, std::ptrdiff_t stride) {
   int c = 0;
   if (valid == W)
     for (; c + K <= columns; c += K)
-      transposition::store_columns<K>(in + c, rows + c, stride, W - 1);
+      transposition::store_columns<K, T, W>(next, rows + c, stride, W - 1);
   else
     for (; c + K <= columns; c += K)
-      transposition::store_columns<K>(in + c, rows + c, stride, valid - 1);
+      transposition::store_columns<K, T, W>(next, rows + c, stride, valid - 1);
   if constexpr (K > 1)
     if (c < columns)
-      store_rows<T, W, K / 2>(in + c, columns - c, valid, rows + c, stride);
+      store_next<T, W, K / 2>(next, columns - c, valid, rows + c, stride);
+}
+
+/// Column c of W rows = in[c].
+template <class T, int W>
+inline void store_rows(const pack<T, W> *in, int columns, int valid, T *rows, std::ptrdiff_t stride) {
+  const auto next = [&in]() -> const pack<T, W> & { return *in++; };
+  store_next<T, W>(next, columns, valid, rows, stride);
 }
 
 /// One row for all lanes.

@@ -16,55 +16,81 @@ template <class S> KSL_LANES bool is_base(const body<S> &b) {
   return b.parent < 0 || (b.parent == 0 && b.kind == joint_kind::floating);
 }
 
-/// Turns of all joints into data.rotation, as poses in the parents' axes; translations don't turn.
-template <class T> void turn_joints(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q) {
-  for (int i = 0; i < model.bodies; ++i) {
-    const body<scalar_of<T>> &b = model.body[i];
-    const bool turns = b.kind == joint_kind::revolute || b.kind == joint_kind::continuous;
-    data.angle[i] = turns ? q[b.q_index] : T(0);
-  }
-  for_bodies<T>(model.bodies, [&](auto k) {
-    using P = typename decltype(k)::scalar;
-    P dc[2];
-    sine_cosine(k.get_number(data.angle), dc[0], dc[1]);
-    mat3x3<P> R = k.placement(model);
-    algebra<P>::product_drdrz(&R, dc, &R);
-    k.put(R, data.rotation);
-  });
+/// By which angle a joint turns its body.
+template <class T> KSL_LANES T turn_of(const body<scalar_of<T>> &b, const T *q) {
+  return b.kind == joint_kind::revolute || b.kind == joint_kind::continuous ? q[b.q_index] : T(0);
 }
 
-/// The pose of a body in its parent's frame; after turn_joints.
-template <class T> KSL_LANES SE3<T> turned_pose(const body<scalar_of<T>> &b, const data_view<T> &data, int i, const T *q) {
-  using A = algebra<T>;
-  SE3<T> D = {body_at<T>(i).template get<mat3x3>(data.rotation), spread<T>(b.placement.t)};
-  if (b.kind == joint_kind::prismatic)
-    A::product_ddtz(&D, q[b.q_index], &D);
-  else if (b.kind == joint_kind::floating)
-    D = pose_in_parent(b, data, q);
-  return D;
+/// Bodies' axes in the axes of their parents, from the joints' turns.
+template <class P, class T>
+KSL_LANES mat3x3<P> turned_axes(const bodies_at<P, T> &k, const model_view<scalar_of<T>> &model, P angle) {
+  P dc[2];
+  sine_cosine(angle, dc[0], dc[1]);
+  mat3x3<P> R = k.placement(model);
+  algebra<P>::product_drdrz(&R, dc, &R);
+  return R;
 }
 
-/// Axes of all bodies (data.rotation) and the ways from parent to child (data.offset), in the axes of the base.
-template <class T> void express_in_base(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q) {
+/// The same for a joint that floats: a base, or a body within a tree.
+template <class T>
+void place_floating(const model_view<scalar_of<T>> &model, const data_view<T> &data, int i, const T *q) {
   using A = algebra<T>;
   const T zero = T(0), one = T(1);
-  const mat3x3<T> identity = {one, zero, zero, zero, one, zero, zero, zero, one};
-  turn_joints(model, data, q);
-  body_at<T>(0).put(identity, data.rotation);
-  for (int i = 1; i < model.bodies; ++i) {
-    const body<scalar_of<T>> &b = model.body[i];
-    SE3<T> D = {identity, {zero, zero, zero}};
-    if (!is_base(b)) {
-      D = turned_pose(b, data, i, q);
-      if (!is_base(model.body[b.parent])) {
-        const mat3x3<T> R = body_at<T>(b.parent).template get<mat3x3>(data.rotation);
-        A::product_drdr(&R, &D.R, &D.R);
-        A::product_drv(&R, &D.t, &D.t);
-      }
-    }
-    body_at<T>(i).put(D.R, data.rotation);
-    data.offset[i] = D.t;
+  const body<scalar_of<T>> &b = model.body[i];
+  SE3<T> D = {{one, zero, zero, zero, one, zero, zero, zero, one}, {zero, zero, zero}};
+  if (!is_base(b)) {
+    const mat3x3<T> parent = body_at<T>(b.parent).template get<mat3x3>(data.rotation);
+    D = pose_in_parent(b, data, q);
+    A::product_drdr(&parent, &D.R, &D.R);
+    A::product_drv(&parent, &D.t, &D.t);
   }
+  body_at<T>(i).put(D.R, data.rotation);
+  data.offset[i] = D.t;
+}
+
+/// Axes (data.rotation) of a body in those of the base, and the way from its parent's origin (data.offset); R: its axes in
+/// its parent's.
+template <class T>
+KSL_LANES void place(const model_view<scalar_of<T>> &model, const data_view<T> &data, int i, mat3x3<T> R, const T *q) {
+  using A = algebra<T>;
+  const body<scalar_of<T>> &b = model.body[i];
+  if (b.kind == joint_kind::floating)
+    return place_floating(model, data, i, q);
+  vec3<T> t = spread<T>(b.placement.t);
+  if (b.kind == joint_kind::prismatic) {
+    const vec3<T> z = {R.m02, R.m12, R.m22};
+    A::axpy_vv(q[b.q_index], &z, &t);
+  }
+  if (!is_base(model.body[b.parent])) {
+    const mat3x3<T> parent = body_at<T>(b.parent).template get<mat3x3>(data.rotation);
+    A::product_drdr(&parent, &R, &R);
+    A::product_drv(&parent, &t, &t);
+  }
+  body_at<T>(i).put(R, data.rotation);
+  data.offset[i] = t;
+}
+
+/// Axes and offsets of all bodies, then, as for_bodies does it, one(i) and lanes(k).
+template <class T, class One, class Lanes>
+KSL_LANES void express_in_base(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, One one, Lanes lanes) {
+  const T o = T(0), l = T(1);
+  if constexpr (plain<T>) {
+    for (int i = 0; i < model.bodies; ++i)
+      data.angle[i] = turn_of(model.body[i], q);
+    for (int i = 0; i < model.bodies; i += native_lanes<T>) {
+      const bodies_at<native_pack<T>, T> k{i};
+      k.put(turned_axes(k, model, k.get_number(data.angle)), data.rotation);
+    }
+  }
+  body_at<T>(0).put(mat3x3<T>{l, o, o, o, l, o, o, o, l}, data.rotation);
+  data.offset[0] = {o, o, o};
+  for_bodies<T>(model.bodies, [&](int i) {
+    if constexpr (plain<T>)
+      place(model, data, i, body_at<T>(i).template get<mat3x3>(data.rotation), q);
+    else
+      place(model, data, i, turned_axes(body_at<T>(i), model, turn_of(model.body[i], q)), q);
+    one(i);
+  }, lanes);
 }
 
 /// The axis of a body's joint: z of its axes.

@@ -95,14 +95,21 @@ template <class P, class T> struct bodies_at {
 
 template <class T> KSL_LANES bodies_at<T, T> body_at(int i) { return {i}; }
 
-/// compute(bodies_at) for all n bodies, in lanes where that can be.
-template <class T, class Compute> KSL_LANES void for_bodies(int n, Compute compute) {
+/// Two steps for n bodies, parents first: one(i) for all but the ground, which may read what both left of the parent, then
+/// lanes(bodies_at), which reads of no other body what this step leaves.  In lanes where that can be, and body after body
+/// where not, so that the second step finds near by what the first one left.
+template <class T, class One, class Lanes> KSL_LANES void for_bodies(int n, One one, Lanes lanes) {
   if constexpr (plain<T>) {
+    for (int i = 1; i < n; ++i)
+      one(i);
     for (int i = 0; i < n; i += native_lanes<T>)
-      compute(bodies_at<native_pack<T>, T>{i});
+      lanes(bodies_at<native_pack<T>, T>{i});
   } else {
-    for (int i = 0; i < n; ++i)
-      compute(bodies_at<T, T>{i});
+    lanes(body_at<T>(0));
+    for (int i = 1; i < n; ++i) {
+      one(i);
+      lanes(body_at<T>(i));
+    }
   }
 }
 

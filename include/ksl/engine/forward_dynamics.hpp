@@ -83,28 +83,29 @@ KSL_LANES void add_steady_motion(const body<scalar_of<T>> &b, const data_view<T>
   }
 }
 
-/// Motions (data.motion) of all bodies if no joint accelerated, in the axes of the base; after express_in_base.
+/// How body i would move if no joint accelerated (data.motion), in the axes of the base.
 template <class T>
-void steady_motions(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, const T *v) {
+KSL_LANES void move_steadily(const model_view<scalar_of<T>> &model, const data_view<T> &data, int i, const T *q, const T *v) {
   using A = algebra<T>;
-  body_at<T>(0).put(ground_motion<T>(model), data.motion);
-  for (int i = 1; i < model.bodies; ++i) {
-    const body<scalar_of<T>> &b = model.body[i];
-    body_motion<T> m = body_at<T>(b.parent).template get<body_motion>(data.motion);
-    m.acceleration = acceleration_at(m.angular_velocity, m.angular_acceleration, m.acceleration, data.offset[i]);
-    if (is_base(b)) { // it floats on the ground, and its axes are those of the base from here on
-      const SE3<T> D = pose_in_parent(b, data, q);
-      A::product_drinvv(&D.R, &m.acceleration, &m.acceleration);
-    }
-    add_steady_motion(b, data, i, v, m);
-    body_at<T>(i).put(m, data.motion);
+  const body<scalar_of<T>> &b = model.body[i];
+  body_motion<T> m = body_at<T>(b.parent).template get<body_motion>(data.motion);
+  m.acceleration = acceleration_at(m.angular_velocity, m.angular_acceleration, m.acceleration, data.offset[i]);
+  if (is_base(b)) { // it floats on the ground, and its axes are those of the base from here on
+    const SE3<T> D = pose_in_parent(b, data, q);
+    A::product_drinvv(&D.R, &m.acceleration, &m.acceleration);
   }
+  add_steady_motion(b, data, i, v, m);
+  body_at<T>(i).put(m, data.motion);
 }
 
-/// Inertias (data.inertia) of all bodies and the wrenches (data.wrench) of their steady motions, in the axes of the base.
+/// Axes and offsets of all bodies, their steady motions (data.motion), inertias (data.inertia) and the wrenches
+/// (data.wrench) of these motions, in the axes of the base.
 template <class T>
-void start_articulated(const model_view<scalar_of<T>> &model, const data_view<T> &data, const external_wrenches<T> &external) {
-  for_bodies<T>(model.bodies, [&](auto k) {
+void start_articulated(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, const T *v,
+                       const external_wrenches<T> &external) {
+  body_at<T>(0).put(ground_motion<T>(model), data.motion);
+  const auto move = [&](int i) { move_steadily(model, data, i, q, v); };
+  express_in_base(model, data, q, move, [&](auto k) {
     using P = typename decltype(k)::scalar;
     const spatial_inertia<P> I = turned(k.inertia(model), k.template get<mat3x3>(data.rotation));
     articulated_inertia<P> start;
@@ -194,9 +195,7 @@ KSL_LANES void accelerate(const body<scalar_of<T>> &b, const data_view<T> &data,
 template <class T>
 void forward_dynamics(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, const T *v,
                       const T *tau, const external_wrenches<T> &external, T *dv) {
-  express_in_base(model, data, q);
-  steady_motions(model, data, q, v);
-  start_articulated(model, data, external);
+  start_articulated(model, data, q, v, external);
   for (int i = model.bodies - 1; i > 0; --i)
     pass_to_parent(model.body[i], data, i, tau);
 

@@ -140,14 +140,13 @@ void inverse_dynamics(const model_view<scalar_of<T>> &model, const data_view<T> 
                       const T *dv, const external_wrenches<T> &external, T *tau) {
   sines_and_cosines(model.nq, q, data.sine, data.cosine);
   body_at<T>(0).put(ground_motion<T>(model), data.motion);
-  for (int i = 1; i < model.bodies; ++i) {
+  const auto move = [&](int i) {
     const body<scalar_of<T>> &b = model.body[i];
     data.in_parent[i] = pose_in_parent(b, data, q);
     const body_motion<T> parent = body_at<T>(b.parent).template get<body_motion>(data.motion);
     body_at<T>(i).put(propagated(b, data.in_parent[i], parent, v, dv), data.motion);
-  }
-
-  for_bodies<T>(model.bodies, [&](auto k) {
+  };
+  for_bodies<T>(model.bodies, move, [&](auto k) {
     k.put(newton_euler(k.inertia(model), k.template get<body_motion>(data.motion)), data.wrench);
   });
   for (int k = 0; k < external.n; ++k)
