@@ -93,7 +93,7 @@ public:
   explicit data(const model &m);
   data_view<double> view() {
     return {in_parent_.data(), in_world_.data(),   sine_.data(),    cosine_.data(), motion_.data(),      wrench_.data(),
-            angle_.data(),     rotation_.data(),   inertia_.data(), coordinate_.data(), offset_.data(), origin_.data(),
+            rotation_.data(),   inertia_.data(), coordinate_.data(), offset_.data(), origin_.data(),
             twist_.data(),     momentum_.data(),   articulated_.data(), link_wrench_.data()};
   }
 
@@ -102,7 +102,7 @@ public:
 
 private:
   std::vector<SE3<double>> in_parent_, in_world_;
-  std::vector<double> sine_, cosine_, motion_, wrench_, angle_, rotation_, inertia_, coordinate_;
+  std::vector<double> sine_, cosine_, motion_, wrench_, rotation_, inertia_, coordinate_;
   std::vector<vec3<double>> offset_, origin_;
   std::vector<screw<double>> twist_;
   std::vector<coscrew<double>> momentum_;

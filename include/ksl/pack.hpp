@@ -6,6 +6,10 @@
 
 #include "ksl/algebra.hpp"
 
+#if defined(__AVX512F__)
+#include <immintrin.h>
+#endif
+
 namespace ksl {
 
 /// The vector type of W lanes, and that of their comparison.  A trait of full specialisations: gcc 12 drops a dependent
@@ -66,6 +70,44 @@ inline constexpr int vector_bytes = 16;
 #endif
 template <class T> inline constexpr int native_lanes = vector_bytes / static_cast<int>(sizeof(T));
 template <class T> using native_pack = pack<T, native_lanes<T>>;
+
+/// The first n numbers of `from`, zeros in other lanes; n may be more than there are lanes.  Reads no other memory, and
+/// makes no way through memory, where a register would wait for the parts that were stored there.
+template <class T> KSL_LANES native_pack<T> load_first(const T *from, int n) {
+  native_pack<T> x(T(0));
+  if (n >= native_lanes<T>)
+    __builtin_memcpy(&x, from, sizeof x);
+  else
+    for (int i = 0; i < native_lanes<T> - 1; ++i)
+      if (i < n)
+        x.set(i, from[i]);
+  return x;
+}
+
+/// Writes the first n lanes, or all if n is more.
+template <class T> KSL_LANES void store_first(const native_pack<T> &x, T *to, int n) {
+  if (n >= native_lanes<T>)
+    __builtin_memcpy(to, &x, sizeof x);
+  else
+    for (int i = 0; i < native_lanes<T> - 1; ++i)
+      if (i < n)
+        to[i] = x[i];
+}
+
+#if defined(__AVX512F__)
+template <> KSL_LANES native_pack<double> load_first(const double *from, int n) {
+  return n >= 8 ? _mm512_loadu_pd(from) : _mm512_maskz_loadu_pd(static_cast<__mmask8>((1u << n) - 1), from);
+}
+template <> KSL_LANES native_pack<float> load_first(const float *from, int n) {
+  return n >= 16 ? _mm512_loadu_ps(from) : _mm512_maskz_loadu_ps(static_cast<__mmask16>((1u << n) - 1), from);
+}
+template <> KSL_LANES void store_first(const native_pack<double> &x, double *to, int n) {
+  _mm512_mask_storeu_pd(to, n >= 8 ? static_cast<__mmask8>(255) : static_cast<__mmask8>((1u << n) - 1), x.lanes);
+}
+template <> KSL_LANES void store_first(const native_pack<float> &x, float *to, int n) {
+  _mm512_mask_storeu_ps(to, n >= 16 ? static_cast<__mmask16>(65535) : static_cast<__mmask16>((1u << n) - 1), x.lanes);
+}
+#endif
 
 /// The scalar that a type's lanes hold: itself, or a pack's.
 template <class T> struct scalar_of_trait { using type = T; };

@@ -44,6 +44,9 @@ struct screw_operations {
   template <class T> KSL_VALUE static void move(const SE3<T> &D, const screw<T> &a, screw<T> &o) {
     algebra<T>::product_Ads(&D, &a, &o);
   }
+  template <class T> KSL_VALUE static void move_back(const SE3<T> &D, const screw<T> &a, screw<T> &o) {
+    algebra<T>::product_Adinvs(&D, &a, &o);
+  }
   template <class T> KSL_VALUE static void cross(const screw<T> &s, const screw<T> &a, screw<T> &o) {
     algebra<T>::cross_ss(&s, &a, &o);
   }
@@ -65,6 +68,9 @@ struct coscrew_operations {
   }
   template <class T> KSL_VALUE static void move(const SE3<T> &D, const coscrew<T> &a, coscrew<T> &o) {
     algebra<T>::product_CoAdc(&D, &a, &o);
+  }
+  template <class T> KSL_VALUE static void move_back(const SE3<T> &D, const coscrew<T> &a, coscrew<T> &o) {
+    algebra<T>::product_CoAdinvc(&D, &a, &o);
   }
   template <class T> KSL_VALUE static void cross(const screw<T> &s, const coscrew<T> &a, coscrew<T> &o) {
     algebra<T>::cross_sc(&s, &a, &o);
@@ -239,6 +245,23 @@ template <class Kind, class T, class A, class B>
 KSL_VALUE spatial_vector<Kind, T, A> operator*(const pose<T, A, B> &ab, const spatial_vector<Kind, T, B> &b) {
   spatial_vector<Kind, T, A> o;
   Kind::template move<T>(ab.plain(), b.plain(), o.plain());
+  return o;
+}
+
+/// X_ab⁻¹ X_ac = D_bc, without making the inverse.  63 flops.
+template <class T, class A, class B, class C>
+KSL_VALUE pose<T, B, C> inverse_times(const pose<T, A, B> &ab, const pose<T, A, C> &ac) {
+  pose<T, B, C> o;
+  algebra<T>::product_dinvd(&ab.plain(), &ac.plain(), &o.plain());
+  return o;
+}
+
+/// A six-vector of frame A in frame B: `ab.inverse() * a` without making the inverse, Ad(D)⁻¹ for twists and
+/// accelerations, CoAd(D)⁻¹ for wrenches and momenta (the inverse of coscrews (3), (6)).  42 flops.
+template <class Kind, class T, class A, class B>
+KSL_VALUE spatial_vector<Kind, T, B> inverse_times(const pose<T, A, B> &ab, const spatial_vector<Kind, T, A> &a) {
+  spatial_vector<Kind, T, B> o;
+  Kind::template move_back<T>(ab.plain(), a.plain(), o.plain());
   return o;
 }
 

@@ -54,7 +54,6 @@ template <class P> struct block_workspace {
     data.cosine = memory.take<P>(padded(model.nq));
     data.motion = numbers(9, n);
     data.wrench = numbers(6, n);
-    data.angle = numbers(1, n);
     data.rotation = numbers(9, n);
     data.inertia = numbers(21, n);
     data.coordinate = numbers(9, model.nv);

@@ -275,7 +275,6 @@ data::data(const model &m) {
   cosine_ = fresh<double>(padded(m.nq()));
   motion_ = numbers(9, bodies);
   wrench_ = numbers(6, bodies);
-  angle_ = numbers(1, bodies);
   rotation_ = numbers(9, bodies);
   inertia_ = numbers(21, bodies);
   coordinate_ = numbers(9, m.nv());

@@ -28,7 +28,6 @@ TEST_CASE("every number of a fresh workspace is NaN") {
   };
   CHECK(numbers(v.motion, 9, m.view().bodies));
   CHECK(numbers(v.wrench, 6, m.view().bodies));
-  CHECK(numbers(v.angle, 1, m.view().bodies));
   CHECK(numbers(v.rotation, 9, m.view().bodies));
   CHECK(numbers(v.inertia, 21, m.view().bodies));
   CHECK(numbers(v.coordinate, 9, m.nv()));

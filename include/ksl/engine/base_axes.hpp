@@ -75,11 +75,13 @@ template <class T, class One, class Lanes>
 KSL_LANES void express_in_base(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, One one, Lanes lanes) {
   const T o = T(0), l = T(1);
   if constexpr (plain<T>) {
-    for (int i = 0; i < model.bodies; ++i)
-      data.angle[i] = turn_of(model.body[i], q);
     for (int i = 0; i < model.bodies; i += native_lanes<T>) {
       const bodies_at<native_pack<T>, T> k{i};
-      k.put(turned_axes(k, model, k.get_number(data.angle)), data.rotation);
+      native_pack<T> angle(T(0));
+      for (int lane = 0; lane < native_lanes<T>; ++lane)
+        if (i + lane < model.bodies)
+          angle.set(lane, turn_of(model.body[i + lane], q));
+      k.put(turned_axes(k, model, angle), data.rotation);
     }
   }
   body_at<T>(0).put(mat3x3<T>{l, o, o, o, l, o, o, o, l}, data.rotation);

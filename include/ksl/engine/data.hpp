@@ -34,7 +34,6 @@ template <class T> struct data_view {
   T *sine, *cosine;             ///< of each number in q, padded to `padded(nq)`
   T *motion;                    ///< body_motion of each body
   T *wrench;                    ///< coscrew of each body
-  T *angle;                     ///< of each body's joint; 0 where it doesn't turn
   T *rotation;                  ///< mat3x3 of each body: its axes in those of the base
   T *inertia;                   ///< articulated_inertia, or spatial_inertia of a subtree, of each body in the axes of the base
   T *coordinate;                ///< coordinate of each number in v

@@ -22,8 +22,17 @@ template <class T> void compose_poses(const model_view<scalar_of<T>> &model, con
 
 /// Poses of all bodies, in their parents and in the world, for q (nq).  Featherstone, RBDA (2008), table 4.1, lines 1–6.
 template <class T> void forward_kinematics(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q) {
-  poses_in_parents(model, data, q);
-  compose_poses(model, data);
+  sines_and_cosines(model.nq, q, data.sine, data.cosine);
+  SE3<T> last = spread<T>(model.body[0].placement); // of body i − 1, mostly the parent
+  data.in_world[0] = last;
+  for (int i = 1; i < model.bodies; ++i) {
+    const body<scalar_of<T>> &b = model.body[i];
+    data.in_parent[i] = pose_in_parent(b, data, q);
+    if (b.parent != i - 1)
+      last = data.in_world[b.parent];
+    algebra<T>::product_dd(&last, &data.in_parent[i], &last);
+    data.in_world[i] = last;
+  }
 }
 
 /// Pose of a link's frame in the world; after compose_poses.

@@ -19,9 +19,8 @@ template <> inline void sines_and_cosines<double>(int nq, const double *q, doubl
   using P = native_pack<double>;
   constexpr int lanes = native_lanes<double>;
   for (int i = 0; i < nq; i += lanes) {
-    P x(0.0), s, c;
-    __builtin_memcpy(&x, q + i, sizeof(double) * static_cast<std::size_t>(nq - i < lanes ? nq - i : lanes));
-    sine_cosine(x, s, c);
+    P s, c;
+    sine_cosine(load_first(q + i, nq - i), s, c);
     __builtin_memcpy(sine + i, &s, sizeof s);
     __builtin_memcpy(cosine + i, &c, sizeof c);
   }

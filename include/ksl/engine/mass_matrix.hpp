@@ -112,8 +112,7 @@ KSL_LANES void lower_row_in_lanes(const model_view<S> &model, const data_view<S>
     const auto c = some.template get<coordinate>(data.coordinate);
     const P element = sliding(c.lin, p) + turning(c.ang, c.origin, p, o);
     const P kept = math<P>::select(some.get_number(model.v_end) > P(static_cast<S>(i)), element, P(0));
-    const int left = room - k;
-    __builtin_memcpy(row + k, &kept, sizeof(S) * static_cast<std::size_t>(left < lanes ? left : lanes));
+    store_first(kept, row + k, room - k);
   }
 }
 
