@@ -69,11 +69,11 @@ private:
     std::vector<ksl::body<S>> bodies;
     std::vector<ksl::link<S>> links;
     vec3<S> gravity;
-    std::vector<S> turned_placement, inertia, v_end; // bodies or coordinates side by side
+    std::vector<S> turned_placement, inertia; // bodies side by side
 
     model_view<S> view(int nq, int nv) const {
       return {static_cast<int>(bodies.size()), static_cast<int>(links.size()), nq, nv, gravity, bodies.data(), links.data(),
-              turned_placement.data(), inertia.data(), v_end.data()};
+              turned_placement.data(), inertia.data()};
     }
   };
 
@@ -93,8 +93,8 @@ public:
   explicit data(const model &m);
   data_view<double> view() {
     return {in_parent_.data(), in_world_.data(),   sine_.data(),    cosine_.data(), motion_.data(),      wrench_.data(),
-            rotation_.data(),   inertia_.data(), coordinate_.data(), offset_.data(), origin_.data(),
-            twist_.data(),     momentum_.data(),   articulated_.data(), link_wrench_.data()};
+            rotation_.data(),   inertia_.data(), unit_momentum_.data(), offset_.data(), origin_.data(),
+            twist_.data(),     articulated_.data(), link_wrench_.data()};
   }
 
   /// nv zeros: no velocity, no acceleration.
@@ -102,10 +102,9 @@ public:
 
 private:
   std::vector<SE3<double>> in_parent_, in_world_;
-  std::vector<double> sine_, cosine_, motion_, wrench_, rotation_, inertia_, coordinate_;
+  std::vector<double> sine_, cosine_, motion_, wrench_, rotation_, inertia_, unit_momentum_;
   std::vector<vec3<double>> offset_, origin_;
   std::vector<screw<double>> twist_;
-  std::vector<coscrew<double>> momentum_;
   std::vector<articulated_state<double>> articulated_;
   std::vector<coscrew<double>> link_wrench_;
   std::vector<double> zero_;

@@ -56,11 +56,10 @@ template <class P> struct block_workspace {
     data.wrench = numbers(6, n);
     data.rotation = numbers(9, n);
     data.inertia = numbers(21, n);
-    data.coordinate = numbers(9, model.nv);
+    data.unit_momentum = memory.take<P>(room_for_momenta<P>(model.nv));
     data.offset = memory.take<vec3<P>>(n);
     data.origin = memory.take<vec3<P>>(n);
     data.twist = memory.take<screw<P>>(n);
-    data.momentum = memory.take<coscrew<P>>(model.nv);
     data.articulated = memory.take<articulated_state<P>>(n);
     data.link_wrench = memory.take<coscrew<P>>(model.links);
     q = memory.take<P>(model.nq);
@@ -131,16 +130,16 @@ std::size_t forward_dynamics_lanes(const model_view<scalar_of<P>> &model, const 
   });
 }
 
-/// A symmetric n × n matrix of packs, of which the lower triangle is given.
+/// A symmetric n × n matrix of packs, of which the upper triangle is given.
 template <class T, int W>
-void store_symmetric(const pack<T, W> *lower, int n, int valid, T *rows, std::ptrdiff_t stride) {
-  const pack<T, W> *element = lower;
+void store_symmetric(const pack<T, W> *upper, int n, int valid, T *rows, std::ptrdiff_t stride) {
+  const pack<T, W> *element = upper;
   int row = 0, column = 0;
-  const auto next = [&]() -> const pack<T, W> & { // along the row to the diagonal, then down the column
+  const auto next = [&]() -> const pack<T, W> & { // down the column to the diagonal, then along the row
     const pack<T, W> &x = *element;
-    element += column < row ? 1 : n;
+    element += column < row ? n : 1;
     if (++column == n)
-      column = 0, element = lower + n * ++row;
+      column = 0, element = upper + ++row;
     return x;
   };
   store_next<T, W>(next, n * n, valid, rows, stride);
@@ -149,7 +148,7 @@ void store_symmetric(const pack<T, W> *lower, int n, int valid, T *rows, std::pt
 template <class P>
 std::size_t mass_matrix_lanes(const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch, void *memory) {
   const int nv = model.nv, size = nv * nv;
-  bool cleared = false; // the zeros of a lower triangle are those of every other
+  bool cleared = false; // the zeros of one triangle are those of every other
   return for_each_block<P>(model, batch, memory, size, [&](std::size_t k, int valid, const auto &w, const auto &) {
     if constexpr (plain<P>) {
       mass_matrix(model, w.data, w.q, w.result);
@@ -158,7 +157,7 @@ std::size_t mass_matrix_lanes(const model_view<scalar_of<P>> &model, const batch
       for (int i = 0; i < size && !cleared; ++i)
         w.result[i] = P(0);
       cleared = true;
-      lower_mass_matrix(model, w.data, w.q, w.result);
+      upper_mass_matrix(model, w.data, w.q, w.result);
       store_symmetric(w.result, nv, valid, row(batch.out, k), batch.out.stride);
     }
   });

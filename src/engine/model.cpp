@@ -2,7 +2,7 @@
 // so that the axis is z.
 #include "ksl/model.hpp"
 
-#include "ksl/engine/body_lanes.hpp"
+#include "ksl/engine/mass_matrix.hpp"
 
 #include "load/check.hpp"
 
@@ -180,8 +180,8 @@ private:
     m_.double_.gravity = {options_.gravity[0], options_.gravity[1], options_.gravity[2]};
     close_subtrees();
     round_to_single();
-    lay_side_by_side(m_.double_, m_.nv_);
-    lay_side_by_side(m_.single_, m_.nv_);
+    lay_side_by_side(m_.double_);
+    lay_side_by_side(m_.single_);
     for (const payload &p : options_.payloads)
       if (m_.find_link(p.link) < 0)
         throw description_error(m_.description_.file + ": no link " + p.link + " to carry the payload");
@@ -210,19 +210,16 @@ private:
     m_.single_.gravity = spread<float>(d.gravity);
   }
 
-  /// The constants that kernels read for several bodies or coordinates at once.
-  template <class S> static void lay_side_by_side(model::arrays<S> &a, int nv) {
+  /// The constants that kernels read for several bodies at once.
+  template <class S> static void lay_side_by_side(model::arrays<S> &a) {
     const int bodies = static_cast<int>(a.bodies.size());
     const auto room = [](int each, int n) { return static_cast<std::size_t>(room_for<S>(each, n)); };
     a.turned_placement.assign(room(9, bodies), S(0));
     a.inertia.assign(room(10, bodies), S(0));
-    a.v_end.assign(room(1, nv), S(0));
     for (int i = 0; i < bodies; ++i) {
       const body<S> &b = a.bodies[static_cast<std::size_t>(i)];
       body_at<S>(i).put(b.placement.R, a.turned_placement.data());
       body_at<S>(i).put(b.inertia, a.inertia.data());
-      for (int k = b.v_index; k < b.v_index + row_of(b.kind).nv; ++k)
-        a.v_end[static_cast<std::size_t>(k)] = static_cast<S>(b.v_end);
     }
   }
 
@@ -277,11 +274,10 @@ data::data(const model &m) {
   wrench_ = numbers(6, bodies);
   rotation_ = numbers(9, bodies);
   inertia_ = numbers(21, bodies);
-  coordinate_ = numbers(9, m.nv());
+  unit_momentum_ = fresh<double>(room_for_momenta<double>(m.nv()));
   offset_ = fresh<vec3<double>>(bodies);
   origin_ = fresh<vec3<double>>(bodies);
   twist_ = fresh<screw<double>>(bodies);
-  momentum_ = fresh<coscrew<double>>(m.nv());
   articulated_ = fresh<articulated_state<double>>(bodies);
   link_wrench_ = fresh<coscrew<double>>(links);
   zero_.resize(static_cast<std::size_t>(m.nv()));

@@ -48,7 +48,7 @@ template <class T> struct arrays {
       links.push_back({l.body, l.parent, l.first, l.turned, to<T>(l.pose), to<T>(l.inertia)});
     }
     model = {m.bodies, m.links, m.nq, m.nv, to<T>(m.gravity), bodies.data(), links.data(),
-             turned_placement.data(), inertia.data(), nullptr};
+             turned_placement.data(), inertia.data()};
     data.in_parent = in_parent.data();
     data.motion = motion.data();
     data.wrench = wrench.data();

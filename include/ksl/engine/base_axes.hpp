@@ -48,32 +48,39 @@ void place_floating(const model_view<scalar_of<T>> &model, const data_view<T> &d
   data.offset[i] = D.t;
 }
 
-/// Axes (data.rotation) of a body in those of the base, and the way from its parent's origin (data.offset); R: its axes in
-/// its parent's.
+/// Axes (data.rotation) of body i in those of the base, and the way from its parent's origin (data.offset); R: its axes in
+/// its parent's.  `last` comes as the axes of body i − 1, mostly the parent, and leaves as those of i: what was just stored
+/// need not be loaded.
 template <class T>
-KSL_LANES void place(const model_view<scalar_of<T>> &model, const data_view<T> &data, int i, mat3x3<T> R, const T *q) {
+KSL_LANES void place(const model_view<scalar_of<T>> &model, const data_view<T> &data, int i, const mat3x3<T> &R, const T *q,
+                     mat3x3<T> &last) {
   using A = algebra<T>;
   const body<scalar_of<T>> &b = model.body[i];
-  if (b.kind == joint_kind::floating)
-    return place_floating(model, data, i, q);
+  if (b.kind == joint_kind::floating) {
+    place_floating(model, data, i, q);
+    last = body_at<T>(i).template get<mat3x3>(data.rotation);
+    return;
+  }
   vec3<T> t = spread<T>(b.placement.t);
   if (b.kind == joint_kind::prismatic) {
     const vec3<T> z = {R.m02, R.m12, R.m22};
     A::axpy_vv(q[b.q_index], &z, &t);
   }
-  if (!is_base(model.body[b.parent])) {
-    const mat3x3<T> parent = body_at<T>(b.parent).template get<mat3x3>(data.rotation);
-    A::product_drdr(&parent, &R, &R);
-    A::product_drv(&parent, &t, &t);
+  if (is_base(model.body[b.parent])) {
+    last = R;
+  } else {
+    if (b.parent != i - 1)
+      last = body_at<T>(b.parent).template get<mat3x3>(data.rotation);
+    A::product_drv(&last, &t, &t);
+    A::product_drdr(&last, &R, &last);
   }
-  body_at<T>(i).put(R, data.rotation);
+  body_at<T>(i).put(last, data.rotation);
   data.offset[i] = t;
 }
 
 /// Axes and offsets of all bodies, then, as for_bodies does it, one(i) and lanes(k).
 template <class T, class One, class Lanes>
 KSL_LANES void express_in_base(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, One one, Lanes lanes) {
-  const T o = T(0), l = T(1);
   if constexpr (plain<T>) {
     for (int i = 0; i < model.bodies; i += native_lanes<T>) {
       const bodies_at<native_pack<T>, T> k{i};
@@ -84,13 +91,15 @@ KSL_LANES void express_in_base(const model_view<scalar_of<T>> &model, const data
       k.put(turned_axes(k, model, angle), data.rotation);
     }
   }
-  body_at<T>(0).put(mat3x3<T>{l, o, o, o, l, o, o, o, l}, data.rotation);
+  const T o = T(0), l = T(1);
+  mat3x3<T> last = {l, o, o, o, l, o, o, o, l};
+  body_at<T>(0).put(last, data.rotation);
   data.offset[0] = {o, o, o};
   for_bodies<T>(model.bodies, [&](int i) {
     if constexpr (plain<T>)
-      place(model, data, i, body_at<T>(i).template get<mat3x3>(data.rotation), q);
+      place(model, data, i, body_at<T>(i).template get<mat3x3>(data.rotation), q, last);
     else
-      place(model, data, i, turned_axes(body_at<T>(i), model, turn_of(model.body[i], q)), q);
+      place(model, data, i, turned_axes(body_at<T>(i), model, turn_of(model.body[i], q)), q, last);
     one(i);
   }, lanes);
 }

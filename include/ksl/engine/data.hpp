@@ -21,9 +21,11 @@ template <class T> struct articulated_state {
   screw<T> gain;     ///< acceleration beyond that of the motion without joint accelerations
 };
 
-/// A coordinate of the velocities: its unit twist about the origin of its body, and where that is; in the frame of the base.
-template <class T> struct coordinate {
-  vec3<T> lin, ang, origin;
+/// The momentum of what hangs on a joint, at unit velocity of one of its coordinates, about the origin of the joint's body,
+/// and where that is; in the frame of the base.
+template <class T> struct unit_momentum {
+  coscrew<T> momentum;
+  vec3<T> origin;
 };
 
 /// Arrays over bodies, coordinates or links; each algorithm says which of them it leaves filled.  Those of numbers hold
@@ -36,11 +38,10 @@ template <class T> struct data_view {
   T *wrench;                    ///< coscrew of each body
   T *rotation;                  ///< mat3x3 of each body: its axes in those of the base
   T *inertia;                   ///< articulated_inertia, or spatial_inertia of a subtree, of each body in the axes of the base
-  T *coordinate;                ///< coordinate of each number in v
+  T *unit_momentum;             ///< unit_momentum of each number in v, as mass_matrix.hpp lays them out
   vec3<T> *offset;              ///< from the parent's origin to that of each body, in the axes of the base
   vec3<T> *origin;              ///< of each body, in the frame of the base
   screw<T> *twist;              ///< of each body, in its frame
-  coscrew<T> *momentum;         ///< of what hangs on the joint of each number in v, at unit velocity, in the axes of the base
   articulated_state<T> *articulated;
   coscrew<T> *link_wrench;      ///< through the joint that carries each link, in its body's frame
 };

@@ -1,7 +1,8 @@
 // KSL: the mass matrix, by the composite-rigid-body algorithm.
 //
 // Featherstone, RBDA (2008), section 6.2, with all bodies in the axes of the base and each about its own origin: an inertia
-// is shifted to its parent, not turned, and an element of the matrix is the power of a momentum along a unit twist.
+// is shifted to its parent, not turned, and an element of the matrix is the power of a momentum along a unit twist.  What
+// hangs on a joint has consecutive coordinates, so that elements of a row can lie in lanes.
 #pragma once
 
 #include "ksl/engine/base_axes.hpp"
@@ -9,7 +10,24 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// The momentum of all that hangs on a joint with one coordinate, at unit velocity, about the joint's origin.
+/// Number c of the unit momentum of coordinate k lies at [c × between_numbers + k × between_momenta]: for plain numbers those
+/// of neighbours side by side, with room for a register that begins at the last.
+template <class T> constexpr int between_numbers(int nv) { return plain<T> ? padded(nv + padded(1)) : 1; }
+template <class T> inline constexpr int between_momenta = plain<T> ? 1 : numbers_in<unit_momentum<T>, T>;
+template <class T> constexpr int room_for_momenta(int nv) {
+  return numbers_in<unit_momentum<T>, T> * (plain<T> ? between_numbers<T>(nv) : nv);
+}
+
+/// Unit momenta from coordinate k on, as many as P has lanes.
+template <class P, class T> KSL_LANES unit_momentum<P> momenta_at(const data_view<T> &data, int nv, int k) {
+  unit_momentum<P> u;
+  P *const numbers = reinterpret_cast<P *>(&u);
+  for (int c = 0; c < numbers_in<unit_momentum<P>, P>; ++c)
+    body_lanes::read(data.unit_momentum + c * between_numbers<T>(nv) + k * between_momenta<T>, numbers[c]);
+  return u;
+}
+
+/// Of all that hangs on a joint with one coordinate, at unit velocity, about the joint's origin.
 template <class T> KSL_LANES coscrew<T> momentum_along(joint_kind kind, const vec3<T> &z, const spatial_inertia<T> &I) {
   using A = algebra<T>;
   coscrew<T> p;
@@ -25,23 +43,29 @@ template <class T> KSL_LANES coscrew<T> momentum_along(joint_kind kind, const ve
   return p;
 }
 
-/// The momentum (data.momentum) of all that hangs on joint i, at unit velocity of each of its coordinates.
+/// The unit momenta of joint i, from the inertia of all that hangs on it.
 template <class T>
-KSL_LANES void unit_momenta(const body<scalar_of<T>> &b, const data_view<T> &data, int i, const spatial_inertia<T> &I) {
-  if (b.kind != joint_kind::floating) {
-    data.momentum[b.v_index] = momentum_along(b.kind, axis_of(data, i), I);
-    return;
-  }
+KSL_LANES void put_momenta(const model_view<scalar_of<T>> &model, const data_view<T> &data, int i, const spatial_inertia<T> &I) {
+  const body<scalar_of<T>> &b = model.body[i];
+  const auto put = [&](int k, joint_kind kind, const vec3<T> &axis) {
+    const coscrew<T> p = momentum_along(kind, axis, I);
+    const vec3<T> o = data.origin[i];
+    T *const to = data.unit_momentum + (b.v_index + k) * between_momenta<T>;
+    const int step = between_numbers<T>(model.nv);
+    to[0] = p.lin.x, to[step] = p.lin.y, to[2 * step] = p.lin.z;
+    to[3 * step] = p.ang.x, to[4 * step] = p.ang.y, to[5 * step] = p.ang.z;
+    to[6 * step] = o.x, to[7 * step] = o.y, to[8 * step] = o.z;
+  };
+  if (b.kind != joint_kind::floating)
+    return put(0, b.kind, axis_of(data, i));
   const mat3x3<T> R = body_at<T>(i).template get<mat3x3>(data.rotation);
   const vec3<T> axis[3] = {{R.m00, R.m10, R.m20}, {R.m01, R.m11, R.m21}, {R.m02, R.m12, R.m22}};
-  for (int c = 0; c < 3; ++c) {
-    data.momentum[b.v_index + c] = momentum_along(joint_kind::prismatic, axis[c], I);
-    data.momentum[b.v_index + 3 + c] = momentum_along(joint_kind::revolute, axis[c], I);
-  }
+  for (int c = 0; c < 3; ++c)
+    put(c, joint_kind::prismatic, axis[c]), put(3 + c, joint_kind::revolute, axis[c]);
 }
 
-/// Inertias of each body and all that hangs on it (data.inertia), what they are at unit velocities (data.momentum), and
-/// where the bodies are (data.origin), in the frame of the base.
+/// Unit momenta of all coordinates, from the inertias of each body and all that hangs on it (data.inertia), and where the
+/// bodies are (data.origin) in the frame of the base.
 template <class T>
 void composite_momenta(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q) {
   using A = algebra<T>;
@@ -53,7 +77,7 @@ void composite_momenta(const model_view<scalar_of<T>> &model, const data_view<T>
   for (int i = model.bodies - 1; i > 0; --i) {
     const body<scalar_of<T>> &b = model.body[i];
     auto I = body_at<T>(i).template get<spatial_inertia>(data.inertia);
-    unit_momenta(b, data, i, I);
+    put_momenta(model, data, i, I);
     if (b.parent == 0)
       continue;
     auto sum = body_at<T>(b.parent).template get<spatial_inertia>(data.inertia);
@@ -63,109 +87,106 @@ void composite_momenta(const model_view<scalar_of<T>> &model, const data_view<T>
   }
 }
 
-/// Sᵀ p for a coordinate that slides along or turns about an axis through `origin`, and a momentum about the point o.  The
-/// added zero turns −0 into 0, as the sum of both does.
-template <class T> KSL_LANES T sliding(const vec3<T> &axis, const coscrew<T> &p) { return algebra<T>::dot_vv(&axis, &p.lin) + T(0); }
+/// Elements of a row of M from the k-th on, as many as P has lanes; zeros from `end` on.  The added zero turns −0 into 0.
+template <class T, class P> KSL_LANES void put_elements(const P &x, int nv, int row, int k, int end, T *M) {
+  if constexpr (!plain<T>) {
+    M[row * nv + k] = x + P(0);
+  } else {
+    P index;
+    for (int lane = 0; lane < native_lanes<T>; ++lane)
+      index.set(lane, static_cast<T>(lane));
+    const P kept = math<P>::select(index < P(static_cast<T>(end - k)), x, P(0)) + P(0);
+    store_first<T>(kept, M + row * nv + k, nv - k);
+  }
+}
+
+/// fill(k, unit momenta) for coordinates in [first, end).
+template <class T, class Fill> KSL_LANES void for_momenta(const data_view<T> &data, int nv, int first, int end, Fill fill) {
+  if constexpr (plain<T>) {
+    for (int k = first; k < end; k += native_lanes<T>)
+      fill(k, momenta_at<native_pack<T>>(data, nv, k));
+  } else {
+    for (int k = first; k < end; ++k)
+      fill(k, momenta_at<T>(data, nv, k));
+  }
+}
+
+/// The moment of a momentum about another point.
+template <class P> KSL_LANES vec3<P> moment_about(const vec3<P> &point, const unit_momentum<P> &u) {
+  using A = algebra<P>;
+  vec3<P> arm, moment;
+  A::subtract_vv(&u.origin, &point, &arm);
+  A::cross_vv(&arm, &u.momentum.lin, &moment);
+  A::xpy_vv(&u.momentum.ang, &moment);
+  return moment;
+}
+
+/// Rows of a base that floats: momenta about its origin, along its axes.
+template <class T> KSL_LANES void base_rows(const model_view<scalar_of<T>> &model, const data_view<T> &data, int row, int end, T *M) {
+  const int nv = model.nv;
+  for_momenta(data, nv, row, end, [&]<class P>(int k, const unit_momentum<P> &u) {
+    const vec3<P> p = u.momentum.lin, n = moment_about(vec3<P>{P(0), P(0), P(0)}, u);
+    const P rows[6] = {p.x, p.y, p.z, n.x, n.y, n.z};
+    for (int c = 0; c < 6; ++c)
+      put_elements(rows[c], nv, row + c, k, end, M);
+  });
+}
+
+/// Rows of joint j in the upper triangle: Sᵀ p for all that hangs on it.
 template <class T>
-KSL_LANES T turning(const vec3<T> &axis, const vec3<T> &origin, const coscrew<T> &p, const vec3<T> &o) {
-  using A = algebra<T>;
-  vec3<T> arm, moment;
-  A::subtract_vv(&o, &origin, &arm);
-  A::cross_vv(&arm, &p.lin, &moment);
-  A::xpy_vv(&p.ang, &moment);
-  return A::dot_vv(&axis, &moment) + T(0);
+KSL_LANES void upper_rows(const model_view<scalar_of<T>> &model, const data_view<T> &data, int j, T *M) {
+  const body<scalar_of<T>> &b = model.body[j];
+  const int nv = model.nv, end = b.v_end;
+  const vec3<T> origin = data.origin[j];
+  const auto slide = [&](int row, const vec3<T> &axis) {
+    for_momenta(data, nv, row, end, [&]<class P>(int k, const unit_momentum<P> &u) {
+      const vec3<P> z = spread<P>(axis);
+      put_elements(algebra<P>::dot_vv(&z, &u.momentum.lin), nv, row, k, end, M);
+    });
+  };
+  const auto turn = [&](int row, const vec3<T> &axis) {
+    for_momenta(data, nv, row, end, [&]<class P>(int k, const unit_momentum<P> &u) {
+      const vec3<P> z = spread<P>(axis), moment = moment_about(spread<P>(origin), u);
+      put_elements(algebra<P>::dot_vv(&z, &moment), nv, row, k, end, M);
+    });
+  };
+  if (b.kind == joint_kind::prismatic)
+    return slide(b.v_index, axis_of(data, j));
+  if (b.kind != joint_kind::floating)
+    return turn(b.v_index, axis_of(data, j));
+  if (is_base(b))
+    return base_rows(model, data, b.v_index, end, M);
+  const mat3x3<T> R = body_at<T>(j).template get<mat3x3>(data.rotation);
+  const vec3<T> axis[3] = {{R.m00, R.m10, R.m20}, {R.m01, R.m11, R.m21}, {R.m02, R.m12, R.m22}};
+  for (int c = 0; c < 3; ++c)
+    slide(b.v_index + c, axis[c]), turn(b.v_index + 3 + c, axis[c]);
 }
 
-/// Elements of row i of the mass matrix, up to the diagonal, for the joints on the way from body j to the base.  Others stay
-/// as they are.
-template <class T>
-KSL_LANES void lower_row(const model_view<scalar_of<T>> &model, const data_view<T> &data, int j, int i, T *row) {
-  const coscrew<T> p = data.momentum[i];
-  const vec3<T> o = data.origin[j];
-  for (; j > 0; j = model.body[j].parent) {
-    const body<scalar_of<T>> &b = model.body[j];
-    if (b.kind == joint_kind::prismatic)
-      row[b.v_index] = sliding(axis_of(data, j), p);
-    else if (b.kind != joint_kind::floating)
-      row[b.v_index] = turning(axis_of(data, j), data.origin[j], p, o);
-    else {
-      const mat3x3<T> R = body_at<T>(j).template get<mat3x3>(data.rotation);
-      const vec3<T> axis[3] = {{R.m00, R.m10, R.m20}, {R.m01, R.m11, R.m21}, {R.m02, R.m12, R.m22}};
-      for (int c = 0; c < 3; ++c) {
-        row[b.v_index + c] = sliding(axis[c], p);
-        row[b.v_index + 3 + c] = turning(axis[c], data.origin[j], p, o);
-      }
-    }
-  }
-}
-
-/// The same for plain numbers, with elements in lanes: all of them, then zeros where the other joint is on another branch,
-/// its subtree having ended before.  Writes whole registers while `room` numbers are left.
-template <class S>
-KSL_LANES void lower_row_in_lanes(const model_view<S> &model, const data_view<S> &data, int j, int i, S *row, int room) {
-  using P = native_pack<S>;
-  constexpr int lanes = native_lanes<S>;
-  const coscrew<P> p = spread<P>(data.momentum[i]);
-  const vec3<P> o = spread<P>(data.origin[j]);
-  for (int k = 0; k <= i; k += lanes) {
-    const bodies_at<P, S> some{k};
-    const auto c = some.template get<coordinate>(data.coordinate);
-    const P element = sliding(c.lin, p) + turning(c.ang, c.origin, p, o);
-    const P kept = math<P>::select(some.get_number(model.v_end) > P(static_cast<S>(i)), element, P(0));
-    store_first(kept, row + k, room - k);
-  }
-}
-
-/// Coordinates of all joints (data.coordinate).
-template <class T> void lay_out_coordinates(const model_view<scalar_of<T>> &model, const data_view<T> &data) {
-  const vec3<T> none = {T(0), T(0), T(0)};
-  for (int j = 1; j < model.bodies; ++j) {
-    const body<scalar_of<T>> &b = model.body[j];
-    const vec3<T> o = data.origin[j];
-    const auto slide = [&](int k, const vec3<T> &axis) { body_at<T>(k).put(coordinate<T>{axis, none, o}, data.coordinate); };
-    const auto turn = [&](int k, const vec3<T> &axis) { body_at<T>(k).put(coordinate<T>{none, axis, o}, data.coordinate); };
-    if (b.kind == joint_kind::prismatic)
-      slide(b.v_index, axis_of(data, j));
-    else if (b.kind != joint_kind::floating)
-      turn(b.v_index, axis_of(data, j));
-    else {
-      const mat3x3<T> R = body_at<T>(j).template get<mat3x3>(data.rotation);
-      const vec3<T> axis[3] = {{R.m00, R.m10, R.m20}, {R.m01, R.m11, R.m21}, {R.m02, R.m12, R.m22}};
-      for (int c = 0; c < 3; ++c)
-        slide(b.v_index + c, axis[c]), turn(b.v_index + 3 + c, axis[c]);
-    }
-  }
-}
-
-/// The lower triangle of M (nv, nv), row-major, for q (nq): what is no zero by the shape of the tree.  Above the diagonal,
-/// within a floating joint, elements are written too.
-template <class T> void lower_mass_matrix(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, T *M) {
+/// The upper triangle of M (nv, nv), row-major, for q (nq), but for what is zero by the shape of the tree.
+template <class T> void upper_mass_matrix(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, T *M) {
   composite_momenta(model, data, q);
   for (int j = 1; j < model.bodies; ++j)
-    for (int i = model.body[j].v_index; i < model.body[j].v_index + row_of(model.body[j].kind).nv; ++i)
-      lower_row(model, data, j, i, M + i * model.nv);
+    upper_rows(model, data, j, M);
 }
 
 /// M (nv, nv), row-major and symmetric, for q (nq): tau = M a + bias.  O(bodies²).
 template <class T> void mass_matrix(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, T *M) {
   const int nv = model.nv;
-  if constexpr (plain<T>) {
-    composite_momenta(model, data, q);
-    lay_out_coordinates(model, data);
-  } else {
-    for (int k = 0; k < nv * nv; ++k)
-      M[k] = T(0);
-    lower_mass_matrix(model, data, q, M);
-  }
+  composite_momenta(model, data, q);
   for (int j = 1; j < model.bodies; ++j) {
     const body<scalar_of<T>> &b = model.body[j];
-    for (int i = b.v_index; i < b.v_index + row_of(b.kind).nv; ++i) {
-      if constexpr (plain<T>)
-        lower_row_in_lanes(model, data, j, i, M + i * nv, (nv - i) * nv); // what it writes too far is overwritten
-      for (int k = 0; k < i; ++k)
-        M[k * nv + i] = M[i * nv + k];
-    }
+    upper_rows(model, data, j, M);
+    for (int row = b.v_index; row < b.v_index + row_of(b.kind).nv; ++row) // what hangs on other joints
+      for (int k = b.v_end; k < nv; k += plain<T> ? native_lanes<scalar_of<T>> : 1) {
+        if constexpr (plain<T>)
+          store_first<T>(native_pack<T>(T(0)), M + row * nv + k, nv - k);
+        else
+          M[row * nv + k] = T(0);
+      }
   }
+  for (int i = 1; i < nv; ++i)
+    for (int k = 0; k < i; ++k)
+      M[i * nv + k] = M[k * nv + i];
 }
 
 } // namespace KSL_ISA

@@ -38,10 +38,9 @@ template <class T> struct model_view {
   vec3<T> gravity; ///< m/s², in world axes
   const ksl::body<T> *body;
   const ksl::link<T> *link;
-  // again, bodies or coordinates side by side (body_lanes.hpp)
+  // again, bodies side by side (body_lanes.hpp)
   const T *turned_placement; ///< mat3x3 of each body's placement
   const T *inertia;          ///< spatial_inertia of each body
-  const T *v_end;            ///< for each number in v, that of its body
 };
 
 } // namespace ksl
