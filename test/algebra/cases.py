@@ -1,20 +1,37 @@
 """Random arguments and errors in u, for the tests that are not rows of test_accuracy.py."""
 
+import contextlib
+import sys
+
 import numpy as np
+import pytest
 
 import reference as ref
 from functions import SIZES, Type
 from reference import UNIT
 
 CASES = 10_000
+MANY, FEW = 100_000, 1_000
 PRECISIONS = [("double", ""), ("float", "f")]
 DTYPE = {"double": np.float64, "float": np.float32}
 # where the vectors of a type lie
 VECTORS = {"SE3": [9], "plucker": [9], "screw": [0, 3], "coscrew": [0, 3], "motion": [0, 3], "force": [0, 3], "vec3": [0]}
 
 
-def sample(base, scalar, k=0, n=CASES, moderate=False):
+@pytest.fixture(params=["64 bits", "200 bits"])
+def arithmetic(request, monkeypatch):
+    """Many cases against 64-bit arithmetic, then a few at 200 bits.  A module that counts CASES must see the same."""
+    if request.param == "64 bits" and not ref.HAS_EXTENDED:
+        pytest.skip("long double is no longer than double here")
+    for module in (sys.modules[__name__], request.module):
+        monkeypatch.setattr(module, "CASES", MANY if request.param == "64 bits" else FEW)
+    with ref.extended() if request.param == "64 bits" else contextlib.nullcontext():
+        yield
+
+
+def sample(base, scalar, k=0, n=None, moderate=False):
     """The k-th n random arguments of a type; moderate: vectors of length 0.3 to 3, bodies of ordinary size."""
+    n = n or CASES
     random = np.random.default_rng([k, *base.encode()])
     x = ref.sample(random, n, Type(base, "pointer" if base in SIZES else "value", True, scalar))
     if moderate:
@@ -28,8 +45,8 @@ def sample(base, scalar, k=0, n=CASES, moderate=False):
     return x
 
 
-def room(width, scalar, n=CASES):
-    return np.zeros((n, width), DTYPE[scalar])
+def room(width, scalar, n=None):
+    return np.zeros((n or CASES, width), DTYPE[scalar])
 
 
 def error(got, expected, scale, scalar):

@@ -45,7 +45,8 @@ class Library:
             call = getattr(self.dll, name)
             structs = [by_value(t) if t.kind == "value" and t.base in STRUCTS else None for t in f.args]
             call.argtypes = [s or (ctypes.c_void_p if t.kind != "value" else
-                                   CTYPE[t.scalar] if t.base == "real" else ctypes.c_int)
+                                   CTYPE[t.scalar] if t.base == "real" else
+                                   ctypes.c_ssize_t if t.base == "ptrdiff_t" else ctypes.c_int)
                              for s, t in zip(structs, f.args)]
             r = f.returns
             call.restype = (ctypes.c_void_p if r.kind == "pointer" else by_value(r) if r.base in STRUCTS

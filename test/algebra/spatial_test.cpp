@@ -50,6 +50,10 @@ template <class X, class Y>
 concept constructs = requires(Y y) {
   X(y);
 };
+template <class X, class Y>
+concept divides_left = requires(X x, Y y) {
+  inverse_times(x, y);
+};
 template <class X>
 concept exponential = requires(X x) {
   exp(x);
@@ -108,6 +112,9 @@ template <class T> struct refusals {
                 !multiplies<pose<A, B>, wrench<C>>);
   static_assert(!multiplies<pose<A, B>, inertia<C>> && !multiplies<inertia<A>, twist<B>> &&
                 !multiplies<inertia<A>, acceleration<B>>);
+  static_assert(divides_left<pose<A, B>, twist<A>> && divides_left<pose<A, B>, wrench<A>> &&
+                !divides_left<pose<A, B>, twist<B>> && !divides_left<pose<A, B>, wrench<C>> &&
+                divides_left<pose<A, B>, pose<A, C>> && !divides_left<pose<A, B>, pose<B, C>>);
   static_assert(multiplies<pose<A, B>, pose<B, C>> && !multiplies<pose<A, B>, pose<C, B>> &&
                 !multiplies<pose<A, B>, pose<A, B>>);
   static_assert(dots<wrench<B>, twist<B>> && !dots<wrench<A>, twist<B>> && !dots<momentum<A>, twist<B>>);
@@ -158,6 +165,9 @@ template <class T> struct values {
   ksl::pose<T, b_frame, b_frame> X = exp(ksl::twist<T, b_frame>{v3, v1});
   ksl::pose<T, a_frame, b_frame> ab = X.template named<a_frame, b_frame>();
   ksl::pose<T, b_frame, c_frame> bc = exp(w).template named<b_frame, c_frame>();
+  ksl::pose<T, a_frame, c_frame> ac = exp(w).template named<a_frame, c_frame>();
+  ksl::twist<T, a_frame> a{v2, v1};
+  ksl::wrench<T, a_frame> fa{v1, v3};
   ksl::rigid_inertia<T, b_frame> M =
       ksl::rigid_inertia<T, b_frame>::about_centroid(T(2), v1, T(0.3), T(0.4), T(0.5), T(0.01), T(-0.02), T(0.03));
 };
@@ -202,6 +212,12 @@ TEST_CASE_TEMPLATE("every operator is its function of the algebra", T, double, f
   CHECK(same(x.ab * x.f, c));
   A::product_dd(&x.ab.plain(), &x.bc.plain(), &D);
   CHECK(same(x.ab * x.bc, D));
+  A::product_Adinvs(&x.ab.plain(), &x.a.plain(), &s);
+  CHECK(same(inverse_times(x.ab, x.a), s));
+  A::product_CoAdinvc(&x.ab.plain(), &x.fa.plain(), &c);
+  CHECK(same(inverse_times(x.ab, x.fa), c));
+  A::product_dinvd(&x.ab.plain(), &x.ac.plain(), &D);
+  CHECK(same(inverse_times(x.ab, x.ac), D));
   A::SE3_inverted(&x.ab.plain(), &D);
   CHECK(same(x.ab.inverse(), D));
   A::spatial_inertia_transformed(&x.M.plain(), &x.ab.plain(), &I);
@@ -234,6 +250,8 @@ TEST_CASE_TEMPLATE("laws that need the types of all frames", T, double, float) {
   const values<T> x;
   CHECK(near(dot(x.ab * x.f, x.ab * x.v), dot(x.f, x.v)));
   CHECK(near(x.ab * (x.ab.inverse() * (x.ab * x.v)), x.ab * x.v));
+  CHECK((near(inverse_times(x.ab, x.ab * x.v), x.v) && near(inverse_times(x.ab, x.ab * x.f), x.f)));
+  CHECK(near(inverse_times(x.ab, x.ac * log(exp(x.w).template named<c_frame, c_frame>())), inverse_times(x.ab, x.ac) * log(exp(x.w).template named<c_frame, c_frame>())));
   const ksl::twist<T, c_frame> v_c{x.v1, x.v3};
   CHECK(near((x.ab * x.bc) * v_c, x.ab * (x.bc * v_c)));
   CHECK(near((x.ab * x.M) * (x.ab * x.v), x.ab * (x.M * x.v)));

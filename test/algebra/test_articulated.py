@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 import reference as ref
+from cases import arithmetic  # noqa: F401, a fixture
 from reference import T, UNIT, mp, mul, norm
 
 CASES = 10_000
+pytestmark = pytest.mark.usefixtures("arithmetic")
 BOTH = pytest.mark.parametrize("scalar, f", [("double", ""), ("float", "f")])
 SIX = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
 
@@ -18,7 +20,8 @@ def dtype(scalar):
     return np.float64 if scalar == "double" else np.float32
 
 
-def sample(base, scalar, k=0, n=CASES):
+def sample(base, scalar, k=0, n=None):
+    n = n or CASES
     from functions import Type
     return ref.sample(np.random.default_rng([k, *base.encode()]), n, Type(base, "pointer", True, scalar))
 

@@ -46,14 +46,14 @@ def pose_error(got, D):
 @BOTH
 @pytest.mark.parametrize("angles", ["tiny", "at the switch", "ordinary", "large"])
 def test_exp(ksl, scalar, f, angles, record_property):
-    """R within (8 + |ω|) u, t within (8 + |ω|) u |v|; for |ω| > π with 2 |ω|, since u |ω| is lost in the angle |ω| alone."""
+    """R within (8 + |ω|) u, t within (8 + |ω|) u |v|."""
     random = np.random.default_rng(5)
     s = twists(random, CASES, angle_sets(random, CASES)[angles], scalar)
     (got,) = ksl.outputs(f"ksl_SE3{f}_exp", s, np.zeros((CASES, 12)))
     D = ref.expm(ref.twist_matrix(mp(s)))
     R, t = pose_error(got, D)
     v, w = norm(mp(s)[:, :3]), norm(mp(s)[:, 3:])
-    size = 8 + np.where(w > np.pi, 2, 1) * w
+    size = 8 + w
     worst = max((R / size).max(), (t / v / size).max()) / UNIT[scalar]
     record_property("worst_u", float(worst))
     assert worst <= 1
@@ -160,18 +160,37 @@ def test_dc(ksl, scalar, f):
     assert abs((mp(after[1]) - np.stack([sin(mp(x)), cos(mp(x))], 1)).astype(float)).max() <= 1.01 * UNIT[scalar]
 
 
+def sines(t):
+    return np.frompyfunc(gmpy2.sin, 1, 1)(t), np.frompyfunc(gmpy2.cos, 1, 1)(t)
+
+
+@BOTH
+def test_angle_rest(ksl, scalar, f):
+    """What is left of |ω| beyond its rounded value, to a hundredth of u |ω|; of hopeless angles 0."""
+    random = np.random.default_rng(12)
+    w = (directions(random, CASES) * 10 ** random.uniform(-9, 6, (CASES, 1))).astype(dtype(scalar))
+    exact = ref.sqrt(dot(mp(w), mp(w)))
+    rounded = exact.astype(float).astype(dtype(scalar)) * (1 + dtype(scalar)(2) * dtype(scalar)(UNIT[scalar]))
+    got, _ = ksl(f"ksl_angle_rest{f}", w, rounded)
+    assert (abs((mp(got) - (exact - mp(rounded))).astype(float)) / exact.astype(float)).max() <= 0.01 * UNIT[scalar]
+    far = (directions(random, CASES) / UNIT[scalar] * 4).astype(dtype(scalar))
+    assert np.abs(ksl(f"ksl_angle_rest{f}", far, np.linalg.norm(far.astype(float), axis=1))[0]).max() < 0.5
+
+
 @BOTH
 def test_coefficients(ksl, scalar, f):
-    """a, b, c of the exponential relative to 1 + θ, b and c θ² where they are large; by series all three relatively."""
-    x = (10 ** np.random.default_rng(12).uniform(-9, 3, CASES)).astype(dtype(scalar))
-    a, b, c = (mp(y[:, 0]) for y in ksl.outputs(f"ksl_exp_coefficients{f}", x, *np.zeros((3, CASES, 1))))
-    t = ref.sqrt(mp(x))
-    sin, cos = np.frompyfunc(gmpy2.sin, 1, 1)(t), np.frompyfunc(gmpy2.cos, 1, 1)(t)
+    """a and b θ, c θ² where they are large to 4 u and b θ² to 12 u (of 2); by series all three relatively."""
+    random = np.random.default_rng(12)
+    w = (directions(random, CASES) * 10 ** random.uniform(-5, 2, (CASES, 1))).astype(dtype(scalar))
+    a, b, c = (mp(y[:, 0]) for y in ksl.outputs(f"ksl_exp_coefficients{f}", w, *np.zeros((3, CASES, 1))))
+    x = dot(mp(w), mp(w))
+    t = ref.sqrt(x)
+    sin, cos = sines(t)
     u, theta = UNIT[scalar], t.astype(float)
-    assert (abs((a - sin / t).astype(float)) / (1 + theta)).max() <= 4 * u
-    assert (abs((b - (1 - cos) / t**2).astype(float)) * np.maximum(theta, 1) / (1 + theta)).max() <= 4 * u
-    assert (abs((c - (t - sin) / t**3).astype(float)) * theta**2 / (1 + theta)).max() <= 4 * u
-    series = x < 1e-3
+    assert (abs((a - sin / t).astype(float)) * np.maximum(theta, 1)).max() <= 6 * u
+    assert (abs((b - (1 - cos) / t**2).astype(float)) * np.maximum(theta, 1) ** 2).max() <= 12 * u
+    assert (abs((c - (t - sin) / t**3).astype(float)) * theta**2).max() <= 6 * u
+    series = x.astype(float) < 9.9e-4
     for got, exact in ((a, sin / t), (b, (1 - cos) / t**2), (c, (t - sin) / t**3)):
         assert abs(((got - exact) / exact).astype(float)[series]).max() <= 2 * u
 

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 import reference as ref
+from cases import arithmetic  # noqa: F401, a fixture
 from cases import CASES, PRECISIONS, bound, close, error, room, sample
 from reference import T, mp, mul, norm
 
+pytestmark = pytest.mark.usefixtures("arithmetic")
 BOTH = pytest.mark.parametrize("scalar, f", PRECISIONS)
 SQRT2 = np.sqrt(2)
 

@@ -6,10 +6,15 @@ import numpy as np
 import pytest
 
 import reference as ref
+from cases import arithmetic  # noqa: F401, a fixture
 from cases import CASES, PRECISIONS, bound, close, error, room, sample
 from reference import T, block, cross, dot, mp, mul, norm, tilde
 
-BOTH = pytest.mark.parametrize("scalar, f", PRECISIONS)
+def BOTH(test):
+    """In both precisions, and against both arithmetics."""
+    return pytest.mark.usefixtures("arithmetic")(pytest.mark.parametrize("scalar, f", PRECISIONS)(test))
+
+
 SQRT2 = np.sqrt(2)
 
 
@@ -287,7 +292,7 @@ def test_inertia(ksl, scalar, f, record_property):
     first = np.stack([moved[:, 2, 4], moved[:, 0, 5], moved[:, 1, 3]], -1)
     worst = max(worst, error(got[:, 1:4], first, h + m * far, scalar),
                 error(got[:, 4:], ref.six(moved[:, :3, :3]), I + 4 * h * far + 2 * m * far**2, scalar))
-    bound(record_property, worst)
+    bound(record_property, worst, 5)
 
 
 @BOTH

@@ -1,5 +1,6 @@
 """A program of the published library's compiles and runs unchanged: headers by either kind of name, and the one-file header."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -17,7 +18,7 @@ from library import find
 from single_header import flatten
 
 PUBLISHED_HEADERS = {"SE3", "array", "axis", "coscrew", "eulerangles", "inertia", "ksl", "linalg", "mat3x3", "mat4x4", "matrix", "memory", "print",
-                     "quaternion", "screw", "trig", "vec3", "vec4"}
+                     "quaternion", "screw", "trig", "vec3", "vec4", "version"}
 
 
 def test_every_published_header_has_its_bare_name():
@@ -35,6 +36,15 @@ def test_bare_headers_alone(compiler, tmp_path):
     done = subprocess.run([*compiler.split(), "-fsyntax-only", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-I", COMPAT, "-I", INCLUDE,
                            *files], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
+
+
+def test_the_version_is_the_projects(tmp_path):
+    """<ksl/version.h> and <version.h> tell it, and it is that of CMakeLists.txt."""
+    (version,) = re.findall(r"project\(ksl VERSION (\S+)", (ROOT / "CMakeLists.txt").read_text())
+    for header, include in (("ksl/version.h", []), ("version.h", ["-I", COMPAT])):
+        text = f"#include <{header}>\nKSL_VERSION KSL_VERSION_MAJOR.KSL_VERSION_MINOR.KSL_VERSION_PATCH\n"
+        done = subprocess.run(["gcc", "-E", "-P", *include, "-I", INCLUDE, "-x", "c", "-"], input=text, capture_output=True, text=True, check=True)
+        assert "".join(done.stdout.split()) == f'"{version}"{version}'
 
 
 def test_the_system_headers_stay_themselves(tmp_path):

@@ -78,3 +78,29 @@ def test_find_package(prefix, tmp_path, examples):
         assert done.returncode == 0, done.stdout + done.stderr
     for program in ("c", "cpp"):
         run(tmp_path / "build" / program, tmp_path, examples)
+
+
+PUBLISHED = ROOT / "test/contract/published_program.c"
+PRINTED = PUBLISHED.with_suffix(".txt").read_text()
+
+
+def printed(program, library_dir):
+    done = subprocess.run([program], capture_output=True, text=True, env=os.environ | {"LD_LIBRARY_PATH": str(library_dir)})
+    assert (done.returncode, done.stdout) == (0, PRINTED), done.stderr
+
+
+def test_a_published_program_by_the_installed_compat_directory(prefix, tmp_path):
+    """<coscrew.h> from the installed tree alone, by plain -I and by the target ksl::compat."""
+    (library,) = prefix.rglob("libksl.so")
+    include = prefix / "include"
+    subprocess.run(["gcc", "-std=gnu11", "-Wall", "-Wextra", "-Werror", "-DBARE", "-I", include / "ksl/compat", "-I", include, PUBLISHED, library, "-lm", "-o",
+                    tmp_path / "plain"], check=True)
+    printed(tmp_path / "plain", library.parent)
+    (tmp_path / "CMakeLists.txt").write_text(
+        "cmake_minimum_required(VERSION 3.22)\nproject(user C)\nset(CMAKE_C_STANDARD 11)\nfind_package(ksl CONFIG REQUIRED)\n"
+        f"add_executable(bare {PUBLISHED})\ntarget_compile_definitions(bare PRIVATE BARE)\ntarget_link_libraries(bare ksl::ksl ksl::compat m)\n"
+    )
+    for command in (["cmake", "-S", tmp_path, "-B", tmp_path / "build", f"-DCMAKE_PREFIX_PATH={prefix}"], ["cmake", "--build", tmp_path / "build"]):
+        done = subprocess.run(command, capture_output=True, text=True)
+        assert done.returncode == 0, done.stdout + done.stderr
+    printed(tmp_path / "build" / "bare", library.parent)
