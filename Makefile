@@ -1,6 +1,6 @@
 # make demo   sets everything up, runs the main job on a robot and a motion that ship with KSL, says where the report is
 # make test   sets everything up, runs all tests
-# make bench  timings, beside what they are compared with
+# make bench  timings, beside what they are compared with (make bench-plots: and renews docs/performance.md)
 # make release   all of the C algebra as one header, build/release/ksl.h
 # make docs      the reference in docs/reference, from the headers
 # Each reuses what is there.  make clean removes all that was made.
@@ -13,7 +13,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 SOURCES := $(shell find include src python cmake -type f -not -name '*.pyc') CMakeLists.txt pyproject.toml
 
-.PHONY: demo test test-c test-python bench release docs clean
+.PHONY: demo test test-c test-python bench bench-build bench-plots release docs clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.installed
@@ -34,11 +34,23 @@ test-c: $(VENV)/.tested
 test-python: $(VENV)/.tested test-c
 	KSL_LIBRARY=$(CURDIR)/build/gcc/libksl.so $(BIN)/python -m pytest -n $(CMAKE_BUILD_PARALLEL_LEVEL) --dist loadfile test
 
-bench: $(VENV)/.installed
-	scripts/system_packages.sh bench
-	cmake -S . -B build/bench -DKSL_BENCHMARKS=ON >/dev/null
-	cmake --build build/bench -- --no-print-directory -s
+# Peers are built once, in build/bench/peers (about ten minutes), KSL with gcc and with clang each time.
+bench: bench-build
 	$(BIN)/python bench/run.py build/bench
+
+# The same, and then the plots and tables of docs/performance.md.
+bench-plots: bench-build
+	$(BIN)/python bench/run.py build/bench --docs
+
+bench-build: $(VENV)/.installed
+	scripts/system_packages.sh bench
+	$(MAKE) --no-print-directory -s -j2 -f bench/peers.mk
+	for compiler in gcc clang; do \
+	  case $$compiler in gcc) cxx=g++; programs="compare flops algebra_bench";; clang) cxx=clang++; programs=;; esac; \
+	  cmake -S . -B build/bench/$$compiler -DCMAKE_C_COMPILER=$$compiler -DCMAKE_CXX_COMPILER=$$cxx -DKSL_BENCHMARKS=ON \
+	    -DKSL_BENCH_OUTPUT=$(CURDIR)/build/bench >/dev/null && \
+	  cmake --build build/bench/$$compiler --target ksl_peer $$programs -- --no-print-directory -s || exit 1; \
+	done
 
 release:
 	$(PYTHON) scripts/single_header.py build/release/ksl.h

@@ -1,62 +1,116 @@
-"""Prints the figures that KSL promises at this stage, each beside its mark: `make bench`, or run.py BUILD_DIR.
+"""Runs all benchmarks and prints their tables: `make bench`, or run.py BUILD_DIR [--only STEP,...] [--docs].
 
-Times are wall-clock of whole processes, the median and the least of a few runs; memory is the largest resident set.
+Steps: robots, threads, sizes, scaling, flops, python, loads, algebra.  Each leaves its figures in BUILD_DIR/parts (the last
+only prints them); all together go to BUILD_DIR/results.json.  --docs also draws the plots and puts the tables into docs/performance.md.
 """
 
+import argparse
+import json
 import os
-import statistics
+import platform
 import subprocess
 import sys
-import tempfile
-import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
-import numpy as np
+import tables
 
 ROOT = Path(__file__).resolve().parent.parent
-PANDA = ROOT / "examples/robots/panda.urdf"
-SAMPLES = 100_000
-RUNS = 5
+ROBOTS = ["ur5", "panda", "solo12", "anymal", "talos"]
+BODIES = [4, 8, 16, 32, 64, 128]
+LONG = ["chain250", "chain500", "chain1000"]
+BATCHES = [1, 4, 16, 64, 256, 1024, 4096, 16384, 65536]
 
 
-def run(command):
-    """Seconds and MB of one process."""
-    start = time.perf_counter()
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
-    _, status, usage = os.wait4(process.pid, 0)
-    if status:
-        sys.exit(f"{' '.join(map(str, command))} failed")
-    return time.perf_counter() - start, usage.ru_maxrss / 1024
+class Bench:
+    """The programs in a build folder, and where their figures go."""
+
+    def __init__(self, build: Path) -> None:
+        self.build, self.parts = build.resolve(), build.resolve() / "parts"
+        self.parts.mkdir(parents=True, exist_ok=True)
+
+    def compare(self, part: str, robots: list[str], *options: str, quiet: bool = False) -> dict[str, Any]:
+        path = self.parts / f"{part}.json"
+        output = subprocess.DEVNULL if quiet else None
+        subprocess.run([self.build / "compare", *robots, *options, "--json", path], check=True, stdout=output)
+        return json.loads(path.read_text())
+
+    def robots(self) -> None:
+        self.compare("robots", ROBOTS)
+
+    def threads(self) -> None:
+        self.compare("threads", ["ur5", "talos"], "--ops", "rnea,aba", "--libraries", "KSL", "--many", "20000", quiet=True)
+
+    def sizes(self) -> None:
+        options = ["--ops", "rnea", "--libraries", "KSL", "--seconds", "0.5"]
+        runs = {n: self.compare("sizes", ["ur5", "talos"], *options, "--many", str(n), quiet=True) for n in BATCHES}
+        (self.parts / "sizes.json").write_text(json.dumps({n: run["robots"] for n, run in runs.items()}))
+
+    def scaling(self) -> None:
+        """Chains and trees; the longest without Pinocchio, whose workspace grows with the third power of the joints."""
+        few = ["--few", "32", "--many", "256", "--seconds", "0.5"]
+        names = [f"{shape}{n}" for shape in ("chain", "tree") for n in BODIES]
+        run = self.compare("scaling", names, "--ops", "rnea,aba,crba,fk", "--libraries", "KSL,Pinocchio", *few, quiet=True)
+        run["robots"] |= self.compare("scaling", LONG, "--ops", "rnea,fk", "--libraries", "KSL,KDL", *few, quiet=True)["robots"]
+        for name, robot in self.compare("scaling", LONG, "--ops", "aba", "--libraries", "KSL", *few, quiet=True)["robots"].items():
+            run["robots"][name]["times"] += robot["times"]
+        (self.parts / "scaling.json").write_text(json.dumps(run))
+
+    def flops(self) -> None:
+        rows = [line.split(maxsplit=2) for line in (self.build / "robots.txt").read_text().splitlines()]
+        names = [f"{name}={path}{':floating' if base == 'floating' else ''}" for name, base, path in rows]
+        counts = subprocess.run([self.build / "flops", *names], check=True, capture_output=True, text=True).stdout
+        (self.parts / "flops.json").write_text(counts)
+
+    def python(self) -> None:
+        subprocess.run([sys.executable, ROOT / "bench/python_level.py", self.build, self.parts / "python.json"], check=True)
+
+    def loads(self) -> None:
+        subprocess.run([sys.executable, ROOT / "bench/loads.py", self.parts / "loads.json"], check=True)
+
+    def algebra(self) -> None:
+        subprocess.run([self.build / "gcc/bench/algebra_bench"], check=True)
+
+    def results(self) -> dict[str, Any]:
+        results = {path.stem: json.loads(path.read_text()) for path in sorted(self.parts.glob("*.json"))}
+        results["machine"] = machine()
+        (self.build / "results.json").write_text(json.dumps(results, indent=1))
+        return results
 
 
-def report(what, command, mark):
-    run(command)  # warm the file cache
-    figures = [run(command) for _ in range(RUNS)]
-    seconds, memory = zip(*figures)
-    print(f"{what:<52} median {statistics.median(seconds):6.3f} s, least {min(seconds):6.3f} s, memory {max(memory):4.0f} MB   (mark: {mark})")
+def machine() -> dict[str, str]:
+    info = Path("/proc/cpuinfo")
+    models = [line.split(":")[1].strip() for line in info.read_text().splitlines() if line.startswith("model name")] if info.exists() else []
+    first = {name: subprocess.run([name, "--version"], capture_output=True, text=True).stdout.split("\n")[0] for name in ("g++", "clang++")}
+    return {
+        "processor": models[0] if models else platform.processor(),
+        "cores": str(os.cpu_count()),
+        "system": f"{platform.system()} {platform.machine()}",
+        "gcc": first["g++"],
+        "clang": first["clang++"],
+        "python": platform.python_version(),
+    }
 
 
-def long_motion(path):
-    """100,000 samples at 250 Hz within the Panda's limits."""
-    t = np.arange(SAMPLES) * 0.004
-    middle = np.array([0, 0, 0, -1.5, 0, 1.8, 0])
-    q = middle + 0.5 * np.sin(np.outer(t, np.linspace(0.5, 1.3, 7)))
-    header = ",".join(["time", *(f"panda_joint{i}" for i in range(1, 8))])
-    np.savetxt(path, np.column_stack([t, q]), delimiter=",", header=header, comments="", fmt="%.9g")
-
-
-def main(build):
-    bin_dir = Path(sys.executable).parent
-    with tempfile.TemporaryDirectory() as folder:
-        motion = Path(folder) / "motion.csv"
-        long_motion(motion)
-        report("ksl loads, 7 joints, 100,000 samples", [bin_dir / "ksl", "loads", PANDA, motion, "-o", Path(folder) / "out"], "4 s, 600 MB")
-    bare = [sys.executable, "-c", "import numpy"]
-    report("import numpy, to compare with", bare, "none")
-    report("import ksl, interpreter included", [sys.executable, "-c", "import ksl"], "0.3 s")
-    print("one state in C++ (mark for the Panda: 700 ns)", flush=True)
-    subprocess.run([Path(build) / "bench/dynamics_bench", PANDA, ROOT / "examples/robots/ur5.urdf", "--benchmark_repetitions=5", "--benchmark_report_aggregates_only=true"], check=True)
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("build", type=Path)
+    parser.add_argument("--only", default="algebra,robots,threads,sizes,scaling,flops,python,loads", help="steps to run; may be empty")
+    parser.add_argument("--docs", action="store_true", help="draw the plots and renew the tables of docs/performance.md")
+    arguments = parser.parse_args()
+    bench = Bench(arguments.build)
+    for step in filter(None, arguments.only.split(",")):
+        print(f"-- {step}", flush=True)
+        work: Callable[[], None] = getattr(bench, step)
+        work()
+    results = bench.results()
+    print(tables.everything(results))
+    if arguments.docs:
+        tables.renew(ROOT / "docs/performance.md", results)
+        plots = [bench.build / "venv/bin/python", ROOT / "bench/plots.py", bench.build / "results.json", ROOT / "docs/images"]
+        subprocess.run(plots, check=True)
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    main()

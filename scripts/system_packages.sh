@@ -26,7 +26,9 @@ if [ "$1" = test ]; then
   need binutils command -v nm
 fi
 if [ "$1" = bench ]; then
-  need libbenchmark-dev has_header benchmark/benchmark.h
+  need libeigen3-dev test -e /usr/include/eigen3/Eigen/Core
+  need liborocos-kdl-dev has_header kdl/chain.hpp
+  need binutils command -v nm
 fi
 [ -n "$missing" ] || exit 0
 

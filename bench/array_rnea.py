@@ -1,0 +1,53 @@
+"""Inverse dynamics of a fixed-base robot with revolute joints as one would write it with arrays: a loop over bodies, all
+states at once in each line.  The same lines run with NumPy and with JAX; that is what KSL is measured beside."""
+
+from types import ModuleType
+from typing import Any
+
+
+def parameters(model: Any) -> list[dict[str, Any]]:
+    """What the recursion needs of each body, from a Pinocchio model: parent, placement, axis, mass, centroid, inertia."""
+    import numpy as np
+
+    axes = dict(zip("XYZ", np.eye(3)))
+    return [
+        {
+            "parent": model.parents[i] - 1,
+            "R": model.jointPlacements[i].rotation.copy(),
+            "p": model.jointPlacements[i].translation.copy(),
+            "axis": axes[model.joints[i].shortname()[-1]],
+            "mass": model.inertias[i].mass,
+            "c": model.inertias[i].lever.copy(),
+            "I": model.inertias[i].inertia.copy(),
+        }
+        for i in range(1, model.njoints)
+    ]
+
+
+def rnea(xp: ModuleType, bodies: list[dict[str, Any]], q: Any, v: Any, a: Any) -> Any:
+    """Joint efforts (n, nv) for q, v, a (n, nv)."""
+    count, zero = q.shape[0], xp.zeros((q.shape[0], 3))
+    rotations, speed, turning, acceleration, force, moment = [], [], [], [], [], []
+    for i, b in enumerate(bodies):
+        K = xp.array([[0, -b["axis"][2], b["axis"][1]], [b["axis"][2], 0, -b["axis"][0]], [-b["axis"][1], b["axis"][0], 0]])
+        sine, cosine = xp.sin(q[:, i])[:, None, None], xp.cos(q[:, i])[:, None, None]
+        R = b["R"] @ (xp.eye(3) + sine * K + (1 - cosine) * (K @ K))  # (n, 3, 3), of the body in its parent
+        up = b["parent"]
+        w, dw, acc = (speed[up], turning[up], acceleration[up]) if up >= 0 else (zero, zero, zero + xp.array([0, 0, 9.81]))
+        acc = acc + xp.cross(dw, b["p"]) + xp.cross(w, xp.cross(w, b["p"]))
+        w, dw, acc = (xp.einsum("nij,ni->nj", R, x) for x in (w, dw, acc))
+        joint = v[:, i, None] * b["axis"]
+        dw = dw + xp.cross(w, joint) + a[:, i, None] * b["axis"]
+        w = w + joint
+        f = b["mass"] * (acc + xp.cross(dw, b["c"]) + xp.cross(w, xp.cross(w, b["c"])))
+        rotations.append(R), speed.append(w), turning.append(dw), acceleration.append(acc), force.append(f)
+        moment.append(dw @ b["I"] + xp.cross(w, w @ b["I"]) + xp.cross(b["c"], f))
+    tau = [None] * len(bodies)
+    for i in reversed(range(len(bodies))):
+        b = bodies[i]
+        tau[i] = moment[i] @ b["axis"]
+        if (up := b["parent"]) >= 0:
+            f = xp.einsum("nij,nj->ni", rotations[i], force[i])
+            force[up] = force[up] + f
+            moment[up] = moment[up] + xp.einsum("nij,nj->ni", rotations[i], moment[i]) + xp.cross(b["p"], f)
+    return xp.stack(tau, axis=1).reshape(count, len(bodies))

@@ -1,0 +1,217 @@
+// Times of all libraries side by side, in one process and in turns: `compare ROBOT... [options]`, see usage().
+#include "measure.hpp"
+
+#include <fstream>
+#include <map>
+#include <sstream>
+
+namespace {
+
+struct settings {
+  std::vector<std::string> robots, operations{"rnea", "reactions", "aba", "crba", "fk"}, libraries;
+  size_t few = 128, many = 1024;
+  int repetitions = 31;
+  double least_seconds = 1.5;
+  bool batch = true;
+  std::string json;
+  std::filesystem::path home; ///< folder of this program: peers/ and robots.txt lie there
+};
+
+[[noreturn]] void usage() {
+  std::puts("usage: compare ROBOT... [--ops rnea,reactions,aba,crba,fk] [--reps 31] [--seconds 1.5] [--few 128] "
+            "[--many 1024]\n"
+            "               [--libraries KSL,Pinocchio,...] [--one-state] [--json FILE]\n"
+            "ROBOT: a name in robots.txt beside this program, or a URDF file; FILE:floating for a floating base.\n"
+            "reps, seconds: at least so many turns, and so long, for each robot.\n"
+            "few: different states that single calls run over; many: states in a batch.\n"
+            "libraries: KSL, Pinocchio, Pinocchio wheel, MuJoCo, KDL; all by default.");
+  std::exit(2);
+}
+
+std::vector<std::string> split(const std::string &text) {
+  std::vector<std::string> parts;
+  std::istringstream in(text);
+  for (std::string part; std::getline(in, part, ',');)
+    parts.push_back(part);
+  return parts;
+}
+
+settings parse(int argc, char **argv) {
+  settings s;
+  s.home = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    const auto value = [&] { return ++i < argc ? argv[i] : (usage(), ""); };
+    if (word == "--ops")
+      s.operations = split(value());
+    else if (word == "--libraries")
+      s.libraries = split(value());
+    else if (word == "--reps")
+      s.repetitions = std::atoi(value());
+    else if (word == "--seconds")
+      s.least_seconds = std::atof(value());
+    else if (word == "--few")
+      s.few = std::strtoull(value(), nullptr, 10);
+    else if (word == "--many")
+      s.many = std::strtoull(value(), nullptr, 10);
+    else if (word == "--one-state")
+      s.batch = false;
+    else if (word == "--json")
+      s.json = value();
+    else if (word[0] == '-')
+      usage();
+    else
+      s.robots.push_back(word);
+  }
+  if (s.robots.empty() || s.repetitions < 1 || s.few < 1 || s.many < 1)
+    usage();
+  return s;
+}
+
+bool contains(const std::vector<std::string> &list, const std::string &item) {
+  return std::find(list.begin(), list.end(), item) != list.end();
+}
+
+/// Path and base of a robot given by name or file.
+std::pair<std::string, bool> find_robot(const settings &s, const std::string &robot) {
+  std::ifstream in(s.home / "robots.txt");
+  std::string name, base, path;
+  while (in >> name >> base && std::getline(in >> std::ws, path))
+    if (name == robot)
+      return {path, base == "floating"};
+  const std::string suffix = ":floating";
+  const bool floating = robot.size() > suffix.size() && robot.ends_with(suffix);
+  return {floating ? robot.substr(0, robot.size() - suffix.size()) : robot, floating};
+}
+
+double ns(const entry *e) { return e ? median(e->times) : NAN; }
+
+/// A number, or a dash where there is none.
+std::string cell(double x, const char *format = "%.2f") {
+  char text[32] = "-";
+  if (!std::isnan(x))
+    std::snprintf(text, sizeof text, format, x);
+  return text;
+}
+
+/// Ratios are of the library that gcc built.
+void print_row(const contest &c, const std::string &robot, const std::string &operation) {
+  const double gcc = ns(c.best("KSL, gcc", operation)), clang = ns(c.best("KSL, clang", operation));
+  const entry *rival = c.best("Pinocchio", operation);
+  const double best = ns(rival), batch = ns(c.best("KSL, gcc", operation, 1)),
+               single = ns(c.best("KSL, gcc", operation, 1, 1)), two = ns(c.best("KSL, gcc", operation, 1, 0, 2));
+  const auto over = [&](const char *library) { return cell(ns(c.best(library, operation)) / gcc); };
+  std::printf("%-10s %-9s %8s %8s %8s | %6s %6s %6s %6s | %8s %6s %8s %6s %6s | %s %s\n", robot.c_str(),
+              operation.c_str(), cell(gcc, "%.1f").c_str(), cell(clang, "%.1f").c_str(), cell(best, "%.1f").c_str(),
+              cell(best / gcc).c_str(), over("Pinocchio wheel").c_str(), over("MuJoCo").c_str(), over("KDL").c_str(),
+              cell(batch, "%.1f").c_str(), cell(best / batch).c_str(), cell(single, "%.1f").c_str(),
+              cell(batch / single).c_str(), cell(batch / two).c_str(), rival ? rival->peer->name : "",
+              rival ? rival->op().variant : "");
+}
+
+void print_head(const settings &s) {
+  std::printf("ns a state, medians of %d turns or more; batches of %zu states; x: times faster than that library\n",
+              s.repetitions, s.many);
+  std::printf("%-20s %8s %8s %8s | %6s %6s %6s %6s | %8s %6s %8s %6s %6s | %s\n", "", "KSL gcc", "clang", "best Pin",
+              "x Pin", "x whl", "x MuJ", "x KDL", "batch", "x Pin", "float", "x dbl", "2 thr", "best Pinocchio is");
+}
+
+/// Peak rates, measured once in each turn, so that they see the same machine; and how fast memory is copied.
+struct peaks {
+  std::map<std::string, std::vector<double>> rates;
+
+  void in_turn() {
+    rates["fused_double"].push_back(fused_rate<double_vector>());
+    rates["fused_float"].push_back(fused_rate<float_vector>());
+    rates["unfused_double"].push_back(unfused_rate<double_vector>());
+    rates["unfused_float"].push_back(unfused_rate<float_vector>());
+  }
+  void copying() {
+    for (int i = 0; i < 3; ++i)
+      rates["copy"].push_back(copy_rate());
+  }
+  void add(const peaks &other) {
+    for (const auto &[name, x] : other.rates)
+      rates[name].insert(rates[name].end(), x.begin(), x.end());
+  }
+  std::string json() const {
+    std::ostringstream out;
+    for (const auto &[name, x] : rates)
+      out << (out.tellp() ? ", \"" : "{\"") << name << "\": " << median(x);
+    return out.str() + "}";
+  }
+};
+
+std::string json_of(const contest &c, const bench_model &m, const peaks &p) {
+  std::ostringstream out;
+  out << "{\"joints\": " << m.joints << ", \"nq\": " << m.nq << ", \"nv\": " << m.nv << ", \"urdf\": \"" << m.urdf
+      << "\",\n  \"limits\": " << p.json() << ",\n  \"times\": [";
+  const char *comma = "\n";
+  for (const entry &e : c.entries) {
+    out << comma << "    {\"peer\": \"" << e.peer->name << "\", \"library\": \"" << e.peer->library
+        << "\", \"operation\": \"" << e.op().name << "\", \"variant\": \"" << e.op().variant
+        << "\", \"batch\": " << e.op().batch << ", \"single\": " << e.op().single << ", \"threads\": " << e.op().threads
+        << ", \"states\": " << e.n << ", \"error\": " << e.error << ", \"median_ns\": " << median(e.times)
+        << ", \"minimum_ns\": " << *std::min_element(e.times.begin(), e.times.end()) << "}";
+    comma = ",\n";
+  }
+  out << "],\n  \"state_bytes\": " << (c.entries.empty() ? 0 : c.entries[0].peer->state_bytes(c.entries[0].self))
+      << "}";
+  return out.str();
+}
+
+void write_json(const settings &s, const peaks &p, const std::vector<std::string> &robots,
+                const std::vector<const bench_peer *> &peers, const char *instruction_set) {
+  std::ofstream out(s.json);
+  out << "{\"repetitions\": " << s.repetitions << ", \"few\": " << s.few << ", \"many\": " << s.many
+      << ", \"instruction_set\": \"" << instruction_set << "\",\n\"peers\": {";
+  const char *comma = "";
+  for (const bench_peer *peer : peers)
+    out << comma << "\"" << peer->name << "\": \"" << peer->version << "\"", comma = ", ";
+  out << "},\n\"limits\": " << p.json() << ",\n\"robots\": {";
+  comma = "\n";
+  for (size_t i = 0; i < robots.size(); ++i)
+    out << comma << "\"" << s.robots[i] << "\": " << robots[i], comma = ",\n";
+  out << "}}\n";
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+  const settings s = parse(argc, argv);
+  const std::string ksl = (s.home / "peers/ksl_gcc.so").string();
+  auto *const describe = symbol<bool(const char *, int, bench_model *)>(ksl, "bench_describe");
+  const char *instruction_set = symbol<const char *()>(ksl, "bench_instruction_set")();
+  const std::vector<const bench_peer *> peers = load_peers(s.home / "peers");
+  const auto wanted = [&](const bench_peer &p, const bench_operation &o) {
+    return contains(s.operations, o.name) && (s.batch || !o.batch) && (o.threads == 1 || s.many >= 4096) &&
+           (s.libraries.empty() || contains(s.libraries, p.library));
+  };
+  peaks machine;
+  std::vector<std::string> robots;
+  print_head(s);
+  for (const std::string &robot : s.robots) {
+    const auto [path, floating] = find_robot(s, robot);
+    bench_model model;
+    if (!describe(path.c_str(), floating, &model))
+      return 1;
+    contest c(model, peers, s.few, s.many, wanted);
+    if (!c.agree())
+      return 1;
+    peaks here;
+    here.copying();
+    c.measure(s.repetitions, s.least_seconds, [&] { here.in_turn(); });
+    machine.add(here);
+    for (const std::string &operation : s.operations)
+      print_row(c, robot, operation);
+    std::fflush(stdout);
+    robots.push_back(json_of(c, model, here));
+  }
+  const auto rate = [&](const char *name) { return median(machine.rates[name]) * 1e-9; };
+  std::printf(
+      "peak, GFLOP/s: %.1f double, %.1f float fused; %.1f double, %.1f float not fused; copy %.1f GB/s; kernels %s\n",
+      rate("fused_double"), rate("fused_float"), rate("unfused_double"), rate("unfused_float"), rate("copy"),
+      instruction_set);
+  if (!s.json.empty())
+    write_json(s, machine, robots, peers, instruction_set);
+}

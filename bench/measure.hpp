@@ -1,0 +1,207 @@
+// Agreement first, then times: every peer evaluates the same states, in turn.
+#pragma once
+
+#include "limits.hpp"
+#include "peers.hpp"
+#include "states.hpp"
+
+#include <cmath>
+#include <functional>
+#include <numeric>
+
+inline double median(std::vector<double> x) {
+  std::sort(x.begin(), x.end());
+  return x.empty() ? NAN : 0.5 * (x[(x.size() - 1) / 2] + x[x.size() / 2]);
+}
+
+/// One operation of one peer on one robot.
+struct entry {
+  const bench_peer *peer;
+  void *self;
+  int operation;
+  size_t n;                  ///< states in one run
+  double error = 0;          ///< greatest difference from the witness, relative to the largest number of a state
+  std::vector<double> times; ///< ns a state, one for each repetition
+
+  const bench_operation &op() const { return peer->operation[operation]; }
+};
+
+/// A robot, its states, and all that the peers can do with it.
+class contest {
+public:
+  using choice = std::function<bool(const bench_peer &, const bench_operation &)>;
+
+  contest(const bench_model &model, const std::vector<const bench_peer *> &peers, size_t few, size_t many,
+          const choice &wanted)
+      : model_(model), few_(model, few, 1), many_(model, many, 2) {
+    fill_efforts(*peers.front());
+    const bench_states one = few_.view(), batch = many_.view();
+    for (const bench_peer *peer : peers) {
+      const bool any = std::any_of(peer->operation, peer->operation + peer->operations,
+                                   [&](const bench_operation &o) { return wanted(*peer, o); });
+      void *self = any ? peer->create(&model_, &one, &batch) : nullptr; // some workspaces are large
+      if (!self)
+        continue;
+      created_.push_back({peer, self});
+      for (int i = 0; i < peer->operations; ++i)
+        if (wanted(*peer, peer->operation[i]))
+          entries.push_back({peer, self, i, peer->operation[i].batch ? many : few, 0, {}});
+    }
+    std::stable_sort(entries.begin(), entries.end(), [](const entry &a, const entry &b) {
+      return std::string(a.op().name) + char(a.op().batch) < std::string(b.op().name) + char(b.op().batch);
+    });
+  }
+  contest(const contest &) = delete;
+  ~contest() {
+    for (const auto &[peer, self] : created_)
+      peer->destroy(self);
+  }
+
+  /// Compares all results; false, and says so, where two libraries don't agree.  One state is compared with the first
+  /// peer that is not KSL, batches with KSL's one-state results, which have been compared then.
+  bool agree() {
+    bool good = true;
+    std::erase_if(entries, [&](const entry &e) { // a peer leaves results alone that it has no algorithm for
+      return nothing(results(e));
+    });
+    for (entry &e : entries) {
+      const std::vector<double> found = results(e), expected = witness(e);
+      if (expected.empty())
+        continue;
+      e.error = difference(e, found, expected);
+      const double allowed = tolerance(e);
+      if (!(e.error <= allowed)) {
+        std::fprintf(stderr, "DISAGREEMENT: %s, %s %s%s%s: relative difference %.2g, allowed %.0e\n", model_.urdf,
+                     e.peer->name, e.op().name, e.op().batch ? " batch" : "", e.op().single ? " float" : "", e.error,
+                     allowed);
+        good = false;
+      }
+    }
+    return good;
+  }
+
+  /// Times: every entry once in each repetition, right after an untimed run that brings its code and data back.  There
+  /// are more repetitions than asked for where they take less than some seconds: a machine has slow moments.
+  void measure(int repetitions, double least_seconds, const std::function<void()> &in_each_turn) {
+    const double begin = seconds();
+    for (int r = 0; r < repetitions || seconds() - begin < least_seconds; ++r) {
+      in_each_turn();
+      for (entry &e : entries) {
+        const auto clock = e.op().threads == 1 ? own_seconds : seconds;
+        e.peer->run(e.self, e.operation, nullptr);
+        const double start = clock();
+        e.peer->run(e.self, e.operation, nullptr);
+        e.times.push_back((clock() - start) / static_cast<double>(e.n) * 1e9);
+      }
+    }
+  }
+
+  /// Of a library's ways to do an operation the fastest; null where there is none.
+  const entry *best(const std::string &library, const std::string &operation, int batch = 0, int single = 0,
+                    int threads = 1) const {
+    const entry *found = nullptr;
+    for (const entry &e : entries)
+      if ((e.peer->library == library || e.peer->name == library) && e.op().name == operation &&
+          e.op().batch == batch && e.op().single == single && e.op().threads == threads &&
+          (!found || median(e.times) < median(found->times)))
+        found = &e;
+    return found;
+  }
+
+  std::vector<entry> entries;
+
+private:
+  bench_model model_;
+  states few_, many_;
+  std::vector<std::pair<const bench_peer *, void *>> created_;
+  struct witness_rows {
+    std::string key;
+    const bench_peer *peer;
+    std::vector<double> rows;
+  };
+  std::vector<witness_rows> witnesses_;
+
+  /// Accelerations lose digits with the condition of the mass matrix, which grows with the fourth power of a chain's
+  /// length.
+  double tolerance(const entry &e) const {
+    const bool forward = e.op().name[0] == 'a';
+    const double ordinary = e.op().single ? (forward ? 3e-2 : 1e-3) : 1e-9;
+    return forward ? ordinary * std::fmax(1, std::pow(model_.joints / 100.0, 4)) : ordinary;
+  }
+
+  /// Efforts that give the accelerations of the states: forward dynamics then has ordinary numbers to work on.
+  void fill_efforts(const bench_peer &peer) {
+    for (states *s : {&few_, &many_}) {
+      const bench_states view = s->view();
+      void *self = peer.create(&model_, &view, &view);
+      if (!self)
+        std::exit(1);
+      peer.run(self, 0, s->tau.data());
+      peer.destroy(self);
+    }
+  }
+
+  static bool nothing(const std::vector<double> &rows) {
+    return std::all_of(rows.begin(), rows.end(), [](double x) { return std::isnan(x); });
+  }
+
+  std::vector<double> results(const entry &e) const {
+    std::vector<double> out(e.n * static_cast<size_t>(bench_width(model_, e.op().name)), NAN);
+    e.peer->run(e.self, e.operation, out.data());
+    return out;
+  }
+
+  /// One-state results of the same operation on the same states by another library, or for batches by KSL.
+  std::vector<double> witness(const entry &e) {
+    const bool batch = e.op().batch;
+    const std::string key = std::string(e.op().name) + (batch ? " many" : " few");
+    for (const witness_rows &w : witnesses_)
+      if (w.key == key && (w.peer != e.peer || batch))
+        return w.rows;
+    for (const auto &[peer, self] : created_)
+      for (int i = 0; i < peer->operations; ++i) {
+        const bool fits = batch ? peer->library == std::string("KSL") : peer->library != std::string(e.peer->library);
+        if (!fits || peer->operation[i].batch || peer->operation[i].name != std::string(e.op().name))
+          continue;
+        std::vector<double> rows = one_by_one(*peer, self, i, batch);
+        if (nothing(rows))
+          continue;
+        witnesses_.push_back({key, peer, rows});
+        return rows;
+      }
+    if (e.op().name[0] == 'a') // efforts were made from accelerations: these must come back
+      return batch ? many_.a : few_.a;
+    return {};
+  }
+
+  std::vector<double> one_by_one(const bench_peer &peer, void *self, int operation, bool batch) const {
+    if (!batch)
+      return results({&peer, self, operation, few_.n, 0, {}});
+    const bench_states view = many_.view();
+    void *other = peer.create(&model_, &view, &view);
+    std::vector<double> rows = results({&peer, other, operation, many_.n, 0, {}});
+    peer.destroy(other);
+    return rows;
+  }
+
+  /// The worst state of all; of forward dynamics in float the middle one, since states may be ill-conditioned.
+  double difference(const entry &e, const std::vector<double> &found, const std::vector<double> &expected) const {
+    const size_t width = found.size() / e.n;
+    std::vector<double> each;
+    for (size_t k = 0; k < e.n; ++k) {
+      double scale = 0, worst = 0;
+      for (size_t i = k * width; i < (k + 1) * width; ++i) {
+        scale = std::fmax(scale, std::fabs(expected[i]));
+        const double d = std::fabs(found[i] - expected[i]);
+        worst = d <= worst ? worst : d; // a NaN counts
+      }
+      each.push_back(worst / scale);
+    }
+    if (e.op().single && e.op().name[0] == 'a')
+      return median(each);
+    double all = 0;
+    for (double x : each)
+      all = x <= all ? all : x;
+    return all;
+  }
+};

@@ -1,0 +1,80 @@
+// What a library must offer to be measured here: a C ABI, so that libraries built by different compilers with different
+// options can be loaded into one process and take turns.
+//
+// Every peer gets the same model as flat arrays and the same states, and gives results in one common layout: SI units,
+// joints in the order of the model, six-vectors linear first, a floating base with q = [x y z qx qy qz qw] and
+// v = [linear, angular] in the body's frame.  Conversions are done before and after what is timed.
+#pragma once
+
+#include <cstddef>
+
+extern "C" {
+
+enum bench_joint_kind { bench_revolute, bench_prismatic, bench_floating };
+
+/// A joint and the body that it carries: what is welded to it is lumped in.
+struct bench_joint {
+  int kind;
+  int parent;         ///< joint; −1: the world
+  double rotation[9]; ///< of the joint's frame in the parent's, row-major, at q = 0
+  double position[3]; ///< its origin there
+  double axis[3];     ///< in the joint's frame
+  double mass;        ///< of the body
+  double centroid[3]; ///< in the joint's frame
+  double inertia[6];  ///< about the centroid, in the joint's axes: xx yy zz xy yz zx
+};
+
+struct bench_model {
+  const char *urdf; ///< the file that the arrays were made from
+  int floating_base;
+  int joints, nq, nv;
+  const bench_joint *joint;
+  double gravity[3];
+};
+
+/// n states, a row a state.
+struct bench_states {
+  size_t n;
+  const double *q, *v, *a, *tau;
+};
+
+/// What can be timed.  name: rnea, aba, crba, fk, reactions (rnea with the wrench through every joint).
+struct bench_operation {
+  const char *name;
+  const char *variant; ///< a convention or a way to do it; of one peer and name the fastest counts
+  int batch;           ///< whole batch in one call, or a loop over single states
+  int single;          ///< float
+  int threads;
+};
+
+struct bench_peer {
+  const char *name;    ///< what the table shows: library and compiler
+  const char *library; ///< peers of one library compete for "best"
+  const char *version;
+  int operations;
+  const bench_operation *operation;
+  /// A model with room for results, or null where this library can't hold it.  States are copied.
+  void *(*create)(const bench_model *, const bench_states *few, const bench_states *many);
+  void (*destroy)(void *);
+  /// Evaluates an operation for all few states (or many, for batches).  out: null, or rows of results.
+  void (*run)(void *, int operation, double *out);
+  /// Bytes of workspace for each state in flight; 0 where unknown.
+  size_t (*state_bytes)(void *);
+};
+
+__attribute__((visibility("default"))) const bench_peer *bench_peer_table(void);
+}
+
+/// Numbers of a result for one state.
+inline int bench_width(const bench_model &m, const char *operation) {
+  switch (operation[0]) {
+  case 'c':
+    return m.nv * m.nv;
+  case 'f':
+    return 12 * m.joints; // rotation row-major, then position, of each joint's frame in the world
+  case 'r':
+    return operation[1] == 'e' ? 6 * m.joints : m.nv;
+  default:
+    return m.nv;
+  }
+}

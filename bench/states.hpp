@@ -1,0 +1,43 @@
+// Random states of a model, each different, so that nothing is predicted.
+#pragma once
+
+#include "peer.h"
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+struct states {
+  std::vector<double> q, v, a, tau;
+  size_t n;
+
+  states(const bench_model &m, size_t count, unsigned seed) : n(count) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> angle(-3, 3);
+    std::normal_distribution<double> normal;
+    for (size_t k = 0; k < n; ++k) {
+      for (int i = 0; i < m.joints; ++i) {
+        if (m.joint[i].kind == bench_floating)
+          floating(angle, normal, random);
+        else
+          q.push_back(m.joint[i].kind == bench_prismatic ? 0.1 * angle(random) : angle(random));
+      }
+      for (int i = 0; i < m.nv; ++i)
+        v.push_back(normal(random)), a.push_back(normal(random));
+    }
+    tau.assign(v.size(), 0.0);
+  }
+
+  bench_states view() const { return {n, q.data(), v.data(), a.data(), tau.data()}; }
+
+private:
+  template <class Angle, class Normal, class Random> void floating(Angle &angle, Normal &normal, Random &random) {
+    double x[4], square = 0;
+    for (double &e : x)
+      e = normal(random), square += e * e;
+    for (int i = 0; i < 3; ++i)
+      q.push_back(angle(random));
+    for (double e : x)
+      q.push_back(e / std::sqrt(square));
+  }
+};

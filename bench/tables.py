@@ -1,0 +1,144 @@
+"""The figures of results.json as Markdown tables, for the terminal and for docs/performance.md."""
+
+import re
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+Results = dict[str, Any]
+OPERATIONS = {"rnea": "RNEA", "aba": "ABA", "crba": "CRBA", "fk": "FK"}
+BEGIN, END = "<!-- figures: make bench-plots -->", "<!-- end of figures -->"
+
+
+def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """Columns are as wide as their widest cell, so that it can be read unrendered."""
+    lines = [list(head), *map(list, rows)]
+    widths = [max(len(line[i]) for line in lines) for i in range(len(lines[0]))]
+    text = ["| " + " | ".join(c.ljust(w) if i == 0 else c.rjust(w) for i, (c, w) in enumerate(zip(line, widths))) + " |" for line in lines]
+    text.insert(1, "|" + "|".join("-" * (w + 2) if i == 0 else "-" * (w + 1) + ":" for i, w in enumerate(widths)) + "|")
+    return "\n".join(text)
+
+
+def best(robot: Results, library: str, operation: str, batch: int = 0, single: int = 0, threads: int = 1) -> Results | None:
+    """The fastest of a library's ways, or of one peer's."""
+    wanted = [
+        t
+        for t in robot["times"]
+        if library in (t["peer"], t["library"]) and (t["operation"], t["batch"], t["single"], t["threads"]) == (operation, batch, single, threads)
+    ]
+    return min(wanted, key=lambda t: t["median_ns"], default=None)
+
+
+def ns(robot: Results, *which: Any) -> float | None:
+    found = best(robot, *which)
+    return found["median_ns"] if found else None
+
+
+def cell(x: float | None, digits: int = 2) -> str:
+    return "–" if x is None else f"{x:,.{digits}f}"
+
+
+def over(a: float | None, b: float | None) -> float | None:
+    return a / b if a and b else None
+
+
+def one_state(results: Results) -> str:
+    rows = []
+    for name, robot in results["robots"]["robots"].items():
+        for operation, label in OPERATIONS.items():
+            ours, clang = ns(robot, "KSL, gcc", operation), ns(robot, "KSL, clang", operation)
+            rival = best(robot, "Pinocchio", operation)
+            how = f"{rival['peer'].removeprefix('Pinocchio, ')} {rival['variant'].removesuffix(' + update')}".strip() if rival else ""
+            others = [cell(over(ns(robot, library, operation), ours)) for library in ("Pinocchio", "Pinocchio wheel", "MuJoCo", "KDL")]
+            spread = over(max(ours, clang), min(ours, clang)) if ours and clang else None
+            rows.append([f"{name} {label}", cell(ours, 0), cell(ns(robot, "Pinocchio", operation), 0), *others, cell(clang, 0), cell(spread), how])
+    ratios = ["× best Pinocchio", "× its wheel", "× MuJoCo", "× KDL"]
+    return table(["one state", "KSL, ns", "best Pinocchio, ns", *ratios, "KSL by clang, ns", "slower : faster", "best Pinocchio is"], rows)
+
+
+def reactions(results: Results) -> str:
+    rows = []
+    for name, robot in results["robots"]["robots"].items():
+        alone, both = ns(robot, "KSL, gcc", "rnea"), ns(robot, "KSL, gcc", "reactions")
+        rows.append([name, cell(alone, 0), cell(both, 0), f"{100 * (over(both, alone) or 1) - 100:.0f} %"])
+    return table(["reactions beside RNEA", "RNEA, ns", "with reactions, ns", "more"], rows)
+
+
+def batch(results: Results) -> str:
+    rows = []
+    for name, robot in results["robots"]["robots"].items():
+        limits = robot["limits"]
+        for operation in ("rnea", "aba", "crba"):
+            double, single = ns(robot, "KSL, gcc", operation, 1), ns(robot, "KSL, gcc", operation, 1, 1)
+            flops = results.get("flops", {}).get(name, {}).get(operation)
+            share = [over(over(flops, time), limits[peak] * 1e-9) for time, peak in ((double, "fused_double"), (single, "fused_float"))]
+            percent = [f"{100 * s:.0f} %" if s else "–" for s in share]
+            rival = cell(over(ns(robot, "Pinocchio", operation), double))
+            rows.append([f"{name} {OPERATIONS[operation]}", cell(double, 1), rival, cell(single, 1), cell(over(double, single)), cell(flops, 0), *percent])
+    many = results["robots"]["many"]
+    head = [f"batch of {many}", "double, ns", "× best Pinocchio, one state", "float, ns", "float : double", "flops", "of peak, double", "of peak, float"]
+    return table(head, rows)
+
+
+def threads(results: Results) -> str:
+    run, rows = results["threads"], []
+    for name, robot in run["robots"].items():
+        for operation in ("rnea", "aba"):
+            times = [ns(robot, "KSL, gcc", operation, 1, 0, n) for n in (1, 2)]
+            if all(times):
+                rows.append([f"{name} {OPERATIONS[operation]}", cell(times[0], 1), cell(times[1], 1), cell(over(*times))])
+    return table([f"{run['many']} states", "one thread, ns", "two threads, ns", "faster"], rows)
+
+
+def linearity(results: Results) -> str:
+    robots, rows = results["scaling"]["robots"], []
+    for name in ("chain8", "chain32", "chain128", "chain500", "chain1000"):
+        if name not in robots:
+            continue
+        robot = robots[name]
+        figures = [ns(robot, "KSL, gcc", operation, is_batch) for operation in ("rnea", "aba") for is_batch in (0, 1)]
+        rows.append([name, *(cell(over(x, robot["joints"]), 1) for x in figures), cell(robot["state_bytes"] / 1024, 1)])
+    return table(["ns for each body", "RNEA, one state", "RNEA, batch", "ABA, one state", "ABA, batch", "kB for a state in flight"], rows)
+
+
+def python_level(results: Results) -> str:
+    rows = []
+    for name, groups in results["python"].items():
+        groups = {"": groups} if name.startswith("10^6") else groups
+        for group, figures in groups.items():
+            for what, figure in figures.items():
+                label = f"{name}, {group}" if group else name
+                rows.append([label, what, cell(figure["median_ns"], 1), cell(figure["minimum_ns"], 1)])
+    return table(["from Python", "", "median, ns", "minimum, ns"], rows)
+
+
+def loads(results: Results) -> str:
+    rows = [[what, f"{x['median_s']:.2f}", f"{x['minimum_s']:.2f}", f"{x['memory_MB']:.0f}"] for what, x in results["loads"].items()]
+    return table(["whole processes", "median, s", "least, s", "memory, MB"], rows)
+
+
+def machine(results: Results) -> str:
+    m, limits = results["machine"], results["robots"]["limits"]
+    rate = {name: x * 1e-9 for name, x in limits.items()}
+    peers = ", ".join(f"{name} {version}" for name, version in results["robots"]["peers"].items() if not name.startswith(("KSL", "Pinocchio, ")))
+    pinocchio = results["robots"]["peers"].get("Pinocchio, gcc", "")
+    return (
+        f"{m['processor']}, {m['cores']} cores, {m['system']}, kernels {results['robots']['instruction_set']}; {m['gcc']}; {m['clang']}; Python {m['python']}; "
+        f"Pinocchio {pinocchio}, {peers}.\n"
+        f"Peak on one core: {rate['fused_double']:.1f} GFLOP/s double, {rate['fused_float']:.1f} float with fused multiply-adds; "
+        f"{rate['unfused_double']:.1f} and {rate['unfused_float']:.1f} without; copying {rate['copy']:.1f} GB/s read and written."
+    )
+
+
+def everything(results: Results) -> str:
+    """All tables for which there are figures."""
+    parts = {"robots": [machine, one_state, reactions, batch], "threads": [threads], "scaling": [linearity], "python": [python_level], "loads": [loads]}
+    return "\n\n".join(write(results) for part, writers in parts.items() if part in results for write in writers)
+
+
+def renew(page: Path, results: Results) -> None:
+    """Puts the tables between the two marks of a page."""
+    text = page.read_text()
+    if not re.search(f"{BEGIN}.*{END}", text, re.S):
+        raise SystemExit(f"{page}: the lines {BEGIN} and {END} are missing")
+    page.write_text(re.sub(f"{BEGIN}.*{END}", lambda _: f"{BEGIN}\n\n{everything(results)}\n\n{END}", text, flags=re.S))
