@@ -7,8 +7,10 @@
 #include <numpy/ufuncobject.h>
 
 #include "batch/array_kernels.hpp"
+#include "batch/threads.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cstdint>
 #include <cstring>
 #include <exception>
@@ -60,7 +62,7 @@ constexpr text_row texts[] = {
     {"product_Ms", "M s = (m v + ω × h, I ω + h × v): the momentum of a body that moves with the twist s. 42 flops."},
     {"spatial_inertia_transformed", "[Ad]*(D) M [Ad]⁻¹(D): an inertia in frame b, expressed in the frame a that D_ab carries to. 120 flops."},
     {"SE3_inverted", "D⁻¹ = (Rᵀ, −Rᵀ t). 15 flops."},
-    {"SE3_exp", "exp s: the pose reached after unit time with the constant twist s. 96 flops, a root and 2 sines."},
+    {"SE3_exp", "exp s: the pose reached after unit time with the constant twist s. 136 flops, 2 roots and 2 sines."},
     {"SE3_log", "log D: the screw of smallest |ω| whose exponential is D. 83 flops, a root and an arctangent."},
 };
 
@@ -108,56 +110,85 @@ template <class T> void call(const function_row &f, size_t n, T *const *at, cons
     f.call_float(f, n, at, stride);
 }
 
-/// The inner loop.  Operands that the array functions can't use as they are go through a buffer, some items at a time.
-template <class T> void loop(char **args, const npy_intp *dimensions, const npy_intp *steps, void *data) {
-  const function_row &f = *static_cast<const function_row *>(data);
-  const int operands = f.inputs + 1;
-  const npy_intp n = dimensions[0];
+/// A call's operands, as the inner loop finds them.
+template <class T> struct operands {
+  const function_row &f;
   view v[3];
-  bool plain[3], all_plain = true;
-  const npy_intp *inner = steps + operands;
-  for (int k = 0; k < operands; ++k) {
-    const shape_row &s = shapes[f.types[k]];
-    v[k] = {args[k], steps[k], 0, 0, &s};
-    if (s.numbers != s.last)
-      v[k].row_step = *inner++;
-    if (s.numbers > 1)
-      v[k].number_step = *inner++;
-    plain[k] = v[k].plain<T>();
-    all_plain = all_plain && plain[k];
-  }
+  bool plain[3];
 
+  int count() const { return f.inputs + 1; }
+};
+
+/// Items from `first` on where all operands are plain.
+template <class T> void plain_range(const operands<T> &all, npy_intp first, npy_intp n) {
   T *at[3];
   ptrdiff_t stride[3];
-  if (all_plain) {
-    for (int k = 0; k < operands; ++k) {
-      at[k] = reinterpret_cast<T *>(v[k].at);
-      stride[k] = v[k].step / static_cast<npy_intp>(sizeof(T));
-    }
-    call<T>(f, static_cast<size_t>(n), at, stride);
-    return;
+  for (int k = 0; k < all.count(); ++k) {
+    at[k] = reinterpret_cast<T *>(all.v[k].at + first * all.v[k].step);
+    stride[k] = all.v[k].step / static_cast<npy_intp>(sizeof(T));
   }
+  call<T>(all.f, static_cast<size_t>(n), at, stride);
+}
 
+/// Operands that the array functions can't use as they are go through a buffer, some items at a time.
+template <class T> void buffered_range(const operands<T> &all, npy_intp begin, npy_intp end) {
   constexpr npy_intp some = 64;
   T buffer[3][some * 12];
-  for (npy_intp first = 0; first < n; first += some) {
-    const npy_intp count = std::min(some, n - first);
-    for (int k = 0; k < operands; ++k) {
-      const int numbers = v[k].shape->numbers;
-      at[k] = plain[k] ? reinterpret_cast<T *>(v[k].at + first * v[k].step) : buffer[k];
-      stride[k] = plain[k] ? v[k].step / static_cast<npy_intp>(sizeof(T)) : numbers;
-      if (!plain[k] && k < f.inputs)
+  T *at[3];
+  ptrdiff_t stride[3];
+  const int out = all.f.inputs;
+  for (npy_intp first = begin; first < end; first += some) {
+    const npy_intp count = std::min(some, end - first);
+    for (int k = 0; k <= out; ++k) {
+      const view &v = all.v[k];
+      const int numbers = v.shape->numbers;
+      at[k] = all.plain[k] ? reinterpret_cast<T *>(v.at + first * v.step) : buffer[k];
+      stride[k] = all.plain[k] ? v.step / static_cast<npy_intp>(sizeof(T)) : numbers;
+      if (!all.plain[k] && k < out)
         for (npy_intp i = 0; i < count; ++i)
           for (int j = 0; j < numbers; ++j)
-            std::memcpy(&buffer[k][i * numbers + j], v[k].number<T>(first + i, j), sizeof(T));
+            std::memcpy(&buffer[k][i * numbers + j], v.number<T>(first + i, j), sizeof(T));
     }
-    call<T>(f, static_cast<size_t>(count), at, stride);
-    const int out = f.inputs, numbers = v[out].shape->numbers;
-    if (!plain[out])
+    call<T>(all.f, static_cast<size_t>(count), at, stride);
+    const view &to = all.v[out];
+    const int numbers = to.shape->numbers;
+    if (!all.plain[out])
       for (npy_intp i = 0; i < count; ++i)
         for (int j = 0; j < numbers; ++j)
-          std::memcpy(v[out].number<T>(first + i, j), &buffer[out][i * numbers + j], sizeof(T));
+          std::memcpy(to.number<T>(first + i, j), &buffer[out][i * numbers + j], sizeof(T));
   }
+}
+
+std::atomic<int> threads{0}; ///< at most so many for a large call; 0: all cores
+
+/// Waking a thread costs as much as some thousand items.
+constexpr std::size_t block = 64, least_items = 32768;
+
+/// The inner loop.
+template <class T> void loop(char **args, const npy_intp *dimensions, const npy_intp *steps, void *data) {
+  operands<T> all{*static_cast<const function_row *>(data), {}, {}};
+  const npy_intp n = dimensions[0], *inner = steps + all.count();
+  bool all_plain = true;
+  for (int k = 0; k < all.count(); ++k) {
+    const shape_row &s = shapes[all.f.types[k]];
+    all.v[k] = {args[k], steps[k], 0, 0, &s};
+    if (s.numbers != s.last)
+      all.v[k].row_step = *inner++;
+    if (s.numbers > 1)
+      all.v[k].number_step = *inner++;
+    all.plain[k] = all.v[k].template plain<T>();
+    all_plain = all_plain && all.plain[k];
+  }
+  const auto range = [&](npy_intp first, npy_intp end) {
+    all_plain ? plain_range(all, first, end - first) : buffered_range(all, first, end);
+  };
+
+  if (n < static_cast<npy_intp>(2 * least_items))
+    return range(0, n);
+  const ksl::partition parts(static_cast<std::size_t>(n), block, least_items, threads.load(std::memory_order_relaxed));
+  ksl::on_threads(parts, [&](std::size_t first, std::size_t end, std::size_t) {
+    range(static_cast<npy_intp>(first), static_cast<npy_intp>(end));
+  });
 }
 
 PyUFuncGenericFunction loops[] = {loop<float>, loop<double>};
@@ -185,8 +216,23 @@ void describe(const function_row &f, kept &k) {
   k.doc += "\nLeading axes broadcast; float32 and float64. SI units, radians.";
 }
 
+PyObject *set_threads(PyObject *, PyObject *argument) {
+  const long n = PyLong_AsLong(argument);
+  if (n == -1 && PyErr_Occurred())
+    return nullptr;
+  if (n < 0 || n > 4096)
+    return PyErr_Format(PyExc_ValueError, "set_threads(%ld): expected how many threads to use at most, 1 to 4096, or 0 for all cores", n);
+  return PyLong_FromLong(threads.exchange(static_cast<int>(n)));
+}
+
+PyMethodDef methods[] = {
+    {"set_threads", set_threads, METH_O,
+     "set_threads(n, /)\n--\n\nCalls of 65536 items and more use at most n threads from now on; 0, as at the start: all cores.\n"
+     "Returns what was set before.  Results don't depend on it."},
+    {nullptr, nullptr, 0, nullptr}};
+
 PyModuleDef definition = {PyModuleDef_HEAD_INIT, "_ufuncs", "The array functions of KSL as generalised ufuncs.", -1,
-                          nullptr, nullptr, nullptr, nullptr, nullptr};
+                          methods, nullptr, nullptr, nullptr, nullptr};
 
 } // namespace
 

@@ -6,6 +6,9 @@
 A million wrenches by a million poses, or by one, is one call.  All take float64 and float32 and compute in that; each has
 a docstring with shapes, equation and cost.  SI units, radians; six-vectors are linear first.
 
+Large calls, of 65536 items and more, use all cores; `set_threads(1)` keeps them on the caller's.  Results are the same bits
+for any number of threads.
+
 A pose is (4, 3), as the C library has it: the three columns of R, then t; a rotation is (3, 3), its columns: the matrix
 that mathematics writes is its transpose.  `poses` and `matrices` convert.  D_ab carries coordinates of frame b to frame a.
 In names, `inv` right after an operand inverts it; `Adsinv` is −Ad s.
@@ -42,6 +45,7 @@ from ksl._ufuncs import (
     product_drinvv,
     product_drv,
     product_dv,
+    set_threads,
     spatial_inertia_transformed,
 )
 
@@ -77,6 +81,7 @@ __all__ = [
     "spatial_inertia_transformed",
     "matrices",
     "poses",
+    "set_threads",
 ]
 
 

@@ -1,51 +1,42 @@
-// Ranges of a batch on several threads.
+// Ranges of a batch on several threads, which are kept from call to call.
 #pragma once
 
 #include <cstddef>
-#include <system_error>
-#include <thread>
-#include <vector>
 
 namespace ksl {
 
 /// Asked once: the answer takes as long as forty states.
-inline std::size_t all_cores() {
-  static const std::size_t cores = std::thread::hardware_concurrency();
-  return cores;
-}
+std::size_t all_cores();
 
-/// How n items in whole blocks are dealt out: each part is a range of blocks, the same for any order of execution.
+/// How n items in whole blocks are dealt out: parts are ranges of blocks, the same for any order of execution.
 struct partition {
-  std::size_t items_each = 0;
+  std::size_t items = 0;
+  std::size_t items_each = 0; ///< in a part; the last one has what is left
   std::size_t parts = 0;
+  std::size_t threads = 1; ///< at most so many work on it
 
-  /// threads 0: all cores.  A part has at least `least` items, since starting a thread costs as much as some hundred states.
-  partition(std::size_t n, std::size_t block, std::size_t least, int threads) {
-    const std::size_t useful = n / least, cores = threads > 0 ? static_cast<std::size_t>(threads) : all_cores();
-    const std::size_t wanted = useful < 1 || cores < 1 ? 1 : useful < cores ? useful : cores;
-    const std::size_t blocks = (n + block - 1) / block;
-    items_each = (blocks + wanted - 1) / wanted * block;
-    parts = items_each ? (n + items_each - 1) / items_each : 0;
-  }
+  /// threads 0: all cores.  A thread has at least `least` items, the work of some ten microseconds: what waking it costs.
+  /// Each gets several parts, so that one which other programs hold up does not hold up all.
+  partition(std::size_t n, std::size_t block, std::size_t least, int threads, std::size_t parts_each = 4);
 };
 
-/// Calls work(part) for all parts, the first on this thread, and so the others where no more threads are to be had.
-/// work must not throw.
-template <class Work> void on_threads(std::size_t parts, Work work) {
-  std::vector<std::thread> others;
-  others.reserve(parts);
-  std::size_t started = 1;
-  try {
-    for (; started < parts; ++started)
-      others.emplace_back(work, started);
-  } catch (const std::system_error &) {
+/// One part: the items [first, end) of it, on a thread that has a seat of its own below partition::threads.
+using part_function = void (*)(void *context, std::size_t first, std::size_t end, std::size_t seat);
+
+/// Calls work(first, end, seat) for all parts, on this thread and on others that have nothing to do; returns when all are
+/// done.  May be called by several threads at once, and from within work.  work must not throw.
+void on_threads(const partition &parts, part_function work, void *context) noexcept;
+
+template <class Work> void on_threads(const partition &parts, Work work) {
+  if (parts.threads < 2) {
+    if (parts.items)
+      work(std::size_t(0), parts.items, std::size_t(0));
+    return;
   }
-  if (parts)
-    work(0);
-  for (std::size_t part = started; part < parts; ++part)
-    work(part);
-  for (std::thread &t : others)
-    t.join();
+  const part_function call = [](void *context, std::size_t first, std::size_t end, std::size_t seat) {
+    (*static_cast<Work *>(context))(first, end, seat);
+  };
+  on_threads(parts, call, &work);
 }
 
 } // namespace ksl

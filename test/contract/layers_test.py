@@ -90,3 +90,13 @@ def test_a_header_may_be_included_twice(path):
         assert "included" in text or "inclusion" in text, "names.h is included many times, and says so"
     else:
         assert "#pragma once" in text or re.search(r"#ifndef (KSL_\w+)\n#define \1\b", text), "no include guard"
+
+
+def test_the_stub_of_the_ufuncs_names_what_the_module_has():
+    import numpy as np
+
+    from ksl import _ufuncs
+
+    stub = set(re.findall(r"^(?:def )?(\w+)[:(]", (ROOT / "python/ksl/_ufuncs.pyi").read_text(), re.M))
+    assert stub == {name for name in dir(_ufuncs) if not name.startswith("_")}
+    assert {name for name in stub if isinstance(getattr(_ufuncs, name), np.ufunc)} == stub - {"set_threads"}

@@ -184,3 +184,51 @@ def test_a_million_by_a_million_is_one_call():
     y = ufuncs.product_CoAdc(D, c)
     k = np.arange(0, n, 99_991)
     assert np.array_equal(y[k], ufuncs.product_CoAdc(D[k], c[k]))
+
+
+@pytest.fixture
+def threads():
+    """ufuncs.set_threads, undone after the test."""
+    before = ufuncs.set_threads(1)
+    yield ufuncs.set_threads
+    ufuncs.set_threads(before)
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_threads_make_no_difference(threads, dtype):
+    """Plain operands, operands that are copied, in place; a number of items that no number of threads divides."""
+    D, c = arguments("product_CoAdc", (200_003,), dtype=dtype)
+    foreign = np.asfortranarray(c)
+    threads(1)
+    expected = ufuncs.product_CoAdc(D, c)
+    for n in (2, 3, 7, 0):
+        threads(n)
+        assert np.array_equal(ufuncs.product_CoAdc(D, c), expected)
+        assert np.array_equal(ufuncs.product_CoAdc(D, foreign), expected)
+        assert np.array_equal(ufuncs.product_CoAdc(D[0], c), ufuncs.product_CoAdc(np.repeat(D[:1], len(c), axis=0), c))
+        again = c.copy()
+        assert np.array_equal(ufuncs.product_CoAdc(D, again, out=again), expected)
+
+
+def test_the_number_of_threads_is_checked(threads):
+    assert threads(3) == 1 and threads(0) == 3
+    for wrong in (-1, 5000):
+        with pytest.raises(ValueError, match="0 for all cores"):
+            threads(wrong)
+    with pytest.raises(TypeError):
+        threads("2")
+    assert threads(1) == 0
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_large_results_wherever_they_begin(threads, dtype):
+    """They are written past the caches, line by line; nothing beside them changes."""
+    n = 10_000_003 // 24
+    D, c = arguments("product_CoAdc", (1000,), dtype=dtype)
+    D, c = np.resize(D, (n, 4, 3)), np.resize(c, (n, 6))
+    expected = np.resize(ufuncs.product_CoAdc(D[:1000], c[:1000]), (n, 6))
+    for begin in (0, 1, 3, 8, 15):
+        memory = np.full(6 * n + 40, 7, dtype)
+        ufuncs.product_CoAdc(D, c, out=memory[begin : begin + 6 * n].reshape(n, 6))
+        assert np.array_equal(memory[begin : begin + 6 * n].reshape(n, 6), expected)
+        assert (memory[:begin] == 7).all() and (memory[begin + 6 * n :] == 7).all()
