@@ -6,10 +6,6 @@
 
 #include <cstdint>
 #include <cstring>
-#if defined(__AVX512F__)
-#include <cpuid.h>
-#include <cstdlib>
-#endif
 
 namespace ksl {
 inline namespace KSL_ISA {
@@ -17,21 +13,9 @@ namespace {
 
 template <class P> using real = P;
 
+/// Whether packs of half a register are used; a constant but for the widest set.
 #if defined(__AVX512F__)
-/// Whether packs of half a register are faster: on processors that take 512 bits in two steps (AMD says so in cpuid), where
-/// putting eight rows in place costs more than twice what four cost.  KSL_ISA asks for the set as it is, and gets that.
-bool half_packs() {
-  static signed char known = -1; // racing threads would write the same
-  signed char half = __atomic_load_n(&known, __ATOMIC_RELAXED);
-  if (half < 0) {
-    unsigned width = 0, b, c, d;
-    const char *asked = std::getenv("KSL_ISA");
-    const bool told = __get_cpuid(0x8000001a, &width, &b, &c, &d); // bit 2: 256 bits a step; bit 3: 512
-    half = told && (width & 4) && !(width & 8) && !(asked && *asked);
-    __atomic_store_n(&known, half, __ATOMIC_RELAXED);
-  }
-  return half;
-}
+bool half_packs() { return half_registers(); }
 #else
 [[maybe_unused]] constexpr bool half_packs() { return false; }
 #endif
@@ -129,20 +113,22 @@ void streamed_2(size_t n, const T *a, ptrdiff_t a_stride, const T *b, ptrdiff_t 
 #endif
 
 template <class Function, class T, int W, template <class> class A, template <class> class B, template <class> class O>
-void any_size_2(size_t n, const T *a, ptrdiff_t a_stride, const T *b, ptrdiff_t b_stride, T *out, ptrdiff_t out_stride) {
+void any_size_2(size_t n, const T *a, ptrdiff_t a_stride, const T *b, ptrdiff_t b_stride, T *out, ptrdiff_t out_stride,
+                [[maybe_unused]] size_t whole) {
 #if defined(__x86_64__)
-  if (n >= large / (sizeof(T) * numbers<O>) && out_stride == numbers<O> && a != out && b != out)
+  if (whole >= large / (sizeof(T) * numbers<O>) && out_stride == numbers<O> && a != out && b != out)
     return streamed_2<Function, T, W, A, B, O>(n, a, a_stride, b, b_stride, out);
 #endif
   rows_2<Function, T, W, A, B, O>(n, a, a_stride, b, b_stride, out, out_stride);
 }
 
 template <class Function, class T, template <class> class A, template <class> class B, template <class> class O>
-void array_2(size_t n, const T *a, ptrdiff_t a_stride, const T *b, ptrdiff_t b_stride, T *out, ptrdiff_t out_stride) {
+void array_2(size_t n, const T *a, ptrdiff_t a_stride, const T *b, ptrdiff_t b_stride, T *out, ptrdiff_t out_stride,
+             size_t whole) {
   if constexpr (sizeof(native_pack<T>) == 64)
     if (half_packs())
-      return any_size_2<Function, T, native_lanes<T> / 2, A, B, O>(n, a, a_stride, b, b_stride, out, out_stride);
-  any_size_2<Function, T, native_lanes<T>, A, B, O>(n, a, a_stride, b, b_stride, out, out_stride);
+      return any_size_2<Function, T, native_lanes<T> / 2, A, B, O>(n, a, a_stride, b, b_stride, out, out_stride, whole);
+  any_size_2<Function, T, native_lanes<T>, A, B, O>(n, a, a_stride, b, b_stride, out, out_stride, whole);
 }
 
 /// The same with one input.

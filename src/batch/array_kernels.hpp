@@ -7,9 +7,11 @@
 namespace ksl {
 
 template <class T> using array_function_1 = void (*)(size_t n, const T *a, ptrdiff_t a_stride, T *out, ptrdiff_t out_stride);
+
+/// whole: items of the call that these n are a part of.  A result too large for the caches goes past them.
 template <class T>
 using array_function_2 = void (*)(size_t n, const T *a, ptrdiff_t a_stride, const T *b, ptrdiff_t b_stride, T *out,
-                                  ptrdiff_t out_stride);
+                                  ptrdiff_t out_stride, size_t whole);
 
 struct array_kernel_table {
 #define KSL_MEMBER_1(name, namef, A, a, O)                                                                             \
@@ -25,5 +27,8 @@ struct array_kernel_table {
 
 /// The table in force; chosen at the first call.  Throws std::runtime_error for an unusable KSL_ISA.
 const array_kernel_table &array_kernels();
+
+/// Whether packs of half a register are faster here than full ones.
+bool half_registers();
 
 } // namespace ksl

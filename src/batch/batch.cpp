@@ -12,7 +12,7 @@ namespace {
 constexpr std::size_t alignment = 64; ///< of workspaces
 
 /// States that are worth another thread: a body takes about 10 ns.
-std::size_t least_states(const model &m) { return 64 + 2048 / static_cast<std::size_t>(1 + m.moving_joints()); }
+std::size_t least_states(const model &m) { return 64 + 4096 / static_cast<std::size_t>(1 + m.moving_joints()); }
 
 /// Memory that is kept from call to call, for each thread that calls.
 std::byte *scratch(std::size_t bytes) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <csignal>
 #include <exception>
@@ -20,10 +21,10 @@ struct job {
   const partition &parts;
   part_function work;
   void *context;
-  std::atomic<std::size_t> next{0}; ///< part
-  std::size_t seats = 1;            ///< taken; the first is the caller's
-  std::size_t helpers = 0;          ///< at work, besides the caller
-  job *other = nullptr;             ///< that is open too
+  std::atomic<std::size_t> next{0};    ///< part
+  std::size_t seats = 1;               ///< taken; the first is the caller's
+  std::atomic<std::size_t> helpers{0}; ///< at work, besides the caller
+  job *other = nullptr;                ///< that is open too
 
   bool has_room() const { return seats < parts.threads && next.load(std::memory_order_relaxed) < parts.parts; }
   void take_parts(std::size_t seat) {
@@ -34,16 +35,15 @@ struct job {
   }
 };
 
-void pause() {
-#if defined(__x86_64__)
-  __builtin_ia32_pause();
-#elif defined(__aarch64__)
-  asm volatile("yield");
-#endif
-}
+/// How long a thread looks for work, or a caller for the last part, before it sleeps: waking up takes as long.
+constexpr std::chrono::microseconds patience{100};
 
-/// How long a thread looks for work, or a caller for the last part, before it sleeps: the time that waking up takes.
-constexpr int looks = 1000;
+/// Whoever shares the core goes first: it may be the one that is waited for.
+template <class Done> void look_out(Done done) {
+  const auto end = std::chrono::steady_clock::now() + patience;
+  while (!done() && std::chrono::steady_clock::now() < end)
+    std::this_thread::yield();
+}
 
 /// Whoever calls works too, and could do all of it: nothing is lost but time where no more threads are to be had, where
 /// others keep them busy, or where a part deals out work of its own.
@@ -52,14 +52,11 @@ public:
   void run(job &j) noexcept {
     open(j);
     j.take_parts(0);
-    std::unique_lock<std::mutex> lock(mutex_);
     close(j);
-    for (int i = 0; j.helpers && i < looks; ++i) {
-      lock.unlock();
-      pause();
-      lock.lock();
-    }
-    left_.wait(lock, [&] { return j.helpers == 0; });
+    const auto alone = [&] { return j.helpers.load(std::memory_order_relaxed) == 0; };
+    look_out(alone);
+    std::unique_lock<std::mutex> lock(mutex_); // helpers touch the job for the last time while they hold it
+    left_.wait(lock, alone);
   }
 
   /// Ends the threads.  Calls that come later are done by their callers.
@@ -93,6 +90,7 @@ private:
 
   /// Nobody joins it any more.
   void close(job &j) {
+    const std::lock_guard<std::mutex> lock(mutex_);
     job **at = &open_;
     while (*at != &j)
       at = &(*at)->other;
@@ -139,8 +137,7 @@ private:
     const unsigned seen = posts_.load(std::memory_order_relaxed);
     const auto news = [&] { return posts_.load(std::memory_order_relaxed) != seen; };
     lock.unlock();
-    for (int i = 0; i < looks && !news(); ++i)
-      pause();
+    look_out(news);
     lock.lock();
     ++sleeping_;
     posted_.wait(lock, news);
@@ -183,7 +180,7 @@ partition::partition(std::size_t n, std::size_t block, std::size_t least, int mo
   const std::size_t cores = most > 0 ? static_cast<std::size_t>(most) : all_cores(), useful = n / least;
   threads = std::max<std::size_t>(1, std::min(useful, cores));
   const std::size_t blocks = (n + block - 1) / block;
-  const std::size_t wanted = threads == 1 ? 1 : std::max(threads, std::min(threads * parts_each, useful));
+  const std::size_t wanted = threads == 1 ? 1 : threads * parts_each;
   items_each = (blocks + wanted - 1) / wanted * block;
   parts = items_each ? (n + items_each - 1) / items_each : 0;
 }

@@ -91,4 +91,19 @@ const kernel_table &kernels() { return *chosen().table; }
 const array_kernel_table &array_kernels() { return *chosen().arrays; }
 const char *instruction_set() { return chosen().name; }
 
+// On processors that take 512 bits in two steps (AMD says so in cpuid: bit 2 is for 256 bits a step, bit 3 for 512),
+// putting eight rows in place costs more than twice what four cost.  KSL_ISA asks for a set as it is, and gets that.
+bool half_registers() {
+#if defined(__x86_64__)
+  static const bool half = [] {
+    unsigned width = 0, b, c, d;
+    const char *forced = std::getenv("KSL_ISA");
+    return __get_cpuid(0x8000001a, &width, &b, &c, &d) && (width & 4) && !(width & 8) && !(forced && *forced);
+  }();
+  return half;
+#else
+  return false;
+#endif
+}
+
 } // namespace ksl

@@ -25,7 +25,8 @@ template <class V, class T> inline constexpr int numbers_in = static_cast<int>(s
 
 /// Where the numbers of body i begin in an array over bodies with n numbers each; they are group<T> apart.
 template <int n, class T> KSL_LANES T *numbers_of(T *array, int i) {
-  return array + (i / group<T> * (n * group<T>) + i % group<T>);
+  const unsigned body = static_cast<unsigned>(i), g = static_cast<unsigned>(group<T>); // division costs less
+  return array + (body / g * (n * g) + body % g);
 }
 
 /// Room for n numbers of each body.

@@ -104,6 +104,22 @@ inline bool in_joint_frame(const reaction_request &request) {
          request.offset[1] == 0 && request.offset[2] == 0;
 }
 
+/// From the body's canonical frame to the link's.
+template <class T> KSL_LANES void turn_to_link(const link<scalar_of<T>> &l, coscrew<T> &f) {
+  using A = algebra<T>;
+  const SE3<T> pose = spread<T>(l.pose);
+  if (l.first) // turned about the joint's origin
+    A::product_CoAdrinvc(&pose.R, &f, &f);
+  else
+    A::product_CoAdinvc(&pose, &f, &f);
+}
+
+template <class T> KSL_LANES void put_reaction(const coscrew<T> &f, const reaction_request &request, T *out) {
+  T *const lin = out + (request.angular_first ? 3 : 0), *const ang = out + (request.angular_first ? 0 : 3);
+  lin[0] = f.lin.x, lin[1] = f.lin.y, lin[2] = f.lin.z;
+  ang[0] = f.ang.x, ang[1] = f.ang.y, ang[2] = f.ang.z;
+}
+
 /// Reactions of the requested joints into out (n, 6); after inverse_dynamics.  The split is made in the joint's frame and
 /// then moved by the coadjoint: splitting again at another point would give something else.
 template <class T>
@@ -118,26 +134,29 @@ void reactions(const model_view<scalar_of<T>> &model, const data_view<T> &data, 
   if (!in_joint_frame(request))
     compose_poses(model, data);
 
+  const bool moved = !in_joint_frame(request), whole = request.part == wrench_part::total && request.on == wrench_side::child;
   for (int k = 0; k < request.n; ++k, out += 6) {
     const link<scalar_of<T>> &l = model.link[request.link[k]];
-    coscrew<T> f = l.first ? part_of(model.body[l.body].kind, request.part, body_at<T>(l.body).template get<coscrew>(data.wrench))
-                           : part_of(joint_kind::fixed, request.part, data.link_wrench[request.link[k]]);
-    if (l.turned) {
-      const SE3<T> pose = spread<T>(l.pose);
-      if (l.first) // turned about the joint's origin
-        A::product_CoAdrinvc(&pose.R, &f, &f);
-      else
-        A::product_CoAdinvc(&pose, &f, &f);
+    // number by number: a struct chosen as a whole would go through memory
+    const T *const from = l.first ? numbers_of<6>(data.wrench, l.body) : &data.link_wrench[request.link[k]].lin.x;
+    const int step = l.first ? group<T> : 1;
+    coscrew<T> f = {{from[0], from[step], from[2 * step]}, {from[3 * step], from[4 * step], from[5 * step]}};
+    if (whole && !moved) { // as most ask
+      if (l.turned)
+        turn_to_link(l, f);
+      put_reaction(f, request, out);
+      continue;
     }
-    if (!in_joint_frame(request)) {
+    coscrew<T> part = part_of(l.first ? model.body[l.body].kind : joint_kind::fixed, request.part, f);
+    if (l.turned)
+      turn_to_link(l, part);
+    if (moved) {
       const SE3<T> D = pose_in_requested(model, data, request, request.link[k]);
-      A::product_CoAdc(&D, &f, &f);
+      A::product_CoAdc(&D, &part, &part);
     }
     if (request.on == wrench_side::parent)
-      A::coscrew_invert(&f);
-    const vec3<T> &first = request.angular_first ? f.ang : f.lin, &second = request.angular_first ? f.lin : f.ang;
-    out[0] = first.x, out[1] = first.y, out[2] = first.z;
-    out[3] = second.x, out[4] = second.y, out[5] = second.z;
+      A::coscrew_invert(&part);
+    put_reaction(part, request, out);
   }
 }
 
