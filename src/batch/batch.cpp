@@ -11,9 +11,6 @@ namespace {
 
 constexpr std::size_t alignment = 64; ///< of workspaces
 
-/// States that are worth another thread: a body takes about 10 ns.
-std::size_t least_states(const model &m) { return 64 + 4096 / static_cast<std::size_t>(1 + m.moving_joints()); }
-
 /// Memory that is kept from call to call, for each thread that calls.
 std::byte *scratch(std::size_t bytes) {
   struct aligned_delete {
@@ -57,7 +54,7 @@ template <class S> batch_view<S> part_of(const batch_view<S> &all, std::size_t k
 template <class S, class Compute> void run(const model &m, const batch_view<S> &batch, int threads, Compute compute) {
   const batch_kernels<S> &chosen = batch.n == 1 ? in_precision<S>::one() : in_precision<S>::lanes();
   const model_view<S> view = in_precision<S>::view(m);
-  const partition parts(batch.n, static_cast<std::size_t>(chosen.lanes), least_states(m), threads);
+  const partition parts(batch.n, static_cast<std::size_t>(chosen.lanes), least_states(m.moving_joints()), threads);
   const std::size_t bytes = compute(chosen, view, batch, std::size_t(0), nullptr);
   std::byte *memory = scratch(bytes * parts.threads);
   on_threads(parts, [&](std::size_t first, std::size_t end, std::size_t seat) {

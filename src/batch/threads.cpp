@@ -27,11 +27,12 @@ struct job {
   job *other = nullptr;                ///< that is open too
 
   bool has_room() const { return seats < parts.threads && next.load(std::memory_order_relaxed) < parts.parts; }
-  void take_parts(std::size_t seat) {
-    for (std::size_t part; (part = next.fetch_add(1, std::memory_order_relaxed)) < parts.parts;) {
-      const std::size_t first = part * parts.items_each;
-      work(context, first, std::min(parts.items, first + parts.items_each), seat);
-    }
+  bool take_part(std::size_t seat) {
+    const std::size_t part = next.fetch_add(1, std::memory_order_relaxed), first = part * parts.items_each;
+    if (part >= parts.parts)
+      return false;
+    work(context, first, std::min(parts.items, first + parts.items_each), seat);
+    return true;
   }
 };
 
@@ -51,7 +52,8 @@ class pool {
 public:
   void run(job &j) noexcept {
     open(j);
-    j.take_parts(0);
+    while (j.take_part(0)) {
+    }
     close(j);
     const auto alone = [&] { return j.helpers.load(std::memory_order_relaxed) == 0; };
     look_out(alone);
@@ -125,7 +127,8 @@ private:
       const std::size_t seat = j->seats++;
       ++j->helpers;
       lock.unlock();
-      j->take_parts(seat);
+      while (!stopping_.load(std::memory_order_relaxed) && j->take_part(seat)) {
+      }
       lock.lock();
       if (--j->helpers == 0)
         left_.notify_all();
@@ -150,7 +153,7 @@ private:
   job *open_ = nullptr;
   std::atomic<unsigned> posts_{0};
   std::size_t sleeping_ = 0;
-  bool stopping_ = false;
+  std::atomic<bool> stopping_{false};
 };
 
 /// Is never destroyed: a thread may still call while the program ends.

@@ -18,7 +18,7 @@ template <class S> KSL_LANES bool is_base(const body<S> &b) {
 
 /// By which angle a joint turns its body.
 template <class T> KSL_LANES T turn_of(const body<scalar_of<T>> &b, const T *q) {
-  return b.kind == joint_kind::revolute || b.kind == joint_kind::continuous ? q[b.q_index] : T(0);
+  return turns(b.kind) ? q[b.q_index] : T(0);
 }
 
 /// Bodies' axes in the axes of their parents, from the joints' turns.

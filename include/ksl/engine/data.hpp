@@ -31,7 +31,7 @@ template <class T> struct unit_momentum {
 /// Arrays over bodies, coordinates or links; each algorithm says which of them it leaves filled.  Those of numbers hold
 /// what is named, in the order of body_lanes.hpp.
 template <class T> struct data_view {
-  SE3<T> *in_parent;            ///< pose of each body in the parent's frame
+  SE3<T> *in_parent;            ///< pose of each body in the parent's frame: as kept_pose reads it
   SE3<T> *in_world;             ///< pose of each body
   T *sine, *cosine;             ///< of each number in q, padded to `padded(nq)`
   T *motion;                    ///< body_motion of each body

@@ -13,7 +13,8 @@ template <class T> void body_twists(const model_view<scalar_of<T>> &model, const
   for (int i = 1; i < model.bodies; ++i) {
     const body<scalar_of<T>> &b = model.body[i];
     const screw<T> joint = joint_twist(b.kind, v + b.v_index);
-    A::product_Adinvs(&data.in_parent[i], &data.twist[b.parent], &data.twist[i]);
+    const SE3<T> D = kept_pose(b, data.in_parent[i]);
+    A::product_Adinvs(&D, &data.twist[b.parent], &data.twist[i]);
     A::xpy_ss(&joint, &data.twist[i]);
   }
 }

@@ -26,6 +26,9 @@ inline constexpr joint_kind_row joint_kinds[] = {
 
 constexpr const joint_kind_row &row_of(joint_kind kind) { return joint_kinds[static_cast<int>(kind)]; }
 
+/// Does the joint turn its child about one axis?  Most do; kernels have a straight way for them.
+constexpr bool turns(joint_kind kind) { return kind == joint_kind::revolute || kind == joint_kind::continuous; }
+
 } // namespace KSL_ISA
 
 } // namespace ksl

@@ -35,32 +35,46 @@ template <class T> inline mat3x3<T> rotation_of(const T q[4]) {
           s * (x * z + y * w),       s * (y * z - x * w),       one - s * (x * x + y * y)};
 }
 
-/// Pose of a body in its parent at the joint position that q holds for it; after sines_and_cosines.
-template <class T>
-KSL_LANES SE3<T> pose_in_parent(const body<scalar_of<T>> &b, const data_view<T> &data, const T *q) {
+/// Pose of a body in its parent, whose joint turns, at the angle that q holds for it; after sines_and_cosines.
+template <class T> KSL_LANES SE3<T> turned_pose(const body<scalar_of<T>> &b, const data_view<T> &data) {
+  SE3<T> D = spread<T>(b.placement);
+  T dc[2] = {data.sine[b.q_index], data.cosine[b.q_index]};
+  algebra<T>::product_drdrz(&D.R, dc, &D.R);
+  return D;
+}
+
+/// The same for any joint at its position in q.
+template <class T> inline SE3<T> pose_in_parent(const body<scalar_of<T>> &b, const data_view<T> &data, const T *q) {
   using A = algebra<T>;
-  const SE3<T> placement = spread<T>(b.placement);
+  if (turns(b.kind))
+    return turned_pose(b, data);
   const int i = b.q_index;
-  SE3<T> D = placement;
-  switch (b.kind) {
-  case joint_kind::revolute:
-  case joint_kind::continuous: {
-    T dc[2] = {data.sine[i], data.cosine[i]};
-    A::product_drdrz(&placement.R, dc, &D.R);
-    break;
-  }
-  case joint_kind::prismatic:
-    A::product_ddtz(&placement, q[i], &D);
-    break;
-  case joint_kind::floating: {
+  SE3<T> D = spread<T>(b.placement);
+  if (b.kind == joint_kind::prismatic) {
+    A::product_ddtz(&D, q[i], &D);
+  } else if (b.kind == joint_kind::floating) {
     const SE3<T> motion = {rotation_of(q + i + 3), {q[i], q[i + 1], q[i + 2]}};
-    A::product_dd(&placement, &motion, &D);
-    break;
-  }
-  case joint_kind::fixed:
-    break;
+    A::product_dd(&D, &motion, &D);
   }
   return D;
+}
+
+/// Keeps of the pose of a body, whose joint turns, what the joint changes of it.  The rest is in the model: to store a
+/// register costs as much as two sums.
+template <class T> KSL_LANES void keep_turned_pose(const SE3<T> &D, SE3<T> &kept) {
+  kept.R.m00 = D.R.m00, kept.R.m10 = D.R.m10, kept.R.m20 = D.R.m20;
+  kept.R.m01 = D.R.m01, kept.R.m11 = D.R.m11, kept.R.m21 = D.R.m21;
+}
+template <class T> KSL_LANES SE3<T> kept_turned_pose(const body<scalar_of<T>> &b, const SE3<T> &kept) {
+  SE3<T> D = spread<T>(b.placement);
+  D.R.m00 = kept.R.m00, D.R.m10 = kept.R.m10, D.R.m20 = kept.R.m20;
+  D.R.m01 = kept.R.m01, D.R.m11 = kept.R.m11, D.R.m21 = kept.R.m21;
+  return D;
+}
+
+/// The pose of a body in its parent, as it was kept: whole, or where the joint turns, in part.
+template <class T> KSL_LANES SE3<T> kept_pose(const body<scalar_of<T>> &b, const SE3<T> &kept) {
+  return turns(b.kind) ? kept_turned_pose(b, kept) : kept;
 }
 
 /// Twist of a joint, S q̇, from its velocities v (nv of the kind), in its body's frame.

@@ -43,25 +43,35 @@ template <class T> KSL_LANES coscrew<T> momentum_along(joint_kind kind, const ve
   return p;
 }
 
-/// The unit momenta of joint i, from the inertia of all that hangs on it.
+/// The unit momentum of coordinate k of joint i; I: of all that hangs on the joint.
+template <class T>
+KSL_LANES void put_momentum(const data_view<T> &data, int nv, int i, int k, joint_kind kind, const vec3<T> &axis,
+                            const spatial_inertia<T> &I) {
+  const coscrew<T> p = momentum_along(kind, axis, I);
+  const vec3<T> o = data.origin[i];
+  T *const to = data.unit_momentum + k * between_momenta<T>;
+  const int step = between_numbers<T>(nv);
+  to[0] = p.lin.x, to[step] = p.lin.y, to[2 * step] = p.lin.z;
+  to[3 * step] = p.ang.x, to[4 * step] = p.ang.y, to[5 * step] = p.ang.z;
+  to[6 * step] = o.x, to[7 * step] = o.y, to[8 * step] = o.z;
+}
+
+/// The axes of a body in those of the base, one by one.
+template <class T> struct three_axes { vec3<T> axis[3]; };
+template <class T> KSL_LANES three_axes<T> axes_of(const data_view<T> &data, int i) {
+  const mat3x3<T> R = body_at<T>(i).template get<mat3x3>(data.rotation);
+  return {{{R.m00, R.m10, R.m20}, {R.m01, R.m11, R.m21}, {R.m02, R.m12, R.m22}}};
+}
+
+/// The unit momenta of joint i.
 template <class T>
 KSL_LANES void put_momenta(const model_view<scalar_of<T>> &model, const data_view<T> &data, int i, const spatial_inertia<T> &I) {
   const body<scalar_of<T>> &b = model.body[i];
-  const auto put = [&](int k, joint_kind kind, const vec3<T> &axis) {
-    const coscrew<T> p = momentum_along(kind, axis, I);
-    const vec3<T> o = data.origin[i];
-    T *const to = data.unit_momentum + (b.v_index + k) * between_momenta<T>;
-    const int step = between_numbers<T>(model.nv);
-    to[0] = p.lin.x, to[step] = p.lin.y, to[2 * step] = p.lin.z;
-    to[3 * step] = p.ang.x, to[4 * step] = p.ang.y, to[5 * step] = p.ang.z;
-    to[6 * step] = o.x, to[7 * step] = o.y, to[8 * step] = o.z;
-  };
   if (b.kind != joint_kind::floating)
-    return put(0, b.kind, axis_of(data, i));
-  const mat3x3<T> R = body_at<T>(i).template get<mat3x3>(data.rotation);
-  const vec3<T> axis[3] = {{R.m00, R.m10, R.m20}, {R.m01, R.m11, R.m21}, {R.m02, R.m12, R.m22}};
-  for (int c = 0; c < 3; ++c)
-    put(c, joint_kind::prismatic, axis[c]), put(3 + c, joint_kind::revolute, axis[c]);
+    return put_momentum(data, model.nv, i, b.v_index, b.kind, axis_of(data, i), I);
+  const three_axes<T> axes = axes_of(data, i);
+  for (int c = 0; c < 6; ++c)
+    put_momentum(data, model.nv, i, b.v_index + c, c < 3 ? joint_kind::prismatic : joint_kind::revolute, axes.axis[c % 3], I);
 }
 
 /// Unit momenta of all coordinates, from the inertias of each body and all that hangs on it (data.inertia), and where the
@@ -156,10 +166,9 @@ KSL_LANES void upper_rows(const model_view<scalar_of<T>> &model, const data_view
     return turn(b.v_index, axis_of(data, j));
   if (is_base(b))
     return base_rows(model, data, b.v_index, end, M);
-  const mat3x3<T> R = body_at<T>(j).template get<mat3x3>(data.rotation);
-  const vec3<T> axis[3] = {{R.m00, R.m10, R.m20}, {R.m01, R.m11, R.m21}, {R.m02, R.m12, R.m22}};
+  const three_axes<T> axes = axes_of(data, j);
   for (int c = 0; c < 3; ++c)
-    slide(b.v_index + c, axis[c]), turn(b.v_index + 3 + c, axis[c]);
+    slide(b.v_index + c, axes.axis[c]), turn(b.v_index + 3 + c, axes.axis[c]);
 }
 
 /// The upper triangle of M (nv, nv), row-major, for q (nq), but for what is zero by the shape of the tree.

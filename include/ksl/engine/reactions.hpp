@@ -44,8 +44,10 @@ void link_wrenches(const model_view<scalar_of<T>> &model, const data_view<T> &da
     if (child.parent < 0)
       continue;
     coscrew<T> f = data.link_wrench[l];
-    if (child.first)
-      A::product_CoAdc(&data.in_parent[child.body], &f, &f);
+    if (child.first) {
+      const SE3<T> D = kept_pose(model.body[child.body], data.in_parent[child.body]);
+      A::product_CoAdc(&D, &f, &f);
+    }
     A::xpy_cc(&f, &data.link_wrench[child.parent]);
   }
 }
