@@ -40,7 +40,7 @@ void place_floating(const model_view<scalar_of<T>> &model, const data_view<T> &d
   SE3<T> D = {{one, zero, zero, zero, one, zero, zero, zero, one}, {zero, zero, zero}};
   if (!is_base(b)) {
     const mat3x3<T> parent = body_at<T>(b.parent).template get<mat3x3>(data.rotation);
-    D = pose_in_parent(b, data, q);
+    D = pose_in_parent<joint_kind::floating>(b, data, q);
     A::product_drdr(&parent, &D.R, &D.R);
     A::product_drv(&parent, &D.t, &D.t);
   }

@@ -12,10 +12,12 @@ template <class T> void body_twists(const model_view<scalar_of<T>> &model, const
   data.twist[0] = {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
   for (int i = 1; i < model.bodies; ++i) {
     const body<scalar_of<T>> &b = model.body[i];
-    const screw<T> joint = joint_twist(b.kind, v + b.v_index);
-    const SE3<T> D = kept_pose(b, data.in_parent[i]);
-    A::product_Adinvs(&D, &data.twist[b.parent], &data.twist[i]);
-    A::xpy_ss(&joint, &data.twist[i]);
+    by_kind(b.kind, [&]<joint_kind K>() {
+      const SE3<T> D = kept_pose<K>(b, data.in_parent[i]);
+      const screw<T> joint = joint_twist<K>(v + b.v_index);
+      A::product_Adinvs(&D, &data.twist[b.parent], &data.twist[i]);
+      A::xpy_ss(&joint, &data.twist[i]);
+    });
   }
 }
 

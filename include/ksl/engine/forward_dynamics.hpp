@@ -30,17 +30,17 @@ template <class T> inline screw<T> solve(const articulated_inertia<T> &A, const 
   return {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}};
 }
 
-/// S f of a joint with one coordinate, whose axis is z: the wrench's component along it.
-template <class T> KSL_LANES T component_along(joint_kind kind, const vec3<T> &z, const coscrew<T> &f) {
-  return algebra<T>::dot_vv(&z, kind == joint_kind::prismatic ? &f.lin : &f.ang);
+/// Sᵀ f of a joint with one coordinate about or along the axis z.
+template <joint_kind K, class T> KSL_LANES T component_along(const vec3<T> &z, const coscrew<T> &f) {
+  return algebra<T>::dot_vv(&z, K == joint_kind::prismatic ? &f.lin : &f.ang);
 }
 
-/// U = A S of a joint with one coordinate.
-template <class T> KSL_LANES coscrew<T> column_along(joint_kind kind, const vec3<T> &z, const articulated_inertia<T> &A) {
+/// U = A S of such a joint.
+template <joint_kind K, class T> KSL_LANES coscrew<T> column_along(const vec3<T> &z, const articulated_inertia<T> &A) {
   using algebra = ksl::algebra<T>;
   mat3x3<T> block;
   coscrew<T> U;
-  if (kind == joint_kind::prismatic) {
+  if constexpr (K == joint_kind::prismatic) {
     algebra::articulated_inertia_getM(&A, &block);
     algebra::product_drv(&block, &z, &U.lin);
     algebra::product_drinvv(&A.H, &z, &U.ang);
@@ -53,48 +53,37 @@ template <class T> KSL_LANES coscrew<T> column_along(joint_kind kind, const vec3
 }
 
 /// Adds the motion of joint i with no acceleration of its own, in the axes of the base.
-template <class T>
-KSL_LANES void add_steady_motion(const body<scalar_of<T>> &b, const data_view<T> &data, int i, const T *v, body_motion<T> &m) {
+template <joint_kind K, class T> KSL_LANES void add_steady_motion(const data_view<T> &data, int i, const T *v, body_motion<T> &m) {
   using A = algebra<T>;
   const vec3<T> z = axis_of(data, i);
-  v += b.v_index;
-  vec3<T> &w = m.angular_velocity, coupling;
-  switch (b.kind) {
-  case joint_kind::revolute:
-  case joint_kind::continuous: // ω̇ += ω × z q̇,  ω += z q̇
-    A::cross_vv(&w, &z, &coupling);
+  vec3<T> coupling;
+  A::cross_vv(&m.angular_velocity, &z, &coupling);
+  if constexpr (K == joint_kind::revolute) { // ω̇ += ω × z q̇,  ω += z q̇
     A::axpy_vv(v[0], &coupling, &m.angular_acceleration);
-    A::axpy_vv(v[0], &z, &w);
-    break;
-  case joint_kind::prismatic: // a += 2 ω × z q̇
-    A::cross_vv(&w, &z, &coupling);
+    A::axpy_vv(v[0], &z, &m.angular_velocity);
+  } else if constexpr (K == joint_kind::prismatic) { // a += 2 ω × z q̇
     A::axpy_vv(T(2) * v[0], &coupling, &m.acceleration);
-    break;
-  case joint_kind::floating: {
+  } else {
     const mat3x3<T> R = body_at<T>(i).template get<mat3x3>(data.rotation);
     const T zero = T(0);
-    screw<T> twist = joint_twist(b.kind, v), steady = {{zero, zero, zero}, {zero, zero, zero}};
+    screw<T> twist = joint_twist<K>(v), steady = {{zero, zero, zero}, {zero, zero, zero}};
     A::product_Adrs(&R, &twist, &twist);
     add_free_motion(twist, steady, m);
-    break;
-  }
-  case joint_kind::fixed:
-    break;
   }
 }
 
 /// How body i would move if no joint accelerated (data.motion), in the axes of the base.
-template <class T>
-KSL_LANES void move_steadily(const model_view<scalar_of<T>> &model, const data_view<T> &data, int i, const T *q, const T *v) {
+template <joint_kind K, class T>
+KSL_LANES void move_steadily(const body<scalar_of<T>> &b, const data_view<T> &data, int i, const T *q, const T *v) {
   using A = algebra<T>;
-  const body<scalar_of<T>> &b = model.body[i];
   body_motion<T> m = body_at<T>(b.parent).template get<body_motion>(data.motion);
   m.acceleration = acceleration_at(m.angular_velocity, m.angular_acceleration, m.acceleration, data.offset[i]);
-  if (is_base(b)) { // it floats on the ground, and its axes are those of the base from here on
-    const SE3<T> D = pose_in_parent(b, data, q);
-    A::product_drinvv(&D.R, &m.acceleration, &m.acceleration);
-  }
-  add_steady_motion(b, data, i, v, m);
+  if constexpr (K == joint_kind::floating)
+    if (is_base(b)) { // it floats on the ground, and its axes are those of the base from here on
+      const SE3<T> D = pose_in_parent<K>(b, data, q);
+      A::product_drinvv(&D.R, &m.acceleration, &m.acceleration);
+    }
+  add_steady_motion<K>(data, i, v + b.v_index, m);
   body_at<T>(i).put(m, data.motion);
 }
 
@@ -104,7 +93,9 @@ template <class T>
 void start_articulated(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, const T *v,
                        const external_wrenches<T> &external) {
   body_at<T>(0).put(ground_motion<T>(model), data.motion);
-  const auto move = [&](int i) { move_steadily(model, data, i, q, v); };
+  const auto move = [&](int i) {
+    by_kind(model.body[i].kind, [&]<joint_kind K>() { move_steadily<K>(model.body[i], data, i, q, v); });
+  };
   express_in_base(model, data, q, move, [&](auto k) {
     using P = typename decltype(k)::scalar;
     const spatial_inertia<P> I = turned(k.inertia(model), k.template get<mat3x3>(data.rotation));
@@ -133,13 +124,13 @@ KSL_LANES void add_to_parent(const articulated_inertia<T> &A, const data_view<T>
 }
 
 /// What the parent feels of body i through its joint: A − U D⁻¹ Uᵀ and p + U D⁻¹ u; a free joint passes its effort only.
-template <class T> KSL_LANES void pass_to_parent(const body<scalar_of<T>> &b, const data_view<T> &data, int i, const T *tau) {
+template <joint_kind K, class T>
+KSL_LANES void pass_to_parent(const body<scalar_of<T>> &b, const data_view<T> &data, int i, const T *tau) {
   using algebra = ksl::algebra<T>;
   articulated_state<T> &s = data.articulated[i];
   const auto A = body_at<T>(i).template get<articulated_inertia>(data.inertia);
   coscrew<T> p = body_at<T>(i).template get<coscrew>(data.wrench);
-  tau += b.v_index;
-  if (b.kind == joint_kind::floating) {
+  if constexpr (K == joint_kind::floating) {
     const mat3x3<T> R = body_at<T>(i).template get<mat3x3>(data.rotation);
     coscrew<T> effort = {{tau[0], tau[1], tau[2]}, {tau[3], tau[4], tau[5]}}, rest;
     algebra::product_CoAdrc(&R, &effort, &effort);
@@ -148,15 +139,15 @@ template <class T> KSL_LANES void pass_to_parent(const body<scalar_of<T>> &b, co
     p = effort;
   } else {
     const vec3<T> z = axis_of(data, i);
-    s.column = column_along(b.kind, z, A);
-    s.inverse = T(1) / component_along(b.kind, z, s.column);
-    s.effort = tau[0] - component_along(b.kind, z, p);
+    const coscrew<T> U = column_along<K>(z, A);
+    const T inverse = T(1) / component_along<K>(z, U), effort = tau[0] - component_along<K>(z, p);
+    s.column = U, s.inverse = inverse, s.effort = effort;
     if (b.parent == 0)
       return;
     articulated_inertia<T> rest;
-    algebra::articulated_inertia_downdated(&A, &s.column, s.inverse, &rest);
+    algebra::articulated_inertia_downdated(&A, &U, inverse, &rest);
     add_to_parent(rest, data, i, b.parent);
-    algebra::axpy_cc(s.inverse * s.effort, &s.column, &p);
+    algebra::axpy_cc(inverse * effort, &U, &p);
   }
   if (b.parent == 0)
     return;
@@ -165,26 +156,26 @@ template <class T> KSL_LANES void pass_to_parent(const body<scalar_of<T>> &b, co
 }
 
 /// Acceleration of body i beyond its steady motion, and that of its joint, once the parent's gain is known.
-template <class T>
-KSL_LANES void accelerate(const body<scalar_of<T>> &b, const data_view<T> &data, int i, const screw<T> &parent, T *dv) {
+template <joint_kind K, class T>
+KSL_LANES void accelerate(const data_view<T> &data, int i, const screw<T> &parent, T *dv) {
   using A = algebra<T>;
   articulated_state<T> &s = data.articulated[i];
   screw<T> gain; // were the joint not to accelerate
   A::product_Adtinvs(&data.offset[i], &parent, &gain);
-  dv += b.v_index;
-  if (b.kind == joint_kind::floating) {
+  if constexpr (K == joint_kind::floating) {
     const mat3x3<T> R = body_at<T>(i).template get<mat3x3>(data.rotation);
     screw<T> d;
     A::subtract_ss(&s.gain, &gain, &d);
     A::product_Adrinvs(&R, &d, &d);
     dv[0] = d.lin.x, dv[1] = d.lin.y, dv[2] = d.lin.z;
     dv[3] = d.ang.x, dv[4] = d.ang.y, dv[5] = d.ang.z;
-    return;
+  } else {
+    const vec3<T> z = axis_of(data, i);
+    const T acceleration = s.inverse * (s.effort - A::dot_cs(&s.column, &gain));
+    A::axpy_vv(acceleration, &z, K == joint_kind::prismatic ? &gain.lin : &gain.ang);
+    dv[0] = acceleration;
+    s.gain = gain;
   }
-  const vec3<T> z = axis_of(data, i);
-  dv[0] = s.inverse * (s.effort - A::dot_cs(&s.column, &gain));
-  A::axpy_vv(dv[0], &z, b.kind == joint_kind::prismatic ? &gain.lin : &gain.ang);
-  s.gain = gain;
 }
 
 /// Accelerations dv (nv) for positions q (nq), velocities v (nv) and joint efforts tau (nv) under gravity and external
@@ -197,11 +188,13 @@ void forward_dynamics(const model_view<scalar_of<T>> &model, const data_view<T> 
                       const T *tau, const external_wrenches<T> &external, T *dv) {
   start_articulated(model, data, q, v, external);
   for (int i = model.bodies - 1; i > 0; --i)
-    pass_to_parent(model.body[i], data, i, tau);
+    by_kind(model.body[i].kind, [&]<joint_kind K>() { pass_to_parent<K>(model.body[i], data, i, tau + model.body[i].v_index); });
 
   data.articulated[0].gain = {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
-  for (int i = 1; i < model.bodies; ++i)
-    accelerate(model.body[i], data, i, data.articulated[model.body[i].parent].gain, dv);
+  for (int i = 1; i < model.bodies; ++i) {
+    const body<scalar_of<T>> &b = model.body[i];
+    by_kind(b.kind, [&]<joint_kind K>() { accelerate<K>(data, i, data.articulated[b.parent].gain, dv + b.v_index); });
+  }
 }
 
 } // namespace KSL_ISA

@@ -9,11 +9,11 @@ inline namespace KSL_ISA {
 /// Poses of all bodies in the world from those in their parents.
 template <class T> void compose_poses(const model_view<scalar_of<T>> &model, const data_view<T> &data) {
   data.in_world[0] = spread<T>(model.body[0].placement);
-  for (int i = 1; i < model.bodies; ++i) {
-    const body<scalar_of<T>> &b = model.body[i];
-    const SE3<T> D = kept_pose(b, data.in_parent[i]);
-    algebra<T>::product_dd(&data.in_world[b.parent], &D, &data.in_world[i]);
-  }
+  for (int i = 1; i < model.bodies; ++i)
+    by_kind(model.body[i].kind, [&]<joint_kind K>() {
+      const SE3<T> D = kept_pose<K>(model.body[i], data.in_parent[i]);
+      algebra<T>::product_dd(&data.in_world[model.body[i].parent], &D, &data.in_world[i]);
+    });
 }
 
 /// Poses of all bodies, in their parents and in the world, for q (nq).  Featherstone, RBDA (2008), table 4.1, lines 1–6.
@@ -25,14 +25,11 @@ template <class T> void forward_kinematics(const model_view<scalar_of<T>> &model
     const body<scalar_of<T>> &b = model.body[i];
     if (b.parent != i - 1)
       last = data.in_world[b.parent];
-    if (turns(b.kind)) {
-      const SE3<T> D = turned_pose(b, data);
-      keep_turned_pose(D, data.in_parent[i]);
+    by_kind(b.kind, [&]<joint_kind K>() {
+      const SE3<T> D = pose_in_parent<K>(b, data, q);
+      keep_pose<K>(D, data.in_parent[i]);
       algebra<T>::product_dd(&last, &D, &last);
-    } else {
-      data.in_parent[i] = pose_in_parent(b, data, q);
-      algebra<T>::product_dd(&last, &data.in_parent[i], &last);
-    }
+    });
     data.in_world[i] = last;
   }
 }

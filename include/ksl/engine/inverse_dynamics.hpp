@@ -61,26 +61,21 @@ KSL_LANES void add_free_motion(const screw<T> &twist, const screw<T> &rate, body
   A::xpy_vv(&twist.ang, &m.angular_velocity);
 }
 
-/// Adds the motion of a joint that turns to that of its frame, which moves with the parent on entry:
-/// ω̇ += ω × z q̇ + z q̈,  ω += z q̇.
-template <class T> KSL_LANES void add_turning(const T &v, const T &dv, body_motion<T> &m) {
-  vec3<T> &w = m.angular_velocity, &dw = m.angular_acceleration;
-  dw.x = dw.x + w.y * v;
-  dw.y = dw.y - w.x * v;
-  dw.z = dw.z + dv;
-  w.z = w.z + v;
-}
-
-/// The same for other joints, from their velocities v and accelerations dv.
-template <class T> inline void add_joint_motion(joint_kind kind, const T *v, const T *dv, body_motion<T> &m) {
-  if (kind == joint_kind::prismatic) { // a += 2 ω × z q̇ + z q̈
-    const vec3<T> &w = m.angular_velocity;
-    vec3<T> &a = m.acceleration;
+/// Adds the motion of a joint, from its velocities v and accelerations dv, to that of its frame, which moves with the parent
+/// on entry.
+template <joint_kind K, class T> KSL_LANES void add_joint_motion(const T *v, const T *dv, body_motion<T> &m) {
+  vec3<T> &w = m.angular_velocity, &dw = m.angular_acceleration, &a = m.acceleration;
+  if constexpr (K == joint_kind::revolute) { // ω̇ += ω × z q̇ + z q̈,  ω += z q̇
+    dw.x = dw.x + w.y * v[0];
+    dw.y = dw.y - w.x * v[0];
+    dw.z = dw.z + dv[0];
+    w.z = w.z + v[0];
+  } else if constexpr (K == joint_kind::prismatic) { // a += 2 ω × z q̇ + z q̈
     a.x = a.x + T(2) * w.y * v[0];
     a.y = a.y - T(2) * w.x * v[0];
     a.z = a.z + dv[0];
-  } else if (kind == joint_kind::floating) { // v = [v; ω] in the body's frame
-    add_free_motion(joint_twist(kind, v), joint_twist(kind, dv), m);
+  } else { // v = [v; ω] in the body's frame
+    add_free_motion(joint_twist<K>(v), joint_twist<K>(dv), m);
   }
 }
 
@@ -93,25 +88,6 @@ template <class T> KSL_LANES body_motion<T> carried_along(const SE3<T> &in_paren
   A::product_drinvv(&in_parent.R, &parent.angular_acceleration, &m.angular_acceleration);
   A::product_drinvv(&in_parent.R, &a, &m.acceleration);
   return m;
-}
-
-/// How body i moves (data.motion), from how its parent does.  Joints that turn have a way of their own: where kinds meet, what
-/// they leave would go through memory.
-template <class T>
-KSL_LANES void propagate(const body<scalar_of<T>> &b, const data_view<T> &data, int i, const T *q, const T *v, const T *dv) {
-  const body_motion<T> parent = body_at<T>(b.parent).template get<body_motion>(data.motion);
-  if (turns(b.kind)) {
-    const SE3<T> D = turned_pose(b, data);
-    keep_turned_pose(D, data.in_parent[i]);
-    body_motion<T> m = carried_along(D, parent);
-    add_turning(v[b.v_index], dv[b.v_index], m);
-    body_at<T>(i).put(m, data.motion);
-  } else {
-    data.in_parent[i] = pose_in_parent(b, data, q);
-    body_motion<T> m = carried_along(data.in_parent[i], parent);
-    add_joint_motion(b.kind, v + b.v_index, dv + b.v_index, m);
-    body_at<T>(i).put(m, data.motion);
-  }
 }
 
 /// The ground: a frame that accelerates upwards has weight.
@@ -144,21 +120,6 @@ template <class T> KSL_LANES void subtract_wrench(const data_view<T> &data, int 
   body_at<T>(i).put(sum, data.wrench);
 }
 
-/// Effort of joint i, and the wrench through it on to its parent.
-template <class T> KSL_LANES void pass_wrench(const body<scalar_of<T>> &b, const data_view<T> &data, int i, T *tau) {
-  coscrew<T> f = body_at<T>(i).template get<coscrew>(data.wrench);
-  if (turns(b.kind)) {
-    const SE3<T> D = kept_turned_pose(b, data.in_parent[i]);
-    tau[b.v_index] = f.ang.z;
-    algebra<T>::product_CoAdc(&D, &f, &f);
-    add_wrench(data, b.parent, f);
-  } else {
-    joint_effort(b.kind, f, tau + b.v_index);
-    algebra<T>::product_CoAdc(&data.in_parent[i], &f, &f);
-    add_wrench(data, b.parent, f);
-  }
-}
-
 /// Joint efforts tau (nv) for positions q (nq), velocities v (nv) and accelerations dv (nv) under gravity and external
 /// wrenches.  Leaves in data.motion how each body moves and in data.wrench the wrench through each joint, about its body's
 /// origin and in its axes, body 0's included: the one between the ground and a fixed root.  O(bodies), about 250 flops for
@@ -168,15 +129,32 @@ void inverse_dynamics(const model_view<scalar_of<T>> &model, const data_view<T> 
                       const T *dv, const external_wrenches<T> &external, T *tau) {
   sines_and_cosines(model.nq, q, data.sine, data.cosine);
   body_at<T>(0).put(ground_motion<T>(model), data.motion);
-  const auto move = [&](int i) { propagate(model.body[i], data, i, q, v, dv); };
+  const auto move = [&](int i) {
+    const body<scalar_of<T>> &b = model.body[i];
+    by_kind(b.kind, [&]<joint_kind K>() {
+      const SE3<T> D = pose_in_parent<K>(b, data, q);
+      keep_pose<K>(D, data.in_parent[i]);
+      body_motion<T> m = carried_along(D, body_at<T>(b.parent).template get<body_motion>(data.motion));
+      add_joint_motion<K>(v + b.v_index, dv + b.v_index, m);
+      body_at<T>(i).put(m, data.motion);
+    });
+  };
   for_bodies<T>(model.bodies, move, [&](auto k) {
     k.put(newton_euler(k.inertia(model), k.template get<body_motion>(data.motion)), data.wrench);
   });
   for (int k = 0; k < external.n; ++k)
     subtract_wrench(data, model.link[external.link[k]].body, external_in_body(model, external, k));
 
-  for (int i = model.bodies - 1; i > 0; --i)
-    pass_wrench(model.body[i], data, i, tau);
+  for (int i = model.bodies - 1; i > 0; --i) {
+    const body<scalar_of<T>> &b = model.body[i];
+    by_kind(b.kind, [&]<joint_kind K>() {
+      const SE3<T> D = kept_pose<K>(b, data.in_parent[i]);
+      coscrew<T> f = body_at<T>(i).template get<coscrew>(data.wrench);
+      joint_effort<K>(f, tau + b.v_index);
+      algebra<T>::product_CoAdc(&D, &f, &f);
+      add_wrench(data, b.parent, f);
+    });
+  }
 }
 
 } // namespace KSL_ISA

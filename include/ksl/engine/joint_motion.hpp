@@ -35,87 +35,83 @@ template <class T> inline mat3x3<T> rotation_of(const T q[4]) {
           s * (x * z + y * w),       s * (y * z - x * w),       one - s * (x * x + y * y)};
 }
 
-/// Pose of a body in its parent, whose joint turns, at the angle that q holds for it; after sines_and_cosines.
-template <class T> KSL_LANES SE3<T> turned_pose(const body<scalar_of<T>> &b, const data_view<T> &data) {
-  SE3<T> D = spread<T>(b.placement);
-  T dc[2] = {data.sine[b.q_index], data.cosine[b.q_index]};
-  algebra<T>::product_drdrz(&D.R, dc, &D.R);
-  return D;
+/// step.operator()<K>() for a kind of joint, K one of those that differ in motion: revolute, prismatic, floating.  Each gets
+/// code of its own: where kinds meet, what they leave goes through memory.  Bodies have no fixed joints.
+template <class Step> KSL_LANES void by_kind(joint_kind kind, Step step) {
+  if (turns(kind))
+    step.template operator()<joint_kind::revolute>();
+  else if (kind == joint_kind::prismatic)
+    step.template operator()<joint_kind::prismatic>();
+  else
+    step.template operator()<joint_kind::floating>();
 }
 
-/// The same for any joint at its position in q.
-template <class T> inline SE3<T> pose_in_parent(const body<scalar_of<T>> &b, const data_view<T> &data, const T *q) {
+/// Pose of a body in its parent at the joint position that q holds for it; after sines_and_cosines.
+template <joint_kind K, class T>
+KSL_LANES SE3<T> pose_in_parent(const body<scalar_of<T>> &b, const data_view<T> &data, const T *q) {
   using A = algebra<T>;
-  if (turns(b.kind))
-    return turned_pose(b, data);
   const int i = b.q_index;
   SE3<T> D = spread<T>(b.placement);
-  if (b.kind == joint_kind::prismatic) {
+  if constexpr (K == joint_kind::revolute) {
+    T dc[2] = {data.sine[i], data.cosine[i]};
+    A::product_drdrz(&D.R, dc, &D.R);
+  } else if constexpr (K == joint_kind::prismatic) {
     A::product_ddtz(&D, q[i], &D);
-  } else if (b.kind == joint_kind::floating) {
+  } else {
     const SE3<T> motion = {rotation_of(q + i + 3), {q[i], q[i + 1], q[i + 2]}};
     A::product_dd(&D, &motion, &D);
   }
   return D;
 }
 
-/// Keeps of the pose of a body, whose joint turns, what the joint changes of it.  The rest is in the model: to store a
-/// register costs as much as two sums.
-template <class T> KSL_LANES void keep_turned_pose(const SE3<T> &D, SE3<T> &kept) {
-  kept.R.m00 = D.R.m00, kept.R.m10 = D.R.m10, kept.R.m20 = D.R.m20;
-  kept.R.m01 = D.R.m01, kept.R.m11 = D.R.m11, kept.R.m21 = D.R.m21;
+/// Keeps of the pose of a body in its parent what its joint changes.  The rest is in the model: to store a register costs as
+/// much as two sums.
+template <joint_kind K, class T> KSL_LANES void keep_pose(const SE3<T> &D, SE3<T> &kept) {
+  if constexpr (K != joint_kind::prismatic) {
+    kept.R.m00 = D.R.m00, kept.R.m10 = D.R.m10, kept.R.m20 = D.R.m20;
+    kept.R.m01 = D.R.m01, kept.R.m11 = D.R.m11, kept.R.m21 = D.R.m21;
+  }
+  if constexpr (K == joint_kind::floating)
+    kept.R.m02 = D.R.m02, kept.R.m12 = D.R.m12, kept.R.m22 = D.R.m22;
+  if constexpr (K != joint_kind::revolute)
+    kept.t.x = D.t.x, kept.t.y = D.t.y, kept.t.z = D.t.z;
 }
-template <class T> KSL_LANES SE3<T> kept_turned_pose(const body<scalar_of<T>> &b, const SE3<T> &kept) {
+
+/// That pose again.
+template <joint_kind K, class T> KSL_LANES SE3<T> kept_pose(const body<scalar_of<T>> &b, const SE3<T> &kept) {
   SE3<T> D = spread<T>(b.placement);
-  D.R.m00 = kept.R.m00, D.R.m10 = kept.R.m10, D.R.m20 = kept.R.m20;
-  D.R.m01 = kept.R.m01, D.R.m11 = kept.R.m11, D.R.m21 = kept.R.m21;
+  if constexpr (K != joint_kind::prismatic) {
+    D.R.m00 = kept.R.m00, D.R.m10 = kept.R.m10, D.R.m20 = kept.R.m20;
+    D.R.m01 = kept.R.m01, D.R.m11 = kept.R.m11, D.R.m21 = kept.R.m21;
+  }
+  if constexpr (K == joint_kind::floating)
+    D.R.m02 = kept.R.m02, D.R.m12 = kept.R.m12, D.R.m22 = kept.R.m22;
+  if constexpr (K != joint_kind::revolute)
+    D.t.x = kept.t.x, D.t.y = kept.t.y, D.t.z = kept.t.z;
   return D;
 }
 
-/// The pose of a body in its parent, as it was kept: whole, or where the joint turns, in part.
-template <class T> KSL_LANES SE3<T> kept_pose(const body<scalar_of<T>> &b, const SE3<T> &kept) {
-  return turns(b.kind) ? kept_turned_pose(b, kept) : kept;
-}
-
-/// Twist of a joint, S q̇, from its velocities v (nv of the kind), in its body's frame.
-template <class T> KSL_LANES screw<T> joint_twist(joint_kind kind, const T *v) {
+/// Twist of a joint, S q̇, from its velocities v, in its body's frame.
+template <joint_kind K, class T> KSL_LANES screw<T> joint_twist(const T *v) {
   const T zero = T(0);
-  switch (kind) {
-  case joint_kind::revolute:
-  case joint_kind::continuous:
+  if constexpr (K == joint_kind::revolute)
     return {{zero, zero, zero}, {zero, zero, v[0]}};
-  case joint_kind::prismatic:
+  else if constexpr (K == joint_kind::prismatic)
     return {{zero, zero, v[0]}, {zero, zero, zero}};
-  case joint_kind::floating:
+  else
     return {{v[0], v[1], v[2]}, {v[3], v[4], v[5]}};
-  case joint_kind::fixed:
-    break;
-  }
-  return {{zero, zero, zero}, {zero, zero, zero}};
 }
 
-/// Effort (nv of the kind) of a wrench on a joint: Sᵀ f.
-template <class T> KSL_LANES void joint_effort(joint_kind kind, const coscrew<T> &f, T *tau) {
-  switch (kind) {
-  case joint_kind::revolute:
-  case joint_kind::continuous:
+/// Effort of a wrench on a joint: Sᵀ f.
+template <joint_kind K, class T> KSL_LANES void joint_effort(const coscrew<T> &f, T *tau) {
+  if constexpr (K == joint_kind::revolute) {
     tau[0] = f.ang.z;
-    break;
-  case joint_kind::prismatic:
+  } else if constexpr (K == joint_kind::prismatic) {
     tau[0] = f.lin.z;
-    break;
-  case joint_kind::floating:
+  } else {
     tau[0] = f.lin.x, tau[1] = f.lin.y, tau[2] = f.lin.z;
     tau[3] = f.ang.x, tau[4] = f.ang.y, tau[5] = f.ang.z;
-    break;
-  case joint_kind::fixed:
-    break;
   }
-}
-
-/// The same number for a joint with one coordinate.
-template <class T> KSL_LANES T effort_along(joint_kind kind, const coscrew<T> &f) {
-  return kind == joint_kind::prismatic ? f.lin.z : f.ang.z;
 }
 
 } // namespace KSL_ISA

@@ -44,10 +44,11 @@ void link_wrenches(const model_view<scalar_of<T>> &model, const data_view<T> &da
     if (child.parent < 0)
       continue;
     coscrew<T> f = data.link_wrench[l];
-    if (child.first) {
-      const SE3<T> D = kept_pose(model.body[child.body], data.in_parent[child.body]);
-      A::product_CoAdc(&D, &f, &f);
-    }
+    if (child.first)
+      by_kind(model.body[child.body].kind, [&]<joint_kind K>() {
+        const SE3<T> D = kept_pose<K>(model.body[child.body], data.in_parent[child.body]);
+        A::product_CoAdc(&D, &f, &f);
+      });
     A::xpy_cc(&f, &data.link_wrench[child.parent]);
   }
 }
