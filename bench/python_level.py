@@ -8,7 +8,6 @@ import statistics
 import sys
 import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -124,22 +123,25 @@ def wrenches(n: int = 1_000_000) -> Figures:
     """n wrenches, each by a pose of its own: 12 + 6 numbers read, 6 written."""
     rng = np.random.default_rng(2)
     D, c = rng.normal(size=(n, 4, 3)), rng.normal(size=(n, 6))
-    out = np.empty_like(c)
+    out = np.zeros_like(c)
 
     def with_numpy() -> np.ndarray:
         f = np.einsum("nji,nj->ni", D[:, :3], c[:, :3])
         return np.concatenate([f, np.einsum("nji,nj->ni", D[:, :3], c[:, 3:]) + np.cross(D[:, 3], f)], axis=1)
 
     agree(ufuncs.product_CoAdc(D, c), with_numpy(), "product_CoAdc and NumPy")
-    halves = [slice(0, n // 2), slice(n // 2, n)]
-    with ThreadPoolExecutor(2) as threads:
-        work = {
-            "KSL, 1 thread": lambda: ufuncs.product_CoAdc(D, c, out=out),
-            "KSL, 1 thread, new result": lambda: ufuncs.product_CoAdc(D, c),
-            "KSL, 2 threads": lambda: list(threads.map(lambda s: ufuncs.product_CoAdc(D[s], c[s], out=out[s]), halves)),
-            "NumPy, 1 thread": with_numpy,
-        }
-        return take_turns(work, n, 30)
+
+    def on(threads: int, to: np.ndarray | None = None) -> np.ndarray:
+        ufuncs.set_threads(threads)
+        return ufuncs.product_CoAdc(D, c, out=to)
+
+    work = {
+        "KSL, 1 thread": lambda: on(1, out),
+        "KSL, 1 thread, new result": lambda: on(1),
+        "KSL, 2 threads": lambda: on(2, out),
+        "NumPy, 1 thread": with_numpy,
+    }
+    return take_turns(work, n, 30)
 
 
 def main(folder: str, result: str) -> None:

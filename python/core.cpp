@@ -267,8 +267,10 @@ NB_MODULE(_core, module) {
                    });
   add_batch_calls<double>(model);
   add_batch_calls<float>(model);
-  model.def("inverse_dynamics_direct", &direct::inverse_dynamics, "q"_a, "v"_a, "a"_a, "tau"_a, "threads"_a)
-      .def("forward_dynamics_direct", &direct::forward_dynamics, "q"_a, "v"_a, "tau"_a, "a"_a, "threads"_a);
+  model
+      .def("inverse_dynamics_direct", &direct::inverse_dynamics, "q"_a, "v"_a.none(), "a"_a.none(), "tau"_a, "threads"_a)
+      .def("forward_dynamics_direct", &direct::forward_dynamics, "q"_a, "v"_a, "tau"_a, "a"_a, "threads"_a)
+      .def("mass_matrix_direct", &direct::mass_matrix, "q"_a, "out"_a, "threads"_a);
   model.def("frame_pose", &frame_pose, "q"_a, "link"_a, "out"_a)
       .def("energy", &energy, "q"_a, "v"_a, "kinetic"_a, "potential"_a)
       .def("external_power", &external_power, "q"_a, "v"_a, "external_links"_a, "external"_a, "out"_a);

@@ -165,16 +165,17 @@ class Model:
         A floating base is the first joint: q = [x y z qx qy qz qw] in the world, v = [linear, angular] in the body's
         frame, a = dv/dt componentwise; its effort is the wrench on the body in the same frame.
 
-        float32 stays float32 where every argument is.  out: a C-contiguous array for the result; it may be one of the
-        arguments, but not overlap one otherwise.  threads: at most so many for large batches; None or 0: all cores.
+        Arrays, sequences and whatever has the array, buffer or DLPack protocol; no copy where the numbers of a row are
+        neighbours and rows lie at one distance, a negative one too.  float32 stays float32 where every argument is.
+        out: a C-contiguous array for the result; it may be one of the arguments, but not overlap one otherwise.
+        threads: at most so many for large batches; None or 0: all cores; results don't depend on it.  The interpreter's
+        lock is released from 32 states on.
 
         Recursive Newton–Euler (Featherstone, RBDA 2008, table 5.1); O(bodies).
         Raises ValueError for shapes that don't fit and numbers that are complex or not finite.
         """
-        if external is None and out is None and type(v) is np.ndarray:
-            tau = np.empty_like(v)
-            if self._core.inverse_dynamics_direct(q, v, a, tau, _thread_count(threads)):
-                return tau
+        if external is None and (tau := _room(out, v)) is not None and self._core.inverse_dynamics_direct(q, v, a, tau, _thread_count(threads)):
+            return tau
         states = _States(self, external, q=q, v=v, a=a)
         tau = states.result(out, self.nv)
         self._core.inverse_dynamics(*states.rows, *states.external, states.flat_result(tau, 2), [], [], _thread_count(threads))
@@ -222,10 +223,8 @@ class Model:
         The inverse of :meth:`inverse_dynamics`, same conventions.  Articulated-body algorithm (Featherstone, RBDA 2008,
         table 7.1); O(bodies).
         """
-        if external is None and out is None and type(v) is np.ndarray:
-            a = np.empty_like(v)
-            if self._core.forward_dynamics_direct(q, v, tau, a, _thread_count(threads)):
-                return a
+        if external is None and (a := _room(out, v)) is not None and self._core.forward_dynamics_direct(q, v, tau, a, _thread_count(threads)):
+            return a
         states = _States(self, external, q=q, v=v, tau=tau)
         a = states.result(out, self.nv)
         self._core.forward_dynamics(*states.rows, *states.external, states.flat_result(a, 2), _thread_count(threads))
@@ -236,23 +235,35 @@ class Model:
 
         Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2); O(bodies × depth).
         """
+        if (matrix := _room(out, q, self.nv, self.nv)) is not None and self._core.mass_matrix_direct(q, matrix, _thread_count(threads)):
+            return matrix
         states = _States(self, None, q=q)
         matrix = states.result(out, self.nv, self.nv)
         self._core.mass_matrix(*states.rows, states.flat_result(matrix, 3), _thread_count(threads))
         return matrix
 
-    def bias(self, q: ArrayLike, v: ArrayLike, external: External | None = None) -> Array:
-        """Efforts (…, nv) that hold velocities v without acceleration: Coriolis, centrifugal, gravity, less external wrenches."""
+    def bias(self, q: ArrayLike, v: ArrayLike, external: External | None = None, out: Array | None = None, threads: int | None = None) -> Array:
+        """Efforts (…, nv) that hold velocities v without acceleration: Coriolis, centrifugal, gravity, less external wrenches.
+
+        q, v, external, out, threads: as in :meth:`inverse_dynamics`, of which this is the case a = 0.
+        """
+        if external is None and (tau := _room(out, v)) is not None and self._core.inverse_dynamics_direct(q, v, None, tau, _thread_count(threads)):
+            return tau
         states = _States(self, external, q=q, v=v)
-        tau = states.result(None, self.nv)
-        self._core.inverse_dynamics(*states.rows, None, *states.external, states.flat_result(tau, 2), [], [], 0)
+        tau = states.result(out, self.nv)
+        self._core.inverse_dynamics(*states.rows, None, *states.external, states.flat_result(tau, 2), [], [], _thread_count(threads))
         return tau
 
-    def gravity_torque(self, q: ArrayLike, external: External | None = None) -> Array:
-        """Efforts (…, nv) that hold the mechanism at rest at q, against gravity and external wrenches."""
+    def gravity_torque(self, q: ArrayLike, external: External | None = None, out: Array | None = None, threads: int | None = None) -> Array:
+        """Efforts (…, nv) that hold the mechanism at rest at q, against gravity and external wrenches.
+
+        q, external, out, threads: as in :meth:`inverse_dynamics`, of which this is the case v = a = 0.
+        """
+        if external is None and (tau := _room(out, q, self.nv)) is not None and self._core.inverse_dynamics_direct(q, None, None, tau, _thread_count(threads)):
+            return tau
         states = _States(self, external, q=q)
-        tau = states.result(None, self.nv)
-        self._core.inverse_dynamics(*states.rows, None, None, *states.external, states.flat_result(tau, 2), [], [], 0)
+        tau = states.result(out, self.nv)
+        self._core.inverse_dynamics(*states.rows, None, None, *states.external, states.flat_result(tau, 2), [], [], _thread_count(threads))
         return tau
 
     def frame_pose(self, q: ArrayLike, name: str) -> Array:
@@ -342,13 +353,13 @@ class _States:
     """
 
     def __init__(self, model: Model, external: External | None, dtype: type | None = None, **arrays: ArrayLike) -> None:
-        given = {name: np.asarray(value) for name, value in arrays.items()}
-        wrenches = {name: np.asarray(value) for name, value in (external or {}).items()}
+        given = {name: _array(value) for name, value in arrays.items()}
+        wrenches = {name: _array(value) for name, value in (external or {}).items()}
         for name, x in given.items():
             _refuse_complex(name, x)
         for name, w in wrenches.items():
             _refuse_complex(f"external[{name!r}]", w)
-        single = dtype is None and all(x.dtype == np.float32 for x in (*given.values(), *wrenches.values()))
+        single = dtype is None and all(x.dtype.newbyteorder("=") == np.float32 for x in (*given.values(), *wrenches.values()))
         self.dtype = np.float32 if single else np.float64
         for name, x in given.items():
             width = model.nq if name == "q" else model.nv
@@ -371,6 +382,8 @@ class _States:
         if x.shape[:-1] != self.leading:
             x = np.broadcast_to(x, (*self.leading, x.shape[-1]))
         rows = np.ascontiguousarray(x, self.dtype).reshape(self.count, x.shape[-1])
+        if not rows.flags.aligned:
+            rows = rows.copy()
         if not np.isfinite(rows).all():
             where = np.argwhere(~np.isfinite(x))[0].tolist()
             raise ValueError(f"{name}{where} is {x[tuple(where)]}; every number must be finite")
@@ -381,9 +394,9 @@ class _States:
         wanted = (*self.leading, *shape)
         if out is None:
             return np.empty(wanted, self.dtype)
-        if not isinstance(out, np.ndarray) or out.shape != wanted or out.dtype != self.dtype or not out.flags.c_contiguous or not out.flags.writeable:
+        if not isinstance(out, np.ndarray) or out.shape != wanted or out.dtype != self.dtype or not (out.flags.carray and out.dtype.isnative):
             found = f"{out.dtype} {out.shape}" if isinstance(out, np.ndarray) else type(out).__name__
-            raise ValueError(f"out is {found}; expected a C-contiguous, writeable {np.dtype(self.dtype).name} array of shape {wanted}")
+            raise ValueError(f"out is {found}; expected a C-contiguous, aligned, writeable {np.dtype(self.dtype).name} array of shape {wanted}")
         for name, rows in zip(self._names, self.rows, strict=True):
             # a state is read before its result is written: out may be an argument, but then row on row
             same = rows.ctypes.data == out.ctypes.data and rows.nbytes == out.nbytes
@@ -440,6 +453,23 @@ def _payload(link: str, load: tuple[float, Sequence[float]]) -> tuple[str, float
     if not (math.isfinite(mass) and mass >= 0):
         raise ValueError(f"payload on {link}: mass {mass} kg; expected a number that is not negative")
     return link, mass, list(_three_numbers(point, f"payload on {link}: payload point"))
+
+
+def _array(x: ArrayLike) -> Array:
+    """Of NumPy, which doesn't look for objects that offer DLPack and nothing else."""
+    return np.from_dlpack(x) if hasattr(x, "__dlpack__") and not hasattr(x, "__array__") else np.asarray(x)
+
+
+def _room(out: Array | None, like: ArrayLike, *shape: int) -> Array | None:
+    """`out`, or an array in the precision of `like`: of its shape, or with its last axis replaced by `shape`.
+
+    None where only the long way can tell what fits.
+    """
+    if out is not None:
+        return out if type(out) is np.ndarray else None
+    if type(like) is not np.ndarray or like.ndim == 0:
+        return None
+    return np.empty(like.shape[:-1] + shape if shape else like.shape, like.dtype)
 
 
 def _thread_count(threads: int | None) -> int:

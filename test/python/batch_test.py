@@ -84,7 +84,7 @@ def test_out_is_filled_and_returned(panda):
 
 @pytest.mark.parametrize("out", [np.empty((12, 6)), np.empty((12, 7), np.float32), np.empty((12, 14))[:, ::2], [0.0]])
 def test_an_out_that_does_not_fit_is_refused(panda, out):
-    with pytest.raises(ValueError, match=r"out is .*expected a C-contiguous, writeable float64 array of shape \(12, 7\)"):
+    with pytest.raises(ValueError, match=r"out is .*expected a C-contiguous, aligned, writeable float64 array of shape \(12, 7\)"):
         panda.inverse_dynamics(*states(panda, 12), out=out)
 
 

@@ -1,0 +1,202 @@
+"""Arrays of any layout and protocol give the bits of plain ones, and what can't be read or written is refused."""
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import ksl
+
+
+@pytest.fixture(params=["fixed", "floating"])
+def arm(request, examples):
+    return ksl.load(examples / "robots/panda.urdf", floating_base=request.param == "floating")
+
+
+def states(m, *leading):
+    rng = np.random.default_rng(3)
+    q, v, a = (rng.uniform(-2, 2, (*leading, width)) for width in (m.nq, m.nv, m.nv))
+    if m.nq != m.nv:
+        q[..., 3:7] /= np.linalg.norm(q[..., 3:7], axis=-1, keepdims=True)
+    return q, v, a
+
+
+def calls(m, q, v, a):
+    """Every algorithm with its arguments."""
+    return [
+        (m.inverse_dynamics, (q, v, a)),
+        (m.forward_dynamics, (q, v, a)),
+        (m.mass_matrix, (q,)),
+        (m.bias, (q, v)),
+        (m.gravity_torque, (q,)),
+    ]
+
+
+class Converted:
+    """Has the array protocol and nothing else."""
+
+    def __init__(self, x):
+        self.x = x
+
+    def __array__(self, dtype=None, copy=None):
+        return self.x if dtype is None else self.x.astype(dtype)
+
+
+class Exchanged:
+    """Has DLPack and nothing else."""
+
+    def __init__(self, x):
+        self.x = x
+
+    def __dlpack__(self, **options):
+        return self.x.__dlpack__(**options)
+
+    def __dlpack_device__(self):
+        return self.x.__dlpack_device__()
+
+
+def misaligned(x):
+    memory = np.zeros(x.nbytes + 1, np.uint8)
+    y = memory[1:].view(x.dtype).reshape(x.shape)
+    y[...] = x
+    assert not y.flags.aligned
+    return y
+
+
+def spaced(x):
+    """Rows apart, as columns of a wider array are."""
+    return np.concatenate([x, np.full((*x.shape[:-1], 3), np.nan, x.dtype)], axis=-1)[..., : x.shape[-1]]
+
+
+def read_only(x):
+    y = x.copy()
+    y.setflags(write=False)
+    return y
+
+
+LAYOUTS = {
+    "misaligned": misaligned,
+    "rows backwards": lambda x: x[::-1].copy()[::-1],
+    "numbers backwards": lambda x: x[..., ::-1].copy()[..., ::-1],
+    "rows apart": spaced,
+    "rows apart and backwards": lambda x: spaced(x[::-1])[::-1],
+    "numbers apart": lambda x: np.repeat(x, 2, axis=-1)[..., ::2],
+    "columns": np.asfortranarray,
+    "foreign byte order": lambda x: x.astype(x.dtype.newbyteorder()),
+    "read-only": read_only,
+    "array protocol": Converted,
+    "DLPack": Exchanged,
+    "buffer": memoryview,
+    "lists": lambda x: x.tolist(),
+}
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+@pytest.mark.parametrize("leading", [(1,), (21,), (4, 3), (3, 1, 5)])
+def test_layouts_make_no_difference(arm, layout, leading):
+    plain = states(arm, *leading)
+    for (call, given), (_, other) in zip(calls(arm, *plain), calls(arm, *map(LAYOUTS[layout], plain))):
+        assert np.array_equal(call(*other), call(*given))
+        for k in range(len(given)):
+            assert np.array_equal(call(*given[:k], other[k], *given[k + 1 :]), call(*given))
+
+
+@pytest.mark.parametrize("layout", [name for name in LAYOUTS if name != "lists"])
+def test_single_precision_stays_in_any_layout(arm, layout):
+    plain = [x.astype(np.float32) for x in states(arm, 21)]
+    for (call, given), (_, other) in zip(calls(arm, *plain), calls(arm, *map(LAYOUTS[layout], plain))):
+        found = call(*other)
+        assert found.dtype == np.float32
+        assert np.array_equal(found, call(*given))
+
+
+def test_a_batch_of_any_size_is_its_states(arm):
+    q, v, a = states(arm, 19)
+    for n in range(20):
+        for call, given in calls(arm, q[:n], v[:n], a[:n]):
+            found = call(*given)
+            assert len(found) == n
+            assert all(np.array_equal(found[k], call(*(x[k] for x in given))) for k in range(n))
+
+
+def test_a_broadcast_argument_is_repeated(arm):
+    q, v, a = states(arm, 21)
+    expected = arm.inverse_dynamics(q, v, np.repeat(a[:1], 21, axis=0))
+    assert np.array_equal(arm.inverse_dynamics(q, v, a[0]), expected)
+    assert np.array_equal(arm.inverse_dynamics(q, v, np.broadcast_to(a[0], a.shape)), expected)
+    assert np.array_equal(arm.inverse_dynamics(q, np.broadcast_to(v[0], v.shape), a), arm.inverse_dynamics(q, v[0], a))
+
+
+def test_out_is_filled_by_every_call(arm):
+    for leading in ((), (1,), (21,), (4, 3)):
+        for call, given in calls(arm, *states(arm, *leading)):
+            expected = call(*given)
+            out = np.full_like(expected, np.nan)
+            assert call(*given, out=out) is out
+            assert np.array_equal(out, expected)
+            single = np.empty(expected.shape, np.float32)
+            assert call(*(x.astype(np.float32) for x in given), out=single) is single
+
+
+@pytest.mark.parametrize("unfit", [misaligned, spaced, np.asfortranarray, read_only, lambda x: x.astype(np.float32), lambda x: x[1:], lambda x: x[..., None], memoryview])
+def test_an_unfit_out_is_refused_by_every_call(arm, unfit):
+    for call, given in calls(arm, *states(arm, 21)):
+        out = unfit(call(*given))
+        with pytest.raises(ValueError, match="out is .*expected a C-contiguous, aligned, writeable float64 array of shape"):
+            call(*given, out=out)
+
+
+def test_out_over_arguments_with_gaps(arm):
+    """Such arguments are copied where the result would run over them."""
+    v = states(arm, 21)[1]
+    memory = np.zeros((42, arm.nv))
+    memory[::2] = v
+    given = list(states(arm, 21))
+    expected = arm.inverse_dynamics(given[0], v, given[2])
+    assert np.array_equal(arm.inverse_dynamics(given[0], memory[::2], given[2], out=memory[:21]), expected)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_numbers_that_are_not_finite_are_said_by_every_call(arm, bad, dtype):
+    for n, at in ((1, 0), (40, 39), (9000, 8765)):
+        plain = [x.astype(dtype) for x in states(arm, n)]
+        for k, name in enumerate("qva"):
+            given = [x.copy() for x in plain]
+            given[k][at, 2] = bad
+            for call, arguments in calls(arm, *given):
+                if len(arguments) > k:
+                    with pytest.raises(ValueError, match=rf"{'tau' if k == 2 and call == arm.forward_dynamics else name}\[{at}, 2\] is {bad}; every number must be finite"):
+                        call(*arguments)
+
+
+def test_large_and_small_numbers_are_finite(arm):
+    q, v, a = states(arm, 3)
+    for x in (np.finfo(float).max, -np.finfo(float).max, np.finfo(float).tiny, 5e-324, -0.0):
+        a[1, 2] = x
+        arm.inverse_dynamics(q, v, a)
+
+
+@pytest.mark.parametrize("n", [1, 3000])
+@pytest.mark.parametrize("length, fits", [(1 + 9e-4, True), (1 + 9.99e-4, True), (1 - 9.99e-4, True), (1 + 1.01e-3, False), (1 - 1.01e-3, False), (0, False)])
+def test_quaternions_are_measured_by_every_call(examples, n, length, fits):
+    m = ksl.load(examples / "robots/panda.urdf", floating_base=True)
+    q, v, a = states(m, n)
+    q[-1, 3:7] *= length
+    for call, given in calls(m, q, v, a):
+        if fits:
+            call(*given)
+        else:
+            with pytest.raises(ValueError, match=rf"floating_base: quaternion of state {n - 1} has length"):
+                call(*given)
+
+
+def test_an_unknown_instruction_set_is_said_with_the_known_ones(examples):
+    code = "import sys, ksl; m = ksl.load(sys.argv[1]); m.gravity_torque([0.0] * m.nq)"
+    run = subprocess.run(
+        [sys.executable, "-c", code, examples / "robots/panda.urdf"], capture_output=True, text=True, env=os.environ | {"KSL_ISA": "x86-64-v9"}
+    )
+    assert run.returncode != 0
+    assert "KSL_ISA=x86-64-v9 is no instruction set that runs here; known: " in run.stderr
