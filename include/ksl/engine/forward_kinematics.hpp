@@ -25,11 +25,14 @@ template <class T> void forward_kinematics(const model_view<scalar_of<T>> &model
     const body<scalar_of<T>> &b = model.body[i];
     if (b.parent != i - 1)
       last = data.in_world[b.parent];
-    by_kind(b.kind, [&]<joint_kind K>() {
-      const SE3<T> D = pose_in_parent<K>(b, data, q);
-      keep_pose<K>(D, data.in_parent[i]);
+    if (turns(b.kind)) {
+      const SE3<T> D = pose_in_parent<joint_kind::revolute>(b, data, q);
+      keep_pose<joint_kind::revolute>(D, data.in_parent[i]);
       algebra<T>::product_dd(&last, &D, &last);
-    });
+    } else { // through memory, so that the way above has its registers
+      by_kind(b.kind, [&]<joint_kind K>() { data.in_parent[i] = pose_in_parent<K>(b, data, q); });
+      algebra<T>::product_dd(&last, &data.in_parent[i], &last);
+    }
     data.in_world[i] = last;
   }
 }
