@@ -19,7 +19,7 @@ COLOURS = {"KSL, gcc": "tab:blue", "Pinocchio": "tab:orange"}
 
 def over_bodies(results: Results) -> plt.Figure:
     """Time over bodies: one state and batch, chains and trees."""
-    figure, axes = plt.subplots(1, 3, figsize=(9.5, 3.2), sharey=True)
+    figure, axes = plt.subplots(1, 3, figsize=(9.5, 3.5), sharey=True, layout="constrained")
     robots = results["scaling"]["robots"]
     for axis, operation in zip(axes, ("rnea", "aba", "crba")):
         for shape, marker in (("chain", "o"), ("tree", "^")):
@@ -31,7 +31,7 @@ def over_bodies(results: Results) -> plt.Figure:
                 axis.loglog(*zip(*xy), style, marker=marker, ms=3.5, color=COLOURS[peer], label=f"{name}, {shape}s")
         axis.set(title=tables.OPERATIONS[operation], xlabel="bodies")
     axes[0].set_ylabel("ns a state")
-    axes[0].legend(fontsize=7)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncol=6, fontsize=7)
     return figure
 
 
