@@ -23,6 +23,7 @@ fi
 if [ "$1" = test ]; then
   need doctest-dev has_header doctest/doctest.h
   need qemu-user command -v qemu-x86_64
+  need g++-aarch64-linux-gnu command -v aarch64-linux-gnu-g++
   need binutils command -v nm
 fi
 if [ "$1" = bench ]; then

@@ -45,7 +45,7 @@ KSL_EXPORT void energy(const model &m, data &d, const double *q, const double *v
 KSL_EXPORT double external_power(const model &m, data &d, const double *q, const double *v,
                       const external_wrenches<double> &external);
 
-/// Name of the instruction set whose kernels run: x86-64-v2, x86-64-v3, x86-64-v4 or generic.  KSL_ISA in the
+/// Name of the instruction set whose kernels run: x86-64-v2, x86-64-v3, x86-64-v4, neon or generic.  KSL_ISA in the
 /// environment forces one; throws std::runtime_error where it names none that is known and runs here.
 KSL_EXPORT const char *instruction_set();
 

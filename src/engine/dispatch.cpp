@@ -19,6 +19,8 @@
 KSL_DECLARE_TABLES(x86_64_v2)
 KSL_DECLARE_TABLES(x86_64_v3)
 KSL_DECLARE_TABLES(x86_64_v4)
+#elif defined(__aarch64__)
+KSL_DECLARE_TABLES(neon)
 #else
 KSL_DECLARE_TABLES(generic)
 #endif
@@ -57,6 +59,10 @@ constexpr instruction_set_row sets[] = {
     {"x86-64-v3", &ksl_kernels_x86_64_v3, &ksl_array_kernels_x86_64_v3, has_v3},
     {"x86-64-v2", &ksl_kernels_x86_64_v2, &ksl_array_kernels_x86_64_v2, has_v2},
 };
+
+#elif defined(__aarch64__)
+
+constexpr instruction_set_row sets[] = {{"neon", &ksl_kernels_neon, &ksl_array_kernels_neon, [] { return true; }}};
 
 #else
 

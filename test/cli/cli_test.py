@@ -430,7 +430,7 @@ def test_info_says_what_is_not_used(tmp_path):
 @pytest.mark.parametrize("isa", ["", "x86-64-v2"])
 def test_info_of_the_processor(isa):
     if isa and os.uname().machine != "x86_64":
-        isa = "generic"
+        isa = "neon" if os.uname().machine == "aarch64" else "generic"
     p = run("info", "--cpu", KSL_ISA=isa)
     assert p.returncode == 0 and p.stdout.startswith("kernels: ") and (not isa or p.stdout == f"kernels: {isa}\n")
 

@@ -260,7 +260,7 @@ static void test_dynamics(const char *path) {
   ksl_model_free(same);
   CHECK(ksl_model_nq(NULL) == 0 && ksl_model_joint(NULL, "x") == -1 && ksl_model_warning(m, 0) == NULL);
   CHECK_REFUSED(ksl_mass_matrix_batch(m, n, q[0], nv, NULL, nv, 1), KSL_BAD_ARGUMENT, "null");
-  CHECK(strncmp(ksl_instruction_set(), "x86-64-v", 8) == 0 || strcmp(ksl_instruction_set(), "generic") == 0);
+  CHECK(strncmp(ksl_instruction_set(), "x86-64-v", 8) == 0 || strcmp(ksl_instruction_set(), "neon") == 0 || strcmp(ksl_instruction_set(), "generic") == 0);
   ksl_data_free(d);
   ksl_model_free(m);
 }

@@ -178,6 +178,15 @@ template <class T> void upper_mass_matrix(const model_view<scalar_of<T>> &model,
     upper_rows(model, data, j, M);
 }
 
+/// Copies the upper triangle to the lower one, a few rows at a time, so that columns of large matrices stay in cache.
+template <class T> void mirror(int n, T *M) {
+  constexpr int rows = 8;
+  for (int first = 0; first < n; first += rows)
+    for (int i = first + 1; i < n; ++i)
+      for (int k = first; k < i && k < first + rows; ++k)
+        M[i * n + k] = M[k * n + i];
+}
+
 /// M (nv, nv), row-major and symmetric, for q (nq): tau = M a + bias.  O(bodies²).
 template <class T> void mass_matrix(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, T *M) {
   const int nv = model.nv;
@@ -193,9 +202,7 @@ template <class T> void mass_matrix(const model_view<scalar_of<T>> &model, const
           M[row * nv + k] = T(0);
       }
   }
-  for (int i = 1; i < nv; ++i)
-    for (int k = 0; k < i; ++k)
-      M[i * nv + k] = M[k * nv + i];
+  mirror(nv, M);
 }
 
 } // namespace KSL_ISA
