@@ -31,7 +31,7 @@ KSL_LANES mat3x3<P> turned_axes(const bodies_at<P, T> &k, const model_view<scala
   return R;
 }
 
-/// The same for a joint that floats: a base, or a body within a tree.
+/// What `place` does, for a joint that floats: of a base, or within a tree.
 template <class T>
 void place_floating(const model_view<scalar_of<T>> &model, const data_view<T> &data, int i, const T *q) {
   using A = algebra<T>;

@@ -20,7 +20,7 @@ template <> inline constexpr bool plain<float> = true;
 /// Number c of body i lies at [i / group][c][i % group]: a register reads it for several bodies.
 template <class T> inline constexpr int group = plain<T> ? padded(1) : 1;
 
-/// V, a struct of numbers T that began at `first`, in steps.
+/// How many numbers T the struct V has.
 template <class V, class T> inline constexpr int numbers_in = static_cast<int>(sizeof(V) / sizeof(T));
 
 /// Where the numbers of body i begin in an array over bodies with n numbers each; they are group<T> apart.
@@ -71,12 +71,6 @@ template <class P, class T> struct bodies_at {
   template <template <class> class V> KSL_LANES void put(const V<P> &v, T *array) const {
     constexpr int n = numbers_in<V<P>, P>;
     body_lanes::write_all<n>(reinterpret_cast<const P *>(&v), numbers_of<n>(array, i));
-  }
-
-  KSL_LANES P get_number(const T *array) const {
-    P x;
-    body_lanes::read(array + i, x);
-    return x;
   }
 
   /// Constants of the model.

@@ -64,30 +64,24 @@ KSL_LANES SE3<T> pose_in_parent(const body<scalar_of<T>> &b, const data_view<T> 
   return D;
 }
 
-/// Keeps of the pose of a body in its parent what its joint changes.  The rest is in the model: to store a register costs as
-/// much as two sums.
-template <joint_kind K, class T> KSL_LANES void keep_pose(const SE3<T> &D, SE3<T> &kept) {
+/// Copies of the pose of a body in its parent what its joint changes.
+template <joint_kind K, class T> KSL_LANES void copy_changed(const SE3<T> &from, SE3<T> &to) {
   if constexpr (K != joint_kind::prismatic) {
-    kept.R.m00 = D.R.m00, kept.R.m10 = D.R.m10, kept.R.m20 = D.R.m20;
-    kept.R.m01 = D.R.m01, kept.R.m11 = D.R.m11, kept.R.m21 = D.R.m21;
+    to.R.m00 = from.R.m00, to.R.m10 = from.R.m10, to.R.m20 = from.R.m20;
+    to.R.m01 = from.R.m01, to.R.m11 = from.R.m11, to.R.m21 = from.R.m21;
   }
   if constexpr (K == joint_kind::floating)
-    kept.R.m02 = D.R.m02, kept.R.m12 = D.R.m12, kept.R.m22 = D.R.m22;
+    to.R.m02 = from.R.m02, to.R.m12 = from.R.m12, to.R.m22 = from.R.m22;
   if constexpr (K != joint_kind::revolute)
-    kept.t.x = D.t.x, kept.t.y = D.t.y, kept.t.z = D.t.z;
+    to.t.x = from.t.x, to.t.y = from.t.y, to.t.z = from.t.z;
 }
 
-/// That pose again.
+/// Keeps of a pose what the joint changes, and completes it again from the model: to store a register costs as much as two
+/// sums.
+template <joint_kind K, class T> KSL_LANES void keep_pose(const SE3<T> &D, SE3<T> &kept) { copy_changed<K>(D, kept); }
 template <joint_kind K, class T> KSL_LANES SE3<T> kept_pose(const body<scalar_of<T>> &b, const SE3<T> &kept) {
   SE3<T> D = spread<T>(b.placement);
-  if constexpr (K != joint_kind::prismatic) {
-    D.R.m00 = kept.R.m00, D.R.m10 = kept.R.m10, D.R.m20 = kept.R.m20;
-    D.R.m01 = kept.R.m01, D.R.m11 = kept.R.m11, D.R.m21 = kept.R.m21;
-  }
-  if constexpr (K == joint_kind::floating)
-    D.R.m02 = kept.R.m02, D.R.m12 = kept.R.m12, D.R.m22 = kept.R.m22;
-  if constexpr (K != joint_kind::revolute)
-    D.t.x = kept.t.x, D.t.y = kept.t.y, D.t.z = kept.t.z;
+  copy_changed<K>(kept, D);
   return D;
 }
 
