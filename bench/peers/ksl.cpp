@@ -228,6 +228,8 @@ bench_joint describe_joint(const ksl::model &m, int i) {
     A::SE3_inverted(&joint_frame(m, j.parent), &in_parent);
   }
   A::product_dd(&in_parent, &view.body[body].placement, &D);
+  double after[2] = {view.body[body].after.sine, view.body[body].after.cosine};
+  A::product_drdrz(&D.R, after, &D.R);
   A::product_dd(&D, &joint_frame(m, i), &D);
   const double R[9] = {D.R.m00, D.R.m01, D.R.m02, D.R.m10, D.R.m11, D.R.m12, D.R.m20, D.R.m21, D.R.m22};
   std::copy(R, R + 9, j.rotation);

@@ -69,11 +69,12 @@ private:
     std::vector<ksl::body<S>> bodies;
     std::vector<ksl::link<S>> links;
     vec3<S> gravity;
-    std::vector<S> turned_placement, inertia; // bodies side by side
+    std::vector<S> inertia, after_sine, after_cosine; // side by side
+    int first_angle = 0, angles_end = 0;
 
     model_view<S> view(int nq, int nv) const {
       return {static_cast<int>(bodies.size()), static_cast<int>(links.size()), nq, nv, gravity, bodies.data(), links.data(),
-              turned_placement.data(), inertia.data()};
+              inertia.data(), after_sine.data(), after_cosine.data(), first_angle, angles_end};
     }
   };
 
@@ -93,7 +94,7 @@ public:
   explicit data(const model &m);
   data_view<double> view() {
     return {in_parent_.data(), in_world_.data(),   sine_.data(),    cosine_.data(), motion_.data(),      wrench_.data(),
-            rotation_.data(),   inertia_.data(), unit_momentum_.data(), offset_.data(), origin_.data(),
+            rotation_.data(),   inertia_.data(), offset_.data(), origin_.data(),
             twist_.data(),     articulated_.data(), link_wrench_.data()};
   }
 
@@ -102,7 +103,7 @@ public:
 
 private:
   std::vector<SE3<double>> in_parent_, in_world_;
-  std::vector<double> sine_, cosine_, motion_, wrench_, rotation_, inertia_, unit_momentum_;
+  std::vector<double> sine_, cosine_, motion_, wrench_, rotation_, inertia_;
   std::vector<vec3<double>> offset_, origin_;
   std::vector<screw<double>> twist_;
   std::vector<articulated_state<double>> articulated_;

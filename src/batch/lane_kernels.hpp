@@ -50,13 +50,12 @@ template <class P> struct block_workspace {
     const auto numbers = [&](int each, int of) { return memory.take<P>(room_for<P>(each, of)); };
     data.in_parent = memory.take<SE3<P>>(n);
     data.in_world = memory.take<SE3<P>>(n);
-    data.sine = memory.take<P>(padded(model.nq));
-    data.cosine = memory.take<P>(padded(model.nq));
+    data.sine = memory.take<P>(room_for_angles(model.nq));
+    data.cosine = memory.take<P>(room_for_angles(model.nq));
     data.motion = numbers(9, n);
     data.wrench = numbers(6, n);
     data.rotation = numbers(9, n);
     data.inertia = numbers(21, n);
-    data.unit_momentum = memory.take<P>(room_for_momenta<P>(model.nv));
     data.offset = memory.take<vec3<P>>(n);
     data.origin = memory.take<vec3<P>>(n);
     data.twist = memory.take<screw<P>>(n);
@@ -157,7 +156,7 @@ std::size_t mass_matrix_lanes(const model_view<scalar_of<P>> &model, const batch
       for (int i = 0; i < size && !cleared; ++i)
         w.result[i] = P(0);
       cleared = true;
-      upper_mass_matrix(model, w.data, w.q, w.result);
+      elements_of_mass_matrix(model, w.data, w.q, w.result);
       store_symmetric(w.result, nv, valid, row(batch.out, k), batch.out.stride);
     }
   });

@@ -16,6 +16,7 @@ namespace {
 using A = algebra<double>;
 
 constexpr SE3<double> identity = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}};
+constexpr plane_turn<double> none = {0, 1};
 
 /// A rotation whose third column is the unit vector z.  Exact for the six coordinate directions.
 mat3x3<double> frame_with_z(const vec3<double> &z) {
@@ -38,6 +39,29 @@ bool is_identity(const SE3<double> &D) {
 
 bool has_axis(joint_kind kind) {
   return kind == joint_kind::revolute || kind == joint_kind::continuous || kind == joint_kind::prismatic;
+}
+
+/// Sine of the angle between z and the axis of a joint on a body.
+double sine_to_axis(const mat3x3<double> &joint) { return std::hypot(joint.m02, joint.m12); }
+
+/// Less than rounding leaves of a right angle or of none.
+constexpr double negligible = 4 * std::numeric_limits<double>::epsilon();
+
+/// By which turn about z, a quarter at most, the axis of a joint comes to lie in the plane of y and z.
+plane_turn<double> turn_to_axis(const mat3x3<double> &joint) {
+  const double sine = sine_to_axis(joint);
+  if (sine < negligible)
+    return none;
+  const double sign = joint.m12 > 0 || (joint.m12 == 0 && joint.m02 < 0) ? -1 : 1;
+  return {sign * joint.m02 / sine, -sign * joint.m12 / sine};
+}
+
+/// D = Rz(turn) D.
+void turn_pose(const plane_turn<double> &turn, SE3<double> &D) {
+  double dc[2] = {turn.sine, turn.cosine};
+  SE3<double> about_z = identity;
+  A::product_drdrz(&about_z.R, dc, &about_z.R);
+  A::product_dd(&about_z, &D, &D);
 }
 
 /// Adds a point mass to a link's inertia.
@@ -81,7 +105,7 @@ private:
   }
 
   void add_ground() {
-    m_.double_.bodies.push_back({joint_kind::fixed, -1, 0, 0, 0, -1, identity, {}});
+    m_.double_.bodies.push_back({joint_kind::fixed, -1, 0, 0, 0, -1, identity, none, none, none, true, {}});
   }
 
   bool names_joint(const std::string &name) const {
@@ -145,7 +169,8 @@ private:
     A::SE3_inverted(&canonical, &pose);
 
     row.link = static_cast<int>(m_.double_.links.size());
-    m_.double_.bodies.push_back({row.kind, parent_body, m_.nq_, m_.nv_, m_.nv_, row.link, placement, {}});
+    m_.double_.bodies.push_back(
+        {row.kind, parent_body, m_.nq_, m_.nv_, m_.nv_, row.link, placement, none, none, none, true, {}});
     m_.nq_ += row_of(row.kind).nq;
     m_.nv_ += row_of(row.kind).nv;
     m_.joints_.push_back(std::move(row));
@@ -179,6 +204,7 @@ private:
     }
     m_.double_.gravity = {options_.gravity[0], options_.gravity[1], options_.gravity[2]};
     close_subtrees();
+    choose_axes();
     round_to_single();
     lay_side_by_side(m_.double_);
     lay_side_by_side(m_.single_);
@@ -200,26 +226,86 @@ private:
     }
   }
 
+  /// Turns every canonical frame about its z axis, and takes the placements of joints apart into turns.
+  void choose_axes() {
+    std::vector<body<double>> &bodies = m_.double_.bodies;
+    std::vector<plane_turn<double>> chosen(bodies.size(), none);
+    for (std::size_t i = bodies.size(); i-- > 1;) { // of several joints on a body the first one decides
+      const body<double> &b = bodies[i];
+      const auto parent = static_cast<std::size_t>(b.parent);
+      if (has_axis(b.kind) && has_axis(bodies[parent].kind) && sine_to_axis(b.placement.R) >= negligible)
+        chosen[parent] = turn_to_axis(b.placement.R);
+    }
+    for (link<double> &l : m_.double_.links)
+      turn_link(chosen[static_cast<std::size_t>(l.body)], l);
+    for (std::size_t i = 1; i < bodies.size(); ++i) {
+      body<double> &b = bodies[i];
+      turn_pose(inverse(chosen[static_cast<std::size_t>(b.parent)]), b.placement);
+      if (has_axis(b.kind))
+        take_apart(b, chosen[i]);
+      turn_inertia(chosen[i], b.inertia);
+    }
+  }
+
+  static void turn_inertia(const plane_turn<double> &turn, spatial_inertia<double> &I) {
+    SE3<double> back = identity;
+    turn_pose(inverse(turn), back);
+    if (!is_identity(back))
+      A::spatial_inertia_transformed(&I, &back, &I);
+  }
+
+  static void turn_link(const plane_turn<double> &turn, link<double> &l) {
+    turn_pose(inverse(turn), l.pose);
+    l.turned = !is_identity(l.pose);
+    turn_inertia(turn, l.inertia);
+  }
+
+  /// placement = Rz(before) Rx(lean) Rz(…) of a joint, whose body's frame is turned by `chosen` against the joint's.
+  static void take_apart(body<double> &b, const plane_turn<double> &chosen) {
+    mat3x3<double> &R = b.placement.R, rest = R;
+    b.before = turn_to_axis(R);
+    b.straight = std::fabs(b.before.sine) * sine_to_axis(R) < negligible;
+    if (b.straight)
+      b.before = none;
+    vec3<double> axis = {R.m02, R.m12, R.m22};
+    turn_back_z(b.before, axis);
+    const double length = std::hypot(axis.y, axis.z);
+    b.lean = {-axis.y / length, axis.z / length};
+    double before[2] = {b.before.sine, b.before.cosine}, lean[2] = {b.lean.sine, b.lean.cosine};
+    A::product_drdrz(&identity.R, before, &R);
+    A::product_drdrx(&R, lean, &R);
+    A::product_drinvdr(&R, &rest, &rest);
+    b.after = product(plane_turn<double>{rest.m10, rest.m00}, chosen);
+  }
+
   void round_to_single() {
     const auto &d = m_.double_;
     for (const body<double> &b : d.bodies)
-      m_.single_.bodies.push_back(
-          {b.kind, b.parent, b.q_index, b.v_index, b.v_end, b.link, spread<float>(b.placement), spread<float>(b.inertia)});
+      m_.single_.bodies.push_back({b.kind, b.parent, b.q_index, b.v_index, b.v_end, b.link, spread<float>(b.placement),
+                                   spread<float>(b.before), spread<float>(b.lean), spread<float>(b.after), b.straight,
+                                   spread<float>(b.inertia)});
     for (const link<double> &l : d.links)
       m_.single_.links.push_back({l.body, l.parent, l.first, l.turned, spread<float>(l.pose), spread<float>(l.inertia)});
     m_.single_.gravity = spread<float>(d.gravity);
   }
 
-  /// The constants that kernels read for several bodies at once.
-  template <class S> static void lay_side_by_side(model::arrays<S> &a) {
+  /// The constants that kernels read for several bodies or joints at once.
+  template <class S> void lay_side_by_side(model::arrays<S> &a) const {
     const int bodies = static_cast<int>(a.bodies.size());
-    const auto room = [](int each, int n) { return static_cast<std::size_t>(room_for<S>(each, n)); };
-    a.turned_placement.assign(room(9, bodies), S(0));
-    a.inertia.assign(room(10, bodies), S(0));
+    const auto angles = static_cast<std::size_t>(room_for_angles(m_.nq_));
+    a.inertia.assign(static_cast<std::size_t>(room_for<S>(10, bodies)), S(0));
+    a.after_sine.assign(angles, S(0));
+    a.after_cosine.assign(angles, S(1));
+    a.first_angle = m_.nq_;
     for (int i = 0; i < bodies; ++i) {
       const body<S> &b = a.bodies[static_cast<std::size_t>(i)];
-      body_at<S>(i).put(b.placement.R, a.turned_placement.data());
       body_at<S>(i).put(b.inertia, a.inertia.data());
+      if (!turns(b.kind))
+        continue;
+      a.after_sine[static_cast<std::size_t>(b.q_index)] = b.after.sine;
+      a.after_cosine[static_cast<std::size_t>(b.q_index)] = b.after.cosine;
+      a.first_angle = std::min(a.first_angle, b.q_index);
+      a.angles_end = b.q_index + 1;
     }
   }
 
@@ -268,13 +354,12 @@ data::data(const model &m) {
   const auto numbers = [](int each, int n) { return fresh<double>(room_for<double>(each, n)); };
   in_parent_ = fresh<SE3<double>>(bodies);
   in_world_ = fresh<SE3<double>>(bodies);
-  sine_ = fresh<double>(padded(m.nq()));
-  cosine_ = fresh<double>(padded(m.nq()));
+  sine_ = fresh<double>(room_for_angles(m.nq()));
+  cosine_ = fresh<double>(room_for_angles(m.nq()));
   motion_ = numbers(9, bodies);
   wrench_ = numbers(6, bodies);
   rotation_ = numbers(9, bodies);
   inertia_ = numbers(21, bodies);
-  unit_momentum_ = fresh<double>(room_for_momenta<double>(m.nv()));
   offset_ = fresh<vec3<double>>(bodies);
   origin_ = fresh<vec3<double>>(bodies);
   twist_ = fresh<screw<double>>(bodies);

@@ -74,12 +74,6 @@ template <class P, class T> struct bodies_at {
   }
 
   /// Constants of the model.
-  KSL_LANES mat3x3<P> placement(const model_view<scalar_of<T>> &model) const {
-    if constexpr (plain<T>)
-      return get<mat3x3>(model.turned_placement);
-    else
-      return spread<P>(model.body[i].placement.R);
-  }
   KSL_LANES spatial_inertia<P> inertia(const model_view<scalar_of<T>> &model) const {
     if constexpr (plain<T>)
       return get<spatial_inertia>(model.inertia);

@@ -21,24 +21,16 @@ template <class T> struct articulated_state {
   screw<T> gain;     ///< acceleration beyond that of the motion without joint accelerations
 };
 
-/// The momentum of what hangs on a joint, at unit velocity of one of its coordinates, about the origin of the joint's body,
-/// and where that is; in the frame of the base.
-template <class T> struct unit_momentum {
-  coscrew<T> momentum;
-  vec3<T> origin;
-};
-
 /// Arrays over bodies, coordinates or links; each algorithm says which of them it leaves filled.  Those of numbers hold
 /// what is named, in the order of body_lanes.hpp.
 template <class T> struct data_view {
-  SE3<T> *in_parent;            ///< pose of each body in the parent's frame: as kept_pose reads it
+  SE3<T> *in_parent;            ///< pose of each body in the parent's frame, what its joint moves of it: as kept_pose reads it
   SE3<T> *in_world;             ///< pose of each body
-  T *sine, *cosine;             ///< of each number in q, padded to `padded(nq)`
+  T *sine, *cosine;             ///< of the joints' turns, body.after included; room_for_angles(nq), used where q holds angles
   T *motion;                    ///< body_motion of each body
   T *wrench;                    ///< coscrew of each body
   T *rotation;                  ///< mat3x3 of each body: its axes in those of the base
-  T *inertia;                   ///< articulated_inertia, or spatial_inertia of a subtree, of each body in the axes of the base
-  T *unit_momentum;             ///< unit_momentum of each number in v, as mass_matrix.hpp lays them out
+  T *inertia;                   ///< articulated_inertia of each body in the axes of the base, or spatial_inertia of what hangs on it, in its own
   vec3<T> *offset;              ///< from the parent's origin to that of each body, in the axes of the base
   vec3<T> *origin;              ///< of each body, in the frame of the base
   screw<T> *twist;              ///< of each body, in its frame
@@ -50,6 +42,9 @@ inline namespace KSL_ISA {
 
 /// Room for n numbers in whole registers of any instruction set.
 constexpr int padded(int n) { return (n + 15) / 16 * 16; }
+
+/// The same where registers may begin at any of the n.
+constexpr int room_for_angles(int nq) { return padded(nq) + padded(1); }
 
 } // namespace KSL_ISA
 

@@ -74,14 +74,13 @@ template <joint_kind K, class T> KSL_LANES void add_steady_motion(const data_vie
 
 /// How body i would move if no joint accelerated (data.motion), in the axes of the base.
 template <joint_kind K, class T>
-KSL_LANES void move_steadily(const body<scalar_of<T>> &b, const data_view<T> &data, int i, const T *q, const T *v) {
+KSL_LANES void move_steadily(const body<scalar_of<T>> &b, const data_view<T> &data, int i, const T *v) {
   using A = algebra<T>;
   body_motion<T> m = body_at<T>(b.parent).template get<body_motion>(data.motion);
-  m.acceleration = acceleration_at(m.angular_velocity, m.angular_acceleration, m.acceleration, data.offset[i]);
+  m.acceleration = acceleration_at(m, data.offset[i]);
   if constexpr (K == joint_kind::floating)
     if (is_base(b)) { // it floats on the ground, and its axes are those of the base from here on
-      const SE3<T> D = pose_in_parent<K>(b, data, q);
-      A::product_drinvv(&D.R, &m.acceleration, &m.acceleration);
+      A::product_drinvv(&data.in_parent[i].R, &m.acceleration, &m.acceleration);
     }
   add_steady_motion<K>(data, i, v + b.v_index, m);
   body_at<T>(i).put(m, data.motion);
@@ -93,8 +92,9 @@ template <class T>
 void start_articulated(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, const T *v,
                        const external_wrenches<T> &external) {
   body_at<T>(0).put(ground_motion<T>(model), data.motion);
-  const auto move = [&](int i) {
-    by_kind(model.body[i].kind, [&]<joint_kind K>() { move_steadily<K>(model.body[i], data, i, q, v); });
+  const auto move = [&](int i, const vec3<T> &offset) {
+    data.offset[i] = offset;
+    by_kind(model.body[i].kind, [&]<joint_kind K>() { move_steadily<K>(model.body[i], data, i, v); });
   };
   express_in_base(model, data, q, move, [&](auto k) {
     using P = typename decltype(k)::scalar;

@@ -11,29 +11,36 @@ template <class T> void compose_poses(const model_view<scalar_of<T>> &model, con
   data.in_world[0] = spread<T>(model.body[0].placement);
   for (int i = 1; i < model.bodies; ++i)
     by_kind(model.body[i].kind, [&]<joint_kind K>() {
-      const SE3<T> D = kept_pose<K>(model.body[i], data.in_parent[i]);
+      const SE3<T> D = kept_pose<K>(model.body[i], data, i);
       algebra<T>::product_dd(&data.in_world[model.body[i].parent], &D, &data.in_world[i]);
     });
 }
 
 /// Poses of all bodies, in their parents and in the world, for q (nq).  Featherstone, RBDA (2008), table 4.1, lines 1–6.
 template <class T> void forward_kinematics(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q) {
-  sines_and_cosines(model.nq, q, data.sine, data.cosine);
+  sines_and_cosines(model, data, q);
   SE3<T> last = spread<T>(model.body[0].placement); // of body i − 1, mostly the parent
   data.in_world[0] = last;
   for (int i = 1; i < model.bodies; ++i) {
     const body<scalar_of<T>> &b = model.body[i];
-    if (b.parent != i - 1)
-      last = data.in_world[b.parent];
     if (turns(b.kind)) {
-      const SE3<T> D = pose_in_parent<joint_kind::revolute>(b, data, q);
-      keep_pose<joint_kind::revolute>(D, data.in_parent[i]);
-      algebra<T>::product_dd(&last, &D, &last);
+      if (b.parent != i - 1)
+        last = data.in_world[b.parent];
+      const auto D = pose_by_turns<joint_kind::revolute, T>::at(b, data, i, q);
+      algebra<T>::product_dv(&last, &D.t, &last.t);
+      D.turn_axes(last.R);
+      data.in_world[i] = last;
     } else { // through memory, so that the way above has its registers
-      by_kind(b.kind, [&]<joint_kind K>() { data.in_parent[i] = pose_in_parent<K>(b, data, q); });
-      algebra<T>::product_dd(&last, &data.in_parent[i], &last);
+      by_kind(b.kind, [&]<joint_kind K>() {
+        const SE3<T> parent = data.in_world[b.parent];
+        const auto D = pose_by_turns<K, T>::at(b, data, i, q);
+        SE3<T> pose = parent;
+        algebra<T>::product_dv(&parent, &D.t, &pose.t);
+        D.turn_axes(pose.R);
+        data.in_world[i] = pose;
+      });
+      last = data.in_world[i];
     }
-    data.in_world[i] = last;
   }
 }
 

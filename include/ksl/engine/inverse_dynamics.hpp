@@ -11,36 +11,41 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// Acceleration of a point fixed at r in a body: a + ω̇ × r + ω × (ω × r).  30 flops.
-template <class T>
-KSL_LANES vec3<T> acceleration_at(const vec3<T> &w, const vec3<T> &dw, const vec3<T> &a, const vec3<T> &r) {
+/// The accelerations of a body's points, relative to its origin: of the one at r, A r = ω̇ × r + ω × (ω × r).  15 flops.
+template <class T> KSL_LANES mat3x3<T> acceleration_field(const body_motion<T> &m) {
+  const vec3<T> &w = m.angular_velocity, &dw = m.angular_acceleration;
+  const T xx = w.x * w.x, yy = w.y * w.y, zz = w.z * w.z, xy = w.x * w.y, yz = w.y * w.z, zx = w.z * w.x;
+  return {-(yy + zz), xy + dw.z, zx - dw.y, xy - dw.z, -(zz + xx), yz + dw.x, zx + dw.y, yz - dw.x, -(xx + yy)};
+}
+
+/// Acceleration of a point fixed at r in a body.  33 flops.
+template <class T> KSL_LANES vec3<T> acceleration_at(const body_motion<T> &m, const vec3<T> &r) {
   using A = algebra<T>;
-  vec3<T> wr, x, y, out;
-  A::cross_vv(&w, &r, &wr);
-  A::cross_vv(&w, &wr, &x);
-  A::cross_vv(&dw, &r, &y);
-  A::add_vv(&x, &y, &out);
-  A::add_vv(&a, &out, &out);
-  return out;
+  const mat3x3<T> field = acceleration_field(m);
+  vec3<T> a;
+  A::product_drv(&field, &r, &a);
+  A::xpy_vv(&m.acceleration, &a);
+  return a;
 }
 
 /// The wrench that gives a body its motion, about its frame's origin (Newton, Euler; h = mass × centroid):
-/// f = m a + ω̇ × h + ω × (ω × h),  τ = I ω̇ + ω × I ω + h × a.
+/// f = m a + A h,  τ = ∫ r × A r dm + h × a, A the field of accelerations.  84 flops.
 template <class T>
 KSL_LANES coscrew<T> newton_euler(const spatial_inertia<T> &I, const body_motion<T> &m) {
   using A = algebra<T>;
   const vec3<T> &w = m.angular_velocity, &dw = m.angular_acceleration, &a = m.acceleration;
-  mat3x3<T> J;
-  vec3<T> ma, Iw, gyroscopic, ha;
+  const mat3x3<T> F = acceleration_field(m);
+  vec3<T> ma, ha;
   coscrew<T> f;
   A::product_av(I.m, &a, &ma);
-  f.lin = acceleration_at(w, dw, ma, I.h);
-  A::spatial_inertia_getMatrix(&I, &J);
-  A::product_drv(&J, &w, &Iw);
-  A::product_drv(&J, &dw, &f.ang);
-  A::cross_vv(&w, &Iw, &gyroscopic);
+  A::product_drv(&F, &I.h, &f.lin);
+  A::xpy_vv(&ma, &f.lin);
+  // I ω̇ + ω × I ω, with what A has of it
+  const T xx = w.x * w.x, yy = w.y * w.y, zz = w.z * w.z;
+  f.ang.x = I.Ixx * dw.x + (I.Izz - I.Iyy) * (w.y * w.z) + (I.Iyz * (yy - zz) + (I.Izx * F.m10 - I.Ixy * F.m20));
+  f.ang.y = I.Iyy * dw.y + (I.Ixx - I.Izz) * (w.z * w.x) + (I.Izx * (zz - xx) + (I.Ixy * F.m21 - I.Iyz * F.m01));
+  f.ang.z = I.Izz * dw.z + (I.Iyy - I.Ixx) * (w.x * w.y) + (I.Ixy * (xx - yy) + (I.Iyz * F.m02 - I.Izx * F.m12));
   A::cross_vv(&I.h, &a, &ha);
-  A::xpy_vv(&gyroscopic, &f.ang);
   A::xpy_vv(&ha, &f.ang);
   return f;
 }
@@ -77,17 +82,6 @@ template <joint_kind K, class T> KSL_LANES void add_joint_motion(const T *v, con
   } else { // v = [v; ω] in the body's frame
     add_free_motion(joint_twist<K>(v), joint_twist<K>(dv), m);
   }
-}
-
-/// How a frame moves that is fixed in its parent.
-template <class T> KSL_LANES body_motion<T> carried_along(const SE3<T> &in_parent, const body_motion<T> &parent) {
-  using A = algebra<T>;
-  const vec3<T> a = acceleration_at(parent.angular_velocity, parent.angular_acceleration, parent.acceleration, in_parent.t);
-  body_motion<T> m;
-  A::product_drinvv(&in_parent.R, &parent.angular_velocity, &m.angular_velocity);
-  A::product_drinvv(&in_parent.R, &parent.angular_acceleration, &m.angular_acceleration);
-  A::product_drinvv(&in_parent.R, &a, &m.acceleration);
-  return m;
 }
 
 /// The ground: a frame that accelerates upwards has weight.
@@ -127,14 +121,15 @@ template <class T> KSL_LANES void subtract_wrench(const data_view<T> &data, int 
 template <class T>
 void inverse_dynamics(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, const T *v,
                       const T *dv, const external_wrenches<T> &external, T *tau) {
-  sines_and_cosines(model.nq, q, data.sine, data.cosine);
+  sines_and_cosines(model, data, q);
   body_at<T>(0).put(ground_motion<T>(model), data.motion);
   const auto move = [&](int i) {
     const body<scalar_of<T>> &b = model.body[i];
     by_kind(b.kind, [&]<joint_kind K>() {
-      const SE3<T> D = pose_in_parent<K>(b, data, q);
-      keep_pose<K>(D, data.in_parent[i]);
-      body_motion<T> m = carried_along(D, body_at<T>(b.parent).template get<body_motion>(data.motion));
+      const auto D = pose_by_turns<K, T>::at(b, data, i, q);
+      body_motion<T> m = body_at<T>(b.parent).template get<body_motion>(data.motion);
+      m.acceleration = acceleration_at(m, D.t);
+      D.to_body(m.angular_velocity, m.angular_acceleration, m.acceleration);
       add_joint_motion<K>(v + b.v_index, dv + b.v_index, m);
       body_at<T>(i).put(m, data.motion);
     });
@@ -148,10 +143,11 @@ void inverse_dynamics(const model_view<scalar_of<T>> &model, const data_view<T> 
   for (int i = model.bodies - 1; i > 0; --i) {
     const body<scalar_of<T>> &b = model.body[i];
     by_kind(b.kind, [&]<joint_kind K>() {
-      const SE3<T> D = kept_pose<K>(b, data.in_parent[i]);
+      const auto D = pose_by_turns<K, T>::kept(b, data, i);
       coscrew<T> f = body_at<T>(i).template get<coscrew>(data.wrench);
       joint_effort<K>(f, tau + b.v_index);
-      algebra<T>::product_CoAdc(&D, &f, &f);
+      D.to_parent(f.lin, f.ang);
+      algebra<T>::product_CoAdtc(&D.t, &f, &f);
       add_wrench(data, b.parent, f);
     });
   }

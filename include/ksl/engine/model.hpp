@@ -1,12 +1,14 @@
 // KSL: a mechanism as the algorithms see it: flat arrays, immutable after build, shared between threads.
 //
 // Links welded by fixed joints are one body.  Body 0 is the ground and all that is welded to it; body i > 0 hangs on
-// joint i.  The frame of a body is *canonical*: at the joint's origin, turned so that the joint's axis is z; a
-// floating body keeps its link's axes.  Nothing a user sees is expressed in canonical frames.
+// joint i.  The frame of a body is *canonical*: at the joint's origin, z along the joint's axis, x normal to z and to
+// the axis of the first joint on the body that isn't parallel (Denavit and Hartenberg's choice).  A floating body and the
+// ground keep their links' axes.  Nothing a user sees is expressed in canonical frames.
 #pragma once
 
 #include "ksl/algebra.hpp"
 #include "ksl/engine/joint.hpp"
+#include "ksl/engine/plane_turn.hpp"
 
 namespace ksl {
 
@@ -17,7 +19,10 @@ template <class T> struct body {
   int q_index, v_index;        ///< where the joint's numbers begin in q and in v
   int v_end;                   ///< where those of all joints that hang on this one end in v
   int link;                    ///< the joint's child link; −1 for a ground without links
-  SE3<T> placement;            ///< canonical frame of this body in that of the parent, at joint position zero
+  SE3<T> placement;            ///< of the joint in the parent's canonical frame: R = Rz(before) Rx(lean), but if it floats
+  plane_turn<T> before, lean;
+  plane_turn<T> after;         ///< about z, from there to the canonical frame, at joint position zero
+  bool straight;               ///< no turn `before`
   spatial_inertia<T> inertia;  ///< of all welded links, in the canonical frame
 };
 
@@ -38,9 +43,10 @@ template <class T> struct model_view {
   vec3<T> gravity; ///< m/s², in world axes
   const ksl::body<T> *body;
   const ksl::link<T> *link;
-  // again, bodies side by side (body_lanes.hpp)
-  const T *turned_placement; ///< mat3x3 of each body's placement
-  const T *inertia;          ///< spatial_inertia of each body
+  // again, side by side for lanes
+  const T *inertia;                    ///< spatial_inertia of each body (body_lanes.hpp)
+  const T *after_sine, *after_cosine;  ///< `after` of the joint that each number in q belongs to, padded as data.sine
+  int first_angle, angles_end;         ///< where in q the first angle of a joint lies, and where the last one ends
 };
 
 } // namespace ksl

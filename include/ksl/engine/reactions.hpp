@@ -46,7 +46,7 @@ void link_wrenches(const model_view<scalar_of<T>> &model, const data_view<T> &da
     coscrew<T> f = data.link_wrench[l];
     if (child.first)
       by_kind(model.body[child.body].kind, [&]<joint_kind K>() {
-        const SE3<T> D = kept_pose<K>(model.body[child.body], data.in_parent[child.body]);
+        const SE3<T> D = kept_pose<K>(model.body[child.body], data, child.body);
         A::product_CoAdc(&D, &f, &f);
       });
     A::xpy_cc(&f, &data.link_wrench[child.parent]);

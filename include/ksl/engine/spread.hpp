@@ -2,6 +2,7 @@
 // becomes its scalar here, at the cost of a broadcast for packs and of nothing for plain numbers.
 #pragma once
 
+#include "ksl/engine/plane_turn.hpp"
 #include "ksl/pack.hpp"
 
 namespace ksl {
@@ -20,6 +21,8 @@ template <class T, class S> KSL_LANES coscrew<T> spread(const coscrew<S> &c) { r
 template <class T, class S> KSL_LANES spatial_inertia<T> spread(const spatial_inertia<S> &I) {
   return {T(I.m), spread<T>(I.h), T(I.Ixx), T(I.Iyy), T(I.Izz), T(I.Ixy), T(I.Iyz), T(I.Izx)};
 }
+
+template <class T, class S> KSL_LANES plane_turn<T> spread(const plane_turn<S> &a) { return {T(a.sine), T(a.cosine)}; }
 
 } // namespace KSL_ISA
 } // namespace ksl
