@@ -94,7 +94,7 @@ public:
   explicit data(const model &m);
   data_view<double> view() {
     return {in_parent_.data(), in_world_.data(),   sine_.data(),    cosine_.data(), motion_.data(),      wrench_.data(),
-            rotation_.data(),   inertia_.data(), offset_.data(), origin_.data(),
+            rotation_.data(),  inertia_.data(), offset_.data(), axis_.data(),
             twist_.data(),     articulated_.data(), link_wrench_.data()};
   }
 
@@ -104,7 +104,8 @@ public:
 private:
   std::vector<SE3<double>> in_parent_, in_world_;
   std::vector<double> sine_, cosine_, motion_, wrench_, rotation_, inertia_;
-  std::vector<vec3<double>> offset_, origin_;
+  std::vector<vec3<double>> offset_;
+  std::vector<joint_axis<double>> axis_;
   std::vector<screw<double>> twist_;
   std::vector<articulated_state<double>> articulated_;
   std::vector<coscrew<double>> link_wrench_;

@@ -57,7 +57,7 @@ template <class P> struct block_workspace {
     data.rotation = numbers(9, n);
     data.inertia = numbers(21, n);
     data.offset = memory.take<vec3<P>>(n);
-    data.origin = memory.take<vec3<P>>(n);
+    data.axis = memory.take<joint_axis<P>>(n);
     data.twist = memory.take<screw<P>>(n);
     data.articulated = memory.take<articulated_state<P>>(n);
     data.link_wrench = memory.take<coscrew<P>>(model.links);

@@ -361,7 +361,7 @@ data::data(const model &m) {
   rotation_ = numbers(9, bodies);
   inertia_ = numbers(21, bodies);
   offset_ = fresh<vec3<double>>(bodies);
-  origin_ = fresh<vec3<double>>(bodies);
+  axis_ = fresh<joint_axis<double>>(bodies);
   twist_ = fresh<screw<double>>(bodies);
   articulated_ = fresh<articulated_state<double>>(bodies);
   link_wrench_ = fresh<coscrew<double>>(links);

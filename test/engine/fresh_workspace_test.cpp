@@ -35,9 +35,9 @@ TEST_CASE("every number of a fresh workspace is NaN") {
   CHECK(all_nan(v.sine, sizeof *v.sine * positions));
   CHECK(all_nan(v.cosine, sizeof *v.cosine * positions));
   CHECK(all_nan(v.in_world, sizeof *v.in_world * bodies));
+  CHECK(all_nan(v.axis, sizeof *v.axis * bodies));
   CHECK(all_nan(v.twist, sizeof *v.twist * bodies));
   CHECK(all_nan(v.offset, sizeof *v.offset * bodies));
-  CHECK(all_nan(v.origin, sizeof *v.origin * bodies));
   CHECK(all_nan(v.articulated, sizeof *v.articulated * bodies));
   CHECK(all_nan(v.link_wrench, sizeof *v.link_wrench * links));
 }

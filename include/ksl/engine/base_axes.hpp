@@ -41,7 +41,7 @@ KSL_LANES vec3<T> place(const model_view<scalar_of<T>> &model, const data_view<T
       last = body_at<T>(b.parent).template get<mat3x3>(data.rotation);
     return place_by<joint_kind::revolute>(model, data, i, q, last);
   }
-  by_kind(b.kind, [&]<joint_kind K>() { // through memory, so that the way above has its registers
+  by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED { // through memory, so that the way above has its registers
     mat3x3<T> R = body_at<T>(b.parent).template get<mat3x3>(data.rotation);
     data.offset[i] = place_by<K>(model, data, i, q, R);
   });
@@ -56,7 +56,7 @@ KSL_LANES void express_in_base(const model_view<scalar_of<T>> &model, const data
   mat3x3<T> last = {l, o, o, o, l, o, o, o, l};
   sines_and_cosines(model, data, q);
   body_at<T>(0).put(last, data.rotation);
-  for_bodies<T>(model.bodies, [&](int i) { one(i, place(model, data, i, q, last)); }, lanes);
+  for_bodies<T>(model.bodies, [&](int i) KSL_INLINED { one(i, place(model, data, i, q, last)); }, lanes);
 }
 
 /// The axis of a body's joint: z of its axes.

@@ -21,6 +21,9 @@ template <class T> struct articulated_state {
   screw<T> gain;     ///< acceleration beyond that of the motion without joint accelerations
 };
 
+/// Where the axis of a joint lies: its direction, and the origin of the joint.
+template <class T> struct joint_axis { vec3<T> z, origin; };
+
 /// Arrays over bodies, coordinates or links; each algorithm says which of them it leaves filled.  Those of numbers hold
 /// what is named, in the order of body_lanes.hpp.
 template <class T> struct data_view {
@@ -32,7 +35,7 @@ template <class T> struct data_view {
   T *rotation;                  ///< mat3x3 of each body: its axes in those of the base
   T *inertia;                   ///< articulated_inertia of each body in the axes of the base, or spatial_inertia of what hangs on it, in its own
   vec3<T> *offset;              ///< from the parent's origin to that of each body, in the axes of the base
-  vec3<T> *origin;              ///< of each body, in the frame of the base
+  joint_axis<T> *axis;          ///< of each body's joint, in the frame of the base
   screw<T> *twist;              ///< of each body, in its frame
   articulated_state<T> *articulated;
   coscrew<T> *link_wrench;      ///< through the joint that carries each link, in its body's frame

@@ -12,7 +12,7 @@ template <class T> void body_twists(const model_view<scalar_of<T>> &model, const
   data.twist[0] = {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
   for (int i = 1; i < model.bodies; ++i) {
     const body<scalar_of<T>> &b = model.body[i];
-    by_kind(b.kind, [&]<joint_kind K>() {
+    by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
       const SE3<T> D = kept_pose<K>(b, data, i);
       const screw<T> joint = joint_twist<K>(v + b.v_index);
       A::product_Adinvs(&D, &data.twist[b.parent], &data.twist[i]);

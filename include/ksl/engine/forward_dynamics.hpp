@@ -92,11 +92,11 @@ template <class T>
 void start_articulated(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, const T *v,
                        const external_wrenches<T> &external) {
   body_at<T>(0).put(ground_motion<T>(model), data.motion);
-  const auto move = [&](int i, const vec3<T> &offset) {
+  const auto move = [&](int i, const vec3<T> &offset) KSL_INLINED {
     data.offset[i] = offset;
-    by_kind(model.body[i].kind, [&]<joint_kind K>() { move_steadily<K>(model.body[i], data, i, v); });
+    by_kind(model.body[i].kind, [&]<joint_kind K>() KSL_INLINED { move_steadily<K>(model.body[i], data, i, v); });
   };
-  express_in_base(model, data, q, move, [&](auto k) {
+  express_in_base(model, data, q, move, [&](auto k) KSL_INLINED {
     using P = typename decltype(k)::scalar;
     const spatial_inertia<P> I = turned(k.inertia(model), k.template get<mat3x3>(data.rotation));
     articulated_inertia<P> start;
@@ -188,12 +188,12 @@ void forward_dynamics(const model_view<scalar_of<T>> &model, const data_view<T> 
                       const T *tau, const external_wrenches<T> &external, T *dv) {
   start_articulated(model, data, q, v, external);
   for (int i = model.bodies - 1; i > 0; --i)
-    by_kind(model.body[i].kind, [&]<joint_kind K>() { pass_to_parent<K>(model.body[i], data, i, tau + model.body[i].v_index); });
+    by_kind(model.body[i].kind, [&]<joint_kind K>() KSL_INLINED { pass_to_parent<K>(model.body[i], data, i, tau + model.body[i].v_index); });
 
   data.articulated[0].gain = {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
   for (int i = 1; i < model.bodies; ++i) {
     const body<scalar_of<T>> &b = model.body[i];
-    by_kind(b.kind, [&]<joint_kind K>() { accelerate<K>(data, i, data.articulated[b.parent].gain, dv + b.v_index); });
+    by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED { accelerate<K>(data, i, data.articulated[b.parent].gain, dv + b.v_index); });
   }
 }
 

@@ -10,7 +10,7 @@ inline namespace KSL_ISA {
 template <class T> void compose_poses(const model_view<scalar_of<T>> &model, const data_view<T> &data) {
   data.in_world[0] = spread<T>(model.body[0].placement);
   for (int i = 1; i < model.bodies; ++i)
-    by_kind(model.body[i].kind, [&]<joint_kind K>() {
+    by_kind(model.body[i].kind, [&]<joint_kind K>() KSL_INLINED {
       const SE3<T> D = kept_pose<K>(model.body[i], data, i);
       algebra<T>::product_dd(&data.in_world[model.body[i].parent], &D, &data.in_world[i]);
     });
@@ -31,7 +31,7 @@ template <class T> void forward_kinematics(const model_view<scalar_of<T>> &model
       D.turn_axes(last.R);
       data.in_world[i] = last;
     } else { // through memory, so that the way above has its registers
-      by_kind(b.kind, [&]<joint_kind K>() {
+      by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
         const SE3<T> parent = data.in_world[b.parent];
         const auto D = pose_by_turns<K, T>::at(b, data, i, q);
         SE3<T> pose = parent;

@@ -123,9 +123,9 @@ void inverse_dynamics(const model_view<scalar_of<T>> &model, const data_view<T> 
                       const T *dv, const external_wrenches<T> &external, T *tau) {
   sines_and_cosines(model, data, q);
   body_at<T>(0).put(ground_motion<T>(model), data.motion);
-  const auto move = [&](int i) {
+  const auto move = [&](int i) KSL_INLINED {
     const body<scalar_of<T>> &b = model.body[i];
-    by_kind(b.kind, [&]<joint_kind K>() {
+    by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
       const auto D = pose_by_turns<K, T>::at(b, data, i, q);
       body_motion<T> m = body_at<T>(b.parent).template get<body_motion>(data.motion);
       m.acceleration = acceleration_at(m, D.t);
@@ -134,7 +134,7 @@ void inverse_dynamics(const model_view<scalar_of<T>> &model, const data_view<T> 
       body_at<T>(i).put(m, data.motion);
     });
   };
-  for_bodies<T>(model.bodies, move, [&](auto k) {
+  for_bodies<T>(model.bodies, move, [&](auto k) KSL_INLINED {
     k.put(newton_euler(k.inertia(model), k.template get<body_motion>(data.motion)), data.wrench);
   });
   for (int k = 0; k < external.n; ++k)
@@ -142,7 +142,7 @@ void inverse_dynamics(const model_view<scalar_of<T>> &model, const data_view<T> 
 
   for (int i = model.bodies - 1; i > 0; --i) {
     const body<scalar_of<T>> &b = model.body[i];
-    by_kind(b.kind, [&]<joint_kind K>() {
+    by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
       const auto D = pose_by_turns<K, T>::kept(b, data, i);
       coscrew<T> f = body_at<T>(i).template get<coscrew>(data.wrench);
       joint_effort<K>(f, tau + b.v_index);

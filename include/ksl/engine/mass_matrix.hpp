@@ -7,8 +7,12 @@
 
 #include "ksl/engine/base_axes.hpp"
 
+#include <cstddef>
+
 namespace ksl {
 inline namespace KSL_ISA {
+
+using index = std::ptrdiff_t; ///< of elements: as wide as addresses, so that none is widened
 
 /// The momentum of what hangs on a joint at unit velocity of one of its coordinates, about the joint's origin, and where
 /// that is, in the frame of the base.
@@ -31,8 +35,8 @@ template <class T> KSL_LANES coscrew<T> momentum_of(int c, const spatial_inertia
   }
 }
 
-/// M[row][column] of the upper triangle; for plain numbers the other one, too.  The added zero turns −0 into 0.
-template <class T> KSL_LANES void put_element(const T &x, int nv, int row, int column, T *M) {
+/// M[row][column] of the upper triangle; for plain numbers of the lower one, too.  The added zero turns −0 into 0.
+template <class T> KSL_LANES void put_element(const T &x, index nv, index row, index column, T *M) {
   M[row * nv + column] = x + T(0);
   if constexpr (plain<T>)
     M[column * nv + row] = x + T(0);
@@ -50,13 +54,14 @@ template <class T> KSL_LANES vec3<T> moment_about(const vec3<T> &point, const un
 
 /// What joint j feels of a momentum: the elements of its rows.
 template <joint_kind K, class T>
-KSL_LANES void put_share(const body<scalar_of<T>> &b, const data_view<T> &data, int j, const unit_momentum<T> &u, int nv,
-                         int column, T *M) {
+KSL_LANES void put_share(const body<scalar_of<T>> &b, const data_view<T> &data, index j, const unit_momentum<T> &u, index nv,
+                         index column, T *M) {
   using A = algebra<T>;
+  const joint_axis<T> &axis = data.axis[j];
   if constexpr (K == joint_kind::floating) {
-    vec3<T> p = u.momentum.lin, n = moment_about(data.origin[j], u);
+    vec3<T> p = u.momentum.lin, n = moment_about(axis.origin, u);
     if (!is_base(b)) { // along its own axes
-      const mat3x3<T> R = body_at<T>(j).template get<mat3x3>(data.rotation);
+      const mat3x3<T> R = body_at<T>(static_cast<int>(j)).template get<mat3x3>(data.rotation);
       A::product_drinvv(&R, &p, &p);
       A::product_drinvv(&R, &n, &n);
     }
@@ -64,31 +69,31 @@ KSL_LANES void put_share(const body<scalar_of<T>> &b, const data_view<T> &data, 
     for (int c = 0; c < 6; ++c)
       put_element(shares[c], nv, b.v_index + c, column, M);
   } else {
-    const vec3<T> z = axis_of(data, j);
-    vec3<T> along = u.momentum.lin;
+    vec3<T> felt = u.momentum.lin;
     if constexpr (K == joint_kind::revolute)
-      along = moment_about(data.origin[j], u);
-    put_element(A::dot_vv(&z, &along), nv, b.v_index, column, M);
+      felt = moment_about(axis.origin, u);
+    put_element(A::dot_vv(&axis.z, &felt), nv, b.v_index, column, M);
   }
 }
 
 /// Coordinate c of joint i, in column `column` of M: what the joints that carry it feel of its momentum.
 template <class T>
-KSL_LANES void put_column(const model_view<scalar_of<T>> &model, const data_view<T> &data, int i, int c, int column,
+KSL_LANES void put_column(const model_view<scalar_of<T>> &model, const data_view<T> &data, index i, int c, index column,
                           const spatial_inertia<T> &I, T *M) {
   using A = algebra<T>;
-  unit_momentum<T> u = {momentum_of(c, I), data.origin[i]};
-  const mat3x3<T> R = body_at<T>(i).template get<mat3x3>(data.rotation);
+  unit_momentum<T> u = {momentum_of(c, I), data.axis[i].origin};
+  const mat3x3<T> R = body_at<T>(static_cast<int>(i)).template get<mat3x3>(data.rotation);
   A::product_CoAdrc(&R, &u.momentum, &u.momentum);
-  for (int j = model.body[i].parent; j > 0; j = model.body[j].parent)
-    by_kind(model.body[j].kind, [&]<joint_kind K>() { put_share<K>(model.body[j], data, j, u, model.nv, column, M); });
+  const index nv = model.nv;
+  for (index j = model.body[i].parent; j > 0; j = model.body[j].parent)
+    by_kind(model.body[j].kind, [&]<joint_kind K>() KSL_INLINED { put_share<K>(model.body[j], data, j, u, nv, column, M); });
 }
 
 /// Columns of joint i, from the inertia of all that hangs on it.
 template <joint_kind K, class T>
 KSL_LANES void put_columns(const model_view<scalar_of<T>> &model, const data_view<T> &data, int i, const spatial_inertia<T> &I, T *M) {
   const body<scalar_of<T>> &b = model.body[i];
-  const int nv = model.nv, first = b.v_index;
+  const index nv = model.nv, first = b.v_index;
   if constexpr (K == joint_kind::floating) {
     for (int c = 0; c < 6; ++c) {
       const coscrew<T> p = momentum_of(c, I);
@@ -117,15 +122,18 @@ KSL_LANES spatial_inertia<T> composite_inertia(const model_view<scalar_of<T>> &m
 }
 
 /// The upper triangle of M (nv, nv), row-major, for q (nq), but for what is zero by the shape of the tree; for plain numbers
-/// the lower one, too.
+/// the lower one.
 template <class T> void elements_of_mass_matrix(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, T *M) {
   using A = algebra<T>;
-  data.origin[0] = {T(0), T(0), T(0)};
-  const auto locate = [&](int i, const vec3<T> &offset) { A::add_vv(&data.origin[model.body[i].parent], &offset, &data.origin[i]); };
-  express_in_base(model, data, q, locate, [](auto) {});
+  data.axis[0].origin = {T(0), T(0), T(0)};
+  const auto locate = [&](int i, const vec3<T> &offset) KSL_INLINED {
+    data.axis[i].z = axis_of(data, i);
+    A::add_vv(&data.axis[model.body[i].parent].origin, &offset, &data.axis[i].origin);
+  };
+  express_in_base(model, data, q, locate, [](auto) KSL_INLINED {});
   for (int i = model.bodies - 1; i > 0; --i) {
     const body<scalar_of<T>> &b = model.body[i];
-    by_kind(b.kind, [&]<joint_kind K>() {
+    by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
       spatial_inertia<T> I = composite_inertia(model, data, i);
       put_columns<K>(model, data, i, I, M);
       if (b.parent == 0)

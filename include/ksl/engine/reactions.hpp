@@ -45,7 +45,7 @@ void link_wrenches(const model_view<scalar_of<T>> &model, const data_view<T> &da
       continue;
     coscrew<T> f = data.link_wrench[l];
     if (child.first)
-      by_kind(model.body[child.body].kind, [&]<joint_kind K>() {
+      by_kind(model.body[child.body].kind, [&]<joint_kind K>() KSL_INLINED {
         const SE3<T> D = kept_pose<K>(model.body[child.body], data, child.body);
         A::product_CoAdc(&D, &f, &f);
       });
