@@ -16,6 +16,9 @@ template <class S> KSL_LANES bool is_base(const body<S> &b) {
   return b.parent < 0 || (b.parent == 0 && b.kind == joint_kind::floating);
 }
 
+/// Does anything hang on this body?
+template <class S> KSL_LANES bool has_children(const body<S> &b) { return b.v_end > b.v_index + row_of(b.kind).nv; }
+
 /// The way from the parent's origin to that of body i, in the axes of the base, and its axes (data.rotation); R: the
 /// parent's, and the body's afterwards.
 template <joint_kind K, class T>

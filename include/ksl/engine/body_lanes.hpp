@@ -8,6 +8,8 @@
 #include "ksl/engine/data.hpp"
 #include "ksl/engine/spread.hpp"
 
+#include <type_traits>
+
 namespace ksl {
 inline namespace KSL_ISA {
 
@@ -83,6 +85,33 @@ template <class P, class T> struct bodies_at {
 };
 
 template <class T> KSL_LANES bodies_at<T, T> body_at(int i) { return {i}; }
+
+/// V<T> of body i as it lies in an array over bodies: the struct itself where its numbers lie side by side, so that none is
+/// held in a register before it is needed, and a copy of it, to be put back, where they don't.
+template <template <class> class V, class T> class in_place {
+public:
+  KSL_LANES in_place(T *array, int i) : array_(array), i_(i) {
+    if constexpr (plain<T>)
+      copy_ = body_at<T>(i).template get<V>(array);
+  }
+  KSL_LANES V<T> &operator*() {
+    if constexpr (plain<T>)
+      return copy_;
+    else
+      return *reinterpret_cast<V<T> *>(numbers_of<numbers_in<V<T>, T>>(array_, i_));
+  }
+  KSL_LANES const V<T> &operator*() const { return **const_cast<in_place *>(this); }
+  KSL_LANES void put() const {
+    if constexpr (plain<T>)
+      body_at<T>(i_).put(copy_, array_);
+  }
+
+private:
+  struct none {};
+  T *array_;
+  int i_;
+  std::conditional_t<plain<T>, V<T>, none> copy_;
+};
 
 /// Two steps for n bodies, parents first: one(i) for all but the ground, which may read what both left of the parent, then
 /// lanes(bodies_at), which reads of no other body what this step leaves.  In lanes where that can be, and body after body

@@ -114,7 +114,7 @@ template <class T>
 KSL_LANES spatial_inertia<T> composite_inertia(const model_view<scalar_of<T>> &model, const data_view<T> &data, int i) {
   const body<scalar_of<T>> &b = model.body[i];
   spatial_inertia<T> I = spread<T>(b.inertia);
-  if (b.v_end > b.v_index + row_of(b.kind).nv) {
+  if (has_children(b)) {
     const auto children = body_at<T>(i).template get<spatial_inertia>(data.inertia);
     algebra<T>::spatial_inertia_added(&I, &children, &I);
   }
