@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import operator
 import os
+import struct
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -32,6 +33,10 @@ _Arguments = tuple[str, bool, bool, bool, list[float], list[tuple[str, float, li
 """Of `_core.load`: what a model is made from."""
 
 QUATERNION_TOLERANCE = 1e-3
+REQUESTS_KEPT = 64
+
+_PLAIN_NUMBERS = frozenset((float, int))
+_THREE_DOUBLES = struct.Struct("3d")
 
 
 @dataclass(frozen=True)
@@ -106,6 +111,7 @@ class Model:
         self._moving = core.moving_joints
         self._joint_index = {joint.name: i for i, joint in enumerate(self.joints)}
         self._link_index = {link.name: i for i, link in enumerate(self.links)}
+        self._requests: dict[tuple[object, ...], _core.Request] = {}
         self._complete = True
 
     def __setattr__(self, name: str, value: object) -> None:
@@ -174,7 +180,7 @@ class Model:
         Recursive Newton–Euler (Featherstone, RBDA 2008, table 5.1); O(bodies).
         Raises ValueError for shapes that don't fit and numbers that are complex or not finite.
         """
-        if external is None and (tau := _room(out, v)) is not None and self._core.inverse_dynamics_direct(q, v, a, tau, _thread_count(threads)):
+        if (tau := _room(out, v)) is not None and self._core.inverse_dynamics_direct(q, v, a, external, tau, _thread_count(threads)):
             return tau
         states = _States(self, external, q=q, v=v, a=a)
         tau = states.result(out, self.nv)
@@ -210,6 +216,9 @@ class Model:
         their sum.  The split is made in the joint's frame and then moved by the coadjoint (Coscrews page, (7)–(9)).
         """
         request = self._request(on, at, axes, order, part, joints)
+        wrenches = _room(out, v, request.joints, 6)
+        if wrenches is not None and self._core.reactions_direct(q, v, a, external, request, wrenches, _thread_count(threads)):
+            return wrenches
         states = _States(self, external, q=q, v=v, a=a)
         wrenches = states.result(out, request.joints, 6)
         self._core.inverse_dynamics(*states.rows, *states.external, None, [request], [states.flat_result(wrenches, 3)], _thread_count(threads))
@@ -223,7 +232,7 @@ class Model:
         The inverse of :meth:`inverse_dynamics`, same conventions.  Articulated-body algorithm (Featherstone, RBDA 2008,
         table 7.1); O(bodies).
         """
-        if external is None and (a := _room(out, v)) is not None and self._core.forward_dynamics_direct(q, v, tau, a, _thread_count(threads)):
+        if (a := _room(out, v)) is not None and self._core.forward_dynamics_direct(q, v, tau, external, a, _thread_count(threads)):
             return a
         states = _States(self, external, q=q, v=v, tau=tau)
         a = states.result(out, self.nv)
@@ -247,7 +256,7 @@ class Model:
 
         q, v, external, out, threads: as in :meth:`inverse_dynamics`, of which this is the case a = 0.
         """
-        if external is None and (tau := _room(out, v)) is not None and self._core.inverse_dynamics_direct(q, v, None, tau, _thread_count(threads)):
+        if (tau := _room(out, v)) is not None and self._core.inverse_dynamics_direct(q, v, None, external, tau, _thread_count(threads)):
             return tau
         states = _States(self, external, q=q, v=v)
         tau = states.result(out, self.nv)
@@ -259,7 +268,7 @@ class Model:
 
         q, external, out, threads: as in :meth:`inverse_dynamics`, of which this is the case v = a = 0.
         """
-        if external is None and (tau := _room(out, q, self.nv)) is not None and self._core.inverse_dynamics_direct(q, None, None, tau, _thread_count(threads)):
+        if (tau := _room(out, q, self.nv)) is not None and self._core.inverse_dynamics_direct(q, None, None, external, tau, _thread_count(threads)):
             return tau
         states = _States(self, external, q=q)
         tau = states.result(out, self.nv)
@@ -270,6 +279,8 @@ class Model:
         """Pose (…, 4, 4) in the world of a link's frame, or of a joint's (the child link's), for q (…, nq)."""
         if name in self._joint_index and name not in self._link_index:
             name = self.joints[self._joint_index[name]].child
+        if name in self._link_index and (poses := _room(None, q, 4, 4)) is not None and self._core.frame_pose_direct(q, self._link_index[name], poses):
+            return poses
         states = _States(self, None, np.float64, q=q)
         poses = states.result(None, 4, 4)
         self._core.frame_pose(*states.rows, self._index(self._link_index, name, "link or joint"), states.flat_result(poses, 3))
@@ -280,6 +291,10 @@ class Model:
 
         Potential energy is that of gravity, zero with every centroid at the world's origin.
         """
+        if type(v) is np.ndarray:
+            kinetic, potential = np.empty(v.shape[:-1]), np.empty(v.shape[:-1])
+            if self._core.energy_direct(q, v, kinetic, potential):
+                return kinetic, potential
         states = _States(self, None, np.float64, q=q, v=v)
         kinetic, potential = states.result(None), states.result(None)
         self._core.energy(*states.rows, states.flat_result(kinetic, 1), states.flat_result(potential, 1))
@@ -327,6 +342,24 @@ class Model:
         return _core.Frame.link, self._link_index[name]
 
     def _request(self, on: str, at: Point, axes: str, order: str, part: str, joints: Iterable[str] | None) -> _core.Request:
+        """What these keywords of `reactions` ask for; kept, since to work it out takes longer than the dynamics of a state."""
+        if joints is not None and not isinstance(joints, (str, tuple)):
+            joints = tuple(joints)
+        point = at if isinstance(at, str) else _offset_key(at)
+        key = (on, point, axes, order, part, joints)
+        try:
+            request = self._requests.get(key)
+        except TypeError:  # a list, say, instead of a name: refused below
+            request = point = None
+        if request is None:
+            request = self._new_request(on, at, axes, order, part, joints)
+            if point is not None:
+                if len(self._requests) >= REQUESTS_KEPT:  # a point that changes from call to call
+                    self._requests.clear()
+                self._requests[key] = request
+        return request
+
+    def _new_request(self, on: str, at: Point, axes: str, order: str, part: str, joints: tuple[str, ...] | str | None) -> _core.Request:
         offset: Sequence[float] = (0.0, 0.0, 0.0)
         if not isinstance(at, str):
             offset, at = _three_numbers(at, "at"), "joint"
@@ -501,6 +534,17 @@ def _three_numbers(x: ArrayLike, what: str) -> tuple[float, float, float]:
     if v.shape != (3,) or not np.isfinite(v).all():
         raise ValueError(f"{what} needs three finite numbers, found {x!r}")
     return float(v[0]), float(v[1]), float(v[2])
+
+
+def _offset_key(at: object) -> bytes | None:
+    """Tells offsets apart, zeros of either sign too; None where only `_three_numbers` can tell what they are."""
+    numbers = at.tolist() if type(at) is np.ndarray else at
+    if type(numbers) not in (list, tuple) or len(numbers) != 3 or not _PLAIN_NUMBERS.issuperset(map(type, numbers)):
+        return None
+    try:
+        return _THREE_DOUBLES.pack(*numbers)
+    except struct.error:  # an integer beyond all doubles
+        return None
 
 
 def _common_shape(arrays: Mapping[str, Array]) -> tuple[int, ...]:

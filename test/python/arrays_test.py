@@ -31,6 +31,7 @@ def calls(m, q, v, a):
         (m.mass_matrix, (q,)),
         (m.bias, (q, v)),
         (m.gravity_torque, (q,)),
+        (m.reactions, (q, v, a)),
     ]
 
 
