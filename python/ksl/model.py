@@ -36,7 +36,7 @@ QUATERNION_TOLERANCE = 1e-3
 REQUESTS_KEPT = 64
 
 _PLAIN_NUMBERS = frozenset((float, int))
-_THREE_DOUBLES = struct.Struct("3d")
+_pack_three = struct.Struct("3d").pack
 
 
 @dataclass(frozen=True)
@@ -500,7 +500,7 @@ def _room(out: Array | None, like: ArrayLike, *shape: int) -> Array | None:
     """
     if out is not None:
         return out if type(out) is np.ndarray else None
-    if type(like) is not np.ndarray or like.ndim == 0:
+    if type(like) is not np.ndarray:
         return None
     return np.empty(like.shape[:-1] + shape if shape else like.shape, like.dtype)
 
@@ -539,10 +539,13 @@ def _three_numbers(x: ArrayLike, what: str) -> tuple[float, float, float]:
 def _offset_key(at: object) -> bytes | None:
     """Tells offsets apart, zeros of either sign too; None where only `_three_numbers` can tell what they are."""
     numbers = at.tolist() if type(at) is np.ndarray else at
-    if type(numbers) not in (list, tuple) or len(numbers) != 3 or not _PLAIN_NUMBERS.issuperset(map(type, numbers)):
+    if type(numbers) not in (list, tuple) or len(numbers) != 3:
+        return None
+    x, y, z = numbers
+    if type(x) not in _PLAIN_NUMBERS or type(y) not in _PLAIN_NUMBERS or type(z) not in _PLAIN_NUMBERS:
         return None
     try:
-        return _THREE_DOUBLES.pack(*numbers)
+        return _pack_three(x, y, z)
     except struct.error:  # an integer beyond all doubles
         return None
 
