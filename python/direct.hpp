@@ -131,7 +131,7 @@ private:
 class wrenches {
 public:
   wrenches(const ksl::model &m, nb::handle by_link) : known_(by_link.is_none()) {
-    if (!PyDict_Check(by_link.ptr()))
+    if (!PyDict_CheckExact(by_link.ptr())) // its heirs may show other items than they hold
       return;
     const nb::list items = nb::steal<nb::list>(PyDict_Items(by_link.ptr())); // a buffer's code may change the dict
     for (nb::handle item : items) {
@@ -313,6 +313,7 @@ bool run(const ksl::model &m, const arguments &in, const buffer &out, int thread
       return false;
     in_place = in_place || !out.apart_from(*x);
   }
+  ksl::instruction_set(); // refuses an unusable KSL_ISA here, and not on another thread
   ksl::batch_view<S> batch;
   batch.n = in.q.states();
   batch.q = in.q.rows<const S>();
