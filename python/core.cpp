@@ -268,8 +268,8 @@ NB_MODULE(_core, module) {
   add_batch_calls<double>(model);
   add_batch_calls<float>(model);
   model
-      .def("inverse_dynamics_direct", &direct::inverse_dynamics, "q"_a, "v"_a.none(), "a"_a.none(), "external"_a.none(), "tau"_a,
-           "threads"_a)
+      .def("inverse_dynamics_direct", &direct::inverse_dynamics, "q"_a, "v"_a.none(), "a"_a.none(), "external"_a.none(),
+           "tau"_a, "threads"_a)
       .def(
           "reactions_direct",
           [](const ksl::model &m, nb::handle q, nb::handle v, nb::handle a, nb::handle external, const request_fields &r,

@@ -183,8 +183,8 @@ class Model:
         if (tau := _room(out, v)) is not None and self._core.inverse_dynamics_direct(q, v, a, external, tau, _thread_count(threads)):
             return tau
         states = _States(self, external, q=q, v=v, a=a)
-        tau = states.result(out, self.nv)
-        self._core.inverse_dynamics(*states.rows, *states.external, states.flat_result(tau, 2), [], [], _thread_count(threads))
+        tau, rows = states.result(out, self.nv), states.rows
+        self._core.inverse_dynamics(rows["q"], rows["v"], rows["a"], *states.external, states.flat_result(tau, 2), [], [], _thread_count(threads))
         return tau
 
     def reactions(
@@ -220,8 +220,9 @@ class Model:
         if wrenches is not None and self._core.reactions_direct(q, v, a, external, request, wrenches, _thread_count(threads)):
             return wrenches
         states = _States(self, external, q=q, v=v, a=a)
-        wrenches = states.result(out, request.joints, 6)
-        self._core.inverse_dynamics(*states.rows, *states.external, None, [request], [states.flat_result(wrenches, 3)], _thread_count(threads))
+        wrenches, rows = states.result(out, request.joints, 6), states.rows
+        outs = [states.flat_result(wrenches, 3)]
+        self._core.inverse_dynamics(rows["q"], rows["v"], rows["a"], *states.external, None, [request], outs, _thread_count(threads))
         return wrenches
 
     def forward_dynamics(
@@ -235,8 +236,8 @@ class Model:
         if (a := _room(out, v)) is not None and self._core.forward_dynamics_direct(q, v, tau, external, a, _thread_count(threads)):
             return a
         states = _States(self, external, q=q, v=v, tau=tau)
-        a = states.result(out, self.nv)
-        self._core.forward_dynamics(*states.rows, *states.external, states.flat_result(a, 2), _thread_count(threads))
+        a, rows = states.result(out, self.nv), states.rows
+        self._core.forward_dynamics(rows["q"], rows["v"], rows["tau"], *states.external, states.flat_result(a, 2), _thread_count(threads))
         return a
 
     def mass_matrix(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
@@ -248,7 +249,7 @@ class Model:
             return matrix
         states = _States(self, None, q=q)
         matrix = states.result(out, self.nv, self.nv)
-        self._core.mass_matrix(*states.rows, states.flat_result(matrix, 3), _thread_count(threads))
+        self._core.mass_matrix(states.rows["q"], states.flat_result(matrix, 3), _thread_count(threads))
         return matrix
 
     def bias(self, q: ArrayLike, v: ArrayLike, external: External | None = None, out: Array | None = None, threads: int | None = None) -> Array:
@@ -259,8 +260,8 @@ class Model:
         if (tau := _room(out, v)) is not None and self._core.inverse_dynamics_direct(q, v, None, external, tau, _thread_count(threads)):
             return tau
         states = _States(self, external, q=q, v=v)
-        tau = states.result(out, self.nv)
-        self._core.inverse_dynamics(*states.rows, None, *states.external, states.flat_result(tau, 2), [], [], _thread_count(threads))
+        tau, rows = states.result(out, self.nv), states.rows
+        self._core.inverse_dynamics(rows["q"], rows["v"], None, *states.external, states.flat_result(tau, 2), [], [], _thread_count(threads))
         return tau
 
     def gravity_torque(self, q: ArrayLike, external: External | None = None, out: Array | None = None, threads: int | None = None) -> Array:
@@ -272,7 +273,7 @@ class Model:
             return tau
         states = _States(self, external, q=q)
         tau = states.result(out, self.nv)
-        self._core.inverse_dynamics(*states.rows, None, None, *states.external, states.flat_result(tau, 2), [], [], _thread_count(threads))
+        self._core.inverse_dynamics(states.rows["q"], None, None, *states.external, states.flat_result(tau, 2), [], [], _thread_count(threads))
         return tau
 
     def frame_pose(self, q: ArrayLike, name: str) -> Array:
@@ -283,7 +284,7 @@ class Model:
             return poses
         states = _States(self, None, np.float64, q=q)
         poses = states.result(None, 4, 4)
-        self._core.frame_pose(*states.rows, self._index(self._link_index, name, "link or joint"), states.flat_result(poses, 3))
+        self._core.frame_pose(states.rows["q"], self._index(self._link_index, name, "link or joint"), states.flat_result(poses, 3))
         return poses
 
     def energy(self, q: ArrayLike, v: ArrayLike) -> tuple[Array, Array]:
@@ -297,7 +298,7 @@ class Model:
                 return kinetic, potential
         states = _States(self, None, np.float64, q=q, v=v)
         kinetic, potential = states.result(None), states.result(None)
-        self._core.energy(*states.rows, states.flat_result(kinetic, 1), states.flat_result(potential, 1))
+        self._core.energy(states.rows["q"], states.rows["v"], states.flat_result(kinetic, 1), states.flat_result(potential, 1))
         return kinetic, potential
 
     def loads(self, time: ArrayLike, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None, **options: Any) -> pyarrow.Table:
@@ -318,15 +319,15 @@ class Model:
         """Efforts and, for each request, reactions, in one pass over the states."""
         states = _States(self, external, np.float64, q=q, v=v, a=a)
         tau, wrenches = states.result(None, self.nv), [states.result(None, r.joints, 6) for r in requests]
-        outs = [states.flat_result(w, 3) for w in wrenches]
-        self._core.inverse_dynamics(*states.rows, *states.external, states.flat_result(tau, 2), requests, outs, 0)
+        outs, rows = [states.flat_result(w, 3) for w in wrenches], states.rows
+        self._core.inverse_dynamics(rows["q"], rows["v"], rows["a"], *states.external, states.flat_result(tau, 2), requests, outs, 0)
         return tau, wrenches
 
     def _external_power(self, q: ArrayLike, v: ArrayLike, external: External) -> Array:
         """Σ f · v of the links on which the environment exerts wrenches, W."""
         states = _States(self, external, np.float64, q=q, v=v)
         power = states.result(None)
-        self._core.external_power(*states.rows, *states.external, states.flat_result(power, 1))
+        self._core.external_power(states.rows["q"], states.rows["v"], *states.external, states.flat_result(power, 1))
         return power
 
     def _index(self, table: Mapping[str, int], name: str, what: str) -> int:
@@ -393,7 +394,7 @@ class _States:
         for name, w in wrenches.items():
             _refuse_complex(f"external[{name!r}]", w)
         single = dtype is None and all(x.dtype.newbyteorder("=") == np.float32 for x in (*given.values(), *wrenches.values()))
-        self.dtype = np.float32 if single else np.float64
+        self.dtype: np.dtype[np.floating] = np.dtype(np.float32 if single else np.float64)
         for name, x in given.items():
             width = model.nq if name == "q" else model.nv
             if x.ndim == 0 or x.shape[-1] != width:
@@ -403,9 +404,8 @@ class _States:
                 raise ValueError(f"external[{name!r}] has shape {w.shape}; expected (…, 6): force, then moment")
         self.leading = _common_shape(given | wrenches)
         self.count = prod(self.leading)
-        self._names = list(given)
-        self.rows = [self._flat(name, x) for name, x in given.items()]
-        _check_quaternions(model, self.rows[0])
+        self.rows = {name: self._flat(name, x) for name, x in given.items()}
+        _check_quaternions(model, self.rows["q"])
         stacked = np.empty((self.count, len(wrenches), 6), self.dtype)
         for k, (name, w) in enumerate(wrenches.items()):
             stacked[:, k] = self._flat(f"external[{name!r}]", w)
@@ -429,8 +429,8 @@ class _States:
             return np.empty(wanted, self.dtype)
         if not isinstance(out, np.ndarray) or out.shape != wanted or out.dtype != self.dtype or not (out.flags.carray and out.dtype.isnative):
             found = f"{out.dtype} {out.shape}" if isinstance(out, np.ndarray) else type(out).__name__
-            raise ValueError(f"out is {found}; expected a C-contiguous, aligned, writeable {np.dtype(self.dtype).name} array of shape {wanted}")
-        for name, rows in zip(self._names, self.rows, strict=True):
+            raise ValueError(f"out is {found}; expected a C-contiguous, aligned, writeable {self.dtype.name} array of shape {wanted}")
+        for name, rows in self.rows.items():
             # a state is read before its result is written: out may be an argument, but then row on row
             same = rows.ctypes.data == out.ctypes.data and rows.nbytes == out.nbytes
             if np.may_share_memory(out, rows) and not same:  # exact: both are contiguous
@@ -488,7 +488,7 @@ def _payload(link: str, load: tuple[float, Sequence[float]]) -> tuple[str, float
     return link, mass, list(_three_numbers(point, f"payload on {link}: payload point"))
 
 
-def _array(x: ArrayLike) -> Array:
+def _array(x: Any) -> NDArray[Any]:
     """Of NumPy, which doesn't look for objects that offer DLPack and nothing else."""
     return np.from_dlpack(x) if hasattr(x, "__dlpack__") and not hasattr(x, "__array__") else np.asarray(x)
 
@@ -536,7 +536,7 @@ def _three_numbers(x: ArrayLike, what: str) -> tuple[float, float, float]:
     return float(v[0]), float(v[1]), float(v[2])
 
 
-def _offset_key(at: object) -> bytes | None:
+def _offset_key(at: Any) -> bytes | None:
     """Tells offsets apart, zeros of either sign too; None where only `_three_numbers` can tell what they are."""
     numbers = at.tolist() if type(at) is np.ndarray else at
     if type(numbers) not in (list, tuple) or len(numbers) != 3:
