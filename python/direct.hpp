@@ -134,6 +134,8 @@ public:
     if (!PyDict_CheckExact(by_link.ptr())) // its heirs may show other items than they hold
       return;
     const nb::list items = nb::steal<nb::list>(PyDict_Items(by_link.ptr())); // a buffer's code may change the dict
+    if (!items.is_valid())
+      nb::raise_python_error();
     for (nb::handle item : items) {
       const int link = index_of(m, PyTuple_GET_ITEM(item.ptr(), 0));
       if (link < 0)
