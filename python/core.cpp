@@ -268,9 +268,17 @@ NB_MODULE(_core, module) {
   add_batch_calls<double>(model);
   add_batch_calls<float>(model);
   model
-      .def("inverse_dynamics_direct", &direct::inverse_dynamics, "q"_a, "v"_a.none(), "a"_a.none(), "tau"_a, "threads"_a)
-      .def("forward_dynamics_direct", &direct::forward_dynamics, "q"_a, "v"_a, "tau"_a, "a"_a, "threads"_a)
-      .def("mass_matrix_direct", &direct::mass_matrix, "q"_a, "out"_a, "threads"_a);
+      .def("inverse_dynamics_direct", &direct::inverse_dynamics, "q"_a, "v"_a.none(), "a"_a.none(), "external"_a.none(),
+           "tau"_a, "threads"_a)
+      .def(
+          "reactions_direct",
+          [](const ksl::model &m, nb::handle q, nb::handle v, nb::handle a, nb::handle external, const request_fields &r,
+             nb::handle out, int threads) { return direct::reactions(m, q, v, a, external, r.request, out, threads); },
+          "q"_a, "v"_a, "a"_a, "external"_a.none(), "request"_a, "out"_a, "threads"_a)
+      .def("forward_dynamics_direct", &direct::forward_dynamics, "q"_a, "v"_a, "tau"_a, "external"_a.none(), "a"_a, "threads"_a)
+      .def("mass_matrix_direct", &direct::mass_matrix, "q"_a, "out"_a, "threads"_a)
+      .def("frame_pose_direct", &direct::frame_pose, "q"_a, "link"_a, "out"_a)
+      .def("energy_direct", &direct::energy, "q"_a, "v"_a, "kinetic"_a, "potential"_a);
   model.def("frame_pose", &frame_pose, "q"_a, "link"_a, "out"_a)
       .def("energy", &energy, "q"_a, "v"_a, "kinetic"_a, "potential"_a)
       .def("external_power", &external_power, "q"_a, "v"_a, "external_links"_a, "external"_a, "out"_a);

@@ -1,6 +1,6 @@
 // The short way from NumPy to a batch call, for arrays that need no conversion: of one precision, with equal leading shapes,
-// rows of neighbouring numbers at one distance from each other, and finite numbers.  Whatever else comes in is left to
-// ksl.model, which converts or refuses it.
+// rows of neighbouring numbers at one distance from each other, and finite numbers; external wrenches in a dict.  Whatever
+// else comes in is left to ksl.model, which converts or refuses it.
 #pragma once
 
 #include "batch/threads.hpp"
@@ -12,10 +12,13 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <list>
 #include <new>
 #include <optional>
+#include <string>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 namespace direct {
 
@@ -23,12 +26,21 @@ namespace nb = nanobind;
 
 enum class use { read, write };
 
-/// The memory of an array, while this lives: a row of `columns` numbers for each state.  None is no array.
+/// What an array holds for each state: a number, a vector or a matrix, in so many of its last axes.
+struct row_shape {
+  int axes = 0, length[2] = {1, 1};
+
+  row_shape() = default;
+  row_shape(int n) : axes(1), length{n, 1} {}
+  row_shape(int rows, int columns) : axes(2), length{rows, columns} {}
+  int numbers() const { return length[0] * length[1]; }
+};
+
+/// The memory of an array, while this lives: a row of numbers for each state.  None is no array.
 class buffer {
 public:
-  /// axes: how many of the last ones make up a row, all equally long.
-  buffer(nb::handle object, use what, int columns, int axes = 1)
-      : columns_(columns), axes_(axes), none_(object.is_none()) {
+  buffer(nb::handle object, use what, row_shape shape)
+      : shape_(shape), columns_(shape.numbers()), axes_(shape.axes), none_(object.is_none()) {
     const int flags = PyBUF_FORMAT | (what == use::write ? PyBUF_C_CONTIGUOUS | PyBUF_WRITABLE : PyBUF_STRIDES);
     held_ = !none_ && PyObject_GetBuffer(object.ptr(), &view_, flags) == 0;
     if (!none_ && !held_)
@@ -50,11 +62,11 @@ public:
     constexpr char format = sizeof(S) == 8 ? 'd' : 'f';
     if (!held_ || view_.ndim < axes_ || !view_.format || view_.format[0] != format || view_.format[1] != 0 || view_.len == 0)
       return false;
-    Py_ssize_t last = view_.shape[view_.ndim - 1]; // of a row with two axes: a square
-    if (last * (axes_ == 2 ? view_.shape[view_.ndim - 2] : 1) != columns_ || (axes_ == 2 && last * last != columns_))
-      return false;
+    for (int i = 0; i < axes_; ++i)
+      if (view_.shape[view_.ndim - axes_ + i] != shape_.length[i])
+        return false;
     const auto distance = row_distance();
-    return view_.strides[view_.ndim - 1] == view_.itemsize && distance &&
+    return (axes_ == 0 || view_.strides[view_.ndim - 1] == view_.itemsize) && distance &&
            *distance % static_cast<Py_ssize_t>(sizeof(S)) == 0 && reinterpret_cast<std::uintptr_t>(view_.buf) % alignof(S) == 0;
   }
 
@@ -110,8 +122,78 @@ private:
   }
 
   Py_buffer view_{};
+  row_shape shape_;
   int columns_, axes_;
   bool none_, held_ = false;
+};
+
+/// External wrenches as users give them, {link name: (…, 6)}, while this lives.  None is no wrench.
+class wrenches {
+public:
+  wrenches(const ksl::model &m, nb::handle by_link) : known_(by_link.is_none()) {
+    if (!PyDict_CheckExact(by_link.ptr())) // its heirs may show other items than they hold
+      return;
+    const nb::list items = nb::steal<nb::list>(PyDict_Items(by_link.ptr())); // a buffer's code may change the dict
+    if (!items.is_valid())
+      nb::raise_python_error();
+    for (nb::handle item : items) {
+      const int link = index_of(m, PyTuple_GET_ITEM(item.ptr(), 0));
+      if (link < 0)
+        return;
+      links_.push_back(link);
+      buffers_.emplace_back(nb::handle(PyTuple_GET_ITEM(item.ptr(), 1)), use::read, 6);
+    }
+    known_ = true;
+  }
+
+  /// Can the algorithms read them, while they write to `out`?
+  template <class S> bool hold(const buffer &out) const {
+    for (const buffer &b : buffers_)
+      if (!b.holds<S>() || !b.same_leading_shape(out) || !b.apart_from(out))
+        return false;
+    return known_;
+  }
+
+  /// Those of the states [first, first + part.n), side by side in `memory`, into the part.
+  template <class S> void into(ksl::batch_view<S> &part, std::size_t first, std::vector<S> &memory) const {
+    if (links_.empty())
+      return;
+    const std::size_t width = 6 * links_.size();
+    memory.resize(part.n * width);
+    S *to = memory.data();
+    for (const buffer &b : buffers_) {
+      const ksl::rows_view<const S> from = rows_from(b.rows<const S>(), first);
+      for (std::size_t k = 0; k < part.n; ++k)
+        std::memcpy(to + k * width, row(from, k), 6 * sizeof(S));
+      to += 6;
+    }
+    part.external_n = static_cast<int>(links_.size());
+    part.external_link = links_.data();
+    part.external = {memory.data(), static_cast<std::ptrdiff_t>(width)};
+  }
+
+private:
+  /// −1: no link's name.
+  static int index_of(const ksl::model &m, PyObject *name) {
+    Py_ssize_t size = 0;
+    const char *const text = PyUnicode_CheckExact(name) ? PyUnicode_AsUTF8AndSize(name, &size) : nullptr;
+    if (!text)
+      PyErr_Clear();
+    return text ? m.find_link(std::string(text, static_cast<std::size_t>(size))) : -1;
+  }
+
+  std::vector<int> links_;
+  std::list<buffer> buffers_; // they stay where they are
+  bool known_;
+};
+
+/// Of one call: x is a or tau.
+struct arguments {
+  buffer q, v, x;
+  wrenches external;
+
+  arguments(const ksl::model &m, nb::handle q, nb::handle v, nb::handle x, nb::handle external)
+      : q(q, use::read, m.nq()), v(v, use::read, m.nv()), x(x, use::read, m.nv()), external(m, external) {}
 };
 
 /// No NaN and nothing infinite.  Exponents of ones overflow into the sign: sums of doubles would wait for each other.  Eight
@@ -169,19 +251,20 @@ template <class S> bool unit_quaternions(const ksl::model &m, ksl::rows_view<con
 /// Whether the numbers are those of states.
 template <class S> bool acceptable(const ksl::model &m, const ksl::batch_view<S> &batch) {
   return finite(batch.q, m.nq(), batch.n) && finite(batch.v, m.nv(), batch.n) && finite(batch.a, m.nv(), batch.n) &&
-         unit_quaternions(m, batch.q, batch.n);
+         finite(batch.external, 6 * batch.external_n, batch.n) && unit_quaternions(m, batch.q, batch.n);
 }
 
 constexpr std::size_t near = 64 << 10; ///< bytes of arguments that the inner caches keep beside a workspace
 
 /// Calls step(part) for all parts of a batch, some states each, on several threads, until one says no.
 template <class S, class Step>
-bool for_parts(const ksl::model &m, const ksl::batch_view<S> &batch, int threads, Step step) {
+bool for_parts(const ksl::model &m, const ksl::batch_view<S> &batch, const wrenches &external, int threads, Step step) {
   const std::size_t bytes = sizeof(S) * static_cast<std::size_t>(m.nq() + 2 * m.nv());
   const std::size_t some = (1 + near / 64 / bytes) * 64;
   std::atomic<bool> well{true}, no_memory{false};
   const ksl::partition parts(batch.n, some, ksl::least_states(m.moving_joints()), threads);
   ksl::on_threads(parts, [&](std::size_t first, std::size_t end, std::size_t) {
+    std::vector<S> memory;
     for (std::size_t k = first; k < end && well.load(std::memory_order_relaxed); k += some) {
       ksl::batch_view<S> part = batch;
       part.n = end - k < some ? end - k : some;
@@ -190,6 +273,7 @@ bool for_parts(const ksl::model &m, const ksl::batch_view<S> &batch, int threads
       part.a = part.tau = rows_from(batch.a, k);
       part.out = rows_from(batch.out, k);
       try {
+        external.into(part, k, memory);
         if (!step(part))
           well.store(false, std::memory_order_relaxed);
       } catch (const std::bad_alloc &) { // may not leave a thread
@@ -208,63 +292,88 @@ constexpr std::size_t states_worth_releasing = 32; ///< the interpreter's lock, 
 /// Checks each part right before it is computed, while its numbers are near: one pass over memory instead of two.  Where the
 /// result takes an argument's place, all are checked first: ksl.model must find what was wrong.
 template <class S, class Algorithm>
-bool checked(const ksl::model &m, const ksl::batch_view<S> &batch, bool in_place, int threads, Algorithm algorithm) {
+bool checked(const ksl::model &m, const ksl::batch_view<S> &batch, const wrenches &external, bool in_place, int threads,
+             Algorithm algorithm) {
   const auto check = [&](const ksl::batch_view<S> &part) { return acceptable(m, part); };
   const auto compute = [&](const ksl::batch_view<S> &part) { return algorithm(part), true; };
   if (in_place)
-    return for_parts(m, batch, threads, check) && for_parts(m, batch, threads, compute);
-  return for_parts(m, batch, threads, [&](const ksl::batch_view<S> &part) { return check(part) && compute(part); });
+    return for_parts(m, batch, external, threads, check) && for_parts(m, batch, external, threads, compute);
+  return for_parts(m, batch, external, threads, [&](const ksl::batch_view<S> &part) { return check(part) && compute(part); });
 }
 
-/// out = algorithm(q, v, x) for states of one precision; false where the arrays or numbers are not of that kind, and then
+/// out = algorithm(arguments) for states of one precision; false where the arrays or numbers are not of that kind, and then
 /// `out` may be written in part.
 template <class S, class Algorithm>
-bool run(const ksl::model &m, const buffer &q, const buffer &v, const buffer &x, const buffer &out, int threads,
-         Algorithm algorithm) {
-  if (m.nv() == 0 || !out.holds<S>())
+bool run(const ksl::model &m, const arguments &in, const buffer &out, int threads, Algorithm algorithm) {
+  if (m.nv() == 0 || !out.holds<S>() || !in.external.hold<S>(out))
     return false;
   bool in_place = false;
-  for (const buffer *in : {&q, &v, &x}) {
-    if (in->none())
+  for (const buffer *x : {&in.q, &in.v, &in.x}) {
+    if (x->none())
       continue;
-    if (!in->holds<S>() || !in->same_leading_shape(out) || !out.spares(*in))
+    if (!x->holds<S>() || !x->same_leading_shape(out) || !out.spares(*x))
       return false;
-    in_place = in_place || !out.apart_from(*in);
+    in_place = in_place || !out.apart_from(*x);
   }
+  ksl::instruction_set(); // refuses an unusable KSL_ISA here, and not on another thread
   ksl::batch_view<S> batch;
-  batch.n = q.states();
-  batch.q = q.rows<const S>();
-  batch.v = v.rows<const S>();
-  batch.a = batch.tau = x.rows<const S>();
+  batch.n = in.q.states();
+  batch.q = in.q.rows<const S>();
+  batch.v = in.v.rows<const S>();
+  batch.a = batch.tau = in.x.rows<const S>();
   batch.out = out.rows<S>();
   std::optional<nb::gil_scoped_release> release;
   if (batch.n >= states_worth_releasing)
     release.emplace();
-  return checked(m, batch, in_place, threads, algorithm);
+  return checked(m, batch, in.external, in_place, threads, algorithm);
 }
 
 template <class Algorithm>
-bool in_either_precision(const ksl::model &m, nb::handle q, nb::handle v, nb::handle x, const buffer &out, int threads,
-                         Algorithm algorithm) {
-  const buffer in[] = {{q, use::read, m.nq()}, {v, use::read, m.nv()}, {x, use::read, m.nv()}};
-  return run<double>(m, in[0], in[1], in[2], out, threads, algorithm) ||
-         run<float>(m, in[0], in[1], in[2], out, threads, algorithm);
+bool in_either_precision(const ksl::model &m, const arguments &in, const buffer &out, int threads, Algorithm algorithm) {
+  return run<double>(m, in, out, threads, algorithm) || run<float>(m, in, out, threads, algorithm);
 }
 
 /// v and a may be None: zero.
-inline bool inverse_dynamics(const ksl::model &m, nb::handle q, nb::handle v, nb::handle a, nb::handle tau, int threads) {
-  return in_either_precision(m, q, v, a, {tau, use::write, m.nv()}, threads,
+inline bool inverse_dynamics(const ksl::model &m, nb::handle q, nb::handle v, nb::handle a, nb::handle external,
+                             nb::handle tau, int threads) {
+  return in_either_precision(m, {m, q, v, a, external}, {tau, use::write, m.nv()}, threads,
                              [&](const auto &batch) { ksl::inverse_dynamics_batch(m, batch, {}, 1); });
 }
 
-inline bool forward_dynamics(const ksl::model &m, nb::handle q, nb::handle v, nb::handle tau, nb::handle a, int threads) {
-  return in_either_precision(m, q, v, tau, {a, use::write, m.nv()}, threads,
+/// out: (…, request.n, 6).
+inline bool reactions(const ksl::model &m, nb::handle q, nb::handle v, nb::handle a, nb::handle external,
+                      const ksl::reaction_request &request, nb::handle out, int threads) {
+  return in_either_precision(m, {m, q, v, a, external}, {out, use::write, {request.n, 6}}, threads,
+                             [&]<class S>(ksl::batch_view<S> batch) {
+                               const ksl::reaction_rows<S> wanted{request, std::exchange(batch.out, {})};
+                               ksl::inverse_dynamics_batch(m, batch, {wanted}, 1);
+                             });
+}
+
+inline bool forward_dynamics(const ksl::model &m, nb::handle q, nb::handle v, nb::handle tau, nb::handle external,
+                             nb::handle a, int threads) {
+  return in_either_precision(m, {m, q, v, tau, external}, {a, use::write, m.nv()}, threads,
                              [&](const auto &batch) { ksl::forward_dynamics_batch(m, batch, 1); });
 }
 
 inline bool mass_matrix(const ksl::model &m, nb::handle q, nb::handle out, int threads) {
-  return in_either_precision(m, q, nb::none(), nb::none(), {out, use::write, m.nv() * m.nv(), 2}, threads,
+  return in_either_precision(m, {m, q, nb::none(), nb::none(), nb::none()}, {out, use::write, {m.nv(), m.nv()}}, threads,
                              [&](const auto &batch) { ksl::mass_matrix_batch(m, batch, 1); });
+}
+
+inline bool frame_pose(const ksl::model &m, nb::handle q, int link, nb::handle out) {
+  return run<double>(m, {m, q, nb::none(), nb::none(), nb::none()}, {out, use::write, {4, 4}}, 1,
+                     [&](const auto &batch) { ksl::frame_pose_batch(m, batch, link); });
+}
+
+inline bool energy(const ksl::model &m, nb::handle q, nb::handle v, nb::handle kinetic, nb::handle potential) {
+  const buffer out[] = {{kinetic, use::write, row_shape()}, {potential, use::write, row_shape()}};
+  if (!out[1].holds<double>() || !out[1].same_leading_shape(out[0]))
+    return false;
+  return run<double>(m, {m, q, v, nb::none(), nb::none()}, out[0], 1, [&](const ksl::batch_view<double> &batch) {
+    const std::ptrdiff_t first = batch.out.first - out[0].rows<double>().first;
+    ksl::energy_batch(m, batch, batch.out.first, out[1].rows<double>().first + first);
+  });
 }
 
 } // namespace direct

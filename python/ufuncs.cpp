@@ -1,4 +1,5 @@
-// ksl._ufuncs: the array functions of ksl/arrays.h as NumPy generalised ufuncs.  ksl.ufuncs is what people import.
+// ksl._ufuncs: the array functions of ksl/arrays.h as NumPy generalised ufuncs.  ksl.ufuncs is what people import.  It lies in
+// the file of ksl._core: ksl/_ufuncs.py takes it from there.
 #define NPY_NO_DEPRECATED_API NPY_1_23_API_VERSION
 #define NPY_TARGET_VERSION NPY_1_23_API_VERSION
 #include <Python.h>

@@ -7,10 +7,11 @@ import os
 import signal
 import sys
 import warnings
+from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from types import FrameType
-from typing import Annotated, Any, NoReturn
+from typing import Annotated, Any, Literal, NoReturn, cast
 
 import typer
 from rich.console import Console
@@ -18,7 +19,7 @@ from typer.core import TyperGroup
 
 from ksl._core import __version__
 from ksl.errors import DescriptionWarning
-from ksl.model import Model, load
+from ksl.model import Model, Order, Side, load
 
 
 class Commands(TyperGroup):
@@ -92,15 +93,16 @@ def end_on_signals() -> None:
             signal.signal(number, leave)
 
 
-def read_model(robot: Path, floating_base: bool, mimic: str, strict: bool, gravity: str, payloads: dict | None = None) -> Model:
+def read_model(robot: Path, floating_base: bool, mimic: str, strict: bool, gravity: str, payloads: Mapping[str, tuple[float, Sequence[float]]] | None = None) -> Model:
+    independent = cast(Literal["independent"] | None, mimic or None)  # load refuses other words
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", DescriptionWarning)
         try:
-            model = load(robot, floating_base, mimic or None, strict, numbers(gravity, "--gravity", 3), payloads)
+            model = load(robot, floating_base, independent, strict, numbers(gravity, "--gravity", 3), payloads)
         except ValueError as e:
             absent = [link for link in payloads or {} if str(e).endswith(f"no link {link} to carry the payload")]
             if absent:
-                bare = load(robot, floating_base, mimic or None, strict, numbers(gravity, "--gravity", 3))
+                bare = load(robot, floating_base, independent, strict, numbers(gravity, "--gravity", 3))
                 fail(f"--on-link {absent[0]}: no such link; {suggestion(absent[0], bare.link_names, f'the links of {bare.name} are')}")
             fail(in_options(e, mimic=mimic))
     for w in caught:
@@ -179,10 +181,11 @@ def loads(
         model._request(on, point, axes, order, "total", [])
     except ValueError as e:
         fail(in_options(e, on=on, at=at, axes=axes, order=order))
+    placement = Placement(cast(Side, on), point, axes, cast(Order, order))  # the request was not refused
     try:
         moved = read_motion(model, motion)
         wrenches = read_external(model, external, moved.time) if external else {}
-        run_loads(LoadCase(model, moved, Placement(on, point, axes, order), wrenches), str(motion), output, csv, console(120))
+        run_loads(LoadCase(model, moved, placement, wrenches), str(motion), output, csv, console(120))
     except BrokenPipeError:  # nobody reads what is printed: as any command
         raise
     except (ValueError, OutputError, RuntimeError) as e:  # RuntimeError: an unknown KSL_ISA

@@ -35,7 +35,7 @@ def _tree(model: Model) -> Tree:
     for joint in sorted(model.joints, key=lambda j: order[j.child]):
         by_parent.setdefault(joint.parent, []).append(joint)
     tree = Tree(Text("ground"))
-    branches = {None: tree}
+    branches: dict[str | None, Tree] = {None: tree}
     pending: list[str | None] = [None]
     while pending:
         parent = pending.pop()
@@ -49,6 +49,10 @@ def _number(x: float | None, digits: int = 6) -> str:
     return "" if x is None else f"{x:.{digits}g}"
 
 
+def _span(start: int, size: int) -> str:
+    return "" if size == 0 else str(start) if size == 1 else f"{start}–{start + size - 1}"
+
+
 def _joint_table(model: Model) -> Table:
     table = Table(title="Joints, in the order of q, then the fixed ones", title_justify="left")
     losses = any(j.damping or j.friction for j in model.joints)
@@ -56,10 +60,9 @@ def _joint_table(model: Model) -> Table:
     for heading in headings + (["damping", "friction"] if losses else []):
         table.add_column(heading, justify="left" if heading in ("joint", "kind", "parent → child", "axis") else "right")
     for j in model.joints:
-        span = lambda start, size: "" if size == 0 else str(start) if size == 1 else f"{start}–{start + size - 1}"
         axis = " ".join(f"{x:.4g}" for x in j.axis) if j.has_axis else ""
         table.add_row(
-            Text(j.name), j.kind, Text(f"{j.parent or 'ground'} → {j.child}"), span(j.q_index, j.nq), span(j.v_index, j.nv), axis,
+            Text(j.name), j.kind, Text(f"{j.parent or 'ground'} → {j.child}"), _span(j.q_index, j.nq), _span(j.v_index, j.nv), axis,
             *(_number(x) for x in (j.lower, j.upper, j.effort, j.velocity)),
             *(_number(x or None) for x in ((j.damping, j.friction) if losses else ())),
         )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import operator
 import os
+import struct
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -32,6 +33,10 @@ _Arguments = tuple[str, bool, bool, bool, list[float], list[tuple[str, float, li
 """Of `_core.load`: what a model is made from."""
 
 QUATERNION_TOLERANCE = 1e-3
+REQUESTS_KEPT = 64
+
+_PLAIN_NUMBERS = frozenset((float, int))
+_pack_three = struct.Struct("3d").pack
 
 
 @dataclass(frozen=True)
@@ -106,6 +111,7 @@ class Model:
         self._moving = core.moving_joints
         self._joint_index = {joint.name: i for i, joint in enumerate(self.joints)}
         self._link_index = {link.name: i for i, link in enumerate(self.links)}
+        self._requests: dict[tuple[object, ...], _core.Request] = {}
         self._complete = True
 
     def __setattr__(self, name: str, value: object) -> None:
@@ -174,11 +180,11 @@ class Model:
         Recursive Newton–Euler (Featherstone, RBDA 2008, table 5.1); O(bodies).
         Raises ValueError for shapes that don't fit and numbers that are complex or not finite.
         """
-        if external is None and (tau := _room(out, v)) is not None and self._core.inverse_dynamics_direct(q, v, a, tau, _thread_count(threads)):
+        if (tau := _room(out, v)) is not None and self._core.inverse_dynamics_direct(q, v, a, external, tau, _thread_count(threads)):
             return tau
         states = _States(self, external, q=q, v=v, a=a)
-        tau = states.result(out, self.nv)
-        self._core.inverse_dynamics(*states.rows, *states.external, states.flat_result(tau, 2), [], [], _thread_count(threads))
+        tau, rows = states.result(out, self.nv), states.rows
+        self._core.inverse_dynamics(rows["q"], rows["v"], rows["a"], *states.external, states.flat_result(tau, 2), [], [], _thread_count(threads))
         return tau
 
     def reactions(
@@ -210,9 +216,13 @@ class Model:
         their sum.  The split is made in the joint's frame and then moved by the coadjoint (Coscrews page, (7)–(9)).
         """
         request = self._request(on, at, axes, order, part, joints)
+        wrenches = _room(out, v, request.joints, 6)
+        if wrenches is not None and self._core.reactions_direct(q, v, a, external, request, wrenches, _thread_count(threads)):
+            return wrenches
         states = _States(self, external, q=q, v=v, a=a)
-        wrenches = states.result(out, request.joints, 6)
-        self._core.inverse_dynamics(*states.rows, *states.external, None, [request], [states.flat_result(wrenches, 3)], _thread_count(threads))
+        wrenches, rows = states.result(out, request.joints, 6), states.rows
+        outs = [states.flat_result(wrenches, 3)]
+        self._core.inverse_dynamics(rows["q"], rows["v"], rows["a"], *states.external, None, [request], outs, _thread_count(threads))
         return wrenches
 
     def forward_dynamics(
@@ -223,11 +233,11 @@ class Model:
         The inverse of :meth:`inverse_dynamics`, same conventions.  Articulated-body algorithm (Featherstone, RBDA 2008,
         table 7.1); O(bodies).
         """
-        if external is None and (a := _room(out, v)) is not None and self._core.forward_dynamics_direct(q, v, tau, a, _thread_count(threads)):
+        if (a := _room(out, v)) is not None and self._core.forward_dynamics_direct(q, v, tau, external, a, _thread_count(threads)):
             return a
         states = _States(self, external, q=q, v=v, tau=tau)
-        a = states.result(out, self.nv)
-        self._core.forward_dynamics(*states.rows, *states.external, states.flat_result(a, 2), _thread_count(threads))
+        a, rows = states.result(out, self.nv), states.rows
+        self._core.forward_dynamics(rows["q"], rows["v"], rows["tau"], *states.external, states.flat_result(a, 2), _thread_count(threads))
         return a
 
     def mass_matrix(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
@@ -239,7 +249,7 @@ class Model:
             return matrix
         states = _States(self, None, q=q)
         matrix = states.result(out, self.nv, self.nv)
-        self._core.mass_matrix(*states.rows, states.flat_result(matrix, 3), _thread_count(threads))
+        self._core.mass_matrix(states.rows["q"], states.flat_result(matrix, 3), _thread_count(threads))
         return matrix
 
     def bias(self, q: ArrayLike, v: ArrayLike, external: External | None = None, out: Array | None = None, threads: int | None = None) -> Array:
@@ -247,11 +257,11 @@ class Model:
 
         q, v, external, out, threads: as in :meth:`inverse_dynamics`, of which this is the case a = 0.
         """
-        if external is None and (tau := _room(out, v)) is not None and self._core.inverse_dynamics_direct(q, v, None, tau, _thread_count(threads)):
+        if (tau := _room(out, v)) is not None and self._core.inverse_dynamics_direct(q, v, None, external, tau, _thread_count(threads)):
             return tau
         states = _States(self, external, q=q, v=v)
-        tau = states.result(out, self.nv)
-        self._core.inverse_dynamics(*states.rows, None, *states.external, states.flat_result(tau, 2), [], [], _thread_count(threads))
+        tau, rows = states.result(out, self.nv), states.rows
+        self._core.inverse_dynamics(rows["q"], rows["v"], None, *states.external, states.flat_result(tau, 2), [], [], _thread_count(threads))
         return tau
 
     def gravity_torque(self, q: ArrayLike, external: External | None = None, out: Array | None = None, threads: int | None = None) -> Array:
@@ -259,20 +269,22 @@ class Model:
 
         q, external, out, threads: as in :meth:`inverse_dynamics`, of which this is the case v = a = 0.
         """
-        if external is None and (tau := _room(out, q, self.nv)) is not None and self._core.inverse_dynamics_direct(q, None, None, tau, _thread_count(threads)):
+        if (tau := _room(out, q, self.nv)) is not None and self._core.inverse_dynamics_direct(q, None, None, external, tau, _thread_count(threads)):
             return tau
         states = _States(self, external, q=q)
         tau = states.result(out, self.nv)
-        self._core.inverse_dynamics(*states.rows, None, None, *states.external, states.flat_result(tau, 2), [], [], _thread_count(threads))
+        self._core.inverse_dynamics(states.rows["q"], None, None, *states.external, states.flat_result(tau, 2), [], [], _thread_count(threads))
         return tau
 
     def frame_pose(self, q: ArrayLike, name: str) -> Array:
         """Pose (…, 4, 4) in the world of a link's frame, or of a joint's (the child link's), for q (…, nq)."""
         if name in self._joint_index and name not in self._link_index:
             name = self.joints[self._joint_index[name]].child
+        if name in self._link_index and (poses := _room(None, q, 4, 4)) is not None and self._core.frame_pose_direct(q, self._link_index[name], poses):
+            return poses
         states = _States(self, None, np.float64, q=q)
         poses = states.result(None, 4, 4)
-        self._core.frame_pose(*states.rows, self._index(self._link_index, name, "link or joint"), states.flat_result(poses, 3))
+        self._core.frame_pose(states.rows["q"], self._index(self._link_index, name, "link or joint"), states.flat_result(poses, 3))
         return poses
 
     def energy(self, q: ArrayLike, v: ArrayLike) -> tuple[Array, Array]:
@@ -280,9 +292,13 @@ class Model:
 
         Potential energy is that of gravity, zero with every centroid at the world's origin.
         """
+        if type(v) is np.ndarray:
+            kinetic, potential = np.empty(v.shape[:-1]), np.empty(v.shape[:-1])
+            if self._core.energy_direct(q, v, kinetic, potential):
+                return kinetic, potential
         states = _States(self, None, np.float64, q=q, v=v)
         kinetic, potential = states.result(None), states.result(None)
-        self._core.energy(*states.rows, states.flat_result(kinetic, 1), states.flat_result(potential, 1))
+        self._core.energy(states.rows["q"], states.rows["v"], states.flat_result(kinetic, 1), states.flat_result(potential, 1))
         return kinetic, potential
 
     def loads(self, time: ArrayLike, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None, **options: Any) -> pyarrow.Table:
@@ -303,15 +319,15 @@ class Model:
         """Efforts and, for each request, reactions, in one pass over the states."""
         states = _States(self, external, np.float64, q=q, v=v, a=a)
         tau, wrenches = states.result(None, self.nv), [states.result(None, r.joints, 6) for r in requests]
-        outs = [states.flat_result(w, 3) for w in wrenches]
-        self._core.inverse_dynamics(*states.rows, *states.external, states.flat_result(tau, 2), requests, outs, 0)
+        outs, rows = [states.flat_result(w, 3) for w in wrenches], states.rows
+        self._core.inverse_dynamics(rows["q"], rows["v"], rows["a"], *states.external, states.flat_result(tau, 2), requests, outs, 0)
         return tau, wrenches
 
     def _external_power(self, q: ArrayLike, v: ArrayLike, external: External) -> Array:
         """Σ f · v of the links on which the environment exerts wrenches, W."""
         states = _States(self, external, np.float64, q=q, v=v)
         power = states.result(None)
-        self._core.external_power(*states.rows, *states.external, states.flat_result(power, 1))
+        self._core.external_power(states.rows["q"], states.rows["v"], *states.external, states.flat_result(power, 1))
         return power
 
     def _index(self, table: Mapping[str, int], name: str, what: str) -> int:
@@ -327,6 +343,24 @@ class Model:
         return _core.Frame.link, self._link_index[name]
 
     def _request(self, on: str, at: Point, axes: str, order: str, part: str, joints: Iterable[str] | None) -> _core.Request:
+        """What these keywords of `reactions` ask for; kept, since to work it out takes longer than the dynamics of a state."""
+        if joints is not None and not isinstance(joints, (str, tuple)):
+            joints = tuple(joints)
+        point = at if isinstance(at, str) else _offset_key(at)
+        key = (on, point, axes, order, part, joints)
+        try:
+            request = self._requests.get(key)
+        except TypeError:  # a list, say, instead of a name: refused below
+            request = point = None
+        if request is None:
+            request = self._new_request(on, at, axes, order, part, joints)
+            if point is not None:
+                if len(self._requests) >= REQUESTS_KEPT:  # a point that changes from call to call
+                    self._requests.clear()
+                self._requests[key] = request
+        return request
+
+    def _new_request(self, on: str, at: Point, axes: str, order: str, part: str, joints: tuple[str, ...] | str | None) -> _core.Request:
         offset: Sequence[float] = (0.0, 0.0, 0.0)
         if not isinstance(at, str):
             offset, at = _three_numbers(at, "at"), "joint"
@@ -360,7 +394,7 @@ class _States:
         for name, w in wrenches.items():
             _refuse_complex(f"external[{name!r}]", w)
         single = dtype is None and all(x.dtype.newbyteorder("=") == np.float32 for x in (*given.values(), *wrenches.values()))
-        self.dtype = np.float32 if single else np.float64
+        self.dtype: np.dtype[np.floating] = np.dtype(np.float32 if single else np.float64)
         for name, x in given.items():
             width = model.nq if name == "q" else model.nv
             if x.ndim == 0 or x.shape[-1] != width:
@@ -370,9 +404,8 @@ class _States:
                 raise ValueError(f"external[{name!r}] has shape {w.shape}; expected (…, 6): force, then moment")
         self.leading = _common_shape(given | wrenches)
         self.count = prod(self.leading)
-        self._names = list(given)
-        self.rows = [self._flat(name, x) for name, x in given.items()]
-        _check_quaternions(model, self.rows[0])
+        self.rows = {name: self._flat(name, x) for name, x in given.items()}
+        _check_quaternions(model, self.rows["q"])
         stacked = np.empty((self.count, len(wrenches), 6), self.dtype)
         for k, (name, w) in enumerate(wrenches.items()):
             stacked[:, k] = self._flat(f"external[{name!r}]", w)
@@ -396,8 +429,8 @@ class _States:
             return np.empty(wanted, self.dtype)
         if not isinstance(out, np.ndarray) or out.shape != wanted or out.dtype != self.dtype or not (out.flags.carray and out.dtype.isnative):
             found = f"{out.dtype} {out.shape}" if isinstance(out, np.ndarray) else type(out).__name__
-            raise ValueError(f"out is {found}; expected a C-contiguous, aligned, writeable {np.dtype(self.dtype).name} array of shape {wanted}")
-        for name, rows in zip(self._names, self.rows, strict=True):
+            raise ValueError(f"out is {found}; expected a C-contiguous, aligned, writeable {self.dtype.name} array of shape {wanted}")
+        for name, rows in self.rows.items():
             # a state is read before its result is written: out may be an argument, but then row on row
             same = rows.ctypes.data == out.ctypes.data and rows.nbytes == out.nbytes
             if np.may_share_memory(out, rows) and not same:  # exact: both are contiguous
@@ -455,7 +488,7 @@ def _payload(link: str, load: tuple[float, Sequence[float]]) -> tuple[str, float
     return link, mass, list(_three_numbers(point, f"payload on {link}: payload point"))
 
 
-def _array(x: ArrayLike) -> Array:
+def _array(x: Any) -> NDArray[Any]:
     """Of NumPy, which doesn't look for objects that offer DLPack and nothing else."""
     return np.from_dlpack(x) if hasattr(x, "__dlpack__") and not hasattr(x, "__array__") else np.asarray(x)
 
@@ -467,7 +500,7 @@ def _room(out: Array | None, like: ArrayLike, *shape: int) -> Array | None:
     """
     if out is not None:
         return out if type(out) is np.ndarray else None
-    if type(like) is not np.ndarray or like.ndim == 0:
+    if type(like) is not np.ndarray:
         return None
     return np.empty(like.shape[:-1] + shape if shape else like.shape, like.dtype)
 
@@ -501,6 +534,20 @@ def _three_numbers(x: ArrayLike, what: str) -> tuple[float, float, float]:
     if v.shape != (3,) or not np.isfinite(v).all():
         raise ValueError(f"{what} needs three finite numbers, found {x!r}")
     return float(v[0]), float(v[1]), float(v[2])
+
+
+def _offset_key(at: Any) -> bytes | None:
+    """Tells offsets apart, zeros of either sign too; None where only `_three_numbers` can tell what they are."""
+    numbers = at.tolist() if type(at) is np.ndarray else at
+    if type(numbers) not in (list, tuple) or len(numbers) != 3:
+        return None
+    x, y, z = numbers
+    if type(x) not in _PLAIN_NUMBERS or type(y) not in _PLAIN_NUMBERS or type(z) not in _PLAIN_NUMBERS:
+        return None
+    try:
+        return _pack_three(x, y, z)
+    except struct.error:  # an integer beyond all doubles
+        return None
 
 
 def _common_shape(arrays: Mapping[str, Array]) -> tuple[int, ...]:

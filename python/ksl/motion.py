@@ -46,7 +46,8 @@ class Motion:
 def columns_of(joint: Joint) -> tuple[list[str], list[str], list[str]]:
     """Names of a joint's columns: positions, velocities, accelerations."""
     if joint.kind == "floating":
-        return tuple([f"{joint.name}.{c}" for c in group] for group in (FLOATING_POSITION, FLOATING_VELOCITY, FLOATING_ACCELERATION))
+        position, velocity, acceleration = ([f"{joint.name}.{c}" for c in group] for group in (FLOATING_POSITION, FLOATING_VELOCITY, FLOATING_ACCELERATION))
+        return position, velocity, acceleration
     return [joint.name], [f"{joint.name}.v"], [f"{joint.name}.a"]
 
 
@@ -75,7 +76,8 @@ def complete(model: Model, time: Array, q: Array, given: list[list[Array | None]
     """
     where = lambda k: f"{name}: sample {k + 1}" if first_line is None else f"{name}:{k + first_line}"
     contradictions: list[str] = []
-    v, a, said = np.empty((len(time), model.nv)), np.empty((len(time), model.nv)), {}
+    said: dict[str, list[str]] = {}
+    v, a = np.empty((len(time), model.nv)), np.empty((len(time), model.nv))
     joints = model.joints[: len(model.joint_names)]
     missing = [j.name for j, g in zip(joints, given, strict=True) if g[0] is None or g[1] is None]
     if missing and len(time) < SPLINE_SAMPLES:
@@ -96,8 +98,8 @@ def complete(model: Model, time: Array, q: Array, given: list[list[Array | None]
         how = "accelerations" if joint_v is not None else "velocities" if joint_a is not None else "velocities and accelerations"
         if joint_v is None or joint_a is None:
             said.setdefault(how, []).append(joint.name)
-    whose = lambda names: "all joints" if len(names) == len(joints) else ", ".join(names)
-    differentiated = [f"{how} of {whose(names)} differentiated from a quintic spline through the samples" for how, names in said.items()]
+    whose = {how: "all joints" if len(names) == len(joints) else ", ".join(names) for how, names in said.items()}
+    differentiated = [f"{how} of {names} differentiated from a quintic spline through the samples" for how, names in whose.items()]
     return Motion(time, q, v, a, differentiated, contradictions)
 
 
@@ -105,7 +107,8 @@ def derivative(time: Array, x: Array, order: int = 1) -> Array:
     """Derivative at the samples of the quintic not-a-knot spline through x (n, …)."""
     from scipy.interpolate import make_interp_spline
 
-    return make_interp_spline(time, x, k=5, check_finite=False)(time, nu=order)
+    rates: Array = make_interp_spline(time, x, k=5, check_finite=False)(time, nu=order)
+    return rates
 
 
 def _rates(joint: Joint, time: Array, q: Array, v: Array | None, a: Array | None) -> tuple[Array, Array]:

@@ -6,7 +6,7 @@ import base64
 import json
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from importlib import resources
@@ -172,7 +172,7 @@ class _Page:
             note += f" Times on this page are counted from the first sample, at {self.origin!r} s."
         return f'<section id="summary"><h2>Summary</h2><p>{note}</p>{tables}</section>'
 
-    def _table(self, title: str, rows: list[Row], groups: Groups) -> str:
+    def _table(self, title: str, rows: Sequence[Row], groups: Groups) -> str:
         if not rows:
             return ""
         over = "".join(f'<th scope="colgroup" colspan="{len(columns)}">{name}</th>' for name, columns in groups)

@@ -14,7 +14,10 @@ that mathematics writes is its transpose.  `poses` and `matrices` convert.  D_ab
 In names, `inv` right after an operand inverts it; `Adsinv` is −Ad s.
 """
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from ksl._ufuncs import (
     SE3_exp,
@@ -85,7 +88,7 @@ __all__ = [
 ]
 
 
-def poses(matrix):
+def poses(matrix: ArrayLike) -> NDArray[Any]:
     """(…, 4, 3) poses of (…, 4, 4) homogeneous matrices [R t; 0 1], or of (…, 3, 4) ones [R t].  A copy."""
     m = np.asarray(matrix)
     if m.shape[-2:] not in ((4, 4), (3, 4)):
@@ -93,7 +96,7 @@ def poses(matrix):
     return np.ascontiguousarray(np.swapaxes(m[..., :3, :], -1, -2))
 
 
-def matrices(D):
+def matrices(D: ArrayLike) -> NDArray[Any]:
     """(…, 4, 4) homogeneous matrices [R t; 0 1] of (…, 4, 3) poses."""
     D = np.asarray(D)
     if D.shape[-2:] != (4, 3):

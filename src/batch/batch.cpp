@@ -68,9 +68,12 @@ template <class S>
 void inverse_dynamics_batch(const model &m, const batch_view<S> &batch, const std::vector<reaction_rows<S>> &reactions,
                             int threads) {
   run(m, batch, threads, [&](const auto &kernels, const auto &view, const batch_view<S> &part, std::size_t k, void *memory) {
-    std::vector<reaction_rows<S>> wanted = reactions;
-    for (reaction_rows<S> &w : wanted)
+    std::vector<reaction_rows<S>> later;
+    if (k)
+      later = reactions;
+    for (reaction_rows<S> &w : later)
       w.out = rows_from(w.out, k);
+    const std::vector<reaction_rows<S>> &wanted = k ? later : reactions;
     return kernels.inverse_dynamics(view, part, static_cast<int>(wanted.size()), wanted.data(), memory);
   });
 }

@@ -31,6 +31,7 @@ def calls(m, q, v, a):
         (m.mass_matrix, (q,)),
         (m.bias, (q, v)),
         (m.gravity_torque, (q,)),
+        (m.reactions, (q, v, a)),
     ]
 
 
@@ -193,10 +194,11 @@ def test_quaternions_are_measured_by_every_call(examples, n, length, fits):
                 call(*given)
 
 
-def test_an_unknown_instruction_set_is_said_with_the_known_ones(examples):
-    code = "import sys, ksl; m = ksl.load(sys.argv[1]); m.gravity_torque([0.0] * m.nq)"
+@pytest.mark.parametrize("q", ["[0.0] * m.nq", "np.zeros(m.nq)", "np.zeros((100_000, m.nq))"])
+def test_an_unknown_instruction_set_is_said_with_the_known_ones(examples, q):
+    code = f"import sys, ksl, numpy as np; m = ksl.load(sys.argv[1]); m.gravity_torque({q}, threads=2)"
     run = subprocess.run(
         [sys.executable, "-c", code, examples / "robots/panda.urdf"], capture_output=True, text=True, env=os.environ | {"KSL_ISA": "x86-64-v9"}
     )
-    assert run.returncode != 0
+    assert run.returncode == 1 and run.stderr.splitlines()[-1].startswith("RuntimeError: ")
     assert "KSL_ISA=x86-64-v9 is no instruction set that runs here; known: " in run.stderr

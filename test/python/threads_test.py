@@ -16,6 +16,7 @@ STATES = """
 import os, sys, threading
 import numpy as np, ksl
 m = ksl.load(sys.argv[1])
+before = len(os.listdir("/proc/self/task"))
 q, v, a = np.random.default_rng(1).uniform(-2, 2, (3, 20000, m.nv))
 alone = m.inverse_dynamics(q, v, a, threads=1)
 same = lambda: np.array_equal(m.inverse_dynamics(q, v, a, threads=3), alone)
@@ -52,6 +53,16 @@ print(generations(3))
 """
 
 
+SHARED = """
+from ksl import ufuncs
+ufuncs.set_threads(3)
+count = lambda: len(os.listdir("/proc/self/task"))
+after_dynamics = count()
+D, c = np.zeros((300_000, 4, 3)), np.zeros((300_000, 6))
+ufuncs.product_CoAdc(D, c)
+print(after_dynamics - before, "more, then", count() - after_dynamics, "more")
+"""
+
 @pytest.fixture
 def panda(examples):
     return ksl.load(examples / "robots/panda.urdf")
@@ -86,6 +97,10 @@ def test_many_callers_at_once(panda):
     with ThreadPoolExecutor(6) as callers:
         found = list(callers.map(lambda k: np.array_equal(work[k % 3][0](), work[k % 3][1]), range(120)))
     assert all(found)
+
+
+def test_array_functions_and_dynamics_share_their_threads(examples):
+    assert program(SHARED, examples) == "2 more, then 0 more"
 
 
 def test_a_child_of_a_fork_has_threads_of_its_own(examples):
