@@ -57,6 +57,7 @@ struct self {
   rows few, many;
   std::vector<int> links; ///< carried by the moving joints
   ksl::reaction_request request;
+  std::vector<double> tau = std::vector<double>(static_cast<size_t>(model.nv()));
 
   self(const bench_model &m, const bench_states &one, const bench_states &batch)
       : model(load(m.urdf, m.floating_base)), few(one, m.nq, m.nv, width(m), false),
@@ -120,8 +121,7 @@ void one_state(self &s, int operation, double *out) {
     return each(s, nv, out, [&](in q, in v, in a, in, double *x) { ksl::inverse_dynamics(m, d, q, v, a, x); });
   case 1:
     return each(s, 6 * joints, out, [&](in q, in v, in a, in, double *x) {
-      ksl::inverse_dynamics(m, d, q, v, a, x);
-      ksl::reactions(m, d, s.request, x);
+      ksl::inverse_dynamics_with_reactions(m, d, q, v, a, s.tau.data(), s.request, x);
     });
   case 2:
     return each(s, nv, out, [&](in q, in v, in, in tau, double *x) { ksl::forward_dynamics(m, d, q, v, tau, x); });

@@ -20,6 +20,12 @@ KSL_EXPORT void inverse_dynamics(const model &m, data &d, const double *q, const
 KSL_EXPORT void reactions(const model &m, data &d, const reaction_request &request, double *out,
                const external_wrenches<double> &external = {});
 
+/// Both at once, which costs less: the reactions of moving joints, in their own frames and in the joints' order, are written
+/// as inverse dynamics finds them.
+KSL_EXPORT void inverse_dynamics_with_reactions(const model &m, data &d, const double *q, const double *v, const double *a,
+                      double *tau, const reaction_request &request, double *out,
+                      const external_wrenches<double> &external = {});
+
 /// Accelerations a (nv) for q (nq), v (nv) and joint efforts tau (nv), under gravity and external wrenches, by the
 /// articulated-body algorithm.  No allocation.
 KSL_EXPORT void forward_dynamics(const model &m, data &d, const double *q, const double *v, const double *tau, double *a,

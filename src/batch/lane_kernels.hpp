@@ -102,18 +102,23 @@ std::size_t for_each_block(const model_view<scalar_of<P>> &model, const batch_vi
 template <class P>
 std::size_t inverse_dynamics_lanes(const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch, int n,
                                    const reaction_rows<scalar_of<P>> *wanted, void *memory) {
-  int most = model.nv;
+  int most = 0;
   for (int r = 0; r < n; ++r)
     most = most > 6 * wanted[r].request.n ? most : 6 * wanted[r].request.n;
-  return for_each_block<P>(model, batch, memory, most, [&](std::size_t k, int valid, const auto &w, const auto &external) {
+  return for_each_block<P>(model, batch, memory, model.nv + most, [&](std::size_t k, int valid, const auto &w, const auto &external) {
     load(batch.v, k, model.nv, valid, w.v);
     load(batch.a, k, model.nv, valid, w.a);
-    inverse_dynamics(model, w.data, w.q, w.v, w.a, external, w.result);
+    P *const found = w.result + model.nv;
+    if (n > 0)
+      inverse_dynamics_with_reactions(model, w.data, w.q, w.v, w.a, external, w.result, wanted[0].request, found);
+    else
+      inverse_dynamics(model, w.data, w.q, w.v, w.a, external, w.result);
     if (batch.out.first)
       store_rows(w.result, model.nv, valid, row(batch.out, k), batch.out.stride);
     for (int r = 0; r < n; ++r) {
-      reactions(model, w.data, external, wanted[r].request, w.result);
-      store_rows(w.result, 6 * wanted[r].request.n, valid, row(wanted[r].out, k), wanted[r].out.stride);
+      if (r > 0)
+        reactions(model, w.data, external, wanted[r].request, found);
+      store_rows(found, 6 * wanted[r].request.n, valid, row(wanted[r].out, k), wanted[r].out.stride);
     }
   });
 }

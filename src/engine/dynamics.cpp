@@ -22,6 +22,12 @@ void reactions(const model &m, data &d, const reaction_request &request, double 
   kernels().reactions(m.view(), d.view(), external, request, out);
 }
 
+void inverse_dynamics_with_reactions(const model &m, data &d, const double *q, const double *v, const double *a, double *tau,
+                                     const reaction_request &request, double *out,
+                                     const external_wrenches<double> &external) {
+  kernels().inverse_dynamics_with_reactions(m.view(), d.view(), q, v, a, external, tau, request, out);
+}
+
 void forward_dynamics(const model &m, data &d, const double *q, const double *v, const double *tau, double *a,
                       const external_wrenches<double> &external) {
   kernels().forward_dynamics(m.view(), d.view(), q, v, tau, external, a);

@@ -21,6 +21,7 @@ constexpr batch_kernels<scalar_of<P>> batch_of = {
 extern "C" const ksl::kernel_table KSL_TABLE = {
     ksl::inverse_dynamics<double>,
     ksl::reactions<double>,
+    ksl::inverse_dynamics_with_reactions<double>,
     ksl::forward_kinematics<double>,
     ksl::mass_matrix<double>,
     ksl::forward_dynamics<double>,

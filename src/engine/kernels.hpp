@@ -28,6 +28,9 @@ struct kernel_table {
                            const double *a, const external_wrenches<double> &, double *tau);
   void (*reactions)(const model_view<double> &, const data_view<double> &, const external_wrenches<double> &,
                     const reaction_request &, double *out);
+  void (*inverse_dynamics_with_reactions)(const model_view<double> &, const data_view<double> &, const double *q,
+                                          const double *v, const double *a, const external_wrenches<double> &, double *tau,
+                                          const reaction_request &, double *out);
   void (*forward_kinematics)(const model_view<double> &, const data_view<double> &, const double *q);
   void (*mass_matrix)(const model_view<double> &, const data_view<double> &, const double *q, double *M);
   void (*forward_dynamics)(const model_view<double> &, const data_view<double> &, const double *q, const double *v,

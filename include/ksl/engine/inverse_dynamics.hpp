@@ -116,11 +116,11 @@ template <class T> KSL_LANES void subtract_wrench(const data_view<T> &data, int 
 
 /// Joint efforts tau (nv) for positions q (nq), velocities v (nv) and accelerations dv (nv) under gravity and external
 /// wrenches.  Leaves in data.motion how each body moves and in data.wrench the wrench through each joint, about its body's
-/// origin and in its axes, body 0's included: the one between the ground and a fixed root.  O(bodies), about 250 flops for
-/// each.
-template <class T>
-void inverse_dynamics(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, const T *v,
-                      const T *dv, const external_wrenches<T> &external, T *tau) {
+/// origin and in its axes, body 0's included: the one between the ground and a fixed root.  O(bodies), about 270 flops for
+/// each.  receive(body, kind, wrench) gets the wrench through each joint as it is found, from the last body on.
+template <class T, class Receive>
+KSL_LANES void inverse_dynamics(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, const T *v,
+                                const T *dv, const external_wrenches<T> &external, T *tau, Receive receive) {
   sines_and_cosines(model, data, q);
   body_at<T>(0).put(ground_motion<T>(model), data.motion);
   const auto move = [&](int i) KSL_INLINED {
@@ -146,11 +146,18 @@ void inverse_dynamics(const model_view<scalar_of<T>> &model, const data_view<T> 
       const auto D = pose_by_turns<K, T>::kept(b, data, i);
       coscrew<T> f = body_at<T>(i).template get<coscrew>(data.wrench);
       joint_effort<K>(f, tau + b.v_index);
+      receive(i, K, f);
       D.to_parent(f.lin, f.ang);
       algebra<T>::product_CoAdtc(&D.t, &f, &f);
       add_wrench(data, b.parent, f);
     });
   }
+}
+
+template <class T>
+void inverse_dynamics(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, const T *v,
+                      const T *dv, const external_wrenches<T> &external, T *tau) {
+  inverse_dynamics(model, data, q, v, dv, external, tau, [](int, joint_kind, const coscrew<T> &) KSL_INLINED {});
 }
 
 } // namespace KSL_ISA

@@ -137,19 +137,13 @@ void reactions(const model_view<scalar_of<T>> &model, const data_view<T> &data, 
   if (!in_joint_frame(request))
     compose_poses(model, data);
 
-  const bool moved = !in_joint_frame(request), whole = request.part == wrench_part::total && request.on == wrench_side::child;
+  const bool moved = !in_joint_frame(request);
   for (int k = 0; k < request.n; ++k, out += 6) {
     const link<scalar_of<T>> &l = model.link[request.link[k]];
     // number by number: a struct chosen as a whole would go through memory
     const T *const from = l.first ? numbers_of<6>(data.wrench, l.body) : &data.link_wrench[request.link[k]].lin.x;
     const int step = l.first ? group<T> : 1;
     coscrew<T> f = {{from[0], from[step], from[2 * step]}, {from[3 * step], from[4 * step], from[5 * step]}};
-    if (whole && !moved) { // as most ask
-      if (l.turned)
-        turn_to_link(l, f);
-      put_reaction(f, request, out);
-      continue;
-    }
     coscrew<T> part = part_of(l.first ? model.body[l.body].kind : joint_kind::fixed, request.part, f);
     if (l.turned)
       turn_to_link(l, part);
@@ -161,6 +155,34 @@ void reactions(const model_view<scalar_of<T>> &model, const data_view<T> &data, 
       A::coscrew_invert(&part);
     put_reaction(part, request, out);
   }
+}
+
+/// Efforts tau (nv) and the requested reactions out (n, 6) at once.  Those of joints that move, in their own frames and in
+/// the order of the joints, are written as inverse dynamics comes by; others follow.
+template <class T>
+void inverse_dynamics_with_reactions(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, const T *v,
+                                     const T *dv, const external_wrenches<T> &external, T *tau, const reaction_request &request,
+                                     T *out) {
+  const bool as_found = in_joint_frame(request) && request.on == wrench_side::child;
+  int missing = request.n;
+  if (!as_found)
+    inverse_dynamics(model, data, q, v, dv, external, tau);
+  else
+    inverse_dynamics(model, data, q, v, dv, external, tau, [&](int i, joint_kind kind, const coscrew<T> &found) KSL_INLINED {
+      if (missing == 0)
+        return;
+      const link<scalar_of<T>> &l = model.link[request.link[missing - 1]];
+      if (l.body != i || !l.first)
+        return;
+      coscrew<T> f = found;
+      if (request.part != wrench_part::total)
+        f = part_of(kind, request.part, found);
+      if (l.turned)
+        turn_to_link(l, f);
+      put_reaction(f, request, out + 6 * --missing);
+    });
+  if (missing > 0)
+    reactions(model, data, external, request, out);
 }
 
 } // namespace KSL_ISA
