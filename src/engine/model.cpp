@@ -189,7 +189,7 @@ private:
     A::spatial_inertia_added(&lump, &in_body, &lump);
 
     link_of_[static_cast<std::size_t>(description_link)] = static_cast<int>(m_.double_.links.size());
-    m_.double_.links.push_back({body, parent, false, !is_identity(pose), pose, in_body});
+    m_.double_.links.push_back({body, parent, false, false, {}, pose, in_body});
     m_.links_.push_back(std::move(l));
   }
 
@@ -256,8 +256,17 @@ private:
 
   static void turn_link(const plane_turn<double> &turn, link<double> &l) {
     turn_pose(inverse(turn), l.pose);
-    l.turned = !is_identity(l.pose);
     turn_inertia(turn, l.inertia);
+    const double R[3][3] = {{l.pose.R.m00, l.pose.R.m01, l.pose.R.m02},
+                            {l.pose.R.m10, l.pose.R.m11, l.pose.R.m12},
+                            {l.pose.R.m20, l.pose.R.m21, l.pose.R.m22}};
+    for (int z = 0; z < 3; ++z) {
+      if (!l.first || R[0][z] != 0 || R[1][z] != 0)
+        continue;
+      const int x = (z + 1) % 3, y = (z + 2) % 3;
+      l.along_axis = true;
+      l.turn = {{-R[1][x], R[0][x]}, R[2][z], {x, y, z}};
+    }
   }
 
   /// placement = Rz(before) Rx(lean) Rz(…) of a joint, whose body's frame is turned by `chosen` against the joint's.
@@ -285,7 +294,10 @@ private:
                                    spread<float>(b.before), spread<float>(b.lean), spread<float>(b.after), b.straight,
                                    spread<float>(b.inertia)});
     for (const link<double> &l : d.links)
-      m_.single_.links.push_back({l.body, l.parent, l.first, l.turned, spread<float>(l.pose), spread<float>(l.inertia)});
+      m_.single_.links.push_back({l.body, l.parent, l.first, l.along_axis,
+                                  {spread<float>(l.turn.about_z), static_cast<float>(l.turn.sense),
+                                   {l.turn.slot[0], l.turn.slot[1], l.turn.slot[2]}},
+                                  spread<float>(l.pose), spread<float>(l.inertia)});
     m_.single_.gravity = spread<float>(d.gravity);
   }
 

@@ -26,12 +26,21 @@ template <class T> struct body {
   spatial_inertia<T> inertia;  ///< of all welded links, in the canonical frame
 };
 
+/// From a body's canonical axes to those of a link of which one is the joint's axis: Rz, then a half turn about x where the
+/// axis points the other way, then the numbers in the link's order.
+template <class T> struct link_turn {
+  plane_turn<T> about_z;
+  T sense;     ///< 1 or −1
+  int slot[3]; ///< where in the link's order the three numbers come
+};
+
 /// A link and how it lies in its body.
 template <class T> struct link {
   int body;
   int parent;                  ///< link on the other side of the joint that carries this one; −1 for the root
   bool first;                  ///< is it the child of the body's moving joint (body 0: the root), not welded to such a one
-  bool turned;                 ///< is its frame another than the body's canonical one: no z axis, or welded
+  bool along_axis;             ///< is the joint's axis one of this link's: are these all that differs from the canonical frame
+  link_turn<T> turn;           ///< if so
   SE3<T> pose;                 ///< of the link's frame in the body's canonical frame
   spatial_inertia<T> inertia;  ///< of this link alone, in the body's canonical frame
 };

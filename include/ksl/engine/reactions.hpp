@@ -117,10 +117,27 @@ template <class T> KSL_LANES void turn_to_link(const link<scalar_of<T>> &l, cosc
     A::product_CoAdinvc(&pose, &f, &f);
 }
 
-template <class T> KSL_LANES void put_reaction(const coscrew<T> &f, const reaction_request &request, T *out) {
-  T *const lin = out + (request.angular_first ? 3 : 0), *const ang = out + (request.angular_first ? 0 : 3);
+template <class T> KSL_LANES void put_reaction(const coscrew<T> &f, bool angular_first, T *out) {
+  T *const lin = out + (angular_first ? 3 : 0), *const ang = out + (angular_first ? 0 : 3);
   lin[0] = f.lin.x, lin[1] = f.lin.y, lin[2] = f.lin.z;
   ang[0] = f.ang.x, ang[1] = f.ang.y, ang[2] = f.ang.z;
+}
+
+/// The same from the canonical frame.
+template <class T>
+KSL_LANES void put_canonical(coscrew<T> f, const link<scalar_of<T>> &l, bool angular_first, T *out) {
+  if (!l.along_axis) {
+    turn_to_link(l, f);
+    return put_reaction(f, angular_first, out);
+  }
+  T *const lin = out + (angular_first ? 3 : 0), *const ang = out + (angular_first ? 0 : 3);
+  const plane_turn<T> about_z = spread<T>(l.turn.about_z);
+  const T sense = T(l.turn.sense);
+  const int x = l.turn.slot[0], y = l.turn.slot[1], z = l.turn.slot[2];
+  turn_z(about_z, f.lin);
+  turn_z(about_z, f.ang);
+  lin[x] = f.lin.x, lin[y] = sense * f.lin.y, lin[z] = sense * f.lin.z;
+  ang[x] = f.ang.x, ang[y] = sense * f.ang.y, ang[z] = sense * f.ang.z;
 }
 
 /// Reactions of the requested joints into out (n, 6); after inverse_dynamics.  The split is made in the joint's frame and
@@ -145,15 +162,14 @@ void reactions(const model_view<scalar_of<T>> &model, const data_view<T> &data, 
     const int step = l.first ? group<T> : 1;
     coscrew<T> f = {{from[0], from[step], from[2 * step]}, {from[3 * step], from[4 * step], from[5 * step]}};
     coscrew<T> part = part_of(l.first ? model.body[l.body].kind : joint_kind::fixed, request.part, f);
-    if (l.turned)
-      turn_to_link(l, part);
+    turn_to_link(l, part);
     if (moved) {
       const SE3<T> D = pose_in_requested(model, data, request, request.link[k]);
       A::product_CoAdc(&D, &part, &part);
     }
     if (request.on == wrench_side::parent)
       A::coscrew_invert(&part);
-    put_reaction(part, request, out);
+    put_reaction(part, request.angular_first, out);
   }
 }
 
@@ -163,23 +179,25 @@ template <class T>
 void inverse_dynamics_with_reactions(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, const T *v,
                                      const T *dv, const external_wrenches<T> &external, T *tau, const reaction_request &request,
                                      T *out) {
-  const bool as_found = in_joint_frame(request) && request.on == wrench_side::child;
+  const bool as_found = in_joint_frame(request) && request.on == wrench_side::child, total = request.part == wrench_part::total;
+  const bool angular_first = request.angular_first;
+  const int *const links = request.link;
+  const link<scalar_of<T>> *const link_of = model.link;
   int missing = request.n;
   if (!as_found)
     inverse_dynamics(model, data, q, v, dv, external, tau);
   else
-    inverse_dynamics(model, data, q, v, dv, external, tau, [&](int i, joint_kind kind, const coscrew<T> &found) KSL_INLINED {
+    inverse_dynamics(model, data, q, v, dv, external, tau, [&](int i, joint_kind kind, const coscrew<T> &f) KSL_INLINED {
       if (missing == 0)
         return;
-      const link<scalar_of<T>> &l = model.link[request.link[missing - 1]];
+      const link<scalar_of<T>> &l = link_of[links[missing - 1]];
       if (l.body != i || !l.first)
         return;
-      coscrew<T> f = found;
-      if (request.part != wrench_part::total)
-        f = part_of(kind, request.part, found);
-      if (l.turned)
-        turn_to_link(l, f);
-      put_reaction(f, request, out + 6 * --missing);
+      --missing;
+      if (total)
+        put_canonical(f, l, angular_first, out + 6 * missing);
+      else
+        put_canonical(part_of(kind, request.part, f), l, angular_first, out + 6 * missing);
     });
   if (missing > 0)
     reactions(model, data, external, request, out);
