@@ -6,7 +6,7 @@
 
 #include "ksl/algebra.hpp"
 
-#if defined(__AVX512F__)
+#if defined(__AVX__)
 #include <immintrin.h>
 #endif
 
@@ -24,6 +24,7 @@ template <class T, int W> struct vector_of;
 KSL_VECTOR_OF(double, 2, long long)
 KSL_VECTOR_OF(double, 4, long long)
 KSL_VECTOR_OF(double, 8, long long)
+KSL_VECTOR_OF(double, 16, long long)
 KSL_VECTOR_OF(float, 2, int)
 KSL_VECTOR_OF(float, 4, int)
 KSL_VECTOR_OF(float, 8, int)

@@ -18,6 +18,8 @@ template <class T> ksl::SE3<T> to(const ksl::SE3<double> &D) {
   return {{T(R.m00), T(R.m10), T(R.m20), T(R.m01), T(R.m11), T(R.m21), T(R.m02), T(R.m12), T(R.m22)}, to<T>(D.t)};
 }
 
+template <class T> ksl::plane_turn<T> to(const ksl::plane_turn<double> &a) { return {T(a.sine), T(a.cosine)}; }
+
 template <class T> ksl::spatial_inertia<T> to(const ksl::spatial_inertia<double> &I) {
   return {T(I.m), to<T>(I.h), T(I.Ixx), T(I.Iyy), T(I.Izz), T(I.Ixy), T(I.Iyz), T(I.Izx)};
 }
@@ -26,7 +28,7 @@ template <class T> ksl::spatial_inertia<T> to(const ksl::spatial_inertia<double>
 template <class T> struct arrays {
   std::vector<ksl::body<T>> bodies;
   std::vector<ksl::link<T>> links;
-  std::vector<T> sine, cosine, motion, wrench, turned_placement, inertia;
+  std::vector<T> sine, cosine, motion, wrench, inertia, after_sine, after_cosine;
   std::vector<ksl::SE3<T>> in_parent, in_world;
   std::vector<ksl::screw<T>> twist;
   std::vector<ksl::coscrew<T>> wrenches;
@@ -34,21 +36,23 @@ template <class T> struct arrays {
   ksl::data_view<T> data{};
 
   explicit arrays(const ksl::model_view<double> &m)
-      : sine(ksl::padded(m.nq)), cosine(ksl::padded(m.nq)), motion(ksl::room_for<T>(9, m.bodies)),
-        wrench(ksl::room_for<T>(6, m.bodies)), turned_placement(ksl::room_for<T>(9, m.bodies)),
-        inertia(ksl::room_for<T>(10, m.bodies)), in_parent(m.bodies), in_world(m.bodies), twist(m.bodies), wrenches(m.links) {
+      : sine(ksl::room_for_angles(m.nq)), cosine(ksl::room_for_angles(m.nq)), motion(ksl::room_for<T>(9, m.bodies)),
+        wrench(ksl::room_for<T>(6, m.bodies)), inertia(ksl::room_for<T>(10, m.bodies)),
+        after_sine(m.after_sine, m.after_sine + ksl::room_for_angles(m.nq)),
+        after_cosine(m.after_cosine, m.after_cosine + ksl::room_for_angles(m.nq)), in_parent(m.bodies), in_world(m.bodies), twist(m.bodies), wrenches(m.links) {
     for (int i = 0; i < m.bodies; ++i) {
       const ksl::body<double> &b = m.body[i];
-      bodies.push_back({b.kind, b.parent, b.q_index, b.v_index, b.v_end, b.link, to<T>(b.placement), to<T>(b.inertia)});
-      ksl::body_at<T>(i).put(bodies.back().placement.R, turned_placement.data());
+      bodies.push_back({b.kind, b.parent, b.q_index, b.v_index, b.v_end, b.link, to<T>(b.placement), to<T>(b.before),
+                        to<T>(b.lean), to<T>(b.after), b.straight, to<T>(b.inertia)});
       ksl::body_at<T>(i).put(bodies.back().inertia, inertia.data());
     }
     for (int i = 0; i < m.links; ++i) {
       const ksl::link<double> &l = m.link[i];
-      links.push_back({l.body, l.parent, l.first, l.turned, to<T>(l.pose), to<T>(l.inertia)});
+      const ksl::link_turn<T> turn = {to<T>(l.turn.about_z), T(l.turn.sense), {l.turn.slot[0], l.turn.slot[1], l.turn.slot[2]}};
+      links.push_back({l.body, l.parent, l.first, l.along_axis, turn, to<T>(l.pose), to<T>(l.inertia)});
     }
     model = {m.bodies, m.links, m.nq, m.nv, to<T>(m.gravity), bodies.data(), links.data(),
-             turned_placement.data(), inertia.data()};
+             inertia.data(), after_sine.data(), after_cosine.data(), m.first_angle, m.angles_end};
     data.in_parent = in_parent.data();
     data.motion = motion.data();
     data.wrench = wrench.data();

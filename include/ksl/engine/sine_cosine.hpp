@@ -1,9 +1,10 @@
 // KSL: sine and cosine together, one kernel for every scalar and every width.
 //
 // The angle is reduced to hi + lo, |hi| ≤ π/4, by multiples of π/2: in double by three parts whose products with
-// |k| < 2²⁰ are exact (Cody and Waite 1980), in float by the same in double.  Then the polynomials of K. C. Ng (fdlibm,
-// double) or S. Moshier (Cephes, float).  Error below 1 ulp for |x| ≤ 10⁶ (test/engine/sine_cosine_test.cpp); beyond,
-// digits are lost as |x| grows, and where none is left (beyond about 10¹⁵) both are NaN.
+// |k| < 2²⁰ are exact (Cody and Waite 1980), in float by parts of which each difference x − k part is rounded once.  Then
+// the polynomials of K. C. Ng (fdlibm, double) or S. Moshier (Cephes, float).  Error below 1 ulp for |x| ≤ 10⁶
+// (test/engine/sine_cosine_test.cpp); beyond, digits are lost as |x| grows, and where none is left (beyond about 10¹⁵ in
+// double, 6·10⁶ in float) both are NaN.
 #pragma once
 
 #include "ksl/pack.hpp"
@@ -27,6 +28,8 @@ template <> struct trigonometry<double> {
 };
 
 template <> struct trigonometry<float> {
+  static constexpr float two_over_pi = 6.36619772367581382433e-01f;
+  static constexpr float half_pi[3] = {0x1.921fb6p+0f, -0x1.777a5cp-25f, -0x1.ee59dap-50f}; ///< 24 bits each
   static constexpr float round = 12582912.0f; ///< 1.5 × 2²³
   static constexpr float sine[3] = {-1.6666654611e-1f, 8.3321608736e-3f, -1.9515295891e-4f};
   static constexpr float cosine[3] = {4.166664568298827e-2f, -1.388731625493765e-3f, 2.443315711809948e-5f};
@@ -43,35 +46,74 @@ template <class T> KSL_LANES reduced_angle<T> reduce(T x, const double &) {
   return {k, hi, ((b - hi) - w) + ((a - b) - u)};
 }
 
-KSL_LANES reduced_angle<float> reduce(float x, const float &) {
-  const reduced_angle<double> r = reduce(static_cast<double>(x), 0.0);
-  const float hi = static_cast<float>(r.hi);
-  return {static_cast<float>(r.k), hi, static_cast<float>(r.hi - hi)};
+/// x − k p, rounded once, where the difference has 53 bits at most: by one instruction, or by way of double, to the same bit.
+KSL_LANES float difference(float x, float k, float p) {
+  return static_cast<float>(static_cast<double>(x) - static_cast<double>(k) * static_cast<double>(p));
+}
+template <int W> KSL_LANES pack<float, W> difference(pack<float, W> x, pack<float, W> k, float p) {
+#if defined(__AVX512F__)
+  if constexpr (W == 16)
+    return _mm512_fnmadd_ps(k.lanes, pack<float, W>(p).lanes, x.lanes);
+#endif
+#if defined(__FMA__)
+  if constexpr (W == 8)
+    return _mm256_fnmadd_ps(k.lanes, pack<float, W>(p).lanes, x.lanes);
+  if constexpr (W == 4)
+    return _mm_fnmadd_ps(k.lanes, pack<float, W>(p).lanes, x.lanes);
+#endif
+  using wide = typename vector_of<double, W>::type;
+  const wide d = __builtin_convertvector(x.lanes, wide) - __builtin_convertvector(k.lanes, wide) * static_cast<double>(p);
+  return __builtin_convertvector(d, typename vector_of<float, W>::type);
 }
 
-template <int W> KSL_LANES reduced_angle<pack<float, W>> reduce(pack<float, W> x, const float &) {
-  using half = typename vector_of<float, W / 2>::type; // as many floats as a register holds doubles
-  using wide = typename vector_of<double, W / 2>::type;
-  half in[2], k[2], hi[2], lo[2];
-  __builtin_memcpy(in, &x, sizeof x);
-  for (int i = 0; i < 2; ++i) {
-    const reduced_angle<pack<double, W / 2>> r = reduce(pack<double, W / 2>(__builtin_convertvector(in[i], wide)), 0.0);
-    k[i] = __builtin_convertvector(r.k.lanes, half);
-    hi[i] = __builtin_convertvector(r.hi.lanes, half);
-    lo[i] = __builtin_convertvector(r.hi.lanes - __builtin_convertvector(hi[i], wide), half);
-  }
-  reduced_angle<pack<float, W>> out;
-  __builtin_memcpy(&out.k, k, sizeof k);
-  __builtin_memcpy(&out.hi, hi, sizeof hi);
-  __builtin_memcpy(&out.lo, lo, sizeof lo);
-  return out;
+/// k π/2 is taken off in parts of 24 bits.  The first difference is exact; what rounding takes from the second, hi, goes to lo.
+template <class T> KSL_LANES reduced_angle<T> reduce(T x, const float &) {
+  using C = trigonometry<float>;
+  const T round = T(C::round), c = T(C::two_over_pi);
+  const T near = (x * c + round) - round, left = difference(x, near, C::half_pi[0]); // large products round to a neighbour
+  const T more = (left * c + round) - round, k = near + more;
+  const T a = difference(left, more, C::half_pi[0]), p = k * T(C::half_pi[1]), rest = difference(p, k, C::half_pi[1]);
+  const T hi = a - p, b = hi - a; // Knuth (1969): the error of a sum
+  return {k, hi, (((a - (hi - b)) - (p + b)) + rest) - k * T(C::half_pi[2])};
 }
 
-template <class T, std::size_t n> KSL_LANES T polynomial(const scalar_of<T> (&c)[n], T x) {
-  T sum = T(c[n - 1]);
-  for (std::size_t i = n - 1; i-- > 0;)
-    sum = sum * x + T(c[i]);
-  return sum;
+/// c₀ + c₁ x + …, by pairs, then pairs of pairs (Estrin): fewer steps wait for others than in Horner's form.
+template <class T> KSL_LANES T polynomial(const scalar_of<T> (&c)[3], T x) {
+  return (T(c[0]) + T(c[1]) * x) + x * x * T(c[2]);
+}
+template <class T> KSL_LANES T polynomial(const scalar_of<T> (&c)[6], T x) {
+  const T xx = x * x;
+  return (T(c[0]) + T(c[1]) * x) + xx * ((T(c[2]) + T(c[3]) * x) + xx * (T(c[4]) + T(c[5]) * x));
+}
+
+/// Turns (s, c), sine and cosine of an angle, by k quarter turns.  Of k mod 4 the last bit swaps the two, and the other turns
+/// signs.
+template <class T> KSL_LANES void turn_by_quarters(T k, T &s, T &c) {
+  using S = scalar_of<T>;
+  const T one = T(S(1)), half = T(S(0.5)), round = T(trigonometry<S>::round), sine = s, cosine = c;
+  const T n = k - T(S(4)) * ((k * T(S(0.25)) + round) - round); // k mod 4 in −2 … 2
+  const auto odd = n * n == one;
+  s = math<T>::select(odd, cosine, sine), c = math<T>::select(odd, sine, cosine);
+  s = math<T>::select(math<T>::fabs(n - half) > one, -s, s);
+  c = math<T>::select(math<T>::fabs(n + half) > one, -c, c);
+}
+
+/// The same by the bits of k + 1.5 × 2^(digits − 1), of which the last are those of k.
+template <class S, int W> KSL_LANES void turn_by_quarters(pack<S, W> k, pack<S, W> &s, pack<S, W> &c) {
+  using P = pack<S, W>;
+  using integers = typename P::mask;
+  constexpr int to_sign = 8 * sizeof(S) - 2;
+  const P shifted = k + P(trigonometry<S>::round), sine = s, cosine = c;
+  integers n, sine_bits, cosine_bits;
+  __builtin_memcpy(&n, &shifted, sizeof n);
+  const integers odd = (n & 1) != 0;
+  const P even_sine = math<P>::select(odd, cosine, sine), even_cosine = math<P>::select(odd, sine, cosine);
+  __builtin_memcpy(&sine_bits, &even_sine, sizeof n);
+  __builtin_memcpy(&cosine_bits, &even_cosine, sizeof n);
+  sine_bits ^= (n & 2) << to_sign;
+  cosine_bits ^= ((n + 1) & 2) << to_sign;
+  __builtin_memcpy(&s, &sine_bits, sizeof n);
+  __builtin_memcpy(&c, &cosine_bits, sizeof n);
 }
 
 /// sine and cosine of x, by select and never by branch.
@@ -79,22 +121,18 @@ template <class T> KSL_LANES void sine_cosine(T x, T &sine, T &cosine) {
   using S = scalar_of<T>;
   using C = trigonometry<S>;
   const reduced_angle<T> r = reduce(x, S());
-  const T one = T(S(1)), half = T(S(0.5)), round = T(C::round);
+  const T one = T(S(1)), half = T(S(0.5));
 
   const T z = r.hi * r.hi, half_z = half * z;
   const T s = r.hi + (z * r.hi * polynomial<T>(C::sine, z) + (r.lo - half_z * r.lo));
   const T v = one - half_z;
   const T c = v + (((one - v) - half_z) + (z * z * polynomial<T>(C::cosine, z) - r.hi * r.lo));
 
-  // k quarter turns: n = k mod 4 in −2 … 2 swaps the two where it is odd, and turns signs
-  const T n = r.k - T(S(4)) * ((r.k * T(S(0.25)) + round) - round);
-  const auto odd = n * n == one;
-  const auto reducible = math<T>::fabs(r.hi) < one;
+  const auto reducible = z < one;
   const T none = T(S(__builtin_nan("")));
-  const T sine_n = math<T>::select(reducible, math<T>::select(odd, c, s), none);
-  const T cosine_n = math<T>::select(reducible, math<T>::select(odd, s, c), none);
-  sine = math<T>::select(math<T>::fabs(n - half) > one, -sine_n, sine_n);
-  cosine = math<T>::select(math<T>::fabs(n + half) > one, -cosine_n, cosine_n);
+  sine = math<T>::select(reducible, s, none);
+  cosine = math<T>::select(reducible, c, none);
+  turn_by_quarters(r.k, sine, cosine);
 }
 
 } // namespace KSL_ISA
