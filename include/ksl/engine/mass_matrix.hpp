@@ -35,11 +35,11 @@ template <class T> KSL_LANES coscrew<T> momentum_of(int c, const spatial_inertia
   }
 }
 
-/// M[row][column] of the upper triangle; for plain numbers of the lower one, too.  The added zero turns −0 into 0.
+/// M[row][column] of the upper triangle; for plain numbers of the lower one, too.
 template <class T> KSL_LANES void put_element(const T &x, index nv, index row, index column, T *M) {
-  M[row * nv + column] = x + T(0);
+  M[row * nv + column] = x;
   if constexpr (plain<T>)
-    M[column * nv + row] = x + T(0);
+    M[column * nv + row] = x;
 }
 
 /// The moment of a momentum about another point.
@@ -76,37 +76,16 @@ KSL_LANES void put_share(const body<scalar_of<T>> &b, const data_view<T> &data, 
   }
 }
 
-/// Coordinate c of joint i, in column `column` of M: what the joints that carry it feel of its momentum.
+/// What the joints that carry joint i feel of a momentum about its origin and in its axes: column `column` of M.
 template <class T>
-KSL_LANES void put_column(const model_view<scalar_of<T>> &model, const data_view<T> &data, index i, int c, index column,
-                          const spatial_inertia<T> &I, T *M) {
-  using A = algebra<T>;
-  unit_momentum<T> u = {momentum_of(c, I), data.axis[i].origin};
-  const mat3x3<T> R = body_at<T>(static_cast<int>(i)).template get<mat3x3>(data.rotation);
-  A::product_CoAdrc(&R, &u.momentum, &u.momentum);
+KSL_LANES void put_shares(const model_view<scalar_of<T>> &model, const data_view<T> &data, int i, coscrew<T> momentum, index column,
+                          T *M) {
   const index nv = model.nv;
+  const mat3x3<T> R = body_at<T>(i).template get<mat3x3>(data.rotation);
+  algebra<T>::product_CoAdrc(&R, &momentum, &momentum);
+  const unit_momentum<T> u = {momentum, data.axis[i].origin};
   for (index j = model.body[i].parent; j > 0; j = model.body[j].parent)
     by_kind(model.body[j].kind, [&]<joint_kind K>() KSL_INLINED { put_share<K>(model.body[j], data, j, u, nv, column, M); });
-}
-
-/// Columns of joint i, from the inertia of all that hangs on it.
-template <joint_kind K, class T>
-KSL_LANES void put_columns(const model_view<scalar_of<T>> &model, const data_view<T> &data, int i, const spatial_inertia<T> &I, T *M) {
-  const body<scalar_of<T>> &b = model.body[i];
-  const index nv = model.nv, first = b.v_index;
-  if constexpr (K == joint_kind::floating) {
-    for (int c = 0; c < 6; ++c) {
-      const coscrew<T> p = momentum_of(c, I);
-      const T own[6] = {p.lin.x, p.lin.y, p.lin.z, p.ang.x, p.ang.y, p.ang.z};
-      for (int k = 0; k <= c; ++k)
-        put_element(own[k], nv, first + k, first + c, M);
-      if (!is_base(b))
-        put_column(model, data, i, c, first + c, I, M);
-    }
-  } else {
-    put_element(K == joint_kind::prismatic ? I.m : I.Izz, nv, first, first, M);
-    put_column(model, data, i, K == joint_kind::prismatic ? 2 : 5, first, I, M);
-  }
 }
 
 /// The inertia of body i and all that hangs on it; what hangs on it has been summed up.
@@ -121,6 +100,47 @@ KSL_LANES spatial_inertia<T> composite_inertia(const model_view<scalar_of<T>> &m
   return I;
 }
 
+/// Adds the inertia of body i and all that hangs on it to what hangs on its parent; bodies come from the last to the first.
+template <joint_kind K, class T>
+KSL_LANES void add_to_parent(spatial_inertia<T> I, const model_view<scalar_of<T>> &model, const data_view<T> &data, int i) {
+  using A = algebra<T>;
+  const body<scalar_of<T>> &b = model.body[i];
+  if (b.parent == 0)
+    return;
+  const auto D = pose_by_turns<K, T>::kept(b, data, i);
+  D.to_parent(I);
+  A::spatial_inertia_translated(&I, &D.t, &I);
+  if (b.v_end != model.body[b.parent].v_end) { // others on the same parent came before
+    const auto others = body_at<T>(b.parent).template get<spatial_inertia>(data.inertia);
+    A::spatial_inertia_added(&I, &others, &I);
+  }
+  body_at<T>(b.parent).put(I, data.inertia);
+}
+
+/// Columns of joint i, and the inertia of all that hangs on it to its parent.
+template <joint_kind K, class T>
+KSL_LANES void put_columns(const model_view<scalar_of<T>> &model, const data_view<T> &data, int i, T *M) {
+  const body<scalar_of<T>> &b = model.body[i];
+  const index nv = model.nv, first = b.v_index;
+  const spatial_inertia<T> I = composite_inertia(model, data, i);
+  if constexpr (K == joint_kind::floating) {
+    for (int c = 0; c < 6; ++c) {
+      const coscrew<T> p = momentum_of(c, I);
+      const T own[6] = {p.lin.x, p.lin.y, p.lin.z, p.ang.x, p.ang.y, p.ang.z};
+      for (int k = 0; k <= c; ++k)
+        put_element(own[k], nv, first + k, first + c, M);
+      if (!is_base(b))
+        put_shares(model, data, i, p, first + c, M);
+    }
+    add_to_parent<K>(I, model, data, i);
+  } else { // the inertia first: then its registers are free
+    const coscrew<T> p = momentum_of(K == joint_kind::prismatic ? 2 : 5, I);
+    put_element(K == joint_kind::prismatic ? p.lin.z : p.ang.z, nv, first, first, M);
+    add_to_parent<K>(I, model, data, i);
+    put_shares(model, data, i, p, first, M);
+  }
+}
+
 /// The upper triangle of M (nv, nv), row-major, for q (nq), but for what is zero by the shape of the tree; for plain numbers
 /// the lower one.
 template <class T> void elements_of_mass_matrix(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, T *M) {
@@ -131,23 +151,8 @@ template <class T> void elements_of_mass_matrix(const model_view<scalar_of<T>> &
     A::add_vv(&data.axis[model.body[i].parent].origin, &offset, &data.axis[i].origin);
   };
   express_in_base(model, data, q, locate, [](auto) KSL_INLINED {});
-  for (int i = model.bodies - 1; i > 0; --i) {
-    const body<scalar_of<T>> &b = model.body[i];
-    by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
-      spatial_inertia<T> I = composite_inertia(model, data, i);
-      put_columns<K>(model, data, i, I, M);
-      if (b.parent == 0)
-        return;
-      const auto D = pose_by_turns<K, T>::kept(b, data, i);
-      D.to_parent(I);
-      A::spatial_inertia_translated(&I, &D.t, &I);
-      if (b.v_end != model.body[b.parent].v_end) { // others on the same parent came before
-        const auto others = body_at<T>(b.parent).template get<spatial_inertia>(data.inertia);
-        A::spatial_inertia_added(&I, &others, &I);
-      }
-      body_at<T>(b.parent).put(I, data.inertia);
-    });
-  }
+  for (int i = model.bodies - 1; i > 0; --i)
+    by_kind(model.body[i].kind, [&]<joint_kind K>() KSL_INLINED { put_columns<K>(model, data, i, M); });
 }
 
 /// M (nv, nv), row-major and symmetric, for q (nq): tau = M a + bias.  O(bodies²).
