@@ -114,7 +114,7 @@ void start_articulated(const model_view<scalar_of<T>> &model, const data_view<T>
 }
 
 /// sum += what stays of A beyond a joint, A − U D⁻¹ Uᵀ, moved by t (articulated_inertia_downdated, _translated, _added).
-/// A row of H after the other, so that a processor's registers hold what is needed at a time.  192 flops.
+/// A row of H after the other, so that a processor's registers hold what is needed at a time.  147 flops.
 template <class T>
 KSL_LANES void add_beyond_joint(const articulated_inertia<T> &A, const coscrew<T> &U, const T &inverse, const vec3<T> &t,
                                 articulated_inertia<T> &sum) {
@@ -203,7 +203,7 @@ KSL_LANES void accelerate(const data_view<T> &data, int i, const screw<T> &paren
 }
 
 /// Accelerations dv (nv) for positions q (nq), velocities v (nv) and joint efforts tau (nv) under gravity and external
-/// wrenches.  O(bodies), about 570 flops for each.
+/// wrenches.  O(bodies), about 590 flops for each.
 ///
 /// The motion that the mechanism would have if no joint accelerated is found first, as inverse dynamics finds it; what
 /// remains is linear: the gain of each body over that motion, with no velocities in it.
