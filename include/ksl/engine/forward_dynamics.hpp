@@ -53,7 +53,8 @@ template <joint_kind K, class T> KSL_LANES coscrew<T> column_along(const vec3<T>
 }
 
 /// Adds the motion of joint i with no acceleration of its own, in the axes of the base.
-template <joint_kind K, class T> KSL_LANES void add_steady_motion(const data_view<T> &data, int i, const T *v, body_motion<T> &m) {
+template <joint_kind K, class T>
+KSL_LANES void add_steady_motion(const data_view<T> &data, int i, const T *v, body_motion<T> &m) {
   using A = algebra<T>;
   const vec3<T> z = axis_of(data, i);
   vec3<T> coupling;
@@ -212,7 +213,9 @@ void forward_dynamics(const model_view<scalar_of<T>> &model, const data_view<T> 
                       const T *tau, const external_wrenches<T> &external, T *dv) {
   start_articulated(model, data, q, v, external);
   for (int i = model.bodies - 1; i > 0; --i)
-    by_kind(model.body[i].kind, [&]<joint_kind K>() KSL_INLINED { pass_to_parent<K>(model.body[i], data, i, tau + model.body[i].v_index); });
+    by_kind(model.body[i].kind, [&]<joint_kind K>() KSL_INLINED {
+      pass_to_parent<K>(model.body[i], data, i, tau + model.body[i].v_index);
+    });
 
   data.articulated[0].gain = {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
   for (int i = 1; i < model.bodies; ++i) {

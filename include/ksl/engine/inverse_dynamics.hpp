@@ -132,7 +132,7 @@ KSL_LANES void inverse_dynamics(const model_view<scalar_of<T>> &model, const dat
   const auto move = [&](int i) KSL_INLINED {
     const body<scalar_of<T>> &b = model.body[i];
     by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
-      const auto D = pose_by_turns<K, T>::at(b, data, i, q);
+      const auto D = pose_in_parent<K, T>::at(b, data, i, q);
       body_motion<T> m = body_at<T>(b.parent).template get<body_motion>(data.motion);
       m.acceleration = acceleration_at(m, D.t);
       D.to_body(m.angular_velocity, m.angular_acceleration, m.acceleration);
@@ -149,7 +149,7 @@ KSL_LANES void inverse_dynamics(const model_view<scalar_of<T>> &model, const dat
   for (int i = model.bodies - 1; i > 0; --i) {
     const body<scalar_of<T>> &b = model.body[i];
     by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
-      const auto D = pose_by_turns<K, T>::kept(b, data, i);
+      const auto D = pose_in_parent<K, T>::kept(b, data, i);
       coscrew<T> f = body_at<T>(i).template get<coscrew>(data.wrench);
       joint_effort<K>(f, tau + b.v_index);
       receive(i, K, f);

@@ -78,8 +78,8 @@ KSL_LANES void put_share(const body<scalar_of<T>> &b, const data_view<T> &data, 
 
 /// What the joints that carry joint i feel of a momentum about its origin and in its axes: column `column` of M.
 template <class T>
-KSL_LANES void put_shares(const model_view<scalar_of<T>> &model, const data_view<T> &data, int i, coscrew<T> momentum, index column,
-                          T *M) {
+KSL_LANES void put_shares(const model_view<scalar_of<T>> &model, const data_view<T> &data, int i, coscrew<T> momentum,
+                          index column, T *M) {
   const index nv = model.nv;
   const mat3x3<T> R = body_at<T>(i).template get<mat3x3>(data.rotation);
   algebra<T>::product_CoAdrc(&R, &momentum, &momentum);
@@ -107,7 +107,7 @@ KSL_LANES void add_to_parent(spatial_inertia<T> I, const model_view<scalar_of<T>
   const body<scalar_of<T>> &b = model.body[i];
   if (b.parent == 0)
     return;
-  const auto D = pose_by_turns<K, T>::kept(b, data, i);
+  const auto D = pose_in_parent<K, T>::kept(b, data, i);
   D.to_parent(I);
   A::spatial_inertia_translated(&I, &D.t, &I);
   if (b.v_end != model.body[b.parent].v_end) { // others on the same parent came before
@@ -128,7 +128,7 @@ KSL_LANES void put_columns(const model_view<scalar_of<T>> &model, const data_vie
       const coscrew<T> p = momentum_of(c, I);
       const T own[6] = {p.lin.x, p.lin.y, p.lin.z, p.ang.x, p.ang.y, p.ang.z};
       for (int k = 0; k <= c; ++k)
-        put_element(own[k], nv, first + k, first + c, M);
+        put_element(own[k] + T(0), nv, first + k, first + c, M); // no −0
       if (!is_base(b))
         put_shares(model, data, i, p, first + c, M);
     }
@@ -143,7 +143,8 @@ KSL_LANES void put_columns(const model_view<scalar_of<T>> &model, const data_vie
 
 /// The upper triangle of M (nv, nv), row-major, for q (nq), but for what is zero by the shape of the tree; for plain numbers
 /// the lower one.
-template <class T> void elements_of_mass_matrix(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, T *M) {
+template <class T>
+void elements_of_mass_matrix(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, T *M) {
   using A = algebra<T>;
   data.axis[0].origin = {T(0), T(0), T(0)};
   const auto locate = [&](int i, const vec3<T> &offset) KSL_INLINED {
