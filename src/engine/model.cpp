@@ -105,7 +105,7 @@ private:
   }
 
   void add_ground() {
-    m_.double_.bodies.push_back({joint_kind::fixed, -1, 0, 0, 0, -1, identity, none, none, none, true, {}});
+    m_.double_.bodies.push_back({joint_kind::fixed, -1, 0, 0, 0, 0, -1, identity, none, none, none, true, {}});
   }
 
   bool names_joint(const std::string &name) const {
@@ -170,12 +170,19 @@ private:
 
     row.link = static_cast<int>(m_.double_.links.size());
     m_.double_.bodies.push_back(
-        {row.kind, parent_body, m_.nq_, m_.nv_, m_.nv_, row.link, placement, none, none, none, true, {}});
+        {row.kind, parent_body, m_.nq_, m_.nv_, m_.nv_, chain_to(row.kind, parent_body), row.link, placement, none, none, none, true, {}});
     m_.nq_ += row_of(row.kind).nq;
     m_.nv_ += row_of(row.kind).nv;
     m_.joints_.push_back(std::move(row));
     add_welded_link(description_link, parent, pose, static_cast<int>(m_.double_.bodies.size()) - 1);
     m_.double_.links.back().first = true;
+  }
+
+  /// Where the chain of bodies begins that a new one on this parent ends.
+  int chain_to(joint_kind kind, int parent) const {
+    const auto &bodies = m_.double_.bodies;
+    const int added = static_cast<int>(bodies.size());
+    return turns(kind) && parent == added - 1 && turns(bodies.back().kind) ? bodies.back().chain : added;
   }
 
   void add_welded_link(int description_link, int parent, const SE3<double> &pose, int body) {
@@ -290,7 +297,7 @@ private:
   void round_to_single() {
     const auto &d = m_.double_;
     for (const body<double> &b : d.bodies)
-      m_.single_.bodies.push_back({b.kind, b.parent, b.q_index, b.v_index, b.v_end, b.link, spread<float>(b.placement),
+      m_.single_.bodies.push_back({b.kind, b.parent, b.q_index, b.v_index, b.v_end, b.chain, b.link, spread<float>(b.placement),
                                    spread<float>(b.before), spread<float>(b.lean), spread<float>(b.after), b.straight,
                                    spread<float>(b.inertia)});
     for (const link<double> &l : d.links)

@@ -1,6 +1,6 @@
 // KSL: arrays over bodies, laid out so that the bodies of one state can be computed in lanes.
 //
-// Much of an algorithm waits for no other body: a pose turned by its joint, an inertia turned to other axes.  Where the
+// Much of an algorithm waits for no other body: an inertia turned to other axes, Newton's and Euler's laws.  Where the
 // scalar is a plain number, the lanes of a register take as many bodies; where it is a pack of states, or a scalar of
 // somebody's own, the bodies come one after the other.  The numbers are the same to the bit.
 #pragma once
