@@ -8,8 +8,6 @@
 #include "ksl/engine/data.hpp"
 #include "ksl/engine/spread.hpp"
 
-#include <type_traits>
-
 namespace ksl {
 inline namespace KSL_ISA {
 
@@ -107,10 +105,9 @@ public:
   }
 
 private:
-  struct none {};
   T *array_;
   int i_;
-  std::conditional_t<plain<T>, V<T>, none> copy_;
+  V<T> copy_; ///< of plain numbers only
 };
 
 /// Two steps for n bodies, parents first: one(i) for all but the ground, which may read what both left of the parent, then
