@@ -167,5 +167,38 @@ std::size_t mass_matrix_lanes(const model_view<scalar_of<P>> &model, const batch
   });
 }
 
+template <class P>
+std::size_t frame_poses_lanes(const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch, int n,
+                              const int *links, void *memory) {
+  return for_each_block<P>(model, batch, memory, 16, [&](std::size_t k, int valid, const auto &w, const auto &) {
+    forward_kinematics(model, w.data, w.q);
+    scalar_of<P> *out = row(batch.out, k);
+    for (int i = 0; i < n; ++i, out += 16) { // stored one by one: all of them would not stay in the inner cache
+      write_matrix(link_pose(model, w.data, links[i]), w.result);
+      store_rows(w.result, 16, valid, out, batch.out.stride);
+    }
+  });
+}
+
+template <class P>
+std::size_t energy_lanes(const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch,
+                         const rows_view<scalar_of<P>> &kinetic, const rows_view<scalar_of<P>> &potential, void *memory) {
+  return for_each_block<P>(model, batch, memory, 2, [&](std::size_t k, int valid, const auto &w, const auto &) {
+    load(batch.v, k, model.nv, valid, w.v);
+    energy(model, w.data, w.q, w.v, w.result, w.result + 1);
+    store_rows(w.result, 1, valid, row(kinetic, k), kinetic.stride);
+    store_rows(w.result + 1, 1, valid, row(potential, k), potential.stride);
+  });
+}
+
+template <class P>
+std::size_t external_power_lanes(const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch, void *memory) {
+  return for_each_block<P>(model, batch, memory, 1, [&](std::size_t k, int valid, const auto &w, const auto &external) {
+    load(batch.v, k, model.nv, valid, w.v);
+    *w.result = external_power(model, w.data, w.q, w.v, external);
+    store_rows(w.result, 1, valid, row(batch.out, k), batch.out.stride);
+  });
+}
+
 } // namespace KSL_ISA
 } // namespace ksl
