@@ -19,7 +19,8 @@ q[:, 3:7] /= np.linalg.norm(q[:, 3:7], axis=1, keepdims=True)
 digest = hashlib.sha256()
 for dtype in (np.float64, np.float32):
     s = [x.astype(dtype) for x in (q, v, a)]
-    for x in (m.inverse_dynamics(*s), m.forward_dynamics(*s), m.mass_matrix(s[0]), m.reactions(*s, part="constraint", axes="world"), m.frame_poses(s[0]), *m.energy(*s[:2])):
+    efforts = m.inverse_dynamics(*s), m.forward_dynamics(*s), m.mass_matrix(s[0]), m.reactions(*s, part="constraint", axes="world")
+    for x in (*efforts, m.frame_poses(s[0]), *m.energy(*s[:2])):
         digest.update(x.tobytes())
 print(digest.hexdigest())
 """

@@ -114,7 +114,8 @@ def test_poses_and_energies_both_ways(arm, short_only, leading, dtype):
     short_only()
     for k, (name, pose) in enumerate(zip(wanted, poses, strict=True)):
         assert np.array_equal(arm.frame_pose(q, name), pose) and np.array_equal(several[..., k, :, :], pose)
-    for found, expected in ((arm.frame_poses(q, wanted), several), (arm.frame_poses(q), several[..., :-1, :, :]), *zip(arm.energy(q, v), energies, strict=True)):
+    both_ways = [(arm.frame_poses(q, wanted), several), (arm.frame_poses(q), several[..., :-1, :, :]), *zip(arm.energy(q, v), energies, strict=True)]
+    for found, expected in both_ways:
         assert type(found) is np.ndarray and found.dtype == dtype == expected.dtype and np.array_equal(found, expected)
     out, pair = np.full_like(several, np.nan), tuple(np.full_like(x, np.nan) for x in energies)
     assert arm.frame_poses(q, wanted, out=out, threads=1) is out and np.array_equal(out, several)
