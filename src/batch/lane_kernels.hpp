@@ -20,6 +20,11 @@ template <class S> void store_rows(const S *in, int columns, int, S *row, std::p
     row[c] = in[c];
 }
 
+template <int columns, class S> KSL_LANES void store_rows(const S *in, int, S *row, std::ptrdiff_t) {
+  for (int c = 0; c < columns; ++c)
+    row[c] = in[c];
+}
+
 /// Cuts arrays for packs out of one piece of memory; without memory it only measures.
 class arena {
 public:
@@ -170,12 +175,13 @@ std::size_t mass_matrix_lanes(const model_view<scalar_of<P>> &model, const batch
 template <class P>
 std::size_t frame_poses_lanes(const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch, int n,
                               const int *links, void *memory) {
-  return for_each_block<P>(model, batch, memory, 16, [&](std::size_t k, int valid, const auto &w, const auto &) {
+  return for_each_block<P>(model, batch, memory, 0, [&](std::size_t k, int valid, const auto &w, const auto &) {
     forward_kinematics(model, w.data, w.q);
     scalar_of<P> *out = row(batch.out, k);
-    for (int i = 0; i < n; ++i, out += 16) { // stored one by one: all of them would not stay in the inner cache
-      write_matrix(link_pose(model, w.data, links[i]), w.result);
-      store_rows(w.result, 16, valid, out, batch.out.stride);
+    for (int i = 0; i < n; ++i, out += 16) {
+      P matrix[16]; // stays in registers until it is stored, one row a state
+      write_matrix(link_pose(model, w.data, links[i]), matrix);
+      store_rows<16>(matrix, valid, out, batch.out.stride);
     }
   });
 }
