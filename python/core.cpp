@@ -27,6 +27,11 @@ struct request_fields {
   ksl::reaction_request request;
 };
 
+/// Links by index, in the order wanted: kept by ksl.model, so that a call converts no list.
+struct link_list {
+  std::vector<int> index;
+};
+
 template <class S, class Array> ksl::rows_view<S> rows_of(const Array &x) {
   return {x.data(), static_cast<std::ptrdiff_t>(x.ndim() > 1 ? x.size() / std::max<std::size_t>(1, x.shape(0)) : 1)};
 }
@@ -108,28 +113,31 @@ template <class S> void mass_matrix(const ksl::model &m, matrix_in<S> q, array_o
   ksl::mass_matrix_batch(m, batch, threads);
 }
 
-void frame_pose(const ksl::model &m, matrix_in<double> q, int link, array_out<double, 3> out) {
-  ksl::batch_view<double> batch = batch_of(m, q);
-  batch.out = output<double>(out, batch.n, 16);
+/// Poses of the links into out (n, links, 4, 4).
+template <class S>
+void frame_poses(const ksl::model &m, matrix_in<S> q, const link_list &links, array_out<S, 4> out, int threads) {
+  ksl::batch_view<S> batch = batch_of(m, q);
+  batch.out = output<S>(out, batch.n, 16 * links.index.size());
   nb::gil_scoped_release release;
-  ksl::frame_pose_batch(m, batch, link);
+  ksl::frame_poses_batch(m, batch, static_cast<int>(links.index.size()), links.index.data(), threads);
 }
 
-void energy(const ksl::model &m, matrix_in<double> q, matrix_in<double> v, array_out<double, 1> kinetic,
-            array_out<double, 1> potential) {
-  const ksl::batch_view<double> batch = batch_of<double>(m, q, v);
-  double *const out[2] = {output<double>(kinetic, batch.n, 1).first, output<double>(potential, batch.n, 1).first};
+template <class S>
+void energy(const ksl::model &m, matrix_in<S> q, matrix_in<S> v, array_out<S, 1> kinetic, array_out<S, 1> potential, int threads) {
+  const ksl::batch_view<S> batch = batch_of<S>(m, q, v);
+  const ksl::rows_view<S> out[2] = {output<S>(kinetic, batch.n, 1), output<S>(potential, batch.n, 1)};
   nb::gil_scoped_release release;
-  ksl::energy_batch(m, batch, out[0], out[1]);
+  ksl::energy_batch(m, batch, out[0], out[1], threads);
 }
 
-void external_power(const ksl::model &m, matrix_in<double> q, matrix_in<double> v, const std::vector<int> &external_links,
-                    external_in<double> external, array_out<double, 1> power) {
-  ksl::batch_view<double> batch = batch_of<double>(m, q, v);
+template <class S>
+void external_power(const ksl::model &m, matrix_in<S> q, matrix_in<S> v, const std::vector<int> &external_links,
+                    external_in<S> external, array_out<S, 1> power, int threads) {
+  ksl::batch_view<S> batch = batch_of<S>(m, q, v);
   add_external(m, batch, external_links, external);
-  double *const out = output<double>(power, batch.n, 1).first;
+  batch.out = output<S>(power, batch.n, 1);
   nb::gil_scoped_release release;
-  ksl::external_power_batch(m, batch, out);
+  ksl::external_power_batch(m, batch, threads);
 }
 
 ksl::model load(const std::string &path, bool floating_base, bool mimic_independent, bool strict,
@@ -185,7 +193,12 @@ template <class S> void add_batch_calls(nb::class_<ksl::model> &model) {
            "external_links"_a, "external"_a.noconvert(), "tau"_a.none().noconvert(), "requests"_a, "outs"_a, "threads"_a)
       .def("forward_dynamics", &forward_dynamics<S>, "q"_a.noconvert(), "v"_a.noconvert(), "tau"_a.noconvert(),
            "external_links"_a, "external"_a.noconvert(), "out"_a.noconvert(), "threads"_a)
-      .def("mass_matrix", &mass_matrix<S>, "q"_a.noconvert(), "out"_a.noconvert(), "threads"_a);
+      .def("mass_matrix", &mass_matrix<S>, "q"_a.noconvert(), "out"_a.noconvert(), "threads"_a)
+      .def("frame_poses", &frame_poses<S>, "q"_a.noconvert(), "links"_a, "out"_a.noconvert(), "threads"_a)
+      .def("energy", &energy<S>, "q"_a.noconvert(), "v"_a.noconvert(), "kinetic"_a.noconvert(), "potential"_a.noconvert(),
+           "threads"_a)
+      .def("external_power", &external_power<S>, "q"_a.noconvert(), "v"_a.noconvert(), "external_links"_a,
+           "external"_a.noconvert(), "out"_a.noconvert(), "threads"_a);
 }
 
 } // namespace
@@ -237,6 +250,10 @@ NB_MODULE(_core, module) {
           "links"_a, "part"_a, "on"_a, "at"_a, "at_link"_a, "offset"_a, "axes"_a, "axes_link"_a, "angular_first"_a)
       .def_prop_ro("joints", [](const request_fields &r) { return r.request.n; });
 
+  nb::class_<link_list>(module, "Links", "Which links, by index, in what order.")
+      .def("__init__", [](link_list *self, std::vector<int> index) { new (self) link_list{std::move(index)}; }, "index"_a)
+      .def_prop_ro("n", [](const link_list &links) { return links.index.size(); });
+
   nb::class_<ksl::model> model(module, "Model");
   model
       .def_prop_ro("nq", &ksl::model::nq)
@@ -277,11 +294,14 @@ NB_MODULE(_core, module) {
           "q"_a, "v"_a, "a"_a, "external"_a.none(), "request"_a, "out"_a, "threads"_a)
       .def("forward_dynamics_direct", &direct::forward_dynamics, "q"_a, "v"_a, "tau"_a, "external"_a.none(), "a"_a, "threads"_a)
       .def("mass_matrix_direct", &direct::mass_matrix, "q"_a, "out"_a, "threads"_a)
-      .def("frame_pose_direct", &direct::frame_pose, "q"_a, "link"_a, "out"_a)
-      .def("energy_direct", &direct::energy, "q"_a, "v"_a, "kinetic"_a, "potential"_a);
-  model.def("frame_pose", &frame_pose, "q"_a, "link"_a, "out"_a)
-      .def("energy", &energy, "q"_a, "v"_a, "kinetic"_a, "potential"_a)
-      .def("external_power", &external_power, "q"_a, "v"_a, "external_links"_a, "external"_a, "out"_a);
+      .def("frame_pose_direct", &direct::frame_pose, "q"_a, "link"_a, "out"_a, "threads"_a)
+      .def(
+          "frame_poses_direct",
+          [](const ksl::model &m, nb::handle q, const link_list &links, nb::handle out, int threads) {
+            return direct::frame_poses(m, q, links.index, out, threads);
+          },
+          "q"_a, "links"_a, "out"_a, "threads"_a)
+      .def("energy_direct", &direct::energy, "q"_a, "v"_a, "kinetic"_a, "potential"_a, "threads"_a);
 
   module.def("load", &load, "path"_a, "floating_base"_a, "mimic_independent"_a, "strict"_a, "gravity"_a, "payloads"_a);
 }

@@ -26,14 +26,15 @@ namespace nb = nanobind;
 
 enum class use { read, write };
 
-/// What an array holds for each state: a number, a vector or a matrix, in so many of its last axes.
+/// What an array holds for each state: a number, a vector, a matrix or several of them, in so many of its last axes.
 struct row_shape {
-  int axes = 0, length[2] = {1, 1};
+  int axes = 0, length[3] = {1, 1, 1};
 
   row_shape() = default;
-  row_shape(int n) : axes(1), length{n, 1} {}
-  row_shape(int rows, int columns) : axes(2), length{rows, columns} {}
-  int numbers() const { return length[0] * length[1]; }
+  row_shape(int n) : axes(1), length{n, 1, 1} {}
+  row_shape(int rows, int columns) : axes(2), length{rows, columns, 1} {}
+  row_shape(int matrices, int rows, int columns) : axes(3), length{matrices, rows, columns} {}
+  int numbers() const { return length[0] * length[1] * length[2]; }
 };
 
 /// The memory of an array, while this lives: a row of numbers for each state.  None is no array.
@@ -361,19 +362,37 @@ inline bool mass_matrix(const ksl::model &m, nb::handle q, nb::handle out, int t
                              [&](const auto &batch) { ksl::mass_matrix_batch(m, batch, 1); });
 }
 
-inline bool frame_pose(const ksl::model &m, nb::handle q, int link, nb::handle out) {
-  return run<double>(m, {m, q, nb::none(), nb::none(), nb::none()}, {out, use::write, {4, 4}}, 1,
-                     [&](const auto &batch) { ksl::frame_pose_batch(m, batch, link); });
+/// out: (…, 4, 4).
+inline bool frame_pose(const ksl::model &m, nb::handle q, int link, nb::handle out, int threads) {
+  return in_either_precision(m, {m, q, nb::none(), nb::none(), nb::none()}, {out, use::write, {4, 4}}, threads,
+                             [&](const auto &batch) { ksl::frame_poses_batch(m, batch, 1, &link, 1); });
 }
 
-inline bool energy(const ksl::model &m, nb::handle q, nb::handle v, nb::handle kinetic, nb::handle potential) {
-  const buffer out[] = {{kinetic, use::write, row_shape()}, {potential, use::write, row_shape()}};
-  if (!out[1].holds<double>() || !out[1].same_leading_shape(out[0]))
+/// out: (…, links, 4, 4).
+inline bool frame_poses(const ksl::model &m, nb::handle q, const std::vector<int> &links, nb::handle out, int threads) {
+  const int n = static_cast<int>(links.size());
+  if (n == 0) // rows of no numbers are no rows
     return false;
-  return run<double>(m, {m, q, v, nb::none(), nb::none()}, out[0], 1, [&](const ksl::batch_view<double> &batch) {
-    const std::ptrdiff_t first = batch.out.first - out[0].rows<double>().first;
-    ksl::energy_batch(m, batch, batch.out.first, out[1].rows<double>().first + first);
+  return in_either_precision(m, {m, q, nb::none(), nb::none(), nb::none()}, {out, use::write, {n, 4, 4}}, threads,
+                             [&](const auto &batch) { ksl::frame_poses_batch(m, batch, n, links.data(), 1); });
+}
+
+/// The potential energies go where no other array lies.
+template <class S>
+bool energy_in_precision(const ksl::model &m, const arguments &in, const buffer &kinetic, const buffer &potential, int threads) {
+  for (const buffer *x : {&kinetic, &in.q, &in.v})
+    if (!potential.holds<S>() || !x->holds<S>() || !potential.apart_from(*x))
+      return false;
+  return potential.same_leading_shape(kinetic) && run<S>(m, in, kinetic, threads, [&](const ksl::batch_view<S> &batch) {
+    const std::ptrdiff_t first = batch.out.first - kinetic.rows<S>().first;
+    ksl::energy_batch<S>(m, batch, batch.out, {potential.rows<S>().first + first, 1}, 1);
   });
+}
+
+inline bool energy(const ksl::model &m, nb::handle q, nb::handle v, nb::handle kinetic, nb::handle potential, int threads) {
+  const arguments in{m, q, v, nb::none(), nb::none()};
+  const buffer out[] = {{kinetic, use::write, row_shape()}, {potential, use::write, row_shape()}};
+  return energy_in_precision<double>(m, in, out[0], out[1], threads) || energy_in_precision<float>(m, in, out[0], out[1], threads);
 }
 
 } // namespace direct

@@ -23,13 +23,16 @@ template <class S> KSL_EXPORT void forward_dynamics_batch(const model &m, const 
 /// Mass matrices (rows of nv × nv into batch.out) for q.
 template <class S> KSL_EXPORT void mass_matrix_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Poses of a link in the world for q: rows of 16, row-major 4 × 4.
-KSL_EXPORT void frame_pose_batch(const model &m, const batch_view<double> &batch, int link);
+/// Poses of n links in the world (rows of n × 4 × 4 into batch.out, each row-major) for q.
+template <class S>
+KSL_EXPORT void frame_poses_batch(const model &m, const batch_view<S> &batch, int n, const int *links, int threads = 0);
 
-/// Kinetic and potential energy (n each) for q and v.
-KSL_EXPORT void energy_batch(const model &m, const batch_view<double> &batch, double *kinetic, double *potential);
+/// Kinetic and potential energy (rows of one number each) for q and v.
+template <class S>
+KSL_EXPORT void energy_batch(const model &m, const batch_view<S> &batch, const rows_view<S> &kinetic,
+                             const rows_view<S> &potential, int threads = 0);
 
-/// Power (n) of the external wrenches for q and v.
-KSL_EXPORT void external_power_batch(const model &m, const batch_view<double> &batch, double *power);
+/// Power of the external wrenches (rows of one number into batch.out) for q and v.
+template <class S> KSL_EXPORT void external_power_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 } // namespace ksl

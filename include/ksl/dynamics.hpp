@@ -44,6 +44,9 @@ KSL_EXPORT void gravity_torque(const model &m, data &d, const double *q, double 
 /// Pose of a link's frame in the world for q (nq).
 KSL_EXPORT SE3<double> frame_pose(const model &m, data &d, const double *q, int link);
 
+/// Poses of n links in the world into out (n, 4, 4), each row-major, for q (nq).  No allocation.
+KSL_EXPORT void frame_poses(const model &m, data &d, const double *q, int n, const int *links, double *out);
+
 /// Kinetic and potential energy, J; the latter zero with every centroid at the world's origin.
 KSL_EXPORT void energy(const model &m, data &d, const double *q, const double *v, double *kinetic, double *potential);
 

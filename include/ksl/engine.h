@@ -115,6 +115,18 @@ KSL_EXPORT ksl_status_t ksl_forward_dynamics_batchf(const ksl_model_t *model, si
 KSL_EXPORT ksl_status_t ksl_mass_matrix_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
                                                float *M, ptrdiff_t M_stride, int threads);
 
+/** Poses as from ksl_frame_poses, a row of links_n × 4 × 4 a state; energies as from ksl_energy, rows of one number. */
+KSL_EXPORT ksl_status_t ksl_frame_poses_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                              int links_n, const int *links, double *poses, ptrdiff_t poses_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_energy_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                         const double *v, ptrdiff_t v_stride, double *kinetic, ptrdiff_t kinetic_stride,
+                                         double *potential, ptrdiff_t potential_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_frame_poses_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                               int links_n, const int *links, float *poses, ptrdiff_t poses_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_energy_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                          const float *v, ptrdiff_t v_stride, float *kinetic, ptrdiff_t kinetic_stride,
+                                          float *potential, ptrdiff_t potential_stride, int threads);
+
 typedef enum ksl_part_t { KSL_TOTAL, KSL_CONSTRAINT, KSL_ACTUATION } ksl_part_t;
 typedef enum ksl_side_t { KSL_ON_CHILD, KSL_ON_PARENT } ksl_side_t;
 typedef enum ksl_frame_t { KSL_JOINT, KSL_WORLD, KSL_LINK } ksl_frame_t;
@@ -143,6 +155,11 @@ KSL_EXPORT ksl_status_t ksl_reactions(const ksl_model_t *model, ksl_data_t *data
 
 /** Pose of a link's frame in the world for q (nq). */
 KSL_EXPORT ksl_status_t ksl_frame_pose(const ksl_model_t *model, ksl_data_t *data, const double *q, int link, ksl_SE3_t *pose);
+
+/** Poses of n links' frames in the world into poses (n, 4, 4), m, each matrix row-major, for q (nq).  A link may come twice.
+    All n are computed from one walk over the bodies: O(bodies + n). */
+KSL_EXPORT ksl_status_t ksl_frame_poses(const ksl_model_t *model, ksl_data_t *data, const double *q, int n, const int *links,
+                                        double *poses);
 
 /** Kinetic and potential energy, J; the latter zero with every centroid at the world's origin. */
 KSL_EXPORT ksl_status_t ksl_energy(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,

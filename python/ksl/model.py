@@ -111,7 +111,10 @@ class Model:
         self._moving = core.moving_joints
         self._joint_index = {joint.name: i for i, joint in enumerate(self.joints)}
         self._link_index = {link.name: i for i, link in enumerate(self.links)}
+        children = {joint.name: self._link_index[joint.child] for joint in self.joints}
+        self._frame_index = self._link_index | {name: link for name, link in children.items() if name not in self._link_index}
         self._requests: dict[tuple[object, ...], _core.Request] = {}
+        self._link_lists: dict[tuple[str, ...] | str | None, _core.Links] = {}
         self._complete = True
 
     def __setattr__(self, name: str, value: object) -> None:
@@ -216,7 +219,7 @@ class Model:
         their sum.  The split is made in the joint's frame and then moved by the coadjoint (Coscrews page, (7)–(9)).
         """
         request = self._request(on, at, axes, order, part, joints)
-        wrenches = _room(out, v, request.joints, 6)
+        wrenches = _room(out, v, (request.joints, 6))
         if wrenches is not None and self._core.reactions_direct(q, v, a, external, request, wrenches, _thread_count(threads)):
             return wrenches
         states = _States(self, external, q=q, v=v, a=a)
@@ -245,7 +248,7 @@ class Model:
 
         Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2); O(bodies × depth).
         """
-        if (matrix := _room(out, q, self.nv, self.nv)) is not None and self._core.mass_matrix_direct(q, matrix, _thread_count(threads)):
+        if (matrix := _room(out, q, (self.nv, self.nv))) is not None and self._core.mass_matrix_direct(q, matrix, _thread_count(threads)):
             return matrix
         states = _States(self, None, q=q)
         matrix = states.result(out, self.nv, self.nv)
@@ -269,36 +272,56 @@ class Model:
 
         q, external, out, threads: as in :meth:`inverse_dynamics`, of which this is the case v = a = 0.
         """
-        if (tau := _room(out, q, self.nv)) is not None and self._core.inverse_dynamics_direct(q, None, None, external, tau, _thread_count(threads)):
+        if (tau := _room(out, q, (self.nv,))) is not None and self._core.inverse_dynamics_direct(q, None, None, external, tau, _thread_count(threads)):
             return tau
         states = _States(self, external, q=q)
         tau = states.result(out, self.nv)
         self._core.inverse_dynamics(states.rows["q"], None, None, *states.external, states.flat_result(tau, 2), [], [], _thread_count(threads))
         return tau
 
-    def frame_pose(self, q: ArrayLike, name: str) -> Array:
-        """Pose (…, 4, 4) in the world of a link's frame, or of a joint's (the child link's), for q (…, nq)."""
-        if name in self._joint_index and name not in self._link_index:
-            name = self.joints[self._joint_index[name]].child
-        if name in self._link_index and (poses := _room(None, q, 4, 4)) is not None and self._core.frame_pose_direct(q, self._link_index[name], poses):
+    def frame_pose(self, q: ArrayLike, name: str, out: Array | None = None, threads: int | None = None) -> Array:
+        """Pose (…, 4, 4) in the world of a link's frame, or of a joint's (the child link's), for q (…, nq).
+
+        q, out, threads: as in :meth:`inverse_dynamics`.  :meth:`frame_poses` gives several from one walk over the bodies.
+        """
+        link = self._index(self._frame_index, name, "link or joint")
+        if (pose := _room(out, q, (4, 4))) is not None and self._core.frame_pose_direct(q, link, pose, _thread_count(threads)):
+            return pose
+        states = _States(self, None, q=q)
+        pose = states.result(out, 4, 4)
+        self._core.frame_poses(states.rows["q"], _core.Links([link]), pose.reshape(states.count, 1, 4, 4), _thread_count(threads))
+        return pose
+
+    def frame_poses(self, q: ArrayLike, names: Iterable[str] | None = None, out: Array | None = None, threads: int | None = None) -> Array:
+        """Poses (…, names, 4, 4) in the world of links' frames, or of joints' (the child links'), for q (…, nq); m.
+
+        names: in the order wanted; by default all links in the order of `link_names`.
+        q, out, threads: as in :meth:`inverse_dynamics`.  O(bodies + names).
+        """
+        links = self._links_of(names)
+        if (poses := _room(out, q, (links.n, 4, 4))) is not None and self._core.frame_poses_direct(q, links, poses, _thread_count(threads)):
             return poses
-        states = _States(self, None, np.float64, q=q)
-        poses = states.result(None, 4, 4)
-        self._core.frame_pose(states.rows["q"], self._index(self._link_index, name, "link or joint"), states.flat_result(poses, 3))
+        states = _States(self, None, q=q)
+        poses = states.result(out, links.n, 4, 4)
+        self._core.frame_poses(states.rows["q"], links, states.flat_result(poses, 4), _thread_count(threads))
         return poses
 
-    def energy(self, q: ArrayLike, v: ArrayLike) -> tuple[Array, Array]:
+    def energy(self, q: ArrayLike, v: ArrayLike, out: tuple[Array, Array] | None = None, threads: int | None = None) -> tuple[Array, Array]:
         """Kinetic and potential energy, J, each (…), for q (…, nq), v (…, nv).
 
         Potential energy is that of gravity, zero with every centroid at the world's origin.
+        out: two arrays, for the one and for the other.  q, v, threads: as in :meth:`inverse_dynamics`.
         """
-        if type(v) is np.ndarray:
-            kinetic, potential = np.empty(v.shape[:-1]), np.empty(v.shape[:-1])
-            if self._core.energy_direct(q, v, kinetic, potential):
-                return kinetic, potential
-        states = _States(self, None, np.float64, q=q, v=v)
-        kinetic, potential = states.result(None), states.result(None)
-        self._core.energy(states.rows["q"], states.rows["v"], states.flat_result(kinetic, 1), states.flat_result(potential, 1))
+        given = (None, None) if out is None else _two_arrays(out)
+        kinetic, potential = _room(given[0], v, ()), _room(given[1], v, ())
+        if kinetic is not None and potential is not None and self._core.energy_direct(q, v, kinetic, potential, _thread_count(threads)):
+            return kinetic, potential
+        states = _States(self, None, q=q, v=v)
+        kinetic, potential = states.result(given[0]), states.result(given[1])
+        if np.may_share_memory(kinetic, potential):  # exact: both are contiguous
+            raise ValueError("out: kinetic and potential energies overlap; give each memory of its own")
+        energies = states.flat_result(kinetic, 1), states.flat_result(potential, 1)
+        self._core.energy(states.rows["q"], states.rows["v"], *energies, _thread_count(threads))
         return kinetic, potential
 
     def loads(self, time: ArrayLike, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None, **options: Any) -> pyarrow.Table:
@@ -327,13 +350,25 @@ class Model:
         """Σ f · v of the links on which the environment exerts wrenches, W."""
         states = _States(self, external, np.float64, q=q, v=v)
         power = states.result(None)
-        self._core.external_power(states.rows["q"], states.rows["v"], *states.external, states.flat_result(power, 1))
+        self._core.external_power(states.rows["q"], states.rows["v"], *states.external, states.flat_result(power, 1), 0)
         return power
 
     def _index(self, table: Mapping[str, int], name: str, what: str) -> int:
         if name not in table:
             raise ValueError(f"{self.name or self.file}: no {what} named {name!r}; known: {', '.join(table)}")
         return table[name]
+
+    def _links_of(self, names: Iterable[str] | None) -> _core.Links:
+        """What these names in `frame_poses` ask for; kept, since to look them up takes longer than the poses of a state."""
+        key = names if names is None or isinstance(names, (str, tuple)) else tuple(names)
+        links = self._link_lists.get(key)
+        if links is None:
+            wanted = self.link_names if key is None else [key] if isinstance(key, str) else key
+            links = _core.Links([self._index(self._frame_index, name, "link or joint") for name in wanted])
+            if len(self._link_lists) >= REQUESTS_KEPT:  # names that change from call to call
+                self._link_lists.clear()
+            self._link_lists[key] = links
+        return links
 
     def _frame(self, name: str, what: str) -> tuple[_core.Frame, int]:
         if name in ("joint", "world"):
@@ -493,7 +528,7 @@ def _array(x: Any) -> NDArray[Any]:
     return np.from_dlpack(x) if hasattr(x, "__dlpack__") and not hasattr(x, "__array__") else np.asarray(x)
 
 
-def _room(out: Array | None, like: ArrayLike, *shape: int) -> Array | None:
+def _room(out: Array | None, like: ArrayLike, shape: tuple[int, ...] | None = None) -> Array | None:
     """`out`, or an array in the precision of `like`: of its shape, or with its last axis replaced by `shape`.
 
     None where only the long way can tell what fits.
@@ -502,7 +537,13 @@ def _room(out: Array | None, like: ArrayLike, *shape: int) -> Array | None:
         return out if type(out) is np.ndarray else None
     if type(like) is not np.ndarray:
         return None
-    return np.empty(like.shape[:-1] + shape if shape else like.shape, like.dtype)
+    return np.empty(like.shape if shape is None else like.shape[:-1] + shape, like.dtype)
+
+
+def _two_arrays(out: tuple[Array, Array]) -> tuple[Array, Array]:
+    if not isinstance(out, (tuple, list)) or len(out) != 2:
+        raise ValueError(f"out is {type(out).__name__}; expected two arrays, (kinetic, potential)")
+    return out[0], out[1]
 
 
 def _thread_count(threads: int | None) -> int:

@@ -90,36 +90,36 @@ template <class S> void mass_matrix_batch(const model &m, const batch_view<S> &b
   });
 }
 
+template <class S>
+void frame_poses_batch(const model &m, const batch_view<S> &batch, int n, const int *links, int threads) {
+  run(m, batch, threads, [&](const auto &kernels, const auto &view, const batch_view<S> &part, std::size_t, void *memory) {
+    return kernels.frame_poses(view, part, n, links, memory);
+  });
+}
+
+template <class S>
+void energy_batch(const model &m, const batch_view<S> &batch, const rows_view<S> &kinetic, const rows_view<S> &potential,
+                  int threads) {
+  run(m, batch, threads, [&](const auto &kernels, const auto &view, const batch_view<S> &part, std::size_t k, void *memory) {
+    return kernels.energy(view, part, rows_from(kinetic, k), rows_from(potential, k), memory);
+  });
+}
+
+template <class S> void external_power_batch(const model &m, const batch_view<S> &batch, int threads) {
+  run(m, batch, threads, [&](const auto &kernels, const auto &view, const batch_view<S> &part, std::size_t, void *memory) {
+    return kernels.external_power(view, part, memory);
+  });
+}
+
 #define KSL_INSTANTIATE(S)                                                                                             \
   template void inverse_dynamics_batch(const model &, const batch_view<S> &, const std::vector<reaction_rows<S>> &, int); \
   template void forward_dynamics_batch(const model &, const batch_view<S> &, int);                                     \
-  template void mass_matrix_batch(const model &, const batch_view<S> &, int);
+  template void mass_matrix_batch(const model &, const batch_view<S> &, int);                                          \
+  template void frame_poses_batch(const model &, const batch_view<S> &, int, const int *, int);                        \
+  template void energy_batch(const model &, const batch_view<S> &, const rows_view<S> &, const rows_view<S> &, int);   \
+  template void external_power_batch(const model &, const batch_view<S> &, int);
 KSL_INSTANTIATE(double)
 KSL_INSTANTIATE(float)
 #undef KSL_INSTANTIATE
-
-void frame_pose_batch(const model &m, const batch_view<double> &batch, int link) {
-  data d(m);
-  for (std::size_t k = 0; k < batch.n; ++k) {
-    const SE3<double> D = frame_pose(m, d, row(batch.q, k), link);
-    const double rows[16] = {D.R.m00, D.R.m01, D.R.m02, D.t.x, D.R.m10, D.R.m11, D.R.m12, D.t.y,
-                             D.R.m20, D.R.m21, D.R.m22, D.t.z, 0,       0,       0,       1};
-    for (int i = 0; i < 16; ++i)
-      row(batch.out, k)[i] = rows[i];
-  }
-}
-
-void energy_batch(const model &m, const batch_view<double> &batch, double *kinetic, double *potential) {
-  data d(m);
-  for (std::size_t k = 0; k < batch.n; ++k)
-    energy(m, d, row(batch.q, k), row(batch.v, k), kinetic + k, potential + k);
-}
-
-void external_power_batch(const model &m, const batch_view<double> &batch, double *power) {
-  data d(m);
-  for (std::size_t k = 0; k < batch.n; ++k)
-    power[k] = external_power(m, d, row(batch.q, k), row(batch.v, k),
-                              {batch.external_n, batch.external_link, row(batch.external, k)});
-}
 
 } // namespace ksl

@@ -20,6 +20,11 @@ template <class S> void store_rows(const S *in, int columns, int, S *row, std::p
     row[c] = in[c];
 }
 
+template <int columns, class S> KSL_LANES void store_rows(const S *in, int, S *row, std::ptrdiff_t) {
+  for (int c = 0; c < columns; ++c)
+    row[c] = in[c];
+}
+
 /// Cuts arrays for packs out of one piece of memory; without memory it only measures.
 class arena {
 public:
@@ -165,6 +170,40 @@ std::size_t mass_matrix_lanes(const model_view<scalar_of<P>> &model, const batch
       elements_of_mass_matrix(model, w.data, w.q, w.result);
       store_symmetric(w.result, nv, valid, row(batch.out, k), batch.out.stride);
     }
+  });
+}
+
+template <class P>
+std::size_t frame_poses_lanes(const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch, int n,
+                              const int *links, void *memory) {
+  return for_each_block<P>(model, batch, memory, 0, [&](std::size_t k, int valid, const auto &w, const auto &) {
+    forward_kinematics(model, w.data, w.q);
+    scalar_of<P> *out = row(batch.out, k);
+    for (int i = 0; i < n; ++i, out += 16) {
+      P matrix[16]; // stays in registers until it is stored, one row a state
+      write_matrix(link_pose(model, w.data, links[i]), matrix);
+      store_rows<16>(matrix, valid, out, batch.out.stride);
+    }
+  });
+}
+
+template <class P>
+std::size_t energy_lanes(const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch,
+                         const rows_view<scalar_of<P>> &kinetic, const rows_view<scalar_of<P>> &potential, void *memory) {
+  return for_each_block<P>(model, batch, memory, 2, [&](std::size_t k, int valid, const auto &w, const auto &) {
+    load(batch.v, k, model.nv, valid, w.v);
+    energy(model, w.data, w.q, w.v, w.result, w.result + 1);
+    store_rows(w.result, 1, valid, row(kinetic, k), kinetic.stride);
+    store_rows(w.result + 1, 1, valid, row(potential, k), potential.stride);
+  });
+}
+
+template <class P>
+std::size_t external_power_lanes(const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch, void *memory) {
+  return for_each_block<P>(model, batch, memory, 1, [&](std::size_t k, int valid, const auto &w, const auto &external) {
+    load(batch.v, k, model.nv, valid, w.v);
+    *w.result = external_power(model, w.data, w.q, w.v, external);
+    store_rows(w.result, 1, valid, row(batch.out, k), batch.out.stride);
   });
 }
 

@@ -6,6 +6,7 @@ namespace {
 
 using ksl::c_api::guarded;
 using ksl::c_api::require;
+using ksl::c_api::require_links;
 
 /// States and results of one call; null inputs are refused where the algorithm needs them.
 template <class S>
@@ -40,11 +41,29 @@ template <class S> ksl_status_t mass_matrix(const ksl_model_t *m, const ksl::bat
   });
 }
 
+template <class S>
+ksl_status_t frame_poses(const ksl_model_t *m, const ksl::batch_view<S> &b, int n, const int *links, int threads) {
+  return guarded([&] {
+    require(m && (b.n == 0 || (b.q.first && (b.out.first || n == 0))), "model and arrays must not be null");
+    require_links(m, n, links);
+    ksl::frame_poses_batch(m->model, b, n, links, threads);
+  });
+}
+
+template <class S>
+ksl_status_t energy(const ksl_model_t *m, const ksl::batch_view<S> &b, ksl::rows_view<S> kinetic, ksl::rows_view<S> potential,
+                    int threads) {
+  return guarded([&] {
+    require(m && (b.n == 0 || (b.q.first && b.v.first && kinetic.first && potential.first)), "model and arrays must not be null");
+    ksl::energy_batch(m->model, b, kinetic, potential, threads);
+  });
+}
+
 } // namespace
 
 extern "C" {
 
-// The three calls in one precision; `suffix` is that of their names.
+// The calls in one precision; `suffix` is that of their names.
 #define KSL_BATCH_CALLS(S, suffix)                                                                                     \
   ksl_status_t ksl_inverse_dynamics_batch##suffix(const ksl_model_t *m, size_t n, const S *q, ptrdiff_t q_stride,      \
                                                   const S *v, ptrdiff_t v_stride, const S *a, ptrdiff_t a_stride,      \
@@ -59,6 +78,17 @@ extern "C" {
   ksl_status_t ksl_mass_matrix_batch##suffix(const ksl_model_t *m, size_t n, const S *q, ptrdiff_t q_stride, S *M,     \
                                              ptrdiff_t M_stride, int threads) {                                        \
     return mass_matrix(m, view<S>(n, {q, q_stride}, {}, {}, {M, M_stride}), threads);                                  \
+  }                                                                                                                    \
+  ksl_status_t ksl_frame_poses_batch##suffix(const ksl_model_t *m, size_t n, const S *q, ptrdiff_t q_stride,           \
+                                             int links_n, const int *links, S *poses, ptrdiff_t poses_stride,          \
+                                             int threads) {                                                            \
+    return frame_poses(m, view<S>(n, {q, q_stride}, {}, {}, {poses, poses_stride}), links_n, links, threads);          \
+  }                                                                                                                    \
+  ksl_status_t ksl_energy_batch##suffix(const ksl_model_t *m, size_t n, const S *q, ptrdiff_t q_stride, const S *v,    \
+                                        ptrdiff_t v_stride, S *kinetic, ptrdiff_t kinetic_stride, S *potential,        \
+                                        ptrdiff_t potential_stride, int threads) {                                     \
+    return energy<S>(m, view<S>(n, {q, q_stride}, {v, v_stride}, {}, {}), {kinetic, kinetic_stride},                   \
+                     {potential, potential_stride}, threads);                                                          \
   }
 
 KSL_BATCH_CALLS(double, )

@@ -8,6 +8,7 @@ namespace {
 using ksl::c_api::bad_argument;
 using ksl::c_api::guarded;
 using ksl::c_api::require;
+using ksl::c_api::require_links;
 
 void require_finite(const double *x, int n, const char *name) {
   require(x || n == 0, "q, v, a, tau and other arrays must not be null");
@@ -224,6 +225,17 @@ ksl_status_t ksl_frame_pose(const ksl_model_t *m, ksl_data_t *d, const double *q
     require_position(m, q);
     d->holds_wrenches = false;
     *pose = ksl::same_layout<ksl_SE3_t>(ksl::frame_pose(m->model, d->data, q, link));
+  });
+}
+
+ksl_status_t ksl_frame_poses(const ksl_model_t *m, ksl_data_t *d, const double *q, int n, const int *links, double *poses) {
+  return guarded([&] {
+    require_workspace(m, d);
+    require(poses || n == 0, "poses must not be null");
+    require_links(m, n, links);
+    require_position(m, q);
+    d->holds_wrenches = false;
+    ksl::frame_poses(m->model, d->data, q, n, links, poses);
   });
 }
 

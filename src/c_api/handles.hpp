@@ -56,4 +56,11 @@ inline void require(bool condition, const char *sentence) {
     throw bad_argument(sentence);
 }
 
+/// n links of the model by index; n may be 0.
+inline void require_links(const ksl_model_t *m, int n, const int *links) {
+  require(n >= 0 && (links || n == 0), "links must not be null, and their number not negative");
+  for (int k = 0; k < n; ++k)
+    require(links[k] >= 0 && static_cast<std::size_t>(links[k]) < m->model.links().size(), "a link is out of range");
+}
+
 } // namespace ksl::c_api

@@ -51,6 +51,12 @@ SE3<double> frame_pose(const model &m, data &d, const double *q, int link) {
   return link_pose(m.view(), d.view(), link);
 }
 
+void frame_poses(const model &m, data &d, const double *q, int n, const int *links, double *out) {
+  kernels().forward_kinematics(m.view(), d.view(), q);
+  for (int i = 0; i < n; ++i)
+    write_matrix(link_pose(m.view(), d.view(), links[i]), out + 16 * i);
+}
+
 void energy(const model &m, data &d, const double *q, const double *v, double *kinetic, double *potential) {
   kernels().energy(m.view(), d.view(), q, v, kinetic, potential);
 }

@@ -13,6 +13,9 @@ constexpr batch_kernels<scalar_of<P>> batch_of = {
     inverse_dynamics_lanes<P>,
     forward_dynamics_lanes<P>,
     mass_matrix_lanes<P>,
+    external_power_lanes<P>,
+    frame_poses_lanes<P>,
+    energy_lanes<P>,
 };
 
 } // namespace KSL_ISA

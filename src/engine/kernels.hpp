@@ -16,11 +16,23 @@ template <class S>
 using batch_kernel_with_reactions = std::size_t (*)(const model_view<S> &, const batch_view<S> &, int n,
                                                     const reaction_rows<S> *, void *memory);
 
+/// Of n links.
+template <class S>
+using batch_kernel_of_links = std::size_t (*)(const model_view<S> &, const batch_view<S> &, int n, const int *links,
+                                              void *memory);
+
+/// With two results, a number each for a state.
+template <class S>
+using batch_kernel_of_energies = std::size_t (*)(const model_view<S> &, const batch_view<S> &, const rows_view<S> &kinetic,
+                                                 const rows_view<S> &potential, void *memory);
+
 /// States are taken `lanes` at a time.
 template <class S> struct batch_kernels {
   int lanes;
   batch_kernel_with_reactions<S> inverse_dynamics;
-  batch_kernel<S> forward_dynamics, mass_matrix;
+  batch_kernel<S> forward_dynamics, mass_matrix, external_power;
+  batch_kernel_of_links<S> frame_poses;
+  batch_kernel_of_energies<S> energy;
 };
 
 struct kernel_table {

@@ -71,6 +71,10 @@ int main() {
   show("accelerations", nv, [&](std::size_t k) { ksl::forward_dynamics(m, d, &q[k * nq], &v[k * nv], &a[k * nv], one.data()); },
        [&] { ksl::forward_dynamics_batch(m, b, 2); });
   show("masses", nv * nv, [&](std::size_t k) { ksl::mass_matrix(m, d, &q[k * nq], one.data()); }, [&] { ksl::mass_matrix_batch(m, b, 2); });
+  const int links[4] = {11, 3, 0, 7};
+  show("poses", 64, [&](std::size_t k) { ksl::frame_poses(m, d, &q[k * nq], 4, links, one.data()); }, [&] { ksl::frame_poses_batch(m, b, 4, links, 2); });
+  show("energies", 2, [&](std::size_t k) { ksl::energy(m, d, &q[k * nq], &v[k * nv], &one[0], &one[1]); },
+       [&] { ksl::energy_batch<double>(m, b, b.out, {b.out.first + 1, 2}, 2); });
   std::fprintf(stderr, "%s\n", ksl::instruction_set());
 }
 """
@@ -104,5 +108,5 @@ def test_arm_gives_the_same_bits(tmp_path):
     run("g++", *FLAGS, tmp_path / "program.cpp", Path(library).parent / "libksl.a", "-lpugixml", "-pthread", "-o", tmp_path / "here")
     here = run(tmp_path / "here")
     assert arm.stderr.strip() == "neon" and here.stderr.strip() != "neon"
-    assert "differs" not in arm.stdout and "nan" not in arm.stdout and len(arm.stdout.splitlines()) == 9 * (17 + 17 + 17 * 17)
+    assert "differs" not in arm.stdout and "nan" not in arm.stdout and len(arm.stdout.splitlines()) == 9 * (17 + 17 + 17 * 17 + 64 + 2)
     assert arm.stdout == here.stdout

@@ -19,6 +19,8 @@ m = ksl.load("robot.urdf", mimic="independent")
 q = np.zeros(m.nq)
 tau: np.ndarray = m.inverse_dynamics(q, q, [0.0] * m.nv, {"tool": [1.0, 0, 0, 0, 0, 0]}, threads=1)
 held: np.ndarray = m.reactions(q, q, q, on="parent", at=(0, 0, 0.1), part="constraint", joints=m.joint_names)
+kinetic, potential = m.energy(q, q, out=(np.empty(()), np.empty(())))
+poses: np.ndarray = m.frame_poses(q, ["tool"], threads=2)
 moved: np.ndarray = ufuncs.product_CoAdc(ufuncs.poses(m.frame_pose(q, "tool")), held)
 """
 

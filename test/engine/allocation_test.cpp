@@ -60,7 +60,7 @@ TEST_CASE("the algorithms allocate nothing") {
   request.at = request.axes = ksl::wrench_frame::world;
   const double push[6] = {1, 2, 3, 4, 5, 6};
   const ksl::external_wrenches<double> external = {1, &links.back(), push};
-  double kinetic = 0, potential = 0, sum = 0;
+  double kinetic = 0, potential = 0, sum = 0, poses[32];
 
   long before = allocations;
   void *volatile block = std::malloc(100);
@@ -73,6 +73,7 @@ TEST_CASE("the algorithms allocate nothing") {
     ksl::inverse_dynamics(m, d, q.data(), v.data(), a.data(), tau.data(), external);
     ksl::reactions(m, d, request, wrenches.data(), external);
     ksl::energy(m, d, q.data(), v.data(), &kinetic, &potential);
+    ksl::frame_poses(m, d, q.data(), 2, links.data(), poses);
     sum += ksl::external_power(m, d, q.data(), v.data(), external) + ksl::frame_pose(m, d, q.data(), links[0]).t.x;
   }
   CHECK(allocations == before);
@@ -89,7 +90,7 @@ TEST_CASE("the calls of the C interface that compute allocate nothing") {
   REQUIRE(ksl_model_load(KSL_EXAMPLES "/robots/ur5.urdf", nullptr, &m) == KSL_OK);
   REQUIRE(ksl_data_create(m, &d) == KSL_OK);
   const double x[6] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6};
-  double tau[6], wrenches[48], kinetic, potential;
+  double tau[6], wrenches[48], poses[32], kinetic, potential;
   int joints[8];
   for (int i = 0; i < 8; ++i)
     joints[i] = i;
@@ -102,6 +103,7 @@ TEST_CASE("the calls of the C interface that compute allocate nothing") {
     fine &= ksl_reactions(m, d, 8, joints, nullptr, nullptr, wrenches) == KSL_OK;
     fine &= ksl_energy(m, d, x, x, &kinetic, &potential) == KSL_OK;
     fine &= ksl_frame_pose(m, d, x, 3, &pose) == KSL_OK;
+    fine &= ksl_frame_poses(m, d, x, 2, joints, poses) == KSL_OK; // as many links as joints
   }
   CHECK(allocations == before);
   CHECK(fine);

@@ -4,6 +4,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -71,6 +72,47 @@ template <class S> void compare_with_one(const ksl::model &m, std::size_t n) {
   }
 }
 
+/// Not in order; the one that is welded, and one twice.
+const std::vector<int> some_links = {3, 5, 0, 2, 3};
+constexpr int pose_numbers = 5 * 16;
+const int pushed = 3; ///< a link with an external wrench
+
+/// Poses (n, links, 4, 4), kinetic and potential energies and powers of external wrenches (n each) of a batch.
+template <class S> struct positions_and_energies {
+  std::vector<S> poses, kinetic, potential, power;
+  bool operator==(const positions_and_energies &) const = default;
+};
+
+/// Of the states [k, k + n).
+template <class S> positions_and_energies<S> found_in(const ksl::model &m, states<S> &s, std::size_t k, std::size_t n, int threads) {
+  positions_and_energies<S> r;
+  r.kinetic.assign(n, S(-7)), r.potential = r.kinetic;
+  ksl::batch_view<S> b = s.view(m, n, r.poses, pose_numbers);
+  b.q = rows_from(b.q, k), b.v = rows_from(b.v, k);
+  ksl::frame_poses_batch(m, b, static_cast<int>(some_links.size()), some_links.data(), threads);
+  ksl::energy_batch<S>(m, b, {r.kinetic.data(), 1}, {r.potential.data(), 1}, threads);
+  r.power.assign(n, S(-7));
+  b.out = {r.power.data(), 1};
+  b.external_n = 1, b.external_link = &pushed;
+  b.external = b.q; // any six numbers of each state
+  ksl::external_power_batch(m, b, threads);
+  return r;
+}
+
+template <class S> void compare_positions_and_energies_with_one(const ksl::model &m, std::size_t n) {
+  states<S> s(m, n);
+  const positions_and_energies<S> all = found_in(m, s, 0, n, 0);
+  for (std::size_t k = 0; k < n; ++k) {
+    CAPTURE(n);
+    CAPTURE(k);
+    const positions_and_energies<S> one = found_in(m, s, k, 1, 0);
+    CHECK(std::equal(one.poses.begin(), one.poses.end(), all.poses.begin() + static_cast<long>(k) * pose_numbers));
+    CHECK(one.kinetic[0] == all.kinetic[k]);
+    CHECK(one.potential[0] == all.potential[k]);
+    CHECK(one.power[0] == all.power[k]);
+  }
+}
+
 } // namespace
 
 TEST_CASE("any number of states gives the bits of each alone, double and float") {
@@ -78,6 +120,32 @@ TEST_CASE("any number of states gives the bits of each alone, double and float")
   for (std::size_t n = 0; n <= reach; ++n) {
     compare_with_one<double>(m, n);
     compare_with_one<float>(m, n);
+    compare_positions_and_energies_with_one<double>(m, n);
+    compare_positions_and_energies_with_one<float>(m, n);
+  }
+}
+
+TEST_CASE("poses, energies and powers of a batch are those of dynamics.hpp") {
+  const ksl::model m = tree();
+  ksl::data d(m);
+  const std::size_t n = 11, nq = static_cast<std::size_t>(m.nq()), nv = static_cast<std::size_t>(m.nv());
+  states<double> s(m, n);
+  const positions_and_energies<double> all = found_in(m, s, 0, n, 1);
+  for (std::size_t k = 0; k < n; ++k) {
+    const double *q = &s.q[k * nq], *v = &s.v[k * nv], *poses = &all.poses[k * pose_numbers];
+    double alone[pose_numbers], kinetic, potential;
+    ksl::frame_poses(m, d, q, static_cast<int>(some_links.size()), some_links.data(), alone);
+    CHECK(std::equal(alone, alone + pose_numbers, poses));
+    ksl::energy(m, d, q, v, &kinetic, &potential);
+    CHECK(kinetic == all.kinetic[k]);
+    CHECK(potential == all.potential[k]);
+    CHECK(ksl::external_power(m, d, q, v, {1, &pushed, q}) == all.power[k]);
+    for (std::size_t i = 0; i < some_links.size(); ++i) {
+      const ksl::SE3<double> D = ksl::frame_pose(m, d, q, some_links[i]);
+      const double rows[16] = {D.R.m00, D.R.m01, D.R.m02, D.t.x, D.R.m10, D.R.m11, D.R.m12, D.t.y,
+                               D.R.m20, D.R.m21, D.R.m22, D.t.z, 0,       0,       0,       1};
+      CHECK(std::equal(rows, rows + 16, poses + 16 * i));
+    }
   }
 }
 
@@ -91,6 +159,13 @@ TEST_CASE("the number of threads changes nothing") {
     ksl::inverse_dynamics_batch(m, s.view(m, n, shared, m.nv()), {}, threads);
     CHECK(shared == alone);
   }
+  states<float> single(m, n);
+  const auto double_alone = found_in(m, s, 0, n, 1);
+  const auto single_alone = found_in(m, single, 0, n, 1);
+  for (int threads : {0, 2, 3, 7}) {
+    CHECK(found_in(m, s, 0, n, threads) == double_alone);
+    CHECK(found_in(m, single, 0, n, threads) == single_alone);
+  }
 }
 
 TEST_CASE("a NaN poisons its own state only") {
@@ -99,6 +174,7 @@ TEST_CASE("a NaN poisons its own state only") {
   states<double> s(m, n);
   std::vector<double> clean, poisoned;
   ksl::forward_dynamics_batch(m, s.view(m, n, clean, m.nv()));
+  const auto whole = found_in(m, s, 0, n, 1);
   s.q[bad * static_cast<std::size_t>(m.nq())] = NAN;
   ksl::forward_dynamics_batch(m, s.view(m, n, poisoned, m.nv()));
   for (std::size_t k = 0; k < n; ++k)
@@ -108,6 +184,17 @@ TEST_CASE("a NaN poisons its own state only") {
         CHECK(poisoned[at] == clean[at]);
     }
   CHECK(std::isnan(poisoned[bad * static_cast<std::size_t>(m.nv())]));
+
+  const auto spoilt = found_in(m, s, 0, n, 1);
+  for (std::size_t k = 0; k < n; ++k) {
+    const auto row = [&](const auto &r) { return r.poses.begin() + static_cast<long>(k) * pose_numbers; };
+    const bool kept = std::equal(row(spoilt), row(spoilt) + pose_numbers, row(whole));
+    CHECK(kept == (k != bad));
+    CHECK(std::isnan(spoilt.kinetic[k]) == (k == bad));
+    CHECK(std::isnan(spoilt.potential[k]) == (k == bad));
+    CHECK(std::isnan(spoilt.power[k]) == (k == bad));
+    CHECK((spoilt.kinetic[k] == whole.kinetic[k] && spoilt.power[k] == whole.power[k]) == (k != bad));
+  }
 }
 
 TEST_CASE("rows may run backwards and lie apart; nothing is written between them") {
@@ -127,6 +214,35 @@ TEST_CASE("rows may run backwards and lie apart; nothing is written between them
     for (std::size_t i = nv; i < apart; ++i)
       CHECK(row[i] == -7.0);
   }
+}
+
+TEST_CASE("poses and energies too") {
+  const ksl::model m = tree();
+  constexpr std::size_t n = 21, apart = pose_numbers + 5;
+  states<float> s(m, n);
+  const positions_and_energies<float> wanted = found_in(m, s, 0, n, 1);
+  std::vector<float> poses(n * apart, -7.0f), energies(3 * n, -7.0f), unused;
+  ksl::batch_view<float> b = s.view(m, n, unused, 0);
+  b.q = {row(b.q, n - 1), -b.q.stride}, b.v = {row(b.v, n - 1), -b.v.stride};
+  b.out = {poses.data(), apart};
+  ksl::frame_poses_batch(m, b, static_cast<int>(some_links.size()), some_links.data());
+  ksl::energy_batch<float>(m, b, {energies.data() + 3 * (n - 1), -3}, {energies.data() + 1, 3});
+  for (std::size_t k = 0; k < n; ++k) {
+    const float *found = &poses[(n - 1 - k) * apart];
+    CHECK(std::equal(found, found + pose_numbers, &wanted.poses[k * pose_numbers]));
+    CHECK(std::count(found + pose_numbers, found + apart, -7.0f) == apart - pose_numbers);
+    CHECK(energies[3 * k] == wanted.kinetic[k]);
+    CHECK(energies[3 * (n - 1 - k) + 1] == wanted.potential[k]);
+    CHECK(energies[3 * k + 2] == -7.0f);
+  }
+}
+
+TEST_CASE("no links, no poses") {
+  const ksl::model m = tree();
+  states<double> s(m, 3);
+  std::vector<double> untouched;
+  ksl::frame_poses_batch(m, s.view(m, 3, untouched, 1), 0, nullptr);
+  CHECK(untouched == std::vector<double>(3, -7.0));
 }
 
 TEST_CASE("forward dynamics is the inverse of inverse dynamics, and M a + bias = tau") {

@@ -159,6 +159,15 @@ TEST_CASE("frame_pose of a double pendulum") {
   CHECK(D.t.z == Approx(-0.7 * std::cos(0.4)).epsilon(1e-14));
   CHECK(D.R.m00 == Approx(std::cos(0.7)).epsilon(1e-14));
   CHECK(D.R.m02 == Approx(std::sin(0.7)).epsilon(1e-14));
+  const int links[2] = {m.find_link("second"), 0};
+  double poses[32];
+  ksl::frame_poses(m, d, q, 2, links, poses);
+  for (int i = 0; i < 16; ++i) {
+    const double s = std::sin(0.7), c = std::cos(0.7);
+    const double expected[16] = {c, 0, s, -0.7 * std::sin(0.4), 0, 1, 0, 0, -s, 0, c, -0.7 * std::cos(0.4), 0, 0, 0, 1};
+    CHECK(poses[i] == Approx(expected[i]).epsilon(1e-14));
+    CHECK(poses[16 + i] == (i % 5 == 0 ? 1 : 0)); // the root, at the origin
+  }
 }
 
 TEST_CASE("results in place: angular first, on the parent") {

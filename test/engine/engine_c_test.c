@@ -94,6 +94,11 @@ static void test_pendulum(const char *path) {
   ksl_SE3_t pose;
   CHECK(ksl_frame_pose(m, d, &q, hand, &pose) == KSL_OK);
   CHECK(close_to(pose.t.x, -l * sin(q)) && close_to(pose.t.z, -l * cos(q)) && close_to(pose.R.m00, cos(q)));
+  const int two[2] = {hand, 0};
+  double poses[2][4][4];
+  CHECK(ksl_frame_poses(m, d, &q, 2, two, poses[0][0]) == KSL_OK);
+  CHECK(poses[0][0][3] == pose.t.x && poses[0][2][3] == pose.t.z && poses[0][0][2] == pose.R.m02 && poses[0][3][3] == 1);
+  CHECK(poses[1][0][0] == 1 && poses[1][0][3] == 0 && poses[1][3][0] == 0); /* the ceiling */
   double kinetic, potential;
   CHECK(ksl_energy(m, d, &q, &v, &kinetic, &potential) == KSL_OK);
   CHECK(close_to(kinetic, mass * l * l * v * v / 2) && close_to(potential, -mass * g * l * cos(q)));
@@ -153,6 +158,12 @@ static void test_pendulum(const char *path) {
 
   CHECK_REFUSED(ksl_frame_pose(m, d, &q, 3, &pose), KSL_BAD_ARGUMENT, "out of range");
   CHECK_REFUSED(ksl_frame_pose(m, d, &q, 0, NULL), KSL_BAD_ARGUMENT, "null");
+  CHECK_REFUSED(ksl_frame_poses(m, d, &q, 1, &nobody, poses[0][0]), KSL_BAD_ARGUMENT, "out of range");
+  CHECK_REFUSED(ksl_frame_poses(m, d, &q, -1, two, poses[0][0]), KSL_BAD_ARGUMENT, "not negative");
+  CHECK_REFUSED(ksl_frame_poses(m, d, &q, 1, NULL, poses[0][0]), KSL_BAD_ARGUMENT, "null");
+  CHECK_REFUSED(ksl_frame_poses(m, d, &q, 1, two, NULL), KSL_BAD_ARGUMENT, "null");
+  CHECK_REFUSED(ksl_frame_poses(m, d, &nan, 1, two, poses[0][0]), KSL_BAD_ARGUMENT, "q[0]");
+  CHECK(ksl_frame_poses(m, d, &q, 0, NULL, NULL) == KSL_OK);
   CHECK_REFUSED(ksl_energy(m, d, &q, &nan, &kinetic, &potential), KSL_BAD_ARGUMENT, "v[0]");
   CHECK_REFUSED(ksl_energy(m, d, &q, &v, NULL, &potential), KSL_BAD_ARGUMENT, "null");
   CHECK_REFUSED(ksl_data_create(m, NULL), KSL_BAD_ARGUMENT, "null");
@@ -265,6 +276,45 @@ static void test_dynamics(const char *path) {
   ksl_model_free(m);
 }
 
+/* Poses and energies of a batch: the bits of its states, backwards and apart too; near those in single precision. */
+static void test_positions_and_energies(const char *path) {
+  enum { n = 3, nv = 6, links = 2, width = 16 * links };
+  const int wanted[links] = {7, 2};
+  ksl_model_t *m = NULL;
+  ksl_data_t *d = NULL;
+  CHECK(ksl_model_load(path, NULL, &m) == KSL_OK && ksl_data_create(m, &d) == KSL_OK);
+  if (!m || !d)
+    return;
+  double q[n][nv], v[n][nv], poses[n][width + 1], energies[n][2], alone[width], kinetic, potential;
+  float qf[n][nv], vf[n][nv], posesf[n][width], energiesf[n][2];
+  for (int k = 0; k < n; ++k)
+    for (int i = 0; i < nv; ++i)
+      q[k][i] = qf[k][i] = 0.25f * (float)i - (float)k, v[k][i] = vf[k][i] = 0.125f * (float)(k + i);
+  CHECK(ksl_frame_poses_batch(m, n, q[n - 1], -nv, links, wanted, poses[0], width + 1, 0) == KSL_OK);
+  CHECK(ksl_frame_poses_batchf(m, n, qf[0], nv, links, wanted, posesf[0], width, 1) == KSL_OK);
+  CHECK(ksl_energy_batch(m, n, q[0], nv, v[0], nv, energies[0], 2, energies[0] + 1, 2, 0) == KSL_OK);
+  CHECK(ksl_energy_batchf(m, n, qf[0], nv, vf[0], nv, energiesf[0], 2, energiesf[0] + 1, 2, 0) == KSL_OK);
+  for (int k = 0; k < n; ++k) {
+    CHECK(ksl_frame_poses(m, d, q[k], links, wanted, alone) == KSL_OK);
+    CHECK(!memcmp(alone, poses[n - 1 - k], sizeof alone));
+    for (int i = 0; i < width; ++i)
+      CHECK(fabs(posesf[k][i] - alone[i]) < 1e-5);
+    CHECK(ksl_energy(m, d, q[k], v[k], &kinetic, &potential) == KSL_OK);
+    CHECK(energies[k][0] == kinetic && energies[k][1] == potential);
+    CHECK(fabs(energiesf[k][0] - kinetic) < 1e-4 * kinetic + 1e-6 && fabs(energiesf[k][1] - potential) < 1e-3);
+  }
+  const int nobody = ksl_model_links(m);
+  CHECK_REFUSED(ksl_frame_poses_batch(m, n, q[0], nv, 1, &nobody, poses[0], width, 0), KSL_BAD_ARGUMENT, "out of range");
+  CHECK_REFUSED(ksl_frame_poses_batch(m, n, q[0], nv, -1, wanted, poses[0], width, 0), KSL_BAD_ARGUMENT, "not negative");
+  CHECK_REFUSED(ksl_frame_poses_batchf(m, n, NULL, nv, links, wanted, posesf[0], width, 0), KSL_BAD_ARGUMENT, "null");
+  CHECK_REFUSED(ksl_energy_batch(NULL, n, q[0], nv, v[0], nv, energies[0], 2, energies[0] + 1, 2, 0), KSL_BAD_ARGUMENT, "null");
+  CHECK_REFUSED(ksl_energy_batch(m, n, q[0], nv, v[0], nv, energies[0], 2, NULL, 2, 0), KSL_BAD_ARGUMENT, "null");
+  CHECK(ksl_energy_batch(m, 0, NULL, nv, NULL, nv, NULL, 2, NULL, 2, 0) == KSL_OK);
+  CHECK(ksl_frame_poses_batch(m, n, q[0], nv, 0, NULL, NULL, 0, 0) == KSL_OK);
+  ksl_data_free(d);
+  ksl_model_free(m);
+}
+
 /* With KSL_ISA=nonsense in the environment: no exception crosses the interface. */
 static void test_unknown_instruction_set(const char *path) {
   ksl_model_t *m = NULL;
@@ -301,5 +351,6 @@ int main(int argc, char **argv) {
   test_files(argv[2], path);
   test_sample_robot(sample);
   test_dynamics(sample);
+  test_positions_and_energies(sample);
   return failures;
 }

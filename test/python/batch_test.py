@@ -19,7 +19,8 @@ q[:, 3:7] /= np.linalg.norm(q[:, 3:7], axis=1, keepdims=True)
 digest = hashlib.sha256()
 for dtype in (np.float64, np.float32):
     s = [x.astype(dtype) for x in (q, v, a)]
-    for x in (m.inverse_dynamics(*s), m.forward_dynamics(*s), m.mass_matrix(s[0]), m.reactions(*s, part="constraint", axes="world")):
+    efforts = m.inverse_dynamics(*s), m.forward_dynamics(*s), m.mass_matrix(s[0]), m.reactions(*s, part="constraint", axes="world")
+    for x in (*efforts, m.frame_poses(s[0]), *m.energy(*s[:2])):
         digest.update(x.tobytes())
 print(digest.hexdigest())
 """
@@ -60,12 +61,25 @@ def test_single_precision_stays_and_is_near_double(panda, call):
     assert panda.reactions(*double.astype(np.float32)).dtype == np.float32
 
 
+def test_poses_and_energies_in_single_precision_are_near_double(panda):
+    q, v, _ = states(panda, 50)
+    for single, double in (
+        (panda.frame_poses(q.astype(np.float32)), panda.frame_poses(q)),
+        *zip(panda.energy(q.astype(np.float32), v.astype(np.float32)), panda.energy(q, v), strict=True),
+    ):
+        assert single.dtype == np.float32 and double.dtype == np.float64
+        assert np.abs(single - double).max() < 3e-6 * np.abs(double).max()
+    assert panda.energy(q.astype(np.float32), v)[0].dtype == np.float64
+
+
 def test_threads_change_nothing(panda):
     q, v, a = states(panda, 4000)
     alone = panda.inverse_dynamics(q, v, a, threads=1)
     for threads in (2, 3):
         assert np.array_equal(panda.inverse_dynamics(q, v, a, threads=threads), alone)
         assert np.array_equal(panda.forward_dynamics(q, v, a, threads=threads), panda.forward_dynamics(q, v, a, threads=1))
+        assert np.array_equal(panda.frame_poses(q, threads=threads), panda.frame_poses(q, threads=1))
+        assert np.array_equal(panda.energy(q, v, threads=threads), panda.energy(q, v, threads=1))
 
 
 def test_out_is_filled_and_returned(panda):
@@ -76,6 +90,9 @@ def test_out_is_filled_and_returned(panda):
         (panda.forward_dynamics, (q, v, a), (3, 4, 7)),
         (panda.mass_matrix, (q,), (3, 4, 7, 7)),
         (panda.reactions, (q, v, a), (3, 4, 7, 6)),
+        (panda.frame_pose, (q, "panda_link7"), (3, 4, 4, 4)),
+        (panda.frame_poses, (q,), (3, 4, len(panda.links), 4, 4)),
+        (panda.frame_poses, (q, ["panda_link7", "panda_joint1"]), (3, 4, 2, 4, 4)),
     ):
         out = np.full(shape, np.nan)
         assert call(*arguments, out=out) is out

@@ -113,6 +113,8 @@ def test_leading_shapes_come_back(arm, leading):
     assert arm.reactions(q, v, a).shape == (*leading, 2, 6)
     assert arm.reactions(q, v, a, joints=["base", "flange", "slide"]).shape == (*leading, 3, 6)
     assert arm.frame_pose(q, "tool").shape == (*leading, 4, 4)
+    assert arm.frame_poses(q).shape == (*leading, len(arm.links), 4, 4)
+    assert arm.frame_poses(q, []).shape == (*leading, 0, 4, 4)
     kinetic, potential = arm.energy(q, v)
     assert kinetic.shape == potential.shape == leading
 
@@ -125,6 +127,7 @@ def test_no_states_are_no_results(arm, flying, leading):
         assert m.inverse_dynamics(q, v, a, external).shape == (*leading, m.nv)
         assert m.reactions(q, v, a, external).shape == (*leading, len(m.joint_names), 6)
         assert m.frame_pose(q, "tool").shape == (*leading, 4, 4)
+        assert m.frame_poses(q, ["tool", "root"]).shape == (*leading, 2, 4, 4)
         assert m.energy(q, v)[0].shape == leading
 
 
@@ -166,6 +169,8 @@ def test_a_robot_without_moving_joints(robot):
         assert held.shape == (*leading, 1, 6)
         assert held == pytest.approx(np.broadcast_to([0, 0, 2 * 9.81, 0, -0.1 * 2 * 9.81, 0], held.shape))
         assert m.frame_pose(none, "stone").shape == (*leading, 4, 4)
+        assert np.array_equal(m.frame_poses(none), np.broadcast_to(np.eye(4), (*leading, 1, 4, 4)))
+        assert np.array_equal(m.energy(none, none)[0], np.zeros(leading))
 
 
 def test_a_batch_is_its_states_bit_by_bit(flying):
@@ -173,12 +178,13 @@ def test_a_batch_is_its_states_bit_by_bit(flying):
     external = {"tool": np.random.default_rng(1).normal(size=(37, 6))}
     names = [j.name for j in flying.joints]
     tau, held = flying.inverse_dynamics(q, v, a, external), flying.reactions(q, v, a, external, joints=names, axes="world", part="constraint")
-    pose, energy = flying.frame_pose(q, "tool"), np.array(flying.energy(q, v))
+    pose, poses, energy = flying.frame_pose(q, "tool"), flying.frame_poses(q), np.array(flying.energy(q, v))
     for k in range(37):
         one = {"tool": external["tool"][k]}
         assert np.array_equal(tau[k], flying.inverse_dynamics(q[k], v[k], a[k], one))
         assert np.array_equal(held[k], flying.reactions(q[k], v[k], a[k], one, joints=names, axes="world", part="constraint"))
         assert np.array_equal(pose[k], flying.frame_pose(q[k], "tool"))
+        assert np.array_equal(poses[k], flying.frame_poses(q[k]))
         assert np.array_equal(energy[:, k], np.array(flying.energy(q[k], v[k])))
 
 
@@ -297,6 +303,14 @@ def test_frame_pose_by_link_or_joint(arm):
     assert np.array_equal(arm.frame_pose(q, "root"), np.eye(4))
     tool = np.linalg.inv(arm.frame_pose(q, "lower")) @ arm.frame_pose(q, "tool")
     assert tool[:3, 3] == pytest.approx([0, 0, 0.1], abs=1e-15) and tool[:3, 0] == pytest.approx([0, 0, -1], abs=1e-15)
+
+
+def test_poses_of_many_frames_are_those_of_each(arm):
+    q, _, _ = states(arm, 5)
+    assert np.array_equal(arm.frame_poses(q), np.stack([arm.frame_pose(q, name) for name in arm.link_names], axis=1))
+    names = ["tool", "shoulder", "root", "tool"]
+    assert np.array_equal(arm.frame_poses(q, names), np.stack([arm.frame_pose(q, name) for name in names], axis=1))
+    assert np.array_equal(arm.frame_poses(q, "tool"), arm.frame_pose(q, "tool")[:, None])
 
 
 @pytest.mark.parametrize("angle", [1e-300, 1e-8, 0.5, np.pi / 2, 3.0, -100.0, 12345.678, 1e6, -1e6])

@@ -104,16 +104,24 @@ def test_reactions_both_ways(arm, short_only, leading):
     assert np.array_equal(arm.reactions(q, v, a, joints=iter(names)), arm.reactions(q, v, a, joints=names))
 
 
-@pytest.mark.parametrize("leading", [(), (1,), (4, 3)])
-def test_poses_and_energies_both_ways(arm, short_only, leading):
-    q, v, _, _ = states(arm, *leading)
+@pytest.mark.parametrize("leading", [(), (1,), (21,), (4, 3), (3000,)])
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_poses_and_energies_both_ways(arm, short_only, leading, dtype):
+    q, v = (x.astype(dtype) for x in states(arm, *leading)[:2])
     wanted = [*arm.link_names, "panda_joint4"]
-    poses, energies = [arm.frame_pose(q.tolist(), name) for name in wanted], arm.energy(q.tolist(), v.tolist())
+    poses, energies = [arm.frame_pose(memoryview(q), name) for name in wanted], arm.energy(memoryview(q), memoryview(v))
+    several = arm.frame_poses(memoryview(q), wanted)
     short_only()
-    for name, pose in zip(wanted, poses, strict=True):
-        assert np.array_equal(arm.frame_pose(q, name), pose)
-    for found, expected in zip(arm.energy(q, v), energies, strict=True):
-        assert type(found) is np.ndarray and found.shape == leading and np.array_equal(found, expected)
+    for k, (name, pose) in enumerate(zip(wanted, poses, strict=True)):
+        assert np.array_equal(arm.frame_pose(q, name), pose) and np.array_equal(several[..., k, :, :], pose)
+    both_ways = [(arm.frame_poses(q, wanted), several), (arm.frame_poses(q), several[..., :-1, :, :]), *zip(arm.energy(q, v), energies, strict=True)]
+    for found, expected in both_ways:
+        assert type(found) is np.ndarray and found.dtype == dtype == expected.dtype and np.array_equal(found, expected)
+    out, pair = np.full_like(several, np.nan), tuple(np.full_like(x, np.nan) for x in energies)
+    assert arm.frame_poses(q, wanted, out=out, threads=1) is out and np.array_equal(out, several)
+    assert all(x is y for x, y in zip(arm.energy(q, v, out=pair, threads=1), pair, strict=True)) and np.array_equal(pair, energies)
+    pose = np.full_like(poses[0], np.nan)
+    assert arm.frame_pose(q, wanted[-1], out=pose, threads=1) is pose and np.array_equal(pose, poses[-1])
 
 
 def test_kept_requests_don_t_mix(arm):
@@ -223,7 +231,64 @@ def test_poses_and_energies_say_what_is_wrong(arm):
         assert said(lambda: call(bad)) == (ValueError, "q[2, 0] is nan; every number must be finite")
         assert said(lambda: call(q[:, 1:])) == (ValueError, f"q has shape (3, {arm.nq - 1}); expected (…, {arm.nq}): nq numbers for each state")
     assert said(lambda: arm.energy(q, 1.0)) == said(lambda: arm.energy(q, np.array(1.0)))
-    assert "no link or joint named 'absent'; known: " in said(lambda: arm.frame_pose(q, "absent"))[1]
+    for call in (lambda: arm.frame_pose(q, "absent"), lambda: arm.frame_poses(q, ["panda_link3", "absent"]), lambda: arm.frame_poses(q, "absent")):
+        for _ in range(2):
+            kind, sentence = said(call)
+            assert kind is ValueError and "no link or joint named 'absent'; known: " in sentence and "panda_joint3" in sentence
+    assert said(lambda: arm.energy(q, v, out=np.empty((2, 3)))) == (ValueError, "out is ndarray; expected two arrays, (kinetic, potential)")
+    assert said(lambda: arm.energy(q, v, out=(np.empty(3), np.empty(2)))) == (
+        ValueError,
+        "out is float64 (2,); expected a C-contiguous, aligned, writeable float64 array of shape (3,)",
+    )
+    same = np.empty(3)
+    assert said(lambda: arm.energy(q, v, out=(same, same))) == (ValueError, "out: kinetic and potential energies overlap; give each memory of its own")
+    for wrong in (lambda: arm.frame_poses(q, threads=-1), lambda: arm.frame_pose(q, NAMES[0], threads=-1), lambda: arm.energy(q, v, threads=-1)):
+        assert said(wrong)[1].startswith("threads=-1; expected")
+
+
+def test_energies_over_arguments(arm):
+    """They would be written over numbers of other states."""
+    q, v, _, _ = states(arm, 40)
+    for k, name in enumerate("qv"):
+        for place in range(2):
+            given = [q.copy(), v.copy()]
+            out = [np.empty(40), np.empty(40)]
+            out[place] = given[k].reshape(-1)[3:43]
+            assert f"out overlaps {name}" in said(lambda: arm.energy(*given, out=tuple(out)))[1]
+            assert np.array_equal(given[0], q) and np.array_equal(given[1], v)
+
+
+@pytest.mark.parametrize("n", [1, 21, 9000])
+def test_energies_in_place_of_arguments(robot, n):
+    """A state of one joint has as many numbers as its energy."""
+    body = '<inertial><origin xyz="0.3 0 0"/><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    joint = '<joint name="j" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 1 0"/></joint>'
+    m = robot(f'<robot name="r"><link name="a"/><link name="b">{body}</link>{joint}</robot>')
+    q, v = np.random.default_rng(3).normal(size=(2, n, 1))
+    expected = m.energy(q, v)
+    for first, second in (("q", "v"), ("v", "q"), ("q", None), (None, "v")):
+        given = {"q": q.copy(), "v": v.copy()}
+        out = tuple(given[name].reshape(n) if name else np.empty(n) for name in (first, second))
+        found = m.energy(given["q"], given["v"], out=out)
+        assert found[0] is out[0] and found[1] is out[1] and np.array_equal(out, expected)
+    kept = {"q": q.copy(), "v": v.copy()}
+    kept["v"][-1] = np.nan
+    before = kept["q"].copy()
+    with pytest.raises(ValueError, match=r"^v\[\d+, 0\] is nan"):
+        m.energy(kept["q"], kept["v"], out=(kept["q"].reshape(n), np.empty(n)))
+    assert np.array_equal(kept["q"], before)
+
+
+def test_links_that_are_asked_for_are_kept(arm):
+    q = states(arm)[0]
+    names = ["panda_link2"]
+    first = arm.frame_poses(q, names)
+    names[0] = "panda_link5"
+    assert not np.array_equal(arm.frame_poses(q, names), first)
+    for n in range(3 * ksl.model.REQUESTS_KEPT):
+        assert arm.frame_poses(q, names * n).shape == (n, 4, 4)
+        assert len(arm._link_lists) <= ksl.model.REQUESTS_KEPT
+    assert np.array_equal(arm.frame_poses(q, iter(arm.link_names)), arm.frame_poses(q))
 
 
 # time
@@ -234,6 +299,7 @@ def test_one_state_takes_microseconds(arm):
     q, v, a, external = states(arm)
     one = {NAMES[0]: external[NAMES[0]]}
     short = [*calls(arm, q, v, a, one).values(), partial(arm.reactions, q, v, a), partial(arm.energy, q, v), partial(arm.frame_pose, q, NAMES[0])]
+    short += [partial(arm.frame_poses, q), partial(arm.frame_poses, q, NAMES)]
 
     def time(call):
         return min(timeit.repeat(call, number=200, repeat=10))

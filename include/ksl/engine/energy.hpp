@@ -13,10 +13,15 @@ template <class T> void body_twists(const model_view<scalar_of<T>> &model, const
   for (int i = 1; i < model.bodies; ++i) {
     const body<scalar_of<T>> &b = model.body[i];
     by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
-      const SE3<T> D = kept_pose<K>(b, data, i);
+      const auto D = pose_by_turns<K, T>::kept(b, data, i);
       const screw<T> joint = joint_twist<K>(v + b.v_index);
-      A::product_Adinvs(&D, &data.twist[b.parent], &data.twist[i]);
-      A::xpy_ss(&joint, &data.twist[i]);
+      screw<T> twist = data.twist[b.parent];
+      vec3<T> turning; // of the body's origin
+      A::cross_vv(&twist.ang, &D.t, &turning);
+      A::xpy_vv(&turning, &twist.lin);
+      D.to_body(twist.lin, twist.ang);
+      A::xpy_ss(&joint, &twist);
+      data.twist[i] = twist;
     });
   }
 }

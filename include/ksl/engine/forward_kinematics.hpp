@@ -53,5 +53,15 @@ template <class T> inline SE3<T> link_pose(const model_view<scalar_of<T>> &model
   return D;
 }
 
+/// A pose as the matrix that users see: 4 × 4, row-major.
+template <class T> KSL_LANES void write_matrix(const SE3<T> &D, T *out) {
+  const mat3x3<T> &R = D.R;
+  const T zero = T(0), one = T(1);
+  out[0] = R.m00, out[1] = R.m01, out[2] = R.m02, out[3] = D.t.x;
+  out[4] = R.m10, out[5] = R.m11, out[6] = R.m12, out[7] = D.t.y;
+  out[8] = R.m20, out[9] = R.m21, out[10] = R.m22, out[11] = D.t.z;
+  out[12] = out[13] = out[14] = zero, out[15] = one;
+}
+
 } // namespace KSL_ISA
 } // namespace ksl
