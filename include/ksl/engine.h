@@ -153,6 +153,14 @@ KSL_EXPORT ksl_status_t ksl_reactions(const ksl_model_t *model, ksl_data_t *data
                                       const ksl_reaction_options_t *options, const ksl_external_t *external,
                                       double *wrenches);
 
+/** Both at once, which costs less: efforts tau (nv), and the reactions through n joints into wrenches (n, 6), of moving joints
+    and in their own frames written as inverse dynamics finds them.  The same numbers, arguments and refusals as those of
+    the two calls; ksl_reactions may follow. */
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_with_reactions(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                            const double *v, const double *a, const ksl_external_t *external,
+                                                            double *tau, int n, const int *joints,
+                                                            const ksl_reaction_options_t *options, double *wrenches);
+
 /** Pose of a link's frame in the world for q (nq). */
 KSL_EXPORT ksl_status_t ksl_frame_pose(const ksl_model_t *model, ksl_data_t *data, const double *q, int link, ksl_SE3_t *pose);
 

@@ -85,6 +85,15 @@ void require_workspace(const ksl_model_t *m, const ksl_data_t *d) {
   require(d->model == m, "this workspace was made for another model; make one with ksl_data_create for each model");
 }
 
+void require_inverse_dynamics(const ksl_model_t *m, const ksl_data_t *d, const double *q, const double *v, const double *a,
+                              const double *tau) {
+  require_workspace(m, d);
+  require(tau, "tau must not be null");
+  require_position(m, q);
+  require_finite(v, ksl_model_nv(m), "v");
+  require_finite(a, ksl_model_nv(m), "a");
+}
+
 } // namespace
 
 extern "C" {
@@ -147,11 +156,7 @@ const char *ksl_model_unused(const ksl_model_t *m, int i) { return m ? line(m->m
 ksl_status_t ksl_inverse_dynamics(const ksl_model_t *m, ksl_data_t *d, const double *q, const double *v, const double *a,
                                   const ksl_external_t *external, double *tau) {
   return guarded([&] {
-    require_workspace(m, d);
-    require(tau, "tau must not be null");
-    require_position(m, q);
-    require_finite(v, ksl_model_nv(m), "v");
-    require_finite(a, ksl_model_nv(m), "a");
+    require_inverse_dynamics(m, d, q, v, a, tau);
     const ksl::external_wrenches<double> wrenches = external_of(m, external);
     ksl::inverse_dynamics(m->model, d->data, q, v, a, tau, wrenches);
     d->holds_wrenches = true;
@@ -214,6 +219,19 @@ ksl_status_t ksl_reactions(const ksl_model_t *m, ksl_data_t *d, int n, const int
     require(wrenches || n == 0, "wrenches must not be null");
     require(d->holds_wrenches, "ksl_reactions reads what ksl_inverse_dynamics left in the workspace; call that first");
     ksl::reactions(m->model, d->data, request_of(m, d, n, joints, options), wrenches, external_of(m, external));
+  });
+}
+
+ksl_status_t ksl_inverse_dynamics_with_reactions(const ksl_model_t *m, ksl_data_t *d, const double *q, const double *v,
+                                                 const double *a, const ksl_external_t *external, double *tau, int n,
+                                                 const int *joints, const ksl_reaction_options_t *options, double *wrenches) {
+  return guarded([&] {
+    require_inverse_dynamics(m, d, q, v, a, tau);
+    require(wrenches || n == 0, "wrenches must not be null");
+    const ksl::external_wrenches<double> exerted = external_of(m, external);
+    const ksl::reaction_request request = request_of(m, d, n, joints, options);
+    ksl::inverse_dynamics_with_reactions(m->model, d->data, q, v, a, tau, request, wrenches, exerted);
+    d->holds_wrenches = true;
   });
 }
 

@@ -101,6 +101,7 @@ TEST_CASE("the calls of the C interface that compute allocate nothing") {
   for (int k = 0; k < 100; ++k) {
     fine &= ksl_inverse_dynamics(m, d, x, x, x, nullptr, tau) == KSL_OK;
     fine &= ksl_reactions(m, d, 8, joints, nullptr, nullptr, wrenches) == KSL_OK;
+    fine &= ksl_inverse_dynamics_with_reactions(m, d, x, x, x, nullptr, tau, 8, joints, nullptr, wrenches) == KSL_OK;
     fine &= ksl_energy(m, d, x, x, &kinetic, &potential) == KSL_OK;
     fine &= ksl_frame_pose(m, d, x, 3, &pose) == KSL_OK;
     fine &= ksl_frame_poses(m, d, x, 2, joints, poses) == KSL_OK; // as many links as joints

@@ -62,6 +62,12 @@ static void test_pendulum(const char *path) {
   for (int i = 6; i < 12; ++i)
     CHECK(w[i] == 0); /* nothing hangs on the weld */
 
+  double tau_too, w_too[18];
+  CHECK(ksl_inverse_dynamics_with_reactions(m, d, &q, &v, &a, NULL, &tau_too, 3, joints, NULL, w_too) == KSL_OK);
+  CHECK(tau_too == tau && memcmp(w_too, w, sizeof w) == 0);
+  CHECK_REFUSED(ksl_inverse_dynamics_with_reactions(m, d, &q, &v, &a, NULL, &tau_too, 3, joints, NULL, NULL),
+                KSL_BAD_ARGUMENT, "wrenches must not be null");
+
   ksl_reaction_options_t how = {0};
   how.part = KSL_CONSTRAINT;
   how.on = KSL_ON_PARENT;
