@@ -47,17 +47,21 @@ int count_poses(const ksl::model &m) {
   });
 }
 
+int count_sines(const ksl::model &m) {
+  return count(m, [](const auto &view, const auto &batch, void *memory) {
+    return ksl::for_each_block<counting>(view, batch, memory, 0, [&](std::size_t, int, const auto &w, const auto &) {
+      ksl::sines_and_cosines(view, w.data, w.q);
+    });
+  });
+}
+
 void print(const char *name, const ksl::model &m) {
   const auto rnea = [](const auto &view, const auto &batch, void *memory) {
     return ksl::inverse_dynamics_lanes<counting>(view, batch, 0, nullptr, memory);
   };
-  counting sine, cosine;
-  counting::reset();
-  ksl::sine_cosine(counting(0.5), sine, cosine);
-  const int trigonometry = counting::flops * m.nq();
   std::printf("\"%s\": {\"rnea\": %d, \"aba\": %d, \"crba\": %d, \"fk\": %d, \"sines_and_cosines\": %d}", name,
               count(m, rnea), count(m, ksl::forward_dynamics_lanes<counting>),
-              count(m, ksl::mass_matrix_lanes<counting>), count_poses(m), trigonometry);
+              count(m, ksl::mass_matrix_lanes<counting>), count_poses(m), count_sines(m));
 }
 
 } // namespace

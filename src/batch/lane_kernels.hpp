@@ -110,7 +110,8 @@ std::size_t inverse_dynamics_lanes(const model_view<scalar_of<P>> &model, const 
   int most = 0;
   for (int r = 0; r < n; ++r)
     most = most > 6 * wanted[r].request.n ? most : 6 * wanted[r].request.n;
-  return for_each_block<P>(model, batch, memory, model.nv + most, [&](std::size_t k, int valid, const auto &w, const auto &external) {
+  const int results = model.nv + most;
+  return for_each_block<P>(model, batch, memory, results, [&](std::size_t k, int valid, const auto &w, const auto &external) {
     load(batch.v, k, model.nv, valid, w.v);
     load(batch.a, k, model.nv, valid, w.a);
     P *const found = w.result + model.nv;

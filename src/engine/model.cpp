@@ -4,6 +4,7 @@
 
 #include "ksl/engine/mass_matrix.hpp"
 
+#include "engine/canonical_axes.hpp"
 #include "load/check.hpp"
 
 #include <algorithm>
@@ -15,9 +16,6 @@ namespace {
 
 using A = algebra<double>;
 
-constexpr SE3<double> identity = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}};
-constexpr plane_turn<double> none = {0, 1};
-
 /// A rotation whose third column is the unit vector z.  Exact for the six coordinate directions.
 mat3x3<double> frame_with_z(const vec3<double> &z) {
   // x is the coordinate axis after the one that z is closest to, made orthogonal to z
@@ -28,40 +26,6 @@ mat3x3<double> frame_with_z(const vec3<double> &z) {
   A::vec3_normalize(&x);
   A::cross_vv(&z, &x, &y);
   return {x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z};
-}
-
-/// Exactly: a turn of 1e-9 leaves ones on the diagonal.
-bool is_identity(const SE3<double> &D) {
-  const mat3x3<double> &R = D.R;
-  const bool zero = R.m01 == 0 && R.m02 == 0 && R.m12 == 0 && R.m10 == 0 && R.m20 == 0 && R.m21 == 0;
-  return zero && R.m00 == 1 && R.m11 == 1 && R.m22 == 1 && D.t.x == 0 && D.t.y == 0 && D.t.z == 0;
-}
-
-bool has_axis(joint_kind kind) {
-  return kind == joint_kind::revolute || kind == joint_kind::continuous || kind == joint_kind::prismatic;
-}
-
-/// Sine of the angle between z and the axis of a joint on a body.
-double sine_to_axis(const mat3x3<double> &joint) { return std::hypot(joint.m02, joint.m12); }
-
-/// Less than rounding leaves of a right angle or of none.
-constexpr double negligible = 4 * std::numeric_limits<double>::epsilon();
-
-/// By which turn about z, a quarter at most, the axis of a joint comes to lie in the plane of y and z.
-plane_turn<double> turn_to_axis(const mat3x3<double> &joint) {
-  const double sine = sine_to_axis(joint);
-  if (sine < negligible)
-    return none;
-  const double sign = joint.m12 > 0 || (joint.m12 == 0 && joint.m02 < 0) ? -1 : 1;
-  return {sign * joint.m02 / sine, -sign * joint.m12 / sine};
-}
-
-/// D = Rz(turn) D.
-void turn_pose(const plane_turn<double> &turn, SE3<double> &D) {
-  double dc[2] = {turn.sine, turn.cosine};
-  SE3<double> about_z = identity;
-  A::product_drdrz(&about_z.R, dc, &about_z.R);
-  A::product_dd(&about_z, &D, &D);
 }
 
 /// Adds a point mass to a link's inertia.
@@ -105,7 +69,7 @@ private:
   }
 
   void add_ground() {
-    m_.double_.bodies.push_back({joint_kind::fixed, -1, 0, 0, 0, -1, identity, none, none, none, true, {}});
+    m_.double_.bodies.push_back({joint_kind::fixed, -1, 0, 0, 0, 0, -1, identity, no_turn, no_turn, no_turn, true, {}});
   }
 
   bool names_joint(const std::string &name) const {
@@ -170,12 +134,19 @@ private:
 
     row.link = static_cast<int>(m_.double_.links.size());
     m_.double_.bodies.push_back(
-        {row.kind, parent_body, m_.nq_, m_.nv_, m_.nv_, row.link, placement, none, none, none, true, {}});
+        {row.kind, parent_body, m_.nq_, m_.nv_, m_.nv_, chain_to(row.kind, parent_body), row.link, placement, no_turn, no_turn, no_turn, true, {}});
     m_.nq_ += row_of(row.kind).nq;
     m_.nv_ += row_of(row.kind).nv;
     m_.joints_.push_back(std::move(row));
     add_welded_link(description_link, parent, pose, static_cast<int>(m_.double_.bodies.size()) - 1);
     m_.double_.links.back().first = true;
+  }
+
+  /// Where the chain of bodies begins that a new one on this parent ends.
+  int chain_to(joint_kind kind, int parent) const {
+    const auto &bodies = m_.double_.bodies;
+    const int added = static_cast<int>(bodies.size());
+    return turns(kind) && parent == added - 1 && turns(bodies.back().kind) ? bodies.back().chain : added;
   }
 
   void add_welded_link(int description_link, int parent, const SE3<double> &pose, int body) {
@@ -204,7 +175,7 @@ private:
     }
     m_.double_.gravity = {options_.gravity[0], options_.gravity[1], options_.gravity[2]};
     close_subtrees();
-    choose_axes();
+    choose_canonical_axes(m_.double_.bodies, m_.double_.links);
     round_to_single();
     lay_side_by_side(m_.double_);
     lay_side_by_side(m_.single_);
@@ -226,71 +197,10 @@ private:
     }
   }
 
-  /// Turns every canonical frame about its z axis, and takes the placements of joints apart into turns.
-  void choose_axes() {
-    std::vector<body<double>> &bodies = m_.double_.bodies;
-    std::vector<plane_turn<double>> chosen(bodies.size(), none);
-    for (std::size_t i = bodies.size(); i-- > 1;) { // of several joints on a body the first one decides
-      const body<double> &b = bodies[i];
-      const auto parent = static_cast<std::size_t>(b.parent);
-      if (has_axis(b.kind) && has_axis(bodies[parent].kind) && sine_to_axis(b.placement.R) >= negligible)
-        chosen[parent] = turn_to_axis(b.placement.R);
-    }
-    for (link<double> &l : m_.double_.links)
-      turn_link(chosen[static_cast<std::size_t>(l.body)], l);
-    for (std::size_t i = 1; i < bodies.size(); ++i) {
-      body<double> &b = bodies[i];
-      turn_pose(inverse(chosen[static_cast<std::size_t>(b.parent)]), b.placement);
-      if (has_axis(b.kind))
-        take_apart(b, chosen[i]);
-      turn_inertia(chosen[i], b.inertia);
-    }
-  }
-
-  static void turn_inertia(const plane_turn<double> &turn, spatial_inertia<double> &I) {
-    SE3<double> back = identity;
-    turn_pose(inverse(turn), back);
-    if (!is_identity(back))
-      A::spatial_inertia_transformed(&I, &back, &I);
-  }
-
-  static void turn_link(const plane_turn<double> &turn, link<double> &l) {
-    turn_pose(inverse(turn), l.pose);
-    turn_inertia(turn, l.inertia);
-    const double R[3][3] = {{l.pose.R.m00, l.pose.R.m01, l.pose.R.m02},
-                            {l.pose.R.m10, l.pose.R.m11, l.pose.R.m12},
-                            {l.pose.R.m20, l.pose.R.m21, l.pose.R.m22}};
-    for (int z = 0; z < 3; ++z) {
-      if (!l.first || R[0][z] != 0 || R[1][z] != 0)
-        continue;
-      const int x = (z + 1) % 3, y = (z + 2) % 3;
-      l.along_axis = true;
-      l.turn = {{-R[1][x], R[0][x]}, R[2][z], {x, y, z}};
-    }
-  }
-
-  /// placement = Rz(before) Rx(lean) Rz(…) of a joint, whose body's frame is turned by `chosen` against the joint's.
-  static void take_apart(body<double> &b, const plane_turn<double> &chosen) {
-    mat3x3<double> &R = b.placement.R, rest = R;
-    b.before = turn_to_axis(R);
-    b.straight = std::fabs(b.before.sine) * sine_to_axis(R) < negligible;
-    if (b.straight)
-      b.before = none;
-    vec3<double> axis = {R.m02, R.m12, R.m22};
-    turn_back_z(b.before, axis);
-    const double length = std::hypot(axis.y, axis.z);
-    b.lean = {-axis.y / length, axis.z / length};
-    double before[2] = {b.before.sine, b.before.cosine}, lean[2] = {b.lean.sine, b.lean.cosine};
-    A::product_drdrz(&identity.R, before, &R);
-    A::product_drdrx(&R, lean, &R);
-    A::product_drinvdr(&R, &rest, &rest);
-    b.after = product(plane_turn<double>{rest.m10, rest.m00}, chosen);
-  }
-
   void round_to_single() {
     const auto &d = m_.double_;
     for (const body<double> &b : d.bodies)
-      m_.single_.bodies.push_back({b.kind, b.parent, b.q_index, b.v_index, b.v_end, b.link, spread<float>(b.placement),
+      m_.single_.bodies.push_back({b.kind, b.parent, b.q_index, b.v_index, b.v_end, b.chain, b.link, spread<float>(b.placement),
                                    spread<float>(b.before), spread<float>(b.lean), spread<float>(b.after), b.straight,
                                    spread<float>(b.inertia)});
     for (const link<double> &l : d.links)

@@ -42,7 +42,7 @@ template <class T> struct arrays {
         after_cosine(m.after_cosine, m.after_cosine + ksl::room_for_angles(m.nq)), in_parent(m.bodies), in_world(m.bodies), twist(m.bodies), wrenches(m.links) {
     for (int i = 0; i < m.bodies; ++i) {
       const ksl::body<double> &b = m.body[i];
-      bodies.push_back({b.kind, b.parent, b.q_index, b.v_index, b.v_end, b.link, to<T>(b.placement), to<T>(b.before),
+      bodies.push_back({b.kind, b.parent, b.q_index, b.v_index, b.v_end, b.chain, b.link, to<T>(b.placement), to<T>(b.before),
                         to<T>(b.lean), to<T>(b.after), b.straight, to<T>(b.inertia)});
       ksl::body_at<T>(i).put(bodies.back().inertia, inertia.data());
     }

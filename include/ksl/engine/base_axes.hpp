@@ -24,7 +24,7 @@ template <class S> KSL_LANES bool has_children(const body<S> &b) { return b.v_en
 template <joint_kind K, class T>
 KSL_LANES vec3<T> place_by(const model_view<scalar_of<T>> &model, const data_view<T> &data, int i, const T *q, mat3x3<T> &R) {
   const body<scalar_of<T>> &b = model.body[i];
-  const auto D = pose_by_turns<K, T>::at(b, data, i, q);
+  const auto D = pose_in_parent<K, T>::at(b, data, i, q);
   vec3<T> offset = {T(0), T(0), T(0)};
   if (K != joint_kind::floating || !is_base(b)) { // the axes of what floats on the ground are those of the base
     algebra<T>::product_drv(&R, &D.t, &offset);
@@ -52,9 +52,11 @@ KSL_LANES vec3<T> place(const model_view<scalar_of<T>> &model, const data_view<T
   return data.offset[i];
 }
 
-/// Axes of all bodies in those of the base, then, as for_bodies does it, one(i, offset from the parent's origin) and lanes(k).
+/// Axes of all bodies in those of the base, then, as for_bodies does it, one(i, offset from the parent's origin) and
+/// lanes(k).
 template <class T, class One, class Lanes>
-KSL_LANES void express_in_base(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, One one, Lanes lanes) {
+KSL_LANES void express_in_base(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, One one,
+                               Lanes lanes) {
   const T o = T(0), l = T(1);
   mat3x3<T> last = {l, o, o, o, l, o, o, o, l};
   sines_and_cosines(model, data, q);

@@ -1,14 +1,12 @@
 // KSL: arrays over bodies, laid out so that the bodies of one state can be computed in lanes.
 //
-// Much of an algorithm waits for no other body: a pose turned by its joint, an inertia turned to other axes.  Where the
+// Much of an algorithm waits for no other body: an inertia turned to other axes, Newton's and Euler's laws.  Where the
 // scalar is a plain number, the lanes of a register take as many bodies; where it is a pack of states, or a scalar of
 // somebody's own, the bodies come one after the other.  The numbers are the same to the bit.
 #pragma once
 
 #include "ksl/engine/data.hpp"
 #include "ksl/engine/spread.hpp"
-
-#include <type_traits>
 
 namespace ksl {
 inline namespace KSL_ISA {
@@ -107,10 +105,9 @@ public:
   }
 
 private:
-  struct none {};
   T *array_;
   int i_;
-  std::conditional_t<plain<T>, V<T>, none> copy_;
+  V<T> copy_; ///< of plain numbers only
 };
 
 /// Two steps for n bodies, parents first: one(i) for all but the ground, which may read what both left of the parent, then

@@ -27,13 +27,14 @@ template <class T> struct joint_axis { vec3<T> z, origin; };
 /// Arrays over bodies, coordinates or links; each algorithm says which of them it leaves filled.  Those of numbers hold
 /// what is named, in the order of body_lanes.hpp.
 template <class T> struct data_view {
-  SE3<T> *in_parent;            ///< pose of each body in the parent's frame, what its joint moves of it: as kept_pose reads it
+  SE3<T> *in_parent;            ///< pose of each body in its parent, what its joint moves of it: as kept_pose reads it
   SE3<T> *in_world;             ///< pose of each body
   T *sine, *cosine;             ///< of the joints' turns, body.after included; room_for_angles(nq), used where q holds angles
   T *motion;                    ///< body_motion of each body
   T *wrench;                    ///< coscrew of each body
   T *rotation;                  ///< mat3x3 of each body: its axes in those of the base
-  T *inertia;                   ///< articulated_inertia of each body in the axes of the base, or spatial_inertia of what hangs on it, in its own
+  T *inertia;                   ///< articulated_inertia of each body in the axes of the base, or spatial_inertia of what
+                                ///< hangs on it in its own
   vec3<T> *offset;              ///< from the parent's origin to that of each body, in the axes of the base
   joint_axis<T> *axis;          ///< of each body's joint, in the frame of the base
   screw<T> *twist;              ///< of each body, in its frame

@@ -13,7 +13,7 @@ template <class T> void body_twists(const model_view<scalar_of<T>> &model, const
   for (int i = 1; i < model.bodies; ++i) {
     const body<scalar_of<T>> &b = model.body[i];
     by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
-      const auto D = pose_by_turns<K, T>::kept(b, data, i);
+      const auto D = pose_in_parent<K, T>::kept(b, data, i);
       const screw<T> joint = joint_twist<K>(v + b.v_index);
       screw<T> twist = data.twist[b.parent];
       vec3<T> turning; // of the body's origin

@@ -53,7 +53,8 @@ template <joint_kind K, class T> KSL_LANES coscrew<T> column_along(const vec3<T>
 }
 
 /// Adds the motion of joint i with no acceleration of its own, in the axes of the base.
-template <joint_kind K, class T> KSL_LANES void add_steady_motion(const data_view<T> &data, int i, const T *v, body_motion<T> &m) {
+template <joint_kind K, class T>
+KSL_LANES void add_steady_motion(const data_view<T> &data, int i, const T *v, body_motion<T> &m) {
   using A = algebra<T>;
   const vec3<T> z = axis_of(data, i);
   vec3<T> coupling;
@@ -114,7 +115,7 @@ void start_articulated(const model_view<scalar_of<T>> &model, const data_view<T>
 }
 
 /// sum += what stays of A beyond a joint, A − U D⁻¹ Uᵀ, moved by t (articulated_inertia_downdated, _translated, _added).
-/// A row of H after the other, so that a processor's registers hold what is needed at a time.  192 flops.
+/// A row of H after the other, so that a processor's registers hold what is needed at a time.  147 flops.
 template <class T>
 KSL_LANES void add_beyond_joint(const articulated_inertia<T> &A, const coscrew<T> &U, const T &inverse, const vec3<T> &t,
                                 articulated_inertia<T> &sum) {
@@ -203,7 +204,7 @@ KSL_LANES void accelerate(const data_view<T> &data, int i, const screw<T> &paren
 }
 
 /// Accelerations dv (nv) for positions q (nq), velocities v (nv) and joint efforts tau (nv) under gravity and external
-/// wrenches.  O(bodies), about 570 flops for each.
+/// wrenches.  O(bodies), about 590 flops for each.
 ///
 /// The motion that the mechanism would have if no joint accelerated is found first, as inverse dynamics finds it; what
 /// remains is linear: the gain of each body over that motion, with no velocities in it.
@@ -212,7 +213,9 @@ void forward_dynamics(const model_view<scalar_of<T>> &model, const data_view<T> 
                       const T *tau, const external_wrenches<T> &external, T *dv) {
   start_articulated(model, data, q, v, external);
   for (int i = model.bodies - 1; i > 0; --i)
-    by_kind(model.body[i].kind, [&]<joint_kind K>() KSL_INLINED { pass_to_parent<K>(model.body[i], data, i, tau + model.body[i].v_index); });
+    by_kind(model.body[i].kind, [&]<joint_kind K>() KSL_INLINED {
+      pass_to_parent<K>(model.body[i], data, i, tau + model.body[i].v_index);
+    });
 
   data.articulated[0].gain = {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
   for (int i = 1; i < model.bodies; ++i) {

@@ -26,14 +26,14 @@ template <class T> void forward_kinematics(const model_view<scalar_of<T>> &model
     if (turns(b.kind)) {
       if (b.parent != i - 1)
         last = data.in_world[b.parent];
-      const auto D = pose_by_turns<joint_kind::revolute, T>::at(b, data, i, q);
+      const auto D = pose_in_parent<joint_kind::revolute, T>::at(b, data, i, q);
       algebra<T>::product_dv(&last, &D.t, &last.t);
       D.turn_axes(last.R);
       data.in_world[i] = last;
     } else { // through memory, so that the way above has its registers
       by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
         const SE3<T> parent = data.in_world[b.parent];
-        const auto D = pose_by_turns<K, T>::at(b, data, i, q);
+        const auto D = pose_in_parent<K, T>::at(b, data, i, q);
         SE3<T> pose = parent;
         algebra<T>::product_dv(&parent, &D.t, &pose.t);
         D.turn_axes(pose.R);

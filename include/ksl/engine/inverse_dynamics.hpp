@@ -11,17 +11,23 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// The accelerations of a body's points, relative to its origin: of the one at r, A r = ω̇ × r + ω × (ω × r).  15 flops.
-template <class T> KSL_LANES mat3x3<T> acceleration_field(const body_motion<T> &m) {
-  const vec3<T> &w = m.angular_velocity, &dw = m.angular_acceleration;
-  const T xx = w.x * w.x, yy = w.y * w.y, zz = w.z * w.z, xy = w.x * w.y, yz = w.y * w.z, zx = w.z * w.x;
-  return {-(yy + zz), xy + dw.z, zx - dw.y, xy - dw.z, -(zz + xx), yz + dw.x, zx + dw.y, yz - dw.x, -(xx + yy)};
+/// Products of the components of an angular velocity.
+template <class T> struct rate_products { T xx, yy, zz, yz, zx, xy; };
+template <class T> KSL_LANES rate_products<T> products_of(const vec3<T> &w) {
+  return {w.x * w.x, w.y * w.y, w.z * w.z, w.y * w.z, w.z * w.x, w.x * w.y};
+}
+
+/// The accelerations of a body's points, relative to its origin: of the one at r, A r = ω̇ × r + ω × (ω × r).  15 flops with
+/// the products.
+template <class T> KSL_LANES mat3x3<T> acceleration_field(const rate_products<T> &p, const vec3<T> &dw) {
+  return {-(p.yy + p.zz), p.xy + dw.z,    p.zx - dw.y, p.xy - dw.z,    -(p.zz + p.xx),
+          p.yz + dw.x,    p.zx + dw.y, p.yz - dw.x, -(p.xx + p.yy)};
 }
 
 /// Acceleration of a point fixed at r in a body.  33 flops.
 template <class T> KSL_LANES vec3<T> acceleration_at(const body_motion<T> &m, const vec3<T> &r) {
   using A = algebra<T>;
-  const mat3x3<T> field = acceleration_field(m);
+  const mat3x3<T> field = acceleration_field(products_of(m.angular_velocity), m.angular_acceleration);
   vec3<T> a;
   A::product_drv(&field, &r, &a);
   A::xpy_vv(&m.acceleration, &a);
@@ -29,22 +35,22 @@ template <class T> KSL_LANES vec3<T> acceleration_at(const body_motion<T> &m, co
 }
 
 /// The wrench that gives a body its motion, about its frame's origin (Newton, Euler; h = mass × centroid):
-/// f = m a + A h,  τ = ∫ r × A r dm + h × a, A the field of accelerations.  84 flops.
+/// f = m a + A h,  τ = ∫ r × A r dm + h × a, A the field of accelerations.  81 flops.
 template <class T>
 KSL_LANES coscrew<T> newton_euler(const spatial_inertia<T> &I, const body_motion<T> &m) {
   using A = algebra<T>;
-  const vec3<T> &w = m.angular_velocity, &dw = m.angular_acceleration, &a = m.acceleration;
-  const mat3x3<T> F = acceleration_field(m);
+  const vec3<T> &dw = m.angular_acceleration, &a = m.acceleration;
+  const rate_products<T> p = products_of(m.angular_velocity);
+  const mat3x3<T> F = acceleration_field(p, dw);
   vec3<T> ma, ha;
   coscrew<T> f;
   A::product_av(I.m, &a, &ma);
   A::product_drv(&F, &I.h, &f.lin);
   A::xpy_vv(&ma, &f.lin);
   // I ω̇ + ω × I ω, with what A has of it
-  const T xx = w.x * w.x, yy = w.y * w.y, zz = w.z * w.z;
-  f.ang.x = I.Ixx * dw.x + (I.Izz - I.Iyy) * (w.y * w.z) + (I.Iyz * (yy - zz) + (I.Izx * F.m10 - I.Ixy * F.m20));
-  f.ang.y = I.Iyy * dw.y + (I.Ixx - I.Izz) * (w.z * w.x) + (I.Izx * (zz - xx) + (I.Ixy * F.m21 - I.Iyz * F.m01));
-  f.ang.z = I.Izz * dw.z + (I.Iyy - I.Ixx) * (w.x * w.y) + (I.Ixy * (xx - yy) + (I.Iyz * F.m02 - I.Izx * F.m12));
+  f.ang.x = I.Ixx * dw.x + (I.Izz - I.Iyy) * p.yz + (I.Iyz * (p.yy - p.zz) + (I.Izx * F.m10 - I.Ixy * F.m20));
+  f.ang.y = I.Iyy * dw.y + (I.Ixx - I.Izz) * p.zx + (I.Izx * (p.zz - p.xx) + (I.Ixy * F.m21 - I.Iyz * F.m01));
+  f.ang.z = I.Izz * dw.z + (I.Iyy - I.Ixx) * p.xy + (I.Ixy * (p.xx - p.yy) + (I.Iyz * F.m02 - I.Izx * F.m12));
   A::cross_vv(&I.h, &a, &ha);
   A::xpy_vv(&ha, &f.ang);
   return f;
@@ -126,7 +132,7 @@ KSL_LANES void inverse_dynamics(const model_view<scalar_of<T>> &model, const dat
   const auto move = [&](int i) KSL_INLINED {
     const body<scalar_of<T>> &b = model.body[i];
     by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
-      const auto D = pose_by_turns<K, T>::at(b, data, i, q);
+      const auto D = pose_in_parent<K, T>::at(b, data, i, q);
       body_motion<T> m = body_at<T>(b.parent).template get<body_motion>(data.motion);
       m.acceleration = acceleration_at(m, D.t);
       D.to_body(m.angular_velocity, m.angular_acceleration, m.acceleration);
@@ -143,7 +149,7 @@ KSL_LANES void inverse_dynamics(const model_view<scalar_of<T>> &model, const dat
   for (int i = model.bodies - 1; i > 0; --i) {
     const body<scalar_of<T>> &b = model.body[i];
     by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
-      const auto D = pose_by_turns<K, T>::kept(b, data, i);
+      const auto D = pose_in_parent<K, T>::kept(b, data, i);
       coscrew<T> f = body_at<T>(i).template get<coscrew>(data.wrench);
       joint_effort<K>(f, tau + b.v_index);
       receive(i, K, f);

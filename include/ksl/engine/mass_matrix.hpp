@@ -52,40 +52,48 @@ template <class T> KSL_LANES vec3<T> moment_about(const vec3<T> &point, const un
   return moment;
 }
 
-/// What joint j feels of a momentum: the elements of its rows.
-template <joint_kind K, class T>
-KSL_LANES void put_share(const body<scalar_of<T>> &b, const data_view<T> &data, index j, const unit_momentum<T> &u, index nv,
-                         index column, T *M) {
+/// What a joint that turns feels of a momentum.
+template <class T> KSL_LANES T share_of_turn(const joint_axis<T> &axis, const unit_momentum<T> &u) {
+  const vec3<T> moment = moment_about(axis.origin, u);
+  return algebra<T>::dot_vv(&axis.z, &moment);
+}
+
+/// What joint j, which is free, feels of a momentum: along and about its body's axes.
+template <class T>
+KSL_LANES void put_shares_of_free(const body<scalar_of<T>> &b, const data_view<T> &data, index j, const unit_momentum<T> &u,
+                                  index nv, index column, T *M) {
   using A = algebra<T>;
-  const joint_axis<T> &axis = data.axis[j];
-  if constexpr (K == joint_kind::floating) {
-    vec3<T> p = u.momentum.lin, n = moment_about(axis.origin, u);
-    if (!is_base(b)) { // along its own axes
-      const mat3x3<T> R = body_at<T>(static_cast<int>(j)).template get<mat3x3>(data.rotation);
-      A::product_drinvv(&R, &p, &p);
-      A::product_drinvv(&R, &n, &n);
-    }
-    const T shares[6] = {p.x, p.y, p.z, n.x, n.y, n.z};
-    for (int c = 0; c < 6; ++c)
-      put_element(shares[c], nv, b.v_index + c, column, M);
-  } else {
-    vec3<T> felt = u.momentum.lin;
-    if constexpr (K == joint_kind::revolute)
-      felt = moment_about(axis.origin, u);
-    put_element(A::dot_vv(&axis.z, &felt), nv, b.v_index, column, M);
+  vec3<T> p = u.momentum.lin, n = moment_about(data.axis[j].origin, u);
+  if (!is_base(b)) {
+    const mat3x3<T> R = body_at<T>(static_cast<int>(j)).template get<mat3x3>(data.rotation);
+    A::product_drinvv(&R, &p, &p);
+    A::product_drinvv(&R, &n, &n);
   }
+  const T shares[6] = {p.x, p.y, p.z, n.x, n.y, n.z};
+  for (int c = 0; c < 6; ++c)
+    put_element(shares[c], nv, b.v_index + c, column, M);
 }
 
 /// What the joints that carry joint i feel of a momentum about its origin and in its axes: column `column` of M.
 template <class T>
-KSL_LANES void put_shares(const model_view<scalar_of<T>> &model, const data_view<T> &data, int i, coscrew<T> momentum, index column,
-                          T *M) {
+KSL_LANES void put_shares(const model_view<scalar_of<T>> &model, const data_view<T> &data, int i, coscrew<T> momentum,
+                          index column, T *M) {
   const index nv = model.nv;
   const mat3x3<T> R = body_at<T>(i).template get<mat3x3>(data.rotation);
   algebra<T>::product_CoAdrc(&R, &momentum, &momentum);
   const unit_momentum<T> u = {momentum, data.axis[i].origin};
-  for (index j = model.body[i].parent; j > 0; j = model.body[j].parent)
-    by_kind(model.body[j].kind, [&]<joint_kind K>() KSL_INLINED { put_share<K>(model.body[j], data, j, u, nv, column, M); });
+  for (index j = model.body[i].parent; j > 0;) {
+    const body<scalar_of<T>> &b = model.body[j];
+    if (turns(b.kind)) { // rows are neighbours down to the first of the chain
+      for (index k = j, row = b.v_index; k >= b.chain; --k, --row)
+        put_element(share_of_turn(data.axis[k], u), nv, row, column, M);
+    } else if (b.kind == joint_kind::prismatic) {
+      put_element(algebra<T>::dot_vv(&data.axis[j].z, &u.momentum.lin), nv, b.v_index, column, M);
+    } else {
+      put_shares_of_free(b, data, j, u, nv, column, M);
+    }
+    j = model.body[b.chain].parent;
+  }
 }
 
 /// The inertia of body i and all that hangs on it; what hangs on it has been summed up.
@@ -107,7 +115,7 @@ KSL_LANES void add_to_parent(spatial_inertia<T> I, const model_view<scalar_of<T>
   const body<scalar_of<T>> &b = model.body[i];
   if (b.parent == 0)
     return;
-  const auto D = pose_by_turns<K, T>::kept(b, data, i);
+  const auto D = pose_in_parent<K, T>::kept(b, data, i);
   D.to_parent(I);
   A::spatial_inertia_translated(&I, &D.t, &I);
   if (b.v_end != model.body[b.parent].v_end) { // others on the same parent came before
@@ -128,7 +136,7 @@ KSL_LANES void put_columns(const model_view<scalar_of<T>> &model, const data_vie
       const coscrew<T> p = momentum_of(c, I);
       const T own[6] = {p.lin.x, p.lin.y, p.lin.z, p.ang.x, p.ang.y, p.ang.z};
       for (int k = 0; k <= c; ++k)
-        put_element(own[k], nv, first + k, first + c, M);
+        put_element(own[k] + T(0), nv, first + k, first + c, M); // no −0
       if (!is_base(b))
         put_shares(model, data, i, p, first + c, M);
     }
@@ -143,7 +151,8 @@ KSL_LANES void put_columns(const model_view<scalar_of<T>> &model, const data_vie
 
 /// The upper triangle of M (nv, nv), row-major, for q (nq), but for what is zero by the shape of the tree; for plain numbers
 /// the lower one.
-template <class T> void elements_of_mass_matrix(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, T *M) {
+template <class T>
+void elements_of_mass_matrix(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, T *M) {
   using A = algebra<T>;
   data.axis[0].origin = {T(0), T(0), T(0)};
   const auto locate = [&](int i, const vec3<T> &offset) KSL_INLINED {

@@ -18,6 +18,7 @@ template <class T> struct body {
   int parent;                  ///< body; −1 for body 0
   int q_index, v_index;        ///< where the joint's numbers begin in q and in v
   int v_end;                   ///< where those of all joints that hang on this one end in v
+  int chain;                   ///< first of the bodies up to this one whose joints turn, each on the body before; or this one
   int link;                    ///< the joint's child link; −1 for a ground without links
   SE3<T> placement;            ///< of the joint in the parent's canonical frame: R = Rz(before) Rx(lean), but if it floats
   plane_turn<T> before, lean;

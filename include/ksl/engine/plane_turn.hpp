@@ -11,6 +11,8 @@ namespace ksl {
 /// An angle, by its sine and cosine.
 template <class T> struct plane_turn { T sine, cosine; };
 
+inline constexpr plane_turn<double> no_turn = {0, 1};
+
 inline namespace KSL_ISA {
 
 /// a by b: the turn through both angles.
