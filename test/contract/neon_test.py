@@ -15,6 +15,7 @@ SOURCES = {
     "batch/array_kernels.cpp": ["-DKSL_ISA=neon", "-DKSL_TABLE=ksl_array_kernels_neon", "-fno-math-errno"],
     "engine/dispatch.cpp": [],
     "engine/dynamics.cpp": [],
+    "engine/canonical_axes.cpp": [],
     "engine/model.cpp": [],
     "batch/batch.cpp": [],
     "batch/threads.cpp": [],
