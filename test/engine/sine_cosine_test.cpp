@@ -3,6 +3,10 @@
 
 #include <doctest/doctest.h>
 
+#if __has_include(<sleef.h>) && defined(KSL_TEST_SLEEF)
+#include <sleef.h>
+#endif
+
 #include <cmath>
 #include <random>
 #include <type_traits>
@@ -52,6 +56,27 @@ TEST_CASE("sine and cosine err by less than one unit in the last place up to a m
     CHECK(worst<float>(magnitude) < 1);
   }
 }
+
+#if defined(SLEEF_VERSION_MAJOR)
+TEST_CASE("SLEEF, which errs by one unit in the last place at most, is two away at most") {
+  std::mt19937_64 random(5);
+  for (double magnitude : {1e-3, 1.0, 100.0, 1e6}) {
+    std::uniform_real_distribution<double> angle(-magnitude, magnitude);
+    for (int k = 0; k < 20000; ++k) {
+      const double x = angle(random);
+      double sine, cosine;
+      ksl::sine_cosine(x, sine, cosine);
+      CAPTURE(x);
+      REQUIRE(ulps<double>(sine, Sleef_sin_u10(x)) <= 2);
+      REQUIRE(ulps<double>(cosine, Sleef_cos_u10(x)) <= 2);
+      float sine_float, cosine_float;
+      ksl::sine_cosine(static_cast<float>(x), sine_float, cosine_float);
+      REQUIRE(ulps<float>(sine_float, Sleef_sinf_u10(static_cast<float>(x))) <= 2);
+      REQUIRE(ulps<float>(cosine_float, Sleef_cosf_u10(static_cast<float>(x))) <= 2);
+    }
+  }
+}
+#endif
 
 TEST_CASE("what can't be reduced is NaN, not a number of its own making") {
   for (double x : {1e17, 1e300, static_cast<double>(INFINITY), static_cast<double>(NAN)}) {
