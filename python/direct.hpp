@@ -4,6 +4,7 @@
 #pragma once
 
 #include "batch/threads.hpp"
+#include "engine/kernels.hpp"
 #include "ksl/batch.hpp"
 
 #include <nanobind/nanobind.h>
@@ -197,29 +198,9 @@ struct arguments {
       : q(q, use::read, m.nq()), v(v, use::read, m.nv()), x(x, use::read, m.nv()), external(m, external) {}
 };
 
-/// No NaN and nothing infinite.  Exponents of ones overflow into the sign: sums of doubles would wait for each other.  Eight
-/// at once, since gcc makes no more than one register of a plain loop.
-template <class S> bool finite(const S *x, std::size_t n) {
-  using bits = std::conditional_t<sizeof(S) == 8, std::uint64_t, std::uint32_t>;
-  constexpr bits exponent = sizeof(S) == 8 ? static_cast<bits>(0x7ff0'0000'0000'0000) : static_cast<bits>(0x7f80'0000);
-  constexpr bits lowest = exponent & (~exponent + 1);
-  const auto sign_if_not = [](const S *number) {
-    bits b;
-    std::memcpy(&b, number, sizeof b);
-    return (b & exponent) + lowest;
-  };
-  bits found[8] = {};
-  std::size_t i = 0;
-  for (; i + 8 <= n; i += 8)
-    for (std::size_t k = 0; k < 8; ++k)
-      found[k] |= sign_if_not(x + i + k);
-  for (; i < n; ++i)
-    found[0] |= sign_if_not(x + i);
-  bits any = 0;
-  for (bits f : found)
-    any |= f;
-  return !(any >> (8 * sizeof(S) - 1));
-}
+/// No NaN and nothing infinite.
+inline bool finite(const double *x, std::size_t n) { return ksl::kernels().finite(x, n); }
+inline bool finite(const float *x, std::size_t n) { return ksl::kernels().finite_single(x, n); }
 
 /// n rows; none at all are no numbers.
 template <class S> bool finite(ksl::rows_view<const S> rows, int columns, std::size_t n) {

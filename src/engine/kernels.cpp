@@ -2,6 +2,7 @@
 // and KSL_TABLE the symbol.  No std containers here: their code would be shared, weakly, between the sets.
 #include "engine/kernels.hpp"
 
+#include "batch/finite.hpp"
 #include "batch/lane_kernels.hpp"
 
 namespace ksl {
@@ -30,6 +31,8 @@ extern "C" const ksl::kernel_table KSL_TABLE = {
     ksl::forward_dynamics<double>,
     ksl::energy<double>,
     ksl::external_power<double>,
+    ksl::finite<double>,
+    ksl::finite<float>,
     ksl::batch_of<double>,
     ksl::batch_of<ksl::native_pack<double>>,
     ksl::batch_of<float>,

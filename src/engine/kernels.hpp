@@ -51,6 +51,8 @@ struct kernel_table {
                  double *kinetic, double *potential);
   double (*external_power)(const model_view<double> &, const data_view<double> &, const double *q, const double *v,
                            const external_wrenches<double> &);
+  bool (*finite)(const double *, std::size_t n); ///< are all n numbers?
+  bool (*finite_single)(const float *, std::size_t n);
   batch_kernels<double> one_double, lanes_double;
   batch_kernels<float> one_float, lanes_float;
 };
