@@ -42,6 +42,13 @@ template <class T> KSL_LANES void put_element(const T &x, index nv, index row, i
     M[column * nv + row] = x;
 }
 
+/// Zeros in a row of M from a column to another, where joints don't share a way to the ground; of packs they are there.
+template <class T> KSL_LANES void clear(index nv, index row, index from, index end, T *M) {
+  if constexpr (plain<T>)
+    for (index k = from; k < end; k += native_lanes<T>)
+      store_first<T>(native_pack<T>(T(0)), M + row * nv + k, static_cast<int>(end - k));
+}
+
 /// The moment of a momentum about another point.
 template <class T> KSL_LANES vec3<T> moment_about(const vec3<T> &point, const unit_momentum<T> &u) {
   using A = algebra<T>;
@@ -74,7 +81,8 @@ KSL_LANES void put_shares_of_free(const body<scalar_of<T>> &b, const data_view<T
     put_element(shares[c], nv, b.v_index + c, column, M);
 }
 
-/// What the joints that carry joint i feel of a momentum about its origin and in its axes: column `column` of M.
+/// What the joints that carry joint i feel of a momentum about its origin and in its axes: column `column` of M, and the row
+/// left of the joint's own elements.
 template <class T>
 KSL_LANES void put_shares(const model_view<scalar_of<T>> &model, const data_view<T> &data, int i, coscrew<T> momentum,
                           index column, T *M) {
@@ -82,8 +90,10 @@ KSL_LANES void put_shares(const model_view<scalar_of<T>> &model, const data_view
   const mat3x3<T> R = body_at<T>(i).template get<mat3x3>(data.rotation);
   algebra<T>::product_CoAdrc(&R, &momentum, &momentum);
   const unit_momentum<T> u = {momentum, data.axis[i].origin};
+  index written = model.body[i].v_index; // from there on the row is
   for (index j = model.body[i].parent; j > 0;) {
     const body<scalar_of<T>> &b = model.body[j];
+    clear(nv, column, b.v_index + row_of(b.kind).nv, written, M);
     if (turns(b.kind)) { // rows are neighbours down to the first of the chain
       for (index k = j, row = b.v_index; k >= b.chain; --k, --row)
         put_element(share_of_turn(data.axis[k], u), nv, row, column, M);
@@ -92,8 +102,10 @@ KSL_LANES void put_shares(const model_view<scalar_of<T>> &model, const data_view
     } else {
       put_shares_of_free(b, data, j, u, nv, column, M);
     }
+    written = model.body[b.chain].v_index;
     j = model.body[b.chain].parent;
   }
+  clear(nv, column, 0, written, M);
 }
 
 /// The inertia of body i and all that hangs on it; what hangs on it has been summed up.
@@ -139,6 +151,9 @@ KSL_LANES void put_columns(const model_view<scalar_of<T>> &model, const data_vie
         put_element(own[k] + T(0), nv, first + k, first + c, M); // no −0
       if (!is_base(b))
         put_shares(model, data, i, p, first + c, M);
+      else
+        clear(nv, first + c, 0, first, M);
+      clear(nv, first + c, b.v_end, nv, M);
     }
     add_to_parent<K>(I, model, data, i);
   } else { // the inertia first: then its registers are free
@@ -146,11 +161,12 @@ KSL_LANES void put_columns(const model_view<scalar_of<T>> &model, const data_vie
     put_element(K == joint_kind::prismatic ? p.lin.z : p.ang.z, nv, first, first, M);
     add_to_parent<K>(I, model, data, i);
     put_shares(model, data, i, p, first, M);
+    clear(nv, first, b.v_end, nv, M);
   }
 }
 
-/// The upper triangle of M (nv, nv), row-major, for q (nq), but for what is zero by the shape of the tree; for plain numbers
-/// the lower one.
+/// M (nv, nv), row-major, for q (nq); of scalars other than plain numbers the upper triangle only, and not what is zero by
+/// the shape of the tree.
 template <class T>
 void elements_of_mass_matrix(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, T *M) {
   using A = algebra<T>;
@@ -166,10 +182,13 @@ void elements_of_mass_matrix(const model_view<scalar_of<T>> &model, const data_v
 
 /// M (nv, nv), row-major and symmetric, for q (nq): tau = M a + bias.  O(bodies²).
 template <class T> void mass_matrix(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, T *M) {
-  const int size = model.nv * model.nv;
-  for (int k = 0; k < size; ++k)
+  const int nv = model.nv;
+  for (int k = 0; k < nv * nv && !plain<T>; ++k)
     M[k] = T(0);
   elements_of_mass_matrix(model, data, q, M);
+  for (int i = 0; i < nv && !plain<T>; ++i)
+    for (int k = 0; k < i; ++k)
+      M[i * nv + k] = M[k * nv + i];
 }
 
 } // namespace KSL_ISA
