@@ -6,21 +6,13 @@ import sys
 
 import numpy as np
 import pytest
+from random_states import random_states
 
 import ksl
 
 
-@pytest.fixture(params=["fixed", "floating"])
-def arm(request, examples):
-    return ksl.load(examples / "robots/panda.urdf", floating_base=request.param == "floating")
-
-
 def states(m, *leading):
-    rng = np.random.default_rng(3)
-    q, v, a = (rng.uniform(-2, 2, (*leading, width)) for width in (m.nq, m.nv, m.nv))
-    if m.nq != m.nv:
-        q[..., 3:7] /= np.linalg.norm(q[..., 3:7], axis=-1, keepdims=True)
-    return q, v, a
+    return random_states(m, np.random.default_rng(3), *leading)
 
 
 def calls(m, q, v, a):

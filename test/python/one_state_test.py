@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from random_states import random_states
 
 import ksl
 
@@ -13,17 +14,9 @@ NAMES = ["panda_link7", "panda_link3", "panda_flange"]
 """Of links that wrenches act on, in no order; the last is welded to its parent."""
 
 
-@pytest.fixture(params=["fixed", "floating"])
-def arm(request, examples):
-    return ksl.load(examples / "robots/panda.urdf", floating_base=request.param == "floating")
-
-
 def states(m, *leading):
     rng = np.random.default_rng(5)
-    q, v, a = (rng.uniform(-2, 2, (*leading, width)) for width in (m.nq, m.nv, m.nv))
-    if m.nq != m.nv:
-        q[..., 3:7] /= np.linalg.norm(q[..., 3:7], axis=-1, keepdims=True)
-    return q, v, a, {name: rng.normal(size=(*leading, 6)) for name in NAMES}
+    return *random_states(m, rng, *leading), {name: rng.normal(size=(*leading, 6)) for name in NAMES}
 
 
 def calls(m, q, v, a, external):
