@@ -2,7 +2,7 @@
 // so that the axis is z.
 #include "ksl/model.hpp"
 
-#include "ksl/engine/mass_matrix.hpp"
+#include "ksl/engine/body_lanes.hpp"
 
 #include "engine/canonical_axes.hpp"
 #include "load/check.hpp"

@@ -98,7 +98,6 @@ public:
     else
       return *reinterpret_cast<V<T> *>(numbers_of<numbers_in<V<T>, T>>(array_, i_));
   }
-  KSL_LANES const V<T> &operator*() const { return **const_cast<in_place *>(this); }
   KSL_LANES void put() const {
     if constexpr (plain<T>)
       body_at<T>(i_).put(copy_, array_);

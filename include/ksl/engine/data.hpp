@@ -27,7 +27,7 @@ template <class T> struct joint_axis { vec3<T> z, origin; };
 /// Arrays over bodies, coordinates or links; each algorithm says which of them it leaves filled.  Those of numbers hold
 /// what is named, in the order of body_lanes.hpp.
 template <class T> struct data_view {
-  SE3<T> *in_parent;            ///< pose of each body in its parent, what its joint moves of it: as kept_pose reads it
+  SE3<T> *in_parent;            ///< pose of each body in its parent, what its joint moves of it: as pose_in_parent keeps it
   SE3<T> *in_world;             ///< pose of each body
   T *sine, *cosine;             ///< of the joints' turns, body.after included; room_for_angles(nq), used where q holds angles
   T *motion;                    ///< body_motion of each body

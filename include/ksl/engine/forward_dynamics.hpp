@@ -154,7 +154,7 @@ KSL_LANES void pass_to_parent(const body<scalar_of<T>> &b, const data_view<T> &d
   using algebra = ksl::algebra<T>;
   articulated_state<T> &s = data.articulated[i];
   coscrew<T> p = body_at<T>(i).template get<coscrew>(data.wrench);
-  const in_place<articulated_inertia, T> A(data.inertia, i);
+  in_place<articulated_inertia, T> A(data.inertia, i);
   if constexpr (K == joint_kind::floating) {
     const mat3x3<T> R = body_at<T>(i).template get<mat3x3>(data.rotation);
     coscrew<T> effort = {{tau[0], tau[1], tau[2]}, {tau[3], tau[4], tau[5]}}, rest;

@@ -11,8 +11,8 @@ template <class T> void compose_poses(const model_view<scalar_of<T>> &model, con
   data.in_world[0] = spread<T>(model.body[0].placement);
   for (int i = 1; i < model.bodies; ++i)
     by_kind(model.body[i].kind, [&]<joint_kind K>() KSL_INLINED {
-      const SE3<T> D = kept_pose<K>(model.body[i], data, i);
-      algebra<T>::product_dd(&data.in_world[model.body[i].parent], &D, &data.in_world[i]);
+      const auto D = pose_in_parent<K, T>::kept(model.body[i], data, i);
+      data.in_world[i] = composed(data.in_world[model.body[i].parent], D);
     });
 }
 
@@ -26,18 +26,12 @@ template <class T> void forward_kinematics(const model_view<scalar_of<T>> &model
     if (turns(b.kind)) {
       if (b.parent != i - 1)
         last = data.in_world[b.parent];
-      const auto D = pose_in_parent<joint_kind::revolute, T>::at(b, data, i, q);
-      algebra<T>::product_dv(&last, &D.t, &last.t);
-      D.turn_axes(last.R);
+      last = composed(last, pose_in_parent<joint_kind::revolute, T>::at(b, data, i, q));
       data.in_world[i] = last;
     } else { // through memory, so that the way above has its registers
       by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
-        const SE3<T> parent = data.in_world[b.parent];
         const auto D = pose_in_parent<K, T>::at(b, data, i, q);
-        SE3<T> pose = parent;
-        algebra<T>::product_dv(&parent, &D.t, &pose.t);
-        D.turn_axes(pose.R);
-        data.in_world[i] = pose;
+        data.in_world[i] = composed(data.in_world[b.parent], D);
       });
       last = data.in_world[i];
     }

@@ -154,17 +154,12 @@ template <class T> struct pose_in_parent<joint_kind::floating, T> {
   KSL_LANES void turn_axes(mat3x3<T> &parent) const { algebra<T>::product_drdr(&parent, &R, &parent); }
 };
 
-/// The pose of body i in its parent, complete, as `at` left it.
-template <joint_kind K, class T> KSL_LANES SE3<T> kept_pose(const body<scalar_of<T>> &b, const data_view<T> &data, int i) {
-  if constexpr (K == joint_kind::floating) {
-    return data.in_parent[i];
-  } else {
-    const auto D = pose_in_parent<K, T>::kept(b, data, i);
-    SE3<T> pose = {spread<T>(b.placement.R), D.t};
-    T turn[2] = {D.last.sine, D.last.cosine};
-    algebra<T>::product_drdrz(&pose.R, turn, &pose.R);
-    return pose;
-  }
+/// The pose of a body, from that of its parent, in whatever both are seen.
+template <joint_kind K, class T> KSL_LANES SE3<T> composed(const SE3<T> &parent, const pose_in_parent<K, T> &D) {
+  SE3<T> pose = parent;
+  algebra<T>::product_dv(&parent, &D.t, &pose.t);
+  D.turn_axes(pose.R);
+  return pose;
 }
 
 } // namespace KSL_ISA

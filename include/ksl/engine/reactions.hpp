@@ -46,8 +46,9 @@ void link_wrenches(const model_view<scalar_of<T>> &model, const data_view<T> &da
     coscrew<T> f = data.link_wrench[l];
     if (child.first)
       by_kind(model.body[child.body].kind, [&]<joint_kind K>() KSL_INLINED {
-        const SE3<T> D = kept_pose<K>(model.body[child.body], data, child.body);
-        A::product_CoAdc(&D, &f, &f);
+        const auto D = pose_in_parent<K, T>::kept(model.body[child.body], data, child.body);
+        D.to_parent(f.lin, f.ang);
+        A::product_CoAdtc(&D.t, &f, &f);
       });
     A::xpy_cc(&f, &data.link_wrench[child.parent]);
   }
