@@ -1,4 +1,4 @@
-"""Random arguments and errors in u, for the tests that are not rows of test_accuracy.py."""
+"""Random arguments and errors in u, for the tests that are not rows of accuracy_test.py."""
 
 import contextlib
 import sys

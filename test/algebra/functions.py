@@ -13,7 +13,7 @@ SIZES = {"vec3": 3, "vec4": 4, "quaternion": 4, "mat3x3": 9, "mat4x4": 16, "SE3"
          "inertia": 10, "spatial_inertia": 10, "articulated_inertia": 21, "joint_space": 72, "motion": 6, "force": 6,
          "plucker": 12}
 INTEGERS = {"vec3i": 3, "vec4i": 4}
-# functions of arrays of any length, tables and files: tested in files of their own (test_linalg.py, test_print.py ...),
+# functions of arrays of any length, tables and files: tested in files of their own (linalg_test.py, print_test.py ...),
 # left out by everything()
 UNSIZED_HEADERS = {"array.h", "linalg.h", "memory.h", "print.h"}
 UNSIZED_BODIES = {"array.inc", "linalg.inc"}

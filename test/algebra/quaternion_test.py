@@ -1,5 +1,5 @@
 """Quaternions against 200 bits: conversions, exponential and logarithm, interpolation; the errata B3 to B7 of the
-published library.  Products are in test_accuracy.py."""
+published library.  Products are in accuracy_test.py."""
 
 import gmpy2
 import numpy as np
@@ -8,7 +8,7 @@ import pytest
 import reference as ref
 from functions import published
 from reference import UNIT, dot, mp, mul, norm
-from test_accuracy import conj, hamilton, pure
+from accuracy_test import conj, hamilton, pure
 
 N = 1000
 F = pytest.mark.parametrize("f, scalar", [("", "double"), ("f", "float")])

@@ -6,7 +6,7 @@ import pytest
 
 import reference as ref
 from reference import UNIT, dot, mp, mul, norm, numbers
-from test_exponential import angle_sets, condition, directions, dtype, rotation_error
+from exponential_test import angle_sets, condition, directions, dtype, rotation_error
 
 N = 300
 F = pytest.mark.parametrize("f, scalar", [("", "double"), ("f", "float")])

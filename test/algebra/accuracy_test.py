@@ -1011,32 +1011,32 @@ def _(m, t, *I):
 
 # tested elsewhere: where
 ELSEWHERE = {
-    "test_memory.py": ["vec3_alloc", "vec3i_alloc", "mat3x3_alloc", "SE3_alloc", "screw_alloc", "coscrew_alloc", "inertia_alloc", "vec3i", "vec3i_isEqual",
+    "memory_test.py": ["vec3_alloc", "vec3i_alloc", "mat3x3_alloc", "SE3_alloc", "screw_alloc", "coscrew_alloc", "inertia_alloc", "vec3i", "vec3i_isEqual",
                        "mat3x3_get", "mat3x3_set", "SE3_get", "SE3_set", "mat4x4_get", "mat4x4_set", "mat4x4_alloc", "quaternion_alloc", "vec4_alloc",
                        "vec4i_alloc", "vec4i", "screw_copy_rmo", "screw_copy_cmo", "screw_ncopy_rmo", "screw_ncopy_cmo", "screw_scatter"],
-    "test_exponential.py": ["SE3_exp", "SE3_log", "exp_coefficients", "angle_rest", "larger_q", "mat3x3_toQuaternionRay", "dc", "mat3x3_setFromAxisAngle"],
-    "test_articulated.py": ["product_As", "spatial_inertia_toArticulated"] + [f"articulated_inertia_{name}" for name in (
+    "exponential_test.py": ["SE3_exp", "SE3_log", "exp_coefficients", "angle_rest", "larger_q", "mat3x3_toQuaternionRay", "dc", "mat3x3_setFromAxisAngle"],
+    "articulated_test.py": ["product_As", "spatial_inertia_toArticulated"] + [f"articulated_inertia_{name}" for name in (
         "copy", "added", "getM", "getI", "downdated", "rotated", "translated", "transformed")],
-    "test_matrix6.py": ["mat3x3_setTilde", "cross_vdr", "screw_gather", "coscrew_gather", "coscrew_scatter"] + [f"matrix6_{name}" for name in (
+    "matrix6_test.py": ["mat3x3_setTilde", "cross_vdr", "screw_gather", "coscrew_gather", "coscrew_scatter"] + [f"matrix6_{name}" for name in (
         "setBlock", "setBlocks", "getBlock", "Ad_rmo", "Ad_cmo", "CoAd_rmo", "CoAd_cmo", "ad_rmo", "ad_cmo", "coad_rmo", "coad_cmo",
         "spatial_inertia_rmo", "spatial_inertia_cmo", "articulated_inertia_rmo", "articulated_inertia_cmo", "stiffnessTransformed",
         "complianceTransformed")],
-    "test_joint_space.py": ["vec3_setAxis"] + [f"joint_space_{name}" for name in (
+    "joint_space_test.py": ["vec3_setAxis"] + [f"joint_space_{name}" for name in (
         "setCoordinate", "setTurn", "set", "transformed", "twist", "efforts", "drive", "actuation", "constraint")],
-    "test_plucker.py": ["motion_fromScrew", "motion_toScrew", "motion_added", "motion_scaled", "force_fromCoscrew", "force_toCoscrew",
+    "plucker_test.py": ["motion_fromScrew", "motion_toScrew", "motion_added", "motion_scaled", "force_fromCoscrew", "force_toCoscrew",
                         "force_added", "force_scaled"] + [f"plucker_{name}" for name in (
         "dot", "reciprocal_cm", "reciprocal_fs", "crossMotion", "crossForce", "crm_rmo", "crm_cmo", "crf_rmo", "crf_cmo", "rx", "ry", "rz",
         "plux", "rotx", "roty", "rotz", "xlt", "fromSE3", "toSE3", "pluho", "fromPluho", "XtoV", "product", "inverted", "motion",
         "motionInverse", "force", "forceInverse", "Xpt", "Vpt", "Fpt", "toMatrix", "motion_rmo", "motion_cmo", "force_rmo", "force_cmo",
         "fromMatrix", "fromMotion_rmo", "fromMotion_cmo", "mcI", "toMcI", "inertia_rmo", "inertia_cmo", "inertia", "momentum",
         "kineticEnergy")],
-    "test_poinsot.py": ["poinsot_vv", "unpoinsot_vv", "screw_getAxis", "screw_fromAxis", "coscrew_getAxis", "coscrew_fromAxis"],
-    "test_errata.py": ["inertia_factor", "inertia_rank"],
-    "test_quaternion.py": ["mat3x3_toQuaternion", "quaternion_exp", "quaternion_log", "log_q", "quaternion_slerp", "quaternion_nlerp", "quaternion_squad", "atEnd_q"],
-    "test_euler.py": ["mat3x3_setFromEulerAngles", "mat3x3_getEulerAnglesNear", "mat3x3_getEulerAnglesWithReference", "axis_getIndices", "axis_getVector",
+    "poinsot_test.py": ["poinsot_vv", "unpoinsot_vv", "screw_getAxis", "screw_fromAxis", "coscrew_getAxis", "coscrew_fromAxis"],
+    "errata_test.py": ["inertia_factor", "inertia_rank"],
+    "quaternion_test.py": ["mat3x3_toQuaternion", "quaternion_exp", "quaternion_log", "log_q", "quaternion_slerp", "quaternion_nlerp", "quaternion_squad", "atEnd_q"],
+    "euler_test.py": ["mat3x3_setFromEulerAngles", "mat3x3_getEulerAnglesNear", "mat3x3_getEulerAnglesWithReference", "axis_getIndices", "axis_getVector",
                       "axis_getEulerAngles", "mat3x3_getAxisAngle", "mat3x3_pca"],
-    "test_trig.py": ["normalizeDegrees", "normalizeRadians", "catan2pi", "catan1pi", "addHalfTurns", "angleFrom"],
-    "test_lie.py": ["mat3x3_exp", "mat3x3_log", "log_coefficient", "jacobian_coefficients", "SE3_storeBlocks"] + [
+    "trig_test.py": ["normalizeDegrees", "normalizeRadians", "catan2pi", "catan1pi", "addHalfTurns", "angleFrom"],
+    "lie_test.py": ["mat3x3_exp", "mat3x3_log", "log_coefficient", "jacobian_coefficients", "SE3_storeBlocks"] + [
         f"{kind}_{side}Jacobian{inverse}{order}" for kind in ("mat3x3", "SE3") for side in ("left", "right") for inverse in ("", "Inverse")
         for order in (("", "_rmo", "_cmo") if kind == "SE3" else ("",))],
     # helpers whose every use is in a row above

@@ -1,5 +1,5 @@
 """One test per erratum of the published page (A) and library (B) that the algebra corrects.  docs/algebra.md lists them.
-A5, A6 and A7 are in test_coscrews_equations.py, equations (7), (9), (11) and (12)."""
+A5, A6 and A7 are in coscrews_equations_test.py, equations (7), (9), (11) and (12)."""
 
 import subprocess
 
@@ -250,7 +250,7 @@ def test_B19_indices_are_checked_in_debug_builds(call, tmp_path):
                                   "product_dinvd", "SE3_inverted", "inertia_rotated", "product_Adrs", "product_Ads", "product_Adsinv", "cross_sst",
                                   "product_CoAdc", "product_CoAdcinv", "product_CoAdrinvc", "cross_sca", "mat3x3_transposed", "inertia_transformed"])
 def test_B21_output_may_be_an_input(ksl, name):
-    """The products that the published library got wrong in place; all others are in test_in_place.py."""
+    """The products that the published library got wrong in place; all others are in in_place_test.py."""
     f = ksl.functions[f"ksl_{name}"]
     random = np.random.default_rng(6)
     args = [ref.sample(random, N, t) for t in f.args]

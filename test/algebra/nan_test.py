@@ -16,7 +16,7 @@ FUNCTIONS = everything()
 CASES = 24
 ROOM = 80  # numbers of an array argument, of which functions read 36 at most
 READ = 36
-# tested elsewhere: a refused argument is left as it is and told by what is returned (test_errata.py); indices alone
+# tested elsewhere: a refused argument is left as it is and told by what is returned (errata_test.py); indices alone
 NOT_HERE = {"inertia_factor", "inertia_rank", "axis_getIndices", "joint_space_setCoordinate"}
 # choices between two, of which the functions that use them make NaN where they must
 NOT_HERE |= {"larger_q", "atEnd_q", "mat3x3_toQuaternionRay"}

@@ -1,5 +1,5 @@
 """10⁵ cases of the exponential, the logarithm and the lengths, against closed forms in 64-bit arithmetic.  The same
-functions stand against series at 200 bits in test_exponential.py, test_lie.py and test_quaternion.py; so does, here, the
+functions stand against series at 200 bits in exponential_test.py, lie_test.py and quaternion_test.py; so does, here, the
 reference itself."""
 
 import numpy as np
@@ -7,7 +7,7 @@ import pytest
 
 import reference as ref
 from reference import UNIT, mp, mul, norm
-from test_exponential import condition, directions, dtype, pose_error, rotation_error
+from exponential_test import condition, directions, dtype, pose_error, rotation_error
 
 CASES = 100_000
 F = pytest.mark.parametrize("scalar, f", [("double", ""), ("float", "f")])
