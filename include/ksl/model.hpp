@@ -3,6 +3,7 @@
 
 #include "ksl/engine/data.hpp"
 #include "ksl/engine/description.hpp"
+#include "ksl/engine/workspace.hpp"
 
 #include <array>
 #include <memory>
@@ -62,6 +63,12 @@ public:
   /// The arrays that algorithms run on, in double and in single precision; valid as long as the model lives.
   model_view<double> view() const { return double_.view(nq_, nv_); }
   model_view<float> view_single() const { return single_.view(nq_, nv_); }
+  template <class S> model_view<S> view_in() const {
+    if constexpr (sizeof(S) == sizeof(double))
+      return view();
+    else
+      return view_single();
+  }
 
 private:
   /// Bodies, links and gravity in one precision.
@@ -92,23 +99,18 @@ private:
 class KSL_EXPORT data {
 public:
   explicit data(const model &m);
-  data_view<double> view() {
-    return {in_parent_.data(), in_world_.data(),   sine_.data(),    cosine_.data(), motion_.data(),      wrench_.data(),
-            rotation_.data(),  inertia_.data(), offset_.data(), axis_.data(),
-            twist_.data(),     articulated_.data(), link_wrench_.data()};
-  }
+
+  /// As large as the largest workspace, aligned to 64 bytes.
+  void *memory() { return memory_.get(); }
 
   /// nv zeros: no velocity, no acceleration.
-  const double *zero() const { return zero_.data(); }
+  template <class S> const S *zero() const { return static_cast<const S *>(static_cast<const void *>(zero_.data())); }
 
 private:
-  std::vector<SE3<double>> in_parent_, in_world_;
-  std::vector<double> sine_, cosine_, motion_, wrench_, rotation_, inertia_;
-  std::vector<vec3<double>> offset_;
-  std::vector<joint_axis<double>> axis_;
-  std::vector<screw<double>> twist_;
-  std::vector<articulated_state<double>> articulated_;
-  std::vector<coscrew<double>> link_wrench_;
+  struct aligned_delete {
+    void operator()(std::byte *p) const;
+  };
+  std::unique_ptr<std::byte, aligned_delete> memory_;
   std::vector<double> zero_;
 };
 

@@ -1,10 +1,8 @@
-// The C++ calls of dynamics.hpp: a model and a workspace, unpacked for the kernels.
+// The calls of dynamics.hpp that no row of api/algorithms.py gives.
 #include "ksl/dynamics.hpp"
 
-#include "ksl/engine/forward_kinematics.hpp"
-
+#include "engine/compute.hpp"
 #include "load/urdf.hpp"
-#include "engine/kernels.hpp"
 
 namespace ksl {
 
@@ -12,58 +10,18 @@ model load(const std::string &urdf_path, const model_options &options, bool mimi
   return model(read_urdf(urdf_path, {mimic_independent, strict}), options);
 }
 
-void inverse_dynamics(const model &m, data &d, const double *q, const double *v, const double *a, double *tau,
-                      const external_wrenches<double> &external) {
-  kernels().inverse_dynamics(m.view(), d.view(), q, v, a, external, tau);
+template <class S>
+void reactions(const model &m, data &d, const reaction_request &request, S *out, const external_wrenches<S> &external) {
+  const reaction_result<S> wanted = {&request, out};
+  compute<S>(rows::inverse_dynamics_with_reactions, m, d, {.external = external, .reactions_n = 1, .reactions = &wanted});
 }
-
-void reactions(const model &m, data &d, const reaction_request &request, double *out,
-               const external_wrenches<double> &external) {
-  kernels().reactions(m.view(), d.view(), external, request, out);
-}
-
-void inverse_dynamics_with_reactions(const model &m, data &d, const double *q, const double *v, const double *a, double *tau,
-                                     const reaction_request &request, double *out,
-                                     const external_wrenches<double> &external) {
-  kernels().inverse_dynamics_with_reactions(m.view(), d.view(), q, v, a, external, tau, request, out);
-}
-
-void forward_dynamics(const model &m, data &d, const double *q, const double *v, const double *tau, double *a,
-                      const external_wrenches<double> &external) {
-  kernels().forward_dynamics(m.view(), d.view(), q, v, tau, external, a);
-}
-
-void mass_matrix(const model &m, data &d, const double *q, double *M) {
-  kernels().mass_matrix(m.view(), d.view(), q, M);
-}
-
-void bias(const model &m, data &d, const double *q, const double *v, double *tau,
-          const external_wrenches<double> &external) {
-  inverse_dynamics(m, d, q, v, d.zero(), tau, external);
-}
-
-void gravity_torque(const model &m, data &d, const double *q, double *tau, const external_wrenches<double> &external) {
-  inverse_dynamics(m, d, q, d.zero(), d.zero(), tau, external);
-}
+template void reactions(const model &, data &, const reaction_request &, double *, const external_wrenches<double> &);
+template void reactions(const model &, data &, const reaction_request &, float *, const external_wrenches<float> &);
 
 SE3<double> frame_pose(const model &m, data &d, const double *q, int link) {
-  kernels().forward_kinematics(m.view(), d.view(), q);
-  return link_pose(m.view(), d.view(), link);
-}
-
-void frame_poses(const model &m, data &d, const double *q, int n, const int *links, double *out) {
-  kernels().forward_kinematics(m.view(), d.view(), q);
-  for (int i = 0; i < n; ++i)
-    write_matrix(link_pose(m.view(), d.view(), links[i]), out + 16 * i);
-}
-
-void energy(const model &m, data &d, const double *q, const double *v, double *kinetic, double *potential) {
-  kernels().energy(m.view(), d.view(), q, v, kinetic, potential);
-}
-
-double external_power(const model &m, data &d, const double *q, const double *v,
-                      const external_wrenches<double> &external) {
-  return kernels().external_power(m.view(), d.view(), q, v, external);
+  double x[16];
+  frame_poses(m, d, q, 1, &link, x);
+  return {{x[0], x[4], x[8], x[1], x[5], x[9], x[2], x[6], x[10]}, {x[3], x[7], x[11]}};
 }
 
 } // namespace ksl

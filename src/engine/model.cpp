@@ -7,6 +7,7 @@
 #include "engine/canonical_axes.hpp"
 #include "load/check.hpp"
 
+#include <new>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -256,38 +257,16 @@ int model::find_link(const std::string &name) const {
   return -1;
 }
 
-namespace {
-
-/// n elements; in debug builds every number of theirs is NaN, so that what is read before it is written shows.
-template <class Element> std::vector<Element> fresh(int n) {
-  std::vector<Element> elements(static_cast<std::size_t>(n));
+data::data(const model &m) : zero_(static_cast<std::size_t>(m.nv())) {
+  arena measure(nullptr);
+  data_workspace<double>().lay_out(measure, m.view());
+  memory_.reset(static_cast<std::byte *>(::operator new(measure.used() + 64, std::align_val_t(64))));
 #ifndef NDEBUG
-  static_assert(sizeof(Element) % sizeof(double) == 0);
-  double *numbers = reinterpret_cast<double *>(elements.data());
-  std::fill_n(numbers, elements.size() * sizeof(Element) / sizeof(double), std::numeric_limits<double>::quiet_NaN());
+  double *numbers = reinterpret_cast<double *>(memory_.get());
+  std::fill_n(numbers, measure.used() / sizeof(double), std::numeric_limits<double>::quiet_NaN());
 #endif
-  return elements;
 }
 
-} // namespace
-
-data::data(const model &m) {
-  const int bodies = m.view().bodies, links = m.view().links;
-  const auto numbers = [](int each, int n) { return fresh<double>(room_for<double>(each, n)); };
-  in_parent_ = fresh<SE3<double>>(bodies);
-  in_world_ = fresh<SE3<double>>(bodies);
-  sine_ = fresh<double>(room_for_angles(m.nq()));
-  cosine_ = fresh<double>(room_for_angles(m.nq()));
-  motion_ = numbers(9, bodies);
-  wrench_ = numbers(6, bodies);
-  rotation_ = numbers(9, bodies);
-  inertia_ = numbers(21, bodies);
-  offset_ = fresh<vec3<double>>(bodies);
-  axis_ = fresh<joint_axis<double>>(bodies);
-  twist_ = fresh<screw<double>>(bodies);
-  articulated_ = fresh<articulated_state<double>>(bodies);
-  link_wrench_ = fresh<coscrew<double>>(links);
-  zero_.resize(static_cast<std::size_t>(m.nv()));
-}
+void data::aligned_delete::operator()(std::byte *p) const { ::operator delete(p, std::align_val_t(64)); }
 
 } // namespace ksl

@@ -23,7 +23,9 @@ TEST_CASE("every number of a fresh workspace is NaN") {
   };
   const auto bodies = static_cast<std::size_t>(m.view().bodies), links = static_cast<std::size_t>(m.view().links);
   const auto positions = static_cast<std::size_t>(ksl::padded(m.nq()));
-  const ksl::data_view<double> v = d.view();
+  ksl::data_workspace<double> v;
+  ksl::arena pieces(d.memory());
+  v.lay_out(pieces, m.view());
   CHECK(all_nan(v.in_parent, sizeof *v.in_parent * bodies));
   const auto numbers = [&](const double *x, int each, int n) {
     return all_nan(x, sizeof *x * static_cast<std::size_t>(ksl::room_for<double>(each, n)));
@@ -53,8 +55,11 @@ TEST_CASE("and no algorithm reads what it has not written") {
   double out[20];
   {
     ksl::data d(m);
-    ksl::inverse_dynamics<double>(m.view(), d.view(), q, v, a, {}, out);
-    ksl::reactions<double>(m.view(), d.view(), {}, request, out + 2);
+    ksl::data_workspace<double> w;
+    ksl::arena pieces(d.memory());
+    w.lay_out(pieces, m.view());
+    ksl::inverse_dynamics<double>(m.view(), w, q, v, a, {}, out);
+    ksl::reactions<double>(m.view(), w, {}, request, out + 2);
   }
   for (double x : out)
     CHECK(std::isfinite(x));

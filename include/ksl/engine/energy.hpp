@@ -51,17 +51,16 @@ void energy(const model_view<scalar_of<T>> &model, const data_view<T> &data, con
 
 /// Power of external wrenches: Σ f · v of each link.  q (nq), v (nv).
 template <class T>
-T external_power(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, const T *v,
-                 const external_wrenches<T> &external) {
+void external_power(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, const T *v,
+                    const external_wrenches<T> &external, T *power) {
   using A = algebra<T>;
   forward_kinematics(model, data, q);
   body_twists(model, data, v);
-  T power = T(0);
+  *power = T(0);
   for (int k = 0; k < external.n; ++k) {
     const coscrew<T> f = external_in_body(model, external, k);
-    power = power + A::dot_cs(&f, &data.twist[model.link[external.link[k]].body]);
+    *power = *power + A::dot_cs(&f, &data.twist[model.link[external.link[k]].body]);
   }
-  return power;
 }
 
 } // namespace KSL_ISA

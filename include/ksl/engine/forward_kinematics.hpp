@@ -57,5 +57,13 @@ template <class T> KSL_LANES void write_matrix(const SE3<T> &D, T *out) {
   out[12] = out[13] = out[14] = zero, out[15] = one;
 }
 
+/// Poses of n links' frames in the world into out (n, 4, 4), for q (nq).
+template <class T>
+void frame_poses(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, int n, const int *links, T *out) {
+  forward_kinematics(model, data, q);
+  for (int i = 0; i < n; ++i)
+    write_matrix(link_pose(model, data, links[i]), out + 16 * i);
+}
+
 } // namespace KSL_ISA
 } // namespace ksl
