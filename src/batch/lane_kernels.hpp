@@ -25,47 +25,14 @@ template <int columns, class S> KSL_LANES void store_rows(const S *in, int, S *r
     row[c] = in[c];
 }
 
-/// Cuts arrays for packs out of one piece of memory; without memory it only measures.
-class arena {
-public:
-  explicit arena(void *memory) : next_(static_cast<char *>(memory)) {}
-
-  template <class E> E *take(int n) {
-    char *const at = next_;
-    const std::size_t bytes = (static_cast<std::size_t>(n) * sizeof(E) + 63) / 64 * 64;
-    used_ += bytes;
-    next_ = next_ ? next_ + bytes : nullptr;
-    return reinterpret_cast<E *>(at);
-  }
-  std::size_t used() const { return used_; }
-
-private:
-  char *next_;
-  std::size_t used_ = 0;
-};
-
-/// Everything that one block of states needs.
-template <class P> struct block_workspace {
-  data_view<P> data;
+/// Everything that one block of states needs: the algorithm's workspace, its arguments and its results.
+template <class P, class Workspace> struct block_workspace {
+  Workspace of_algorithm;
   P *q, *v, *a, *result, *external;
 
   /// result: the most numbers that come out for a state; external: numbers of external wrenches.
   block_workspace(arena &memory, const model_view<scalar_of<P>> &model, int results, int externals) {
-    const int n = model.bodies;
-    const auto numbers = [&](int each, int of) { return memory.take<P>(room_for<P>(each, of)); };
-    data.in_parent = memory.take<SE3<P>>(n);
-    data.in_world = memory.take<SE3<P>>(n);
-    data.sine = memory.take<P>(room_for_angles(model.nq));
-    data.cosine = memory.take<P>(room_for_angles(model.nq));
-    data.motion = numbers(9, n);
-    data.wrench = numbers(6, n);
-    data.rotation = numbers(9, n);
-    data.inertia = numbers(21, n);
-    data.offset = memory.take<vec3<P>>(n);
-    data.axis = memory.take<joint_axis<P>>(n);
-    data.twist = memory.take<screw<P>>(n);
-    data.articulated = memory.take<articulated_state<P>>(n);
-    data.link_wrench = memory.take<coscrew<P>>(model.links);
+    of_algorithm.lay_out(memory, model);
     q = memory.take<P>(model.nq);
     v = memory.take<P>(model.nv);
     a = memory.take<P>(model.nv);
@@ -86,12 +53,12 @@ template <class P> void load(const rows_view<const scalar_of<P>> &rows, std::siz
 
 /// Calls compute(k, valid, workspace, external) for every block of states, `valid` of them from k on.  per_state: the most
 /// numbers that come out for a state.  Returns the bytes of workspace needed; without memory it does no more.
-template <class P, class Compute>
+template <class P, template <class> class Workspace, class Compute>
 std::size_t for_each_block(const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch, void *memory,
                            int per_state, Compute compute) {
   constexpr int lanes = static_cast<int>(sizeof(P) / sizeof(scalar_of<P>));
   arena pieces(memory);
-  block_workspace<P> w(pieces, model, per_state, 6 * batch.external_n);
+  block_workspace<P, Workspace<P>> w(pieces, model, per_state, 6 * batch.external_n);
   if (!memory)
     return pieces.used();
   const external_wrenches<P> external = {batch.external_n, batch.external_link, w.external};
@@ -111,19 +78,19 @@ std::size_t inverse_dynamics_lanes(const model_view<scalar_of<P>> &model, const 
   for (int r = 0; r < n; ++r)
     most = most > 6 * wanted[r].request.n ? most : 6 * wanted[r].request.n;
   const int results = model.nv + most;
-  return for_each_block<P>(model, batch, memory, results, [&](std::size_t k, int valid, const auto &w, const auto &external) {
+  return for_each_block<P, reactions_workspace>(model, batch, memory, results, [&](std::size_t k, int valid, const auto &w, const auto &external) {
     load(batch.v, k, model.nv, valid, w.v);
     load(batch.a, k, model.nv, valid, w.a);
     P *const found = w.result + model.nv;
     if (n > 0)
-      inverse_dynamics_with_reactions(model, w.data, w.q, w.v, w.a, external, w.result, wanted[0].request, found);
+      inverse_dynamics_with_reactions(model, w.of_algorithm, w.q, w.v, w.a, external, w.result, wanted[0].request, found);
     else
-      inverse_dynamics(model, w.data, w.q, w.v, w.a, external, w.result);
+      inverse_dynamics(model, w.of_algorithm.dynamics, w.q, w.v, w.a, external, w.result);
     if (batch.out.first)
       store_rows(w.result, model.nv, valid, row(batch.out, k), batch.out.stride);
     for (int r = 0; r < n; ++r) {
       if (r > 0)
-        reactions(model, w.data, external, wanted[r].request, found);
+        reactions(model, w.of_algorithm, external, wanted[r].request, found);
       store_rows(found, 6 * wanted[r].request.n, valid, row(wanted[r].out, k), wanted[r].out.stride);
     }
   });
@@ -132,10 +99,10 @@ std::size_t inverse_dynamics_lanes(const model_view<scalar_of<P>> &model, const 
 template <class P>
 std::size_t forward_dynamics_lanes(const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch,
                                    void *memory) {
-  return for_each_block<P>(model, batch, memory, model.nv, [&](std::size_t k, int valid, const auto &w, const auto &external) {
+  return for_each_block<P, forward_dynamics_workspace>(model, batch, memory, model.nv, [&](std::size_t k, int valid, const auto &w, const auto &external) {
     load(batch.v, k, model.nv, valid, w.v);
     load(batch.tau, k, model.nv, valid, w.a);
-    forward_dynamics(model, w.data, w.q, w.v, w.a, external, w.result);
+    forward_dynamics(model, w.of_algorithm, w.q, w.v, w.a, external, w.result);
     store_rows(w.result, model.nv, valid, row(batch.out, k), batch.out.stride);
   });
 }
@@ -159,15 +126,15 @@ template <class P>
 std::size_t mass_matrix_lanes(const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch, void *memory) {
   const int nv = model.nv, size = nv * nv;
   bool cleared = false; // the zeros of one triangle are those of every other
-  return for_each_block<P>(model, batch, memory, size, [&](std::size_t k, int valid, const auto &w, const auto &) {
-    if constexpr (plain<P>) {
-      mass_matrix(model, w.data, w.q, w.result);
+  return for_each_block<P, mass_matrix_workspace>(model, batch, memory, size, [&](std::size_t k, int valid, const auto &w, const auto &) {
+    if constexpr (is_number<P>) {
+      mass_matrix(model, w.of_algorithm, w.q, w.result);
       store_rows(w.result, size, valid, row(batch.out, k), batch.out.stride);
     } else {
       for (int i = 0; i < size && !cleared; ++i)
         w.result[i] = P(0);
       cleared = true;
-      elements_of_mass_matrix(model, w.data, w.q, w.result);
+      elements_of_mass_matrix(model, w.of_algorithm, w.q, w.result);
       store_symmetric(w.result, nv, valid, row(batch.out, k), batch.out.stride);
     }
   });
@@ -176,12 +143,12 @@ std::size_t mass_matrix_lanes(const model_view<scalar_of<P>> &model, const batch
 template <class P>
 std::size_t frame_poses_lanes(const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch, int n,
                               const int *links, void *memory) {
-  return for_each_block<P>(model, batch, memory, 0, [&](std::size_t k, int valid, const auto &w, const auto &) {
-    forward_kinematics(model, w.data, w.q);
+  return for_each_block<P, forward_kinematics_workspace>(model, batch, memory, 0, [&](std::size_t k, int valid, const auto &w, const auto &) {
+    forward_kinematics(model, w.of_algorithm, w.q);
     scalar_of<P> *out = row(batch.out, k);
     for (int i = 0; i < n; ++i, out += 16) {
       P matrix[16]; // stays in registers until it is stored, one row a state
-      write_matrix(link_pose(model, w.data, links[i]), matrix);
+      write_matrix(link_pose(model, w.of_algorithm.in_world, links[i]), matrix);
       store_rows<16>(matrix, valid, out, batch.out.stride);
     }
   });
@@ -190,9 +157,9 @@ std::size_t frame_poses_lanes(const model_view<scalar_of<P>> &model, const batch
 template <class P>
 std::size_t energy_lanes(const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch,
                          const rows_view<scalar_of<P>> &kinetic, const rows_view<scalar_of<P>> &potential, void *memory) {
-  return for_each_block<P>(model, batch, memory, 2, [&](std::size_t k, int valid, const auto &w, const auto &) {
+  return for_each_block<P, energy_workspace>(model, batch, memory, 2, [&](std::size_t k, int valid, const auto &w, const auto &) {
     load(batch.v, k, model.nv, valid, w.v);
-    energy(model, w.data, w.q, w.v, w.result, w.result + 1);
+    energy(model, w.of_algorithm, w.q, w.v, w.result, w.result + 1);
     store_rows(w.result, 1, valid, row(kinetic, k), kinetic.stride);
     store_rows(w.result + 1, 1, valid, row(potential, k), potential.stride);
   });
@@ -200,9 +167,9 @@ std::size_t energy_lanes(const model_view<scalar_of<P>> &model, const batch_view
 
 template <class P>
 std::size_t external_power_lanes(const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch, void *memory) {
-  return for_each_block<P>(model, batch, memory, 1, [&](std::size_t k, int valid, const auto &w, const auto &external) {
+  return for_each_block<P, external_power_workspace>(model, batch, memory, 1, [&](std::size_t k, int valid, const auto &w, const auto &external) {
     load(batch.v, k, model.nv, valid, w.v);
-    *w.result = external_power(model, w.data, w.q, w.v, external);
+    external_power(model, w.of_algorithm, w.q, w.v, external, w.result);
     store_rows(w.result, 1, valid, row(batch.out, k), batch.out.stride);
   });
 }

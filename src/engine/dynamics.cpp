@@ -14,27 +14,27 @@ model load(const std::string &urdf_path, const model_options &options, bool mimi
 
 void inverse_dynamics(const model &m, data &d, const double *q, const double *v, const double *a, double *tau,
                       const external_wrenches<double> &external) {
-  kernels().inverse_dynamics(m.view(), d.view(), q, v, a, external, tau);
+  kernels().inverse_dynamics(m.view(), d.memory(), q, v, a, external, tau);
 }
 
 void reactions(const model &m, data &d, const reaction_request &request, double *out,
                const external_wrenches<double> &external) {
-  kernels().reactions(m.view(), d.view(), external, request, out);
+  kernels().reactions(m.view(), d.memory(), external, request, out);
 }
 
 void inverse_dynamics_with_reactions(const model &m, data &d, const double *q, const double *v, const double *a, double *tau,
                                      const reaction_request &request, double *out,
                                      const external_wrenches<double> &external) {
-  kernels().inverse_dynamics_with_reactions(m.view(), d.view(), q, v, a, external, tau, request, out);
+  kernels().inverse_dynamics_with_reactions(m.view(), d.memory(), q, v, a, external, tau, request, out);
 }
 
 void forward_dynamics(const model &m, data &d, const double *q, const double *v, const double *tau, double *a,
                       const external_wrenches<double> &external) {
-  kernels().forward_dynamics(m.view(), d.view(), q, v, tau, external, a);
+  kernels().forward_dynamics(m.view(), d.memory(), q, v, tau, external, a);
 }
 
 void mass_matrix(const model &m, data &d, const double *q, double *M) {
-  kernels().mass_matrix(m.view(), d.view(), q, M);
+  kernels().mass_matrix(m.view(), d.memory(), q, M);
 }
 
 void bias(const model &m, data &d, const double *q, const double *v, double *tau,
@@ -47,23 +47,24 @@ void gravity_torque(const model &m, data &d, const double *q, double *tau, const
 }
 
 SE3<double> frame_pose(const model &m, data &d, const double *q, int link) {
-  kernels().forward_kinematics(m.view(), d.view(), q);
-  return link_pose(m.view(), d.view(), link);
+  double out[16];
+  kernels().frame_poses(m.view(), d.memory(), q, 1, &link, out);
+  return {{out[0], out[4], out[8], out[1], out[5], out[9], out[2], out[6], out[10]}, {out[3], out[7], out[11]}};
 }
 
 void frame_poses(const model &m, data &d, const double *q, int n, const int *links, double *out) {
-  kernels().forward_kinematics(m.view(), d.view(), q);
-  for (int i = 0; i < n; ++i)
-    write_matrix(link_pose(m.view(), d.view(), links[i]), out + 16 * i);
+  kernels().frame_poses(m.view(), d.memory(), q, n, links, out);
 }
 
 void energy(const model &m, data &d, const double *q, const double *v, double *kinetic, double *potential) {
-  kernels().energy(m.view(), d.view(), q, v, kinetic, potential);
+  kernels().energy(m.view(), d.memory(), q, v, kinetic, potential);
 }
 
 double external_power(const model &m, data &d, const double *q, const double *v,
                       const external_wrenches<double> &external) {
-  return kernels().external_power(m.view(), d.view(), q, v, external);
+  double power;
+  kernels().external_power(m.view(), d.memory(), q, v, external, &power);
+  return power;
 }
 
 } // namespace ksl

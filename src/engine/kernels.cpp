@@ -8,6 +8,16 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
+/// An algorithm that lays out its workspace in the memory given.
+template <auto algorithm> struct single_state;
+template <class W, class... Arguments, void (*algorithm)(const model_view<double> &, const W &, Arguments...)>
+struct single_state<algorithm> {
+  static void run(const model_view<double> &model, void *memory, Arguments... arguments) {
+    arena pieces(memory);
+    algorithm(model, pieces.take_workspace<W>(model), arguments...);
+  }
+};
+
 template <class P>
 constexpr batch_kernels<scalar_of<P>> batch_of = {
     static_cast<int>(sizeof(P) / sizeof(scalar_of<P>)),
@@ -23,14 +33,14 @@ constexpr batch_kernels<scalar_of<P>> batch_of = {
 } // namespace ksl
 
 extern "C" const ksl::kernel_table KSL_TABLE = {
-    ksl::inverse_dynamics<double>,
-    ksl::reactions<double>,
-    ksl::inverse_dynamics_with_reactions<double>,
-    ksl::forward_kinematics<double>,
-    ksl::mass_matrix<double>,
-    ksl::forward_dynamics<double>,
-    ksl::energy<double>,
-    ksl::external_power<double>,
+    ksl::single_state<ksl::inverse_dynamics<double>>::run,
+    ksl::single_state<ksl::reactions<double>>::run,
+    ksl::single_state<ksl::inverse_dynamics_with_reactions<double>>::run,
+    ksl::single_state<ksl::frame_poses<double>>::run,
+    ksl::single_state<ksl::mass_matrix<double>>::run,
+    ksl::single_state<ksl::forward_dynamics<double>>::run,
+    ksl::single_state<ksl::energy<double>>::run,
+    ksl::single_state<ksl::external_power<double>>::run,
     ksl::finite<double>,
     ksl::finite<float>,
     ksl::batch_of<double>,

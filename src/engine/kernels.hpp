@@ -36,21 +36,21 @@ template <class S> struct batch_kernels {
 };
 
 struct kernel_table {
-  void (*inverse_dynamics)(const model_view<double> &, const data_view<double> &, const double *q, const double *v,
+  void (*inverse_dynamics)(const model_view<double> &, void *workspace, const double *q, const double *v,
                            const double *a, const external_wrenches<double> &, double *tau);
-  void (*reactions)(const model_view<double> &, const data_view<double> &, const external_wrenches<double> &,
+  void (*reactions)(const model_view<double> &, void *workspace, const external_wrenches<double> &,
                     const reaction_request &, double *out);
-  void (*inverse_dynamics_with_reactions)(const model_view<double> &, const data_view<double> &, const double *q,
+  void (*inverse_dynamics_with_reactions)(const model_view<double> &, void *workspace, const double *q,
                                           const double *v, const double *a, const external_wrenches<double> &, double *tau,
                                           const reaction_request &, double *out);
-  void (*forward_kinematics)(const model_view<double> &, const data_view<double> &, const double *q);
-  void (*mass_matrix)(const model_view<double> &, const data_view<double> &, const double *q, double *M);
-  void (*forward_dynamics)(const model_view<double> &, const data_view<double> &, const double *q, const double *v,
+  void (*frame_poses)(const model_view<double> &, void *workspace, const double *q, int n, const int *links, double *out);
+  void (*mass_matrix)(const model_view<double> &, void *workspace, const double *q, double *M);
+  void (*forward_dynamics)(const model_view<double> &, void *workspace, const double *q, const double *v,
                            const double *tau, const external_wrenches<double> &, double *a);
-  void (*energy)(const model_view<double> &, const data_view<double> &, const double *q, const double *v,
+  void (*energy)(const model_view<double> &, void *workspace, const double *q, const double *v,
                  double *kinetic, double *potential);
-  double (*external_power)(const model_view<double> &, const data_view<double> &, const double *q, const double *v,
-                           const external_wrenches<double> &);
+  void (*external_power)(const model_view<double> &, void *workspace, const double *q, const double *v,
+                         const external_wrenches<double> &, double *power);
   bool (*finite)(const double *, std::size_t n); ///< are all n numbers?
   bool (*finite_single)(const float *, std::size_t n);
   batch_kernels<double> one_double, lanes_double;
