@@ -195,6 +195,7 @@ q, out, threads: as in :meth:`inverse_dynamics`.  :meth:`frame_poses` gives seve
         request="links",
         results=(Result("poses", ("links", 4, 4), "poses in the world, m"),),
         form="poses_of_links",
+        workspace="forward_kinematics_workspace",
         summary="Poses (…, names, 4, 4) in the world of links' frames, or of joints' (the child links'), for q (…, nq); m.",
         text="Poses {poses} of links' frames in the world, m, each matrix row-major, for {q}.  A link may come twice.  All are computed "
         "from one walk over the bodies: O(bodies + links).",

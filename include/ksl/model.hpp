@@ -1,12 +1,14 @@
 // KSL: a model that owns its arrays and knows its names, and the workspace for one computation with it.
 #pragma once
 
-#include "ksl/engine/data.hpp"
+#include "ksl/engine/model.hpp"
 #include "ksl/engine/description.hpp"
-#include "ksl/engine/workspace.hpp"
+#include "ksl/engine/joints.hpp"
 
 #include <array>
+#include <cstddef>
 #include <memory>
+#include <new>
 #include <string>
 #include <vector>
 
@@ -34,6 +36,7 @@ struct joint_row {
   int parent_link;       ///< −1: the ground
   int q_index, v_index;  ///< where its numbers begin; −1 for fixed joints
   vec3<double> axis;     ///< unit vector in the joint's frame; for kinds with one axis
+  double pitch;          ///< m/rad; of helical joints
   int description;       ///< index into robot_description::joints; −1 for base and floating_base
 };
 
@@ -61,8 +64,8 @@ public:
   const robot_description &description() const { return description_; }
 
   /// The arrays that algorithms run on, in double and in single precision; valid as long as the model lives.
-  model_view<double> view() const { return double_.view(nq_, nv_); }
-  model_view<float> view_single() const { return single_.view(nq_, nv_); }
+  model_view<double> view() const { return double_.view(nq_, nv_, pose_numbers_); }
+  model_view<float> view_single() const { return single_.view(nq_, nv_, pose_numbers_); }
   template <class S> model_view<S> view_in() const {
     if constexpr (sizeof(S) == sizeof(double))
       return view();
@@ -76,12 +79,12 @@ private:
     std::vector<ksl::body<S>> bodies;
     std::vector<ksl::link<S>> links;
     vec3<S> gravity;
-    std::vector<S> inertia, after_sine, after_cosine; // side by side
+    std::vector<S> inertia, theta0_sine, theta0_cosine; // side by side
     int first_angle = 0, angles_end = 0;
 
-    model_view<S> view(int nq, int nv) const {
-      return {static_cast<int>(bodies.size()), static_cast<int>(links.size()), nq, nv, gravity, bodies.data(), links.data(),
-              inertia.data(), after_sine.data(), after_cosine.data(), first_angle, angles_end};
+    model_view<S> view(int nq, int nv, int pose_numbers) const {
+      return {static_cast<int>(bodies.size()), static_cast<int>(links.size()), nq, nv, pose_numbers, gravity, bodies.data(),
+              links.data(), inertia.data(), theta0_sine.data(), theta0_cosine.data(), first_angle, angles_end};
     }
   };
 
@@ -90,27 +93,31 @@ private:
   std::vector<link_description> links_;
   arrays<double> double_;
   arrays<float> single_;
-  int nq_ = 0, nv_ = 0, moving_joints_ = 0;
+  int nq_ = 0, nv_ = 0, pose_numbers_ = 0, moving_joints_ = 0;
 
   friend class model_builder;
 };
 
-/// Workspace of one computation; allocated here and nowhere else.  In debug builds fresh memory is NaN.
+/// Workspace of one computation, the only thing that changes: one piece of memory, as large as the largest workspace of any
+/// algorithm (engine/workspace.hpp).  Allocated here and nowhere else.  One thread, one workspace.  In debug builds fresh
+/// memory is NaN.
 class KSL_EXPORT data {
 public:
   explicit data(const model &m);
 
-  /// As large as the largest workspace, aligned to 64 bytes.
   void *memory() { return memory_.get(); }
+  std::size_t bytes() const { return bytes_; }
 
   /// nv zeros: no velocity, no acceleration.
   template <class S> const S *zero() const { return static_cast<const S *>(static_cast<const void *>(zero_.data())); }
 
 private:
+  static constexpr std::align_val_t alignment{64};
   struct aligned_delete {
-    void operator()(std::byte *p) const;
+    void operator()(void *p) const { ::operator delete(p, alignment); }
   };
-  std::unique_ptr<std::byte, aligned_delete> memory_;
+  std::size_t bytes_;
+  std::unique_ptr<void, aligned_delete> memory_;
   std::vector<double> zero_;
 };
 

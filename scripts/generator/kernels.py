@@ -48,7 +48,7 @@ def kernel(row: Algorithm) -> str:
         "symmetric_matrix": {"compute": row.name, "upper_triangle": f"elements_of_{row.name}"},
     }.get(row.form, {"compute": row.name})
     text = "".join("\n" + STEP.format(name=name, call=engine_call(row, function)) for name, function in steps.items())
-    return KERNEL.format(mark=MARK, header=row.header, name=row.name, form=row.form, workspace=row.workspace or f"{row.name}_workspace", steps=text)
+    return KERNEL.format(mark=MARK, header=row.header, name=row.name, form=row.form, workspace=workspace(row), steps=text)
 
 
 def result_row(result: Result) -> str:
@@ -109,6 +109,31 @@ TABLES = """\
 """
 
 
+LARGEST = """\
+// {mark}
+#pragma once
+
+{includes}
+
+#include <algorithm>
+
+namespace ksl {{
+
+/// Bytes of the largest workspace of one state.
+inline std::size_t largest_workspace(const model_view<double> &m) {{
+  return std::max({{
+{sizes}
+  }});
+}}
+
+}} // namespace ksl
+"""
+
+
+def workspace(row: Algorithm) -> str:
+    return row.workspace or f"{row.name}_workspace"
+
+
 def files() -> dict[str, str]:
     out = {f"src/engine/algorithms/{row.name}.cpp": kernel(row) for row in COMPUTING}
     members = "".join(f"  const algorithm_kernels *{row.name};\n" for row in COMPUTING)
@@ -117,4 +142,7 @@ def files() -> dict[str, str]:
     declarations = " \\\n".join(f'  extern "C" const ksl::algorithm_kernels ksl_kernels_{row.name}_##set;' for row in COMPUTING)
     initialisers = " \\\n".join(f"    .{row.name} = &ksl_kernels_{row.name}_##set," for row in COMPUTING) + " \\"
     out["src/engine/kernel_tables.hpp"] = TABLES.format(mark=MARK, declarations=declarations, initialisers=initialisers)
+    includes = "\n".join(f'#include "ksl/engine/{header}"' for header in sorted({row.header for row in COMPUTING}))
+    sizes = "\n".join(f"      workspace_bytes<{workspace(row)}<double>>(m)," for row in COMPUTING)
+    out["src/engine/largest_workspace.hpp"] = LARGEST.format(mark=MARK, includes=includes, sizes=sizes)
     return out

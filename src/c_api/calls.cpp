@@ -17,7 +17,8 @@ template <class S> void require_position(const model &m, const S *q) {
   require_finite(q, m.nq(), "q");
   for (int i = 0; i < m.moving_joints(); ++i) {
     const joint_row &j = m.joints()[static_cast<std::size_t>(i)];
-    if (j.kind == joint_kind::floating && !is_unit_quaternion(q + j.q_index + 3))
+    const int quaternion = row_of(j.kind).quaternion;
+    if (quaternion >= 0 && !is_unit_quaternion(q + j.q_index + quaternion))
       throw bad_argument("q: the quaternion [qx qy qz qw] of " + j.name + " is not of unit length");
   }
 }

@@ -9,11 +9,8 @@ namespace ksl {
 
 inline constexpr SE3<double> identity = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}};
 
-/// Does the joint move along or about an axis?
-bool has_axis(joint_kind kind);
-
-/// Turns every canonical frame about its z axis, and takes the placements of joints apart into turns.  The frames of the ground
-/// and of what floats stay.
+/// Rotates every canonical frame about its z axis, and factors the placements of joints into rotations about coordinate axes.
+/// The frames of the ground and of bodies whose joints have no axis stay.
 void choose_canonical_axes(std::vector<body<double>> &bodies, std::vector<link<double>> &links);
 
 } // namespace ksl

@@ -53,7 +53,7 @@ template <class Algorithm> struct poses_of_links : whole_results<Algorithm> {
       forward_kinematics(model, w, s.q);
       for (int i = 0; i < s.links.n; ++i, out += 16) {
         P matrix[16];
-        write_matrix(link_pose(model, w, s.links.index[i]), matrix);
+        write_matrix(link_pose(model, w.in_world, s.links.index[i]), matrix);
         store_rows<16>(matrix, b.valid, out, rows.stride);
       }
     }

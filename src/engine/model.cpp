@@ -2,12 +2,10 @@
 // so that the axis is z.
 #include "ksl/model.hpp"
 
-#include "ksl/engine/body_lanes.hpp"
-
 #include "engine/canonical_axes.hpp"
+#include "engine/largest_workspace.hpp"
 #include "load/check.hpp"
 
-#include <new>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -49,12 +47,12 @@ public:
     add_ground();
     if (options_.floating_base) {
       check_free_name("floating_base");
-      add_moving_link(root, -1, {"floating_base", joint_kind::floating, -1, -1, 0, 0, {0, 0, 0}, -1}, identity, 0);
+      add_moving_link(root, -1, {"floating_base", joint_kind::floating, -1, -1, 0, 0, {0, 0, 0}, 0, -1}, identity, 0);
     } else {
       add_welded_link(root, -1, identity, 0);
-      m_.double_.links.back().first = true;
+      m_.double_.links.back().carried_by_moving_joint = true;
       m_.double_.bodies[0].link = 0;
-      fixed_joints_.push_back({ground_name(), joint_kind::fixed, 0, -1, -1, -1, {0, 0, 0}, -1});
+      fixed_joints_.push_back({ground_name(), joint_kind::fixed, 0, -1, -1, -1, {0, 0, 0}, 0, -1});
     }
     descend(root);
     finish();
@@ -70,7 +68,8 @@ private:
   }
 
   void add_ground() {
-    m_.double_.bodies.push_back({joint_kind::fixed, -1, 0, 0, 0, 0, -1, identity, no_turn, no_turn, no_turn, true, {}});
+    m_.double_.bodies.push_back(new_body(joint_kind::fixed, -1, -1, identity));
+    m_.double_.bodies.back().is_base = true;
   }
 
   bool names_joint(const std::string &name) const {
@@ -118,36 +117,57 @@ private:
     SE3<double> placement; // of the joint's frame in the parent body's canonical frame
     A::product_dd(&p.pose, &j.placement, &placement);
     if (j.kind == joint_kind::fixed) {
-      fixed_joints_.push_back({j.name, j.kind, static_cast<int>(m_.double_.links.size()), parent, -1, -1, {0, 0, 0}, index});
+      fixed_joints_.push_back({j.name, j.kind, static_cast<int>(m_.double_.links.size()), parent, -1, -1, {0, 0, 0}, 0, index});
       add_welded_link(j.child, parent, placement, p.body);
     } else {
-      add_moving_link(j.child, parent, {j.name, j.kind, -1, parent, m_.nq_, m_.nv_, j.axis, index}, placement, p.body);
+      add_moving_link(j.child, parent, {j.name, j.kind, -1, parent, m_.nq_, m_.nv_, j.axis, j.pitch, index}, placement, p.body);
     }
   }
 
   void add_moving_link(int description_link, int parent, joint_row row, const SE3<double> &joint_placement, int parent_body) {
     SE3<double> canonical = identity; // in the joint's frame
-    if (has_axis(row.kind))
+    if (row_of(row.kind).has_axis)
       canonical.R = frame_with_z(row.axis);
     SE3<double> placement, pose;
     A::product_dd(&joint_placement, &canonical, &placement);
     A::SE3_inverted(&canonical, &pose);
 
     row.link = static_cast<int>(m_.double_.links.size());
-    m_.double_.bodies.push_back(
-        {row.kind, parent_body, m_.nq_, m_.nv_, m_.nv_, chain_to(row.kind, parent_body), row.link, placement, no_turn, no_turn, no_turn, true, {}});
+    body<double> b = new_body(row.kind, parent_body, row.link, placement);
+    b.pitch = row.pitch;
+    m_.double_.bodies.push_back(b);
     m_.nq_ += row_of(row.kind).nq;
     m_.nv_ += row_of(row.kind).nv;
+    m_.pose_numbers_ += row_of(row.kind).pose_numbers;
     m_.joints_.push_back(std::move(row));
     add_welded_link(description_link, parent, pose, static_cast<int>(m_.double_.bodies.size()) - 1);
-    m_.double_.links.back().first = true;
+    m_.double_.links.back().carried_by_moving_joint = true;
   }
 
-  /// Where the chain of bodies begins that a new one on this parent ends.
-  int chain_to(joint_kind kind, int parent) const {
+  /// A body on a joint whose numbers follow those of all joints so far.
+  body<double> new_body(joint_kind kind, int parent, int link, const SE3<double> &placement) const {
+    const joint_kind_row row = row_of(kind);
+    body<double> b{};
+    b.kind = kind == joint_kind::continuous ? joint_kind::revolute : kind;
+    b.parent = parent;
+    b.q_index = m_.nq_, b.v_index = b.v_end = m_.nv_;
+    b.nv = row.nv;
+    b.angle_index = row.has_angle ? m_.nq_ : -1;
+    b.chain_start = chain_start(kind, parent);
+    b.pose_index = m_.pose_numbers_;
+    b.link = link;
+    b.is_base = parent == 0 && row.nv == 6;
+    b.no_offset = true;
+    b.placement = placement;
+    b.offset = b.alpha = b.theta0 = no_rotation;
+    return b;
+  }
+
+  /// Where the chain of revolute joints begins that a new body on this parent ends.
+  int chain_start(joint_kind kind, int parent) const {
     const auto &bodies = m_.double_.bodies;
     const int added = static_cast<int>(bodies.size());
-    return turns(kind) && parent == added - 1 && turns(bodies.back().kind) ? bodies.back().chain : added;
+    return only_turns(kind) && parent == added - 1 && only_turns(bodies.back().kind) ? bodies.back().chain_start : added;
   }
 
   void add_welded_link(int description_link, int parent, const SE3<double> &pose, int body) {
@@ -155,13 +175,8 @@ private:
     for (const payload &p : options_.payloads)
       if (p.link == l.name)
         add_payload(p, l);
-    spatial_inertia<double> in_body;
-    A::spatial_inertia_transformed(&l.inertia, &pose, &in_body);
-    spatial_inertia<double> &lump = m_.double_.bodies[static_cast<std::size_t>(body)].inertia;
-    A::spatial_inertia_added(&lump, &in_body, &lump);
-
     link_of_[static_cast<std::size_t>(description_link)] = static_cast<int>(m_.double_.links.size());
-    m_.double_.links.push_back({body, parent, false, false, {}, pose, in_body});
+    m_.double_.links.push_back({body, parent, false, false, {}, pose, {}});
     m_.links_.push_back(std::move(l));
   }
 
@@ -177,9 +192,9 @@ private:
     m_.double_.gravity = {options_.gravity[0], options_.gravity[1], options_.gravity[2]};
     close_subtrees();
     choose_canonical_axes(m_.double_.bodies, m_.double_.links);
+    add_inertias();
+    add_angles();
     round_to_single();
-    lay_side_by_side(m_.double_);
-    lay_side_by_side(m_.single_);
     for (const payload &p : options_.payloads)
       if (m_.find_link(p.link) < 0)
         throw description_error(m_.description_.file + ": no link " + p.link + " to carry the payload");
@@ -190,7 +205,8 @@ private:
     std::vector<body<double>> &bodies = m_.double_.bodies;
     for (std::size_t i = bodies.size(); i-- > 0;) {
       body<double> &b = bodies[i];
-      b.v_end = std::max(b.v_end, b.v_index + row_of(b.kind).nv);
+      b.has_children = b.v_end > b.v_index;
+      b.v_end = std::max(b.v_end, b.v_index + b.nv);
       if (b.parent >= 0) {
         body<double> &parent = bodies[static_cast<std::size_t>(b.parent)];
         parent.v_end = std::max(parent.v_end, b.v_end);
@@ -198,38 +214,50 @@ private:
     }
   }
 
-  void round_to_single() {
-    const auto &d = m_.double_;
-    for (const body<double> &b : d.bodies)
-      m_.single_.bodies.push_back({b.kind, b.parent, b.q_index, b.v_index, b.v_end, b.chain, b.link, spread<float>(b.placement),
-                                   spread<float>(b.before), spread<float>(b.lean), spread<float>(b.after), b.straight,
-                                   spread<float>(b.inertia)});
-    for (const link<double> &l : d.links)
-      m_.single_.links.push_back({l.body, l.parent, l.first, l.along_axis,
-                                  {spread<float>(l.turn.about_z), static_cast<float>(l.turn.sense),
-                                   {l.turn.slot[0], l.turn.slot[1], l.turn.slot[2]}},
-                                  spread<float>(l.pose), spread<float>(l.inertia)});
-    m_.single_.gravity = spread<float>(d.gravity);
+  /// Each link's inertia from the link's own frame to its body's, once; bodies have the sums.
+  void add_inertias() {
+    auto &d = m_.double_;
+    d.inertia.assign(static_cast<std::size_t>(padded_size<double>(10, static_cast<int>(d.bodies.size()))), 0);
+    for (std::size_t i = 0; i < d.links.size(); ++i) {
+      link<double> &l = d.links[i];
+      const bodies_at<double, double> body{l.body};
+      A::spatial_inertia_transformed(&m_.links_[i].inertia, &l.pose, &l.inertia);
+      spatial_inertia<double> sum = body.get<spatial_inertia>(d.inertia.data());
+      A::spatial_inertia_added(&sum, &l.inertia, &sum);
+      body.put(sum, d.inertia.data());
+    }
   }
 
-  /// The constants that kernels read for several bodies or joints at once.
-  template <class S> void lay_side_by_side(model::arrays<S> &a) const {
-    const int bodies = static_cast<int>(a.bodies.size());
-    const auto angles = static_cast<std::size_t>(room_for_angles(m_.nq_));
-    a.inertia.assign(static_cast<std::size_t>(room_for<S>(10, bodies)), S(0));
-    a.after_sine.assign(angles, S(0));
-    a.after_cosine.assign(angles, S(1));
-    a.first_angle = m_.nq_;
-    for (int i = 0; i < bodies; ++i) {
-      const body<S> &b = a.bodies[static_cast<std::size_t>(i)];
-      body_at<S>(i).put(b.inertia, a.inertia.data());
-      if (!turns(b.kind))
+  /// The constants of joint angles, side by side for lanes.
+  void add_angles() {
+    auto &d = m_.double_;
+    const auto angles = static_cast<std::size_t>(padded(m_.nq_) + padded(1));
+    d.theta0_sine.assign(angles, 0);
+    d.theta0_cosine.assign(angles, 1);
+    d.first_angle = m_.nq_;
+    for (const body<double> &b : d.bodies) {
+      if (b.angle_index < 0)
         continue;
-      a.after_sine[static_cast<std::size_t>(b.q_index)] = b.after.sine;
-      a.after_cosine[static_cast<std::size_t>(b.q_index)] = b.after.cosine;
-      a.first_angle = std::min(a.first_angle, b.q_index);
-      a.angles_end = b.q_index + 1;
+      const auto k = static_cast<std::size_t>(b.angle_index);
+      d.theta0_sine[k] = b.theta0.sine;
+      d.theta0_cosine[k] = b.theta0.cosine;
+      d.first_angle = std::min(d.first_angle, b.angle_index);
+      d.angles_end = b.angle_index + 1;
     }
+  }
+
+  void round_to_single() {
+    const auto &d = m_.double_;
+    auto &s = m_.single_;
+    for (const body<double> &b : d.bodies)
+      s.bodies.push_back(spread<float>(b));
+    for (const link<double> &l : d.links)
+      s.links.push_back(spread<float>(l));
+    s.gravity = spread<float>(d.gravity);
+    s.inertia.assign(d.inertia.begin(), d.inertia.end());
+    s.theta0_sine.assign(d.theta0_sine.begin(), d.theta0_sine.end());
+    s.theta0_cosine.assign(d.theta0_cosine.begin(), d.theta0_cosine.end());
+    s.first_angle = d.first_angle, s.angles_end = d.angles_end;
   }
 
   model &m_;
@@ -257,16 +285,11 @@ int model::find_link(const std::string &name) const {
   return -1;
 }
 
-data::data(const model &m) : zero_(static_cast<std::size_t>(m.nv())) {
-  arena measure(nullptr);
-  data_workspace<double>().lay_out(measure, m.view());
-  memory_.reset(static_cast<std::byte *>(::operator new(measure.used() + 64, std::align_val_t(64))));
+data::data(const model &m)
+    : bytes_(largest_workspace(m.view())), memory_(::operator new(bytes_, alignment)), zero_(static_cast<std::size_t>(m.nv())) {
 #ifndef NDEBUG
-  double *numbers = reinterpret_cast<double *>(memory_.get());
-  std::fill_n(numbers, measure.used() / sizeof(double), std::numeric_limits<double>::quiet_NaN());
+  std::fill_n(static_cast<double *>(memory_.get()), bytes_ / sizeof(double), std::numeric_limits<double>::quiet_NaN());
 #endif
 }
-
-void data::aligned_delete::operator()(std::byte *p) const { ::operator delete(p, std::align_val_t(64)); }
 
 } // namespace ksl

@@ -1,6 +1,8 @@
 // Reads URDF 1.0 to 1.2: https://wiki.ros.org/urdf/XML, and versions 1.1 and 1.2 as urdfdom has them.
 #include "load/urdf.hpp"
 
+#include "ksl/engine/joints.hpp"
+
 #include "load/check.hpp"
 #include "load/urdf_values.hpp"
 #include "load/words.hpp"
@@ -169,9 +171,10 @@ void urdf_reader::read_joint(pugi::xml_node node) {
 joint_kind urdf_reader::kind_of(const element &joint) const {
   const std::string type = joint.text("type");
   std::vector<std::string> names;
-  for (const joint_kind_row &row : joint_kinds) {
-    if (type == row.name)
-      return static_cast<joint_kind>(names.size());
+  for (const joint_kind kind : joint_kinds) {
+    const joint_kind_row row = row_of(kind);
+    if (type == row.name || (row.other_name && type == row.other_name))
+      return kind;
     names.push_back(row.name);
   }
   const std::string known = load::listed(names);
@@ -204,12 +207,13 @@ int urdf_reader::link_named_in(const element &joint, const char *tag) const {
 
 /// Axis and limits, of the joints that move along an axis.
 void urdf_reader::read_motion(const element &joint, joint_description &out) {
-  if (row_of(out.kind).nv == 1) {
+  const joint_kind_row row = row_of(out.kind);
+  if (row.has_axis) {
     out.axis = load::axis_in(joint);
     read_limit(joint, out);
     return;
   }
-  const std::string why = "no effect on a " + std::string(row_of(out.kind).name) + " joint";
+  const std::string why = "no effect on a " + std::string(row.name) + " joint";
   for (const char *tag : {"axis", "limit"})
     if (joint.child(tag))
       unused_.in_joint(tag, why, out.name);
@@ -225,10 +229,10 @@ void urdf_reader::read_limit(const element &joint, joint_description &out) {
   for (const char *name : {"acceleration", "deceleration", "jerk"})
     if (limit.has(name))
       unused_.in_joint("limit " + std::string(name), "not used", out.name);
-  if (out.kind == joint_kind::continuous) {
+  if (!row_of(out.kind).has_limits) {
     for (const char *name : {"lower", "upper"})
       if (limit.has(name))
-        unused_.in_joint("limit " + std::string(name), "no effect on a continuous joint", out.name);
+        unused_.in_joint("limit " + std::string(name), "no effect on a " + std::string(row_of(out.kind).name) + " joint", out.name);
     return;
   }
   out.lower = limit.number("lower");

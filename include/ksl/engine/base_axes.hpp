@@ -5,69 +5,50 @@
 // base's unit twists are unit vectors.  Origins stay the bodies' own, so that no digit is lost far from the base.
 #pragma once
 
-#include "ksl/engine/body_lanes.hpp"
-#include "ksl/engine/joint_motion.hpp"
+#include "ksl/engine/joints.hpp"
 
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// Is this body a base: the ground, or what floats on it?
-template <class S> KSL_LANES bool is_base(const body<S> &b) {
-  return b.parent < 0 || (b.parent == 0 && b.kind == joint_kind::floating);
-}
-
-/// Does anything hang on this body?
-template <class S> KSL_LANES bool has_children(const body<S> &b) { return b.v_end > b.v_index + row_of(b.kind).nv; }
-
-/// The way from the parent's origin to that of body i, in the axes of the base, and its axes (data.rotation); R: the
-/// parent's, and the body's afterwards.
+/// The axes of body i on a joint of kind K (rotation), and the translation from the parent's origin, both in the axes of the
+/// base.  R: the parent's axes, and the body's afterwards.
 template <joint_kind K, class T>
-KSL_LANES vec3<T> place_by(const model_view<scalar_of<T>> &model, const data_view<T> &data, int i, const T *q, mat3x3<T> &R) {
-  const body<scalar_of<T>> &b = model.body[i];
-  const auto D = pose_in_parent<K, T>::at(b, data, i, q);
+KSL_LANES vec3<T> place(const body<scalar_of<T>> &b, const pose_workspace<T> &pose, const per_body<mat3x3, T> &rotation, int i,
+                        const T *q, mat3x3<T> &R) {
+  const auto D = joint<K>::computed_pose(b, pose, q);
   vec3<T> offset = {T(0), T(0), T(0)};
-  if (K != joint_kind::floating || !is_base(b)) { // the axes of what floats on the ground are those of the base
+  if (joint<K>::nv < 6 || !b.is_base) { // the axes of what floats on the ground are those of the base
     algebra<T>::product_drv(&R, &D.t, &offset);
-    D.turn_axes(R);
+    D.rotate_axes(R);
   }
-  body_at<T>(i).put(R, data.rotation);
+  rotation.set(i, R);
   return offset;
 }
 
-/// The same for every kind of joint.  `last` comes as the axes of body i − 1, mostly the parent, and leaves as those of i:
-/// what was just stored need not be loaded.
-template <class T>
-KSL_LANES vec3<T> place(const model_view<scalar_of<T>> &model, const data_view<T> &data, int i, const T *q, mat3x3<T> &last) {
-  const body<scalar_of<T>> &b = model.body[i];
-  if (turns(b.kind)) {
-    if (b.parent != i - 1)
-      last = body_at<T>(b.parent).template get<mat3x3>(data.rotation);
-    return place_by<joint_kind::revolute>(model, data, i, q, last);
-  }
-  by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED { // through memory, so that the way above has its registers
-    mat3x3<T> R = body_at<T>(b.parent).template get<mat3x3>(data.rotation);
-    data.offset[i] = place_by<K>(model, data, i, q, R);
-  });
-  last = body_at<T>(i).template get<mat3x3>(data.rotation);
-  return data.offset[i];
-}
-
-/// Axes of all bodies in those of the base, then, as for_bodies does it, one(i, offset from the parent's origin) and
+/// Axes of all bodies in those of the base, then, as for_bodies does it, one<K>(i, offset from the parent's origin) and
 /// lanes(k).
 template <class T, class One, class Lanes>
-KSL_LANES void express_in_base(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, One one,
-                               Lanes lanes) {
+KSL_LANES void express_in_base(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose,
+                               const per_body<mat3x3, T> &rotation, const T *q, One one, Lanes lanes) {
   const T o = T(0), l = T(1);
-  mat3x3<T> last = {l, o, o, o, l, o, o, o, l};
-  sines_and_cosines(model, data, q);
-  body_at<T>(0).put(last, data.rotation);
-  for_bodies<T>(model.bodies, [&](int i) KSL_INLINED { one(i, place(model, data, i, q, last)); }, lanes);
-}
-
-/// The axis of a body's joint: z of its axes.
-template <class T> KSL_LANES vec3<T> axis_of(const data_view<T> &data, int i) {
-  const T *z = numbers_of<9>(data.rotation, i) + 6 * group<T>;
-  return {z[0], z[group<T>], z[2 * group<T>]};
+  mat3x3<T> last = {l, o, o, o, l, o, o, o, l}; // of body i − 1, mostly the parent: what was just stored need not be loaded
+  sines_and_cosines(model, pose, q);
+  rotation.set(0, last);
+  const auto step = [&](int i) KSL_INLINED {
+    const body<scalar_of<T>> &b = model.body[i];
+    if (only_turns(b.kind)) {
+      if (b.parent != i - 1)
+        last = rotation[b.parent];
+      one.template operator()<joint_kind::revolute>(i, place<joint_kind::revolute>(b, pose, rotation, i, q, last));
+    } else { // through memory, so that the fast path has its registers
+      by_slower_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
+        mat3x3<T> R = rotation[b.parent];
+        one.template operator()<K>(i, place<K>(b, pose, rotation, i, q, R));
+      });
+      last = rotation[i];
+    }
+  };
+  for_bodies<T>(model.bodies, step, lanes);
 }
 
 } // namespace KSL_ISA

@@ -5,32 +5,37 @@
 // somebody's own, the bodies come one after the other.  The numbers are the same to the bit.
 #pragma once
 
-#include "ksl/engine/data.hpp"
+#include "ksl/engine/model.hpp"
 #include "ksl/engine/spread.hpp"
 
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// May bodies lie in lanes?
-template <class T> inline constexpr bool plain = false;
-template <class T> inline constexpr bool plain<const T> = plain<T>;
-template <> inline constexpr bool plain<double> = true;
-template <> inline constexpr bool plain<float> = true;
+/// Is T a plain number?  Then bodies can lie in lanes.
+template <class T> inline constexpr bool is_number = false;
+template <class T> inline constexpr bool is_number<const T> = is_number<T>;
+template <> inline constexpr bool is_number<double> = true;
+template <> inline constexpr bool is_number<float> = true;
 
-/// Number c of body i lies at [i / group][c][i % group]: a register reads it for several bodies.
-template <class T> inline constexpr int group = plain<T> ? padded(1) : 1;
+/// Room for n numbers in whole registers of any instruction set.
+constexpr int padded(int n) { return (n + 15) / 16 * 16; }
+
+/// Number c of body i lies at [i / lane_block][c][i % lane_block]: a register reads it for several bodies.
+template <class T> inline constexpr int lane_block = is_number<T> ? padded(1) : 1;
 
 /// How many numbers T the struct V has.
 template <class V, class T> inline constexpr int numbers_in = static_cast<int>(sizeof(V) / sizeof(T));
 
-/// Where the numbers of body i begin in an array over bodies with n numbers each; they are group<T> apart.
+/// Where the numbers of body i begin in an array over bodies with n numbers each; they are lane_block<T> apart.
 template <int n, class T> KSL_LANES T *numbers_of(T *array, int i) {
-  const unsigned body = static_cast<unsigned>(i), g = static_cast<unsigned>(group<T>); // division costs less
+  const unsigned body = static_cast<unsigned>(i), g = static_cast<unsigned>(lane_block<T>); // division costs less
   return array + (body / g * (n * g) + body % g);
 }
 
-/// Room for n numbers of each body.
-template <class T> constexpr int room_for(int n, int bodies) { return (bodies + group<T> - 1) / group<T> * group<T> * n; }
+/// Size of an array over bodies with n numbers each.
+template <class T> constexpr int padded_size(int n, int bodies) {
+  return (bodies + lane_block<T> - 1) / lane_block<T> * lane_block<T> * n;
+}
 
 namespace body_lanes {
 
@@ -43,13 +48,13 @@ template <class T, int W> KSL_LANES void write(const pack<T, W> &from, T *to) { 
 template <int n, class T, class P> KSL_LANES void read_all(const T *from, P *to) {
   if constexpr (n > 0) {
     read_all<n - 1>(from, to);
-    read(from + (n - 1) * group<T>, to[n - 1]);
+    read(from + (n - 1) * lane_block<T>, to[n - 1]);
   }
 }
 template <int n, class T, class P> KSL_LANES void write_all(const P *from, T *to) {
   if constexpr (n > 0) {
     write_all<n - 1>(from, to);
-    write(from[n - 1], to + (n - 1) * group<T>);
+    write(from[n - 1], to + (n - 1) * lane_block<T>);
   }
 }
 
@@ -73,47 +78,27 @@ template <class P, class T> struct bodies_at {
     body_lanes::write_all<n>(reinterpret_cast<const P *>(&v), numbers_of<n>(array, i));
   }
 
-  /// Constants of the model.
+  /// The bodies' own inertias, constants of the model.
   KSL_LANES spatial_inertia<P> inertia(const model_view<scalar_of<T>> &model) const {
-    if constexpr (plain<T>)
+    if constexpr (is_number<T>)
       return get<spatial_inertia>(model.inertia);
     else
-      return spread<P>(model.body[i].inertia);
+      return spread<P>(bodies_at<scalar_of<T>, scalar_of<T>>{i}.template get<spatial_inertia>(model.inertia));
   }
 };
 
 template <class T> KSL_LANES bodies_at<T, T> body_at(int i) { return {i}; }
 
-/// V<T> of body i as it lies in an array over bodies: the struct itself where its numbers lie side by side, so that none is
-/// held in a register before it is needed, and a copy of it, to be put back, where they don't.
-template <template <class> class V, class T> class in_place {
-public:
-  KSL_LANES in_place(T *array, int i) : array_(array), i_(i) {
-    if constexpr (plain<T>)
-      copy_ = body_at<T>(i).template get<V>(array);
-  }
-  KSL_LANES V<T> &operator*() {
-    if constexpr (plain<T>)
-      return copy_;
-    else
-      return *reinterpret_cast<V<T> *>(numbers_of<numbers_in<V<T>, T>>(array_, i_));
-  }
-  KSL_LANES void put() const {
-    if constexpr (plain<T>)
-      body_at<T>(i_).put(copy_, array_);
-  }
-
-private:
-  T *array_;
-  int i_;
-  V<T> copy_; ///< of plain numbers only
-};
+/// The inertia of body i with all welded links, in its canonical frame.
+template <class T> KSL_LANES spatial_inertia<T> own_inertia(const model_view<scalar_of<T>> &model, int i) {
+  return body_at<T>(i).inertia(model);
+}
 
 /// Two steps for n bodies, parents first: one(i) for all but the ground, which may read what both left of the parent, then
 /// lanes(bodies_at), which reads of no other body what this step leaves.  In lanes where that can be, and body after body
 /// where not, so that the second step finds near by what the first one left.
 template <class T, class One, class Lanes> KSL_LANES void for_bodies(int n, One one, Lanes lanes) {
-  if constexpr (plain<T>) {
+  if constexpr (is_number<T>) {
     for (int i = 1; i < n; ++i)
       one(i);
     for (int i = 0; i < n; i += native_lanes<T>)

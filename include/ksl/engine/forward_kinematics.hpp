@@ -1,49 +1,67 @@
 // KSL: where every body and every frame is.
 #pragma once
 
-#include "ksl/engine/joint_motion.hpp"
+#include "ksl/engine/joints.hpp"
 
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// Poses of all bodies in the world from those in their parents.
-template <class T> void compose_poses(const model_view<scalar_of<T>> &model, const data_view<T> &data) {
-  data.in_world[0] = spread<T>(model.body[0].placement);
-  for (int i = 1; i < model.bodies; ++i)
-    by_kind(model.body[i].kind, [&]<joint_kind K>() KSL_INLINED {
-      const auto D = pose_in_parent<K, T>::kept(model.body[i], data, i);
-      data.in_world[i] = composed(data.in_world[model.body[i].parent], D);
+template <class T> struct forward_kinematics_workspace {
+  pose_workspace<T> pose;
+  array_of<SE3<T>> in_world; ///< pose of each body
+
+  KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
+    pose.lay_out(memory, model);
+    in_world.lay_out(memory, model.bodies);
+  }
+};
+
+/// The pose of body 0, the ground: links lie in it as the description says.
+template <class T> KSL_LANES SE3<T> ground_pose(const model_view<scalar_of<T>> &model) {
+  return spread<T>(model.body[0].placement);
+}
+
+/// Poses of all bodies in the world from those in their parents, which another algorithm has kept.
+template <class T>
+void compose_poses(const model_view<scalar_of<T>> &model, const pose_workspace<T> &kept, const array_of<SE3<T>> &in_world) {
+  in_world[0] = ground_pose<T>(model);
+  for (int i = 1; i < model.bodies; ++i) {
+    const body<scalar_of<T>> &b = model.body[i];
+    by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
+      in_world[i] = composed(in_world[b.parent], joint<K>::kept_pose(b, kept));
     });
+  }
 }
 
 /// Poses of all bodies, in their parents and in the world, for q (nq).  Featherstone, RBDA (2008), table 4.1, lines 1–6.
-template <class T> void forward_kinematics(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q) {
-  sines_and_cosines(model, data, q);
-  SE3<T> last = spread<T>(model.body[0].placement); // of body i − 1, mostly the parent
-  data.in_world[0] = last;
+template <class T>
+void forward_kinematics(const model_view<scalar_of<T>> &model, const forward_kinematics_workspace<T> &w, const T *q) {
+  sines_and_cosines(model, w.pose, q);
+  SE3<T> last = ground_pose<T>(model); // of body i − 1, mostly the parent
+  w.in_world[0] = last;
   for (int i = 1; i < model.bodies; ++i) {
     const body<scalar_of<T>> &b = model.body[i];
-    if (turns(b.kind)) {
+    if (only_turns(b.kind)) {
       if (b.parent != i - 1)
-        last = data.in_world[b.parent];
-      last = composed(last, pose_in_parent<joint_kind::revolute, T>::at(b, data, i, q));
-      data.in_world[i] = last;
-    } else { // through memory, so that the way above has its registers
-      by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
-        const auto D = pose_in_parent<K, T>::at(b, data, i, q);
-        data.in_world[i] = composed(data.in_world[b.parent], D);
+        last = w.in_world[b.parent];
+      last = composed(last, joint<joint_kind::revolute>::computed_pose(b, w.pose, q));
+      w.in_world[i] = last;
+    } else { // through memory, so that the fast path has its registers
+      by_slower_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
+        w.in_world[i] = composed(w.in_world[b.parent], joint<K>::computed_pose(b, w.pose, q));
       });
-      last = data.in_world[i];
+      last = w.in_world[i];
     }
   }
 }
 
-/// Pose of a link's frame in the world; after compose_poses.
-template <class T> inline SE3<T> link_pose(const model_view<scalar_of<T>> &model, const data_view<T> &data, int link) {
+/// Pose of a link's frame in the world.
+template <class T>
+inline SE3<T> link_pose(const model_view<scalar_of<T>> &model, const array_of<SE3<T>> &in_world, int link) {
   const ksl::link<scalar_of<T>> &l = model.link[link];
   const SE3<T> in_body = spread<T>(l.pose);
   SE3<T> D;
-  algebra<T>::product_dd(&data.in_world[l.body], &in_body, &D);
+  algebra<T>::product_dd(&in_world[l.body], &in_body, &D);
   return D;
 }
 
@@ -57,12 +75,13 @@ template <class T> KSL_LANES void write_matrix(const SE3<T> &D, T *out) {
   out[12] = out[13] = out[14] = zero, out[15] = one;
 }
 
-/// Poses of n links' frames in the world into out (n, 4, 4), for q (nq).
+/// Poses of n links in the world into out (n, 4, 4), each row-major, for q (nq).
 template <class T>
-void frame_poses(const model_view<scalar_of<T>> &model, const data_view<T> &data, const T *q, int n, const int *links, T *out) {
-  forward_kinematics(model, data, q);
-  for (int i = 0; i < n; ++i)
-    write_matrix(link_pose(model, data, links[i]), out + 16 * i);
+void frame_poses(const model_view<scalar_of<T>> &model, const forward_kinematics_workspace<T> &w, const T *q, int n,
+                 const int *links, T *out) {
+  forward_kinematics(model, w, q);
+  for (int k = 0; k < n; ++k)
+    write_matrix(link_pose(model, w.in_world, links[k]), out + 16 * k);
 }
 
 } // namespace KSL_ISA

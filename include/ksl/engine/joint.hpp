@@ -1,34 +1,33 @@
-// KSL: the kinds of joints, a closed set, and the size of each.
+// KSL: the kinds of joints, and what a table can say of each.  What a kind does is in joints/, a file for each.
 #pragma once
 
-#include "ksl/isa.hpp"
+#include "ksl/types.h"
 
 namespace ksl {
 
-/// What a joint lets its child do.  The order is that of joint_kinds below.
-enum class joint_kind : int { fixed, revolute, continuous, prismatic, floating };
+/// What a joint lets its child do: the values are those of ksl_joint_kind_t.
+enum class joint_kind : int {
+  fixed = KSL_JOINT_FIXED,
+  revolute = KSL_JOINT_REVOLUTE,
+  prismatic = KSL_JOINT_PRISMATIC,
+  helical = KSL_JOINT_HELICAL,
+  spherical = KSL_JOINT_SPHERICAL,
+  floating = KSL_JOINT_FREE,
+  continuous = KSL_JOINT_FREE + 1, ///< moves as a revolute joint; has no position limits
+};
 
-/// A row per kind: its name in files and messages, how many numbers its position and its velocity take.
+/// What readers, builders and users ask about a kind.  It is made from the kind's struct (joints.hpp, row_of).
 struct joint_kind_row {
-  const char *name;
-  int nq, nv;
+  joint_kind kind;
+  const char *name;       ///< in files and messages
+  const char *other_name; ///< that files use as well; null: none
+  int nq, nv;             ///< numbers in its position and in its velocity
+  bool has_axis;          ///< is its motion along or about one axis, which the description gives
+  bool has_pitch;         ///< does the description give an advance along the axis, m/rad
+  bool has_limits;        ///< can its position have bounds
+  bool has_angle;         ///< does its position begin with an angle about the axis
+  int quaternion;         ///< where in its position a unit quaternion [x y z w] begins; −1: none
+  int pose_numbers;       ///< how many numbers of its child's pose change with its position, beside a turn about the axis
 };
-
-inline namespace KSL_ISA { // kernels call row_of
-
-inline constexpr joint_kind_row joint_kinds[] = {
-    {"fixed", 0, 0},      //
-    {"revolute", 1, 1},   // angle about the axis, rad
-    {"continuous", 1, 1}, // the same without limits; one number, not (cos, sin)
-    {"prismatic", 1, 1},  // displacement along the axis, m
-    {"floating", 7, 6},   // q = [x y z qx qy qz qw], v = [linear, angular] in the child's frame
-};
-
-constexpr const joint_kind_row &row_of(joint_kind kind) { return joint_kinds[static_cast<int>(kind)]; }
-
-/// Does the joint turn its child about one axis?  Most do; kernels have a straight way for them.
-constexpr bool turns(joint_kind kind) { return kind == joint_kind::revolute || kind == joint_kind::continuous; }
-
-} // namespace KSL_ISA
 
 } // namespace ksl

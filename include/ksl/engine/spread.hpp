@@ -2,7 +2,7 @@
 // becomes its scalar here, at the cost of a broadcast for packs and of nothing for plain numbers.
 #pragma once
 
-#include "ksl/engine/plane_turn.hpp"
+#include "ksl/engine/model.hpp"
 #include "ksl/pack.hpp"
 
 namespace ksl {
@@ -22,7 +22,19 @@ template <class T, class S> KSL_LANES spatial_inertia<T> spread(const spatial_in
   return {T(I.m), spread<T>(I.h), T(I.Ixx), T(I.Iyy), T(I.Izz), T(I.Ixy), T(I.Iyz), T(I.Izx)};
 }
 
-template <class T, class S> KSL_LANES plane_turn<T> spread(const plane_turn<S> &a) { return {T(a.sine), T(a.cosine)}; }
+template <class T, class S> KSL_LANES plane_rotation<T> spread(const plane_rotation<S> &a) { return {T(a.sine), T(a.cosine)}; }
+
+template <class T, class S> body<T> spread(const body<S> &b) {
+  return {b.kind, b.parent, b.q_index, b.v_index, b.nv, b.v_end, b.angle_index, b.chain_start, b.pose_index, b.link,
+          b.has_children, b.is_base, b.no_offset, spread<T>(b.placement), spread<T>(b.offset), spread<T>(b.alpha),
+          spread<T>(b.theta0), T(b.pitch)};
+}
+
+template <class T, class S> link<T> spread(const link<S> &l) {
+  const auto &p = l.permutation;
+  return {l.body, l.parent, l.carried_by_moving_joint, l.axis_aligned,
+          {spread<T>(p.about_z), T(p.sign), {p.slot[0], p.slot[1], p.slot[2]}}, spread<T>(l.pose), spread<T>(l.inertia)};
+}
 
 } // namespace KSL_ISA
 } // namespace ksl

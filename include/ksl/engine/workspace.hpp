@@ -1,4 +1,8 @@
-// KSL: workspaces, cut from one piece of memory.
+// KSL: typed arrays of a workspace, cut from one piece of memory.
+//
+// Each algorithm has a struct of the arrays that it needs, <algorithm>_workspace<T>, with one function that lays them out:
+// lay_out(arena, model).  The same function serves one state, states in lanes, and scalars of a user's own.  Handles are the
+// only place that knows the order of numbers in memory.
 #pragma once
 
 #include "ksl/engine/body_lanes.hpp"
@@ -20,6 +24,12 @@ public:
     next_ = next_ ? next_ + bytes : nullptr;
     return reinterpret_cast<E *>(at);
   }
+  /// Lays out a workspace behind what has been taken.
+  template <class Workspace, class Model> KSL_LANES Workspace take_workspace(const Model &model) {
+    Workspace w;
+    w.lay_out(*this, model);
+    return w;
+  }
   std::size_t used() const { return used_; } ///< bytes
 
 private:
@@ -27,33 +37,68 @@ private:
   std::size_t used_ = 0;
 };
 
-/// What any algorithm needs.
-template <class T> struct data_workspace : data_view<T> {
-  void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
-    const int n = model.bodies;
-    const auto numbers = [&](int each, int of) { return memory.take<T>(room_for<T>(each, of)); };
-    this->in_parent = memory.take<SE3<T>>(n);
-    this->in_world = memory.take<SE3<T>>(n);
-    this->sine = memory.take<T>(room_for_angles(model.nq));
-    this->cosine = memory.take<T>(room_for_angles(model.nq));
-    this->motion = numbers(9, n);
-    this->wrench = numbers(6, n);
-    this->rotation = numbers(9, n);
-    this->inertia = numbers(21, n);
-    this->offset = memory.take<vec3<T>>(n);
-    this->axis = memory.take<joint_axis<T>>(n);
-    this->twist = memory.take<screw<T>>(n);
-    this->articulated = memory.take<articulated_state<T>>(n);
-    this->link_wrench = memory.take<coscrew<T>>(model.links);
-  }
+/// Bytes that a workspace needs.
+template <class Workspace, class Model> std::size_t workspace_bytes(const Model &model) {
+  arena measure;
+  measure.take_workspace<Workspace>(model);
+  return measure.used();
+}
+
+/// Elements one after the other: of bodies, coordinates or links.
+template <class E> class array_of {
+public:
+  KSL_LANES void lay_out(arena &memory, int n) { first_ = memory.take<E>(n); }
+  KSL_LANES E &operator[](int i) const { return first_[i]; }
+
+private:
+  E *first_;
 };
-template <class T> using inverse_dynamics_workspace = data_workspace<T>;
-template <class T> using reactions_workspace = data_workspace<T>;
-template <class T> using forward_dynamics_workspace = data_workspace<T>;
-template <class T> using mass_matrix_workspace = data_workspace<T>;
-template <class T> using frame_poses_workspace = data_workspace<T>;
-template <class T> using energy_workspace = data_workspace<T>;
-template <class T> using external_power_workspace = data_workspace<T>;
+
+/// A V<T> for each body, laid out so that several bodies can be read into the lanes of a register (body_lanes.hpp).
+template <template <class> class V, class T> class per_body {
+public:
+  static constexpr int numbers = numbers_in<V<T>, T>;
+
+  KSL_LANES void lay_out(arena &memory, int bodies) { first_ = memory.take<T>(padded_size<T>(numbers, bodies)); }
+
+  /// Of body i, or of the bodies in the lanes k.
+  KSL_LANES V<T> operator[](int i) const { return body_at<T>(i).template get<V>(first_); }
+  template <class P> KSL_LANES V<P> operator[](bodies_at<P, T> k) const { return k.template get<V>(first_); }
+  KSL_LANES void set(int i, const V<T> &v) const { body_at<T>(i).put(v, first_); }
+  template <class P> KSL_LANES void set(bodies_at<P, T> k, const V<P> &v) const { k.put(v, first_); }
+
+  /// Number c of body i.
+  KSL_LANES T &number(int i, int c) const { return numbers_of<numbers>(first_, i)[c * lane_block<T>]; }
+  T *data() const { return first_; }
+
+private:
+  T *first_;
+};
+
+/// V<T> of body i as it lies in memory: the struct itself where its numbers lie side by side, so that none is held in a
+/// register before it is needed; a copy of it, to be put back, where they don't.
+template <template <class> class V, class T> class in_place {
+public:
+  KSL_LANES in_place(const per_body<V, T> &array, int i) : array_(array), i_(i) {
+    if constexpr (is_number<T>)
+      copy_ = array[i];
+  }
+  KSL_LANES V<T> &operator*() {
+    if constexpr (is_number<T>)
+      return copy_;
+    else
+      return *reinterpret_cast<V<T> *>(&array_.number(i_, 0));
+  }
+  KSL_LANES void put() const {
+    if constexpr (is_number<T>)
+      array_.set(i_, copy_);
+  }
+
+private:
+  const per_body<V, T> &array_;
+  int i_;
+  V<T> copy_; ///< of plain numbers only
+};
 
 } // namespace KSL_ISA
 } // namespace ksl

@@ -8,7 +8,7 @@ inline namespace KSL_ISA {
 struct frame_poses_algorithm {
   static constexpr const algorithm_row &row = rows::frame_poses;
   using form = poses_of_links<frame_poses_algorithm>;
-  template <class T> using workspace = frame_poses_workspace<T>;
+  template <class T> using workspace = forward_kinematics_workspace<T>;
 
   template <class T>
   static void compute(const model_view<scalar_of<T>> &model, const workspace<T> &w, const state_view<T> &s) {

@@ -1,0 +1,40 @@
+// KSL: wrenches that the environment exerts on links.
+#pragma once
+
+#include "ksl/engine/workspace.hpp"
+
+namespace ksl {
+
+/// Linear first, at the link's origin, in the link's axes.
+template <class T> struct external_wrenches {
+  int n = 0;
+  const int *link = nullptr;  ///< (n)
+  const T *wrench = nullptr;  ///< (n, 6)
+};
+
+inline namespace KSL_ISA {
+
+/// The k-th of them, about the origin of its body and in its axes.
+template <class T>
+inline coscrew<T> external_in_body(const model_view<scalar_of<T>> &model, const external_wrenches<T> &external, int k) {
+  const T *e = external.wrench + 6 * k;
+  const SE3<T> pose = spread<T>(model.link[external.link[k]].pose);
+  coscrew<T> f = {{e[0], e[1], e[2]}, {e[3], e[4], e[5]}};
+  algebra<T>::product_CoAdc(&pose, &f, &f);
+  return f;
+}
+
+/// Adds a wrench to that of body i, or takes it off.
+template <class T> KSL_LANES void add_wrench(const per_body<coscrew, T> &wrench, int i, const coscrew<T> &f) {
+  coscrew<T> sum = wrench[i];
+  algebra<T>::xpy_cc(&f, &sum);
+  wrench.set(i, sum);
+}
+template <class T> KSL_LANES void subtract_wrench(const per_body<coscrew, T> &wrench, int i, const coscrew<T> &f) {
+  coscrew<T> sum = wrench[i];
+  algebra<T>::nxpy_cc(&f, &sum);
+  wrench.set(i, sum);
+}
+
+} // namespace KSL_ISA
+} // namespace ksl

@@ -1,0 +1,108 @@
+// KSL: all kinds of joints in one list.  A new kind is a file in joints/, a value of joint_kind (joint.hpp), and a line in each of
+// the two functions here; the compiler names what its struct lacks.
+#pragma once
+
+#include "ksl/engine/joints/fixed.hpp"
+#include "ksl/engine/joints/floating.hpp"
+#include "ksl/engine/joints/helical.hpp"
+#include "ksl/engine/joints/prismatic.hpp"
+#include "ksl/engine/joints/revolute.hpp"
+#include "ksl/engine/joints/spherical.hpp"
+
+#include <concepts>
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic error "-Wswitch"
+
+namespace ksl {
+inline namespace KSL_ISA {
+
+/// What the struct of every kind says of it: see joint_kind_row for each constant.
+template <class J>
+concept described_joint = requires(const double *q, double *out) {
+  { J::name } -> std::convertible_to<const char *>;
+  { J::other_name } -> std::convertible_to<const char *>;
+  { J::nq } -> std::convertible_to<int>;
+  { J::nv } -> std::convertible_to<int>;
+  { J::has_axis } -> std::convertible_to<bool>;
+  { J::has_pitch } -> std::convertible_to<bool>;
+  { J::has_limits } -> std::convertible_to<bool>;
+  { J::has_angle } -> std::convertible_to<bool>;
+  { J::quaternion } -> std::convertible_to<int>;
+  { J::pose_numbers } -> std::convertible_to<int>;
+  J::integrate(q, q, out);  // q ⊕ dv
+  J::difference(q, q, out); // q1 ⊖ q0
+};
+
+/// And what the algorithms ask of those that move; one_axis.hpp says what each does.
+template <class J>
+concept moving_joint = described_joint<J> && requires(const body<double> &b, const pose_workspace<double> &w, const double *q, double *out,
+                                                      const coscrew<double> &f, body_motion<double> &m,
+                                                      const per_body<mat3x3, double> &rotation, const spatial_inertia<double> &I) {
+  { J::computed_pose(b, w, q) } -> std::same_as<decltype(J::kept_pose(b, w))>;
+  { J::twist(b, q) } -> std::same_as<screw<double>>;
+  J::effort(b, f, out);
+  { J::drive(q) } -> std::same_as<coscrew<double>>;
+  J::add_motion(b, q, q, m);
+  J::add_steady_motion(b, rotation, 0, q, m);
+  { J::template column<0>(b, rotation, 0).effort(f) } -> std::same_as<double>;
+  { J::template momentum<0>(b, I) } -> std::same_as<coscrew<double>>;
+};
+
+/// Do bodies on such a joint only turn about their axis?  Most do; algorithms have a fast path for them.
+constexpr bool only_turns(joint_kind kind) { return kind == joint_kind::revolute || kind == joint_kind::continuous; }
+
+/// step.operator()<K>() for the kind of a body's joint.  Each kind gets code of its own, since values that are merged after a
+/// switch are spilled (docs/decisions/0006-bodies-in-lanes.md).
+template <class Step> KSL_LANES void by_slower_kind(joint_kind kind, Step step) {
+  const auto of = [&]<joint_kind K>() KSL_INLINED {
+    static_assert(moving_joint<joint<K>>);
+    step.template operator()<K>();
+  };
+  switch (kind) {
+  case joint_kind::prismatic: return of.template operator()<joint_kind::prismatic>();
+  case joint_kind::helical: return of.template operator()<joint_kind::helical>();
+  case joint_kind::spherical: return of.template operator()<joint_kind::spherical>();
+  case joint_kind::floating: return of.template operator()<joint_kind::floating>();
+  case joint_kind::fixed: // of no body
+  case joint_kind::revolute:
+  case joint_kind::continuous: return;
+  }
+}
+template <class Step> KSL_LANES void by_kind(joint_kind kind, Step step) {
+  static_assert(moving_joint<joint<joint_kind::revolute>>);
+  if (only_turns(kind))
+    step.template operator()<joint_kind::revolute>();
+  else
+    by_slower_kind(kind, step);
+}
+
+/// The same for kinds as users name them: step gets a joint<K>.
+template <class Step> constexpr auto with_joint(joint_kind kind, Step step) {
+  switch (kind) {
+  case joint_kind::fixed: return step(joint<joint_kind::fixed>());
+  case joint_kind::revolute: return step(joint<joint_kind::revolute>());
+  case joint_kind::continuous: return step(joint<joint_kind::continuous>());
+  case joint_kind::prismatic: return step(joint<joint_kind::prismatic>());
+  case joint_kind::helical: return step(joint<joint_kind::helical>());
+  case joint_kind::spherical: return step(joint<joint_kind::spherical>());
+  case joint_kind::floating: return step(joint<joint_kind::floating>());
+  }
+  __builtin_unreachable();
+}
+
+inline constexpr joint_kind joint_kinds[] = {joint_kind::fixed,   joint_kind::revolute,  joint_kind::continuous, joint_kind::prismatic,
+                                             joint_kind::helical, joint_kind::spherical, joint_kind::floating};
+
+/// What a table says of a kind.
+constexpr joint_kind_row row_of(joint_kind kind) {
+  return with_joint(kind, [kind]<class J>(J) -> joint_kind_row {
+    static_assert(described_joint<J>);
+    return {kind, J::name, J::other_name, J::nq, J::nv, J::has_axis, J::has_pitch, J::has_limits, J::has_angle, J::quaternion, J::pose_numbers};
+  });
+}
+
+} // namespace KSL_ISA
+} // namespace ksl
+
+#pragma GCC diagnostic pop

@@ -1,0 +1,95 @@
+// KSL: what joints without one axis share: each coordinate is a unit twist in the body's own axes, so that the motion
+// subspace is constant there.
+#pragma once
+
+#include "ksl/engine/joints/one_axis.hpp"
+
+namespace ksl {
+inline namespace KSL_ISA {
+
+/// Coordinates of the velocity: 0, 1, 2 along, 3, 4, 5 about the body's axes x, y, z.
+template <int... coordinates> struct several_axes_joint {
+  static constexpr int coordinate[] = {coordinates...};
+  static constexpr const char *other_name = nullptr;
+  static constexpr int nv = sizeof...(coordinates);
+  static constexpr bool has_axis = false, has_pitch = false, has_limits = false, has_angle = false;
+  static constexpr bool slides = ((coordinates < 3) || ...), turns = ((coordinates >= 3) || ...);
+
+  /// S q̇
+  template <class T> static KSL_LANES screw<T> twist(const body<scalar_of<T>> &, const T *v) { return to_vectors<screw>(v); }
+
+  /// tau = Sᵀ f, and the drive h* tau.
+  template <class T> static KSL_LANES void effort(const body<scalar_of<T>> &, const coscrew<T> &f, T *tau) {
+    for_each_coordinate<nv>([&](auto k) KSL_INLINED {
+      constexpr int c = coordinate[k];
+      const vec3<T> &u = c < 3 ? f.lin : f.ang;
+      tau[k] = c % 3 == 0 ? u.x : c % 3 == 1 ? u.y : u.z;
+    });
+  }
+  template <class T> static KSL_LANES coscrew<T> drive(const T *tau) { return to_vectors<coscrew>(tau); }
+
+  /// Adds the joint's motion, from its velocities and accelerations, to that of its frame, which moves with the parent on
+  /// entry.
+  template <class T>
+  static KSL_LANES void add_motion(const body<scalar_of<T>> &, const T *v, const T *dv, body_motion<T> &m) {
+    add(to_vectors<screw>(v), to_vectors<screw>(dv), m);
+  }
+
+  /// The same with no acceleration of its own, and in the axes that `rotation` leads to.
+  template <class T>
+  static KSL_LANES void add_steady_motion(const body<scalar_of<T>> &, const per_body<mat3x3, T> &rotation, int i, const T *v,
+                                          body_motion<T> &m) {
+    const mat3x3<T> R = rotation[i];
+    const T zero = T(0);
+    screw<T> twist = to_vectors<screw>(v);
+    if constexpr (slides)
+      algebra<T>::product_drv(&R, &twist.lin, &twist.lin);
+    if constexpr (turns)
+      algebra<T>::product_drv(&R, &twist.ang, &twist.ang);
+    add(twist, {{zero, zero, zero}, {zero, zero, zero}}, m);
+  }
+
+  /// Column k of S in the axes that `rotation` leads to; and of I S in the body's own.
+  template <int k, class T>
+  static KSL_LANES joint_column<(coordinate[k] >= 3), (coordinate[k] < 3), T>
+  column(const body<scalar_of<T>> &, const per_body<mat3x3, T> &rotation, int i) {
+    return {axis_of(rotation, i, coordinate[k] % 3), T(0)};
+  }
+  template <int k, class T>
+  static KSL_LANES coscrew<T> momentum(const body<scalar_of<T>> &, const spatial_inertia<T> &I) {
+    return unit_momentum(coordinate[k], I);
+  }
+
+private:
+  /// The numbers of all coordinates as two vectors, zero elsewhere.
+  template <template <class> class V, class T> static KSL_LANES V<T> to_vectors(const T *numbers) {
+    const T zero = T(0);
+    T six[6] = {zero, zero, zero, zero, zero, zero};
+    for_each_coordinate<nv>([&](auto k) KSL_INLINED { six[coordinate[k]] = numbers[k]; });
+    return {{six[0], six[1], six[2]}, {six[3], six[4], six[5]}};
+  }
+
+  /// Adds the joint's twist (v, w) and the rates of these numbers, all in one frame's axes.
+  template <class T> static KSL_LANES void add(const screw<T> &twist, const screw<T> &rate, body_motion<T> &m) {
+    using A = algebra<T>;
+    vec3<T> turning, coupling;
+    if constexpr (slides) {
+      if constexpr (turns) {
+        A::cross_vv(&twist.ang, &twist.lin, &turning); // v̇ + ω × v relative to the parent
+        A::xpy_vv(&turning, &m.acceleration);
+      }
+      A::cross_vv(&m.angular_velocity, &twist.lin, &coupling);
+      A::axpy_vv(T(2), &coupling, &m.acceleration);
+      A::xpy_vv(&rate.lin, &m.acceleration);
+    }
+    if constexpr (turns) {
+      A::cross_vv(&m.angular_velocity, &twist.ang, &coupling);
+      A::xpy_vv(&coupling, &m.angular_acceleration);
+      A::xpy_vv(&rate.ang, &m.angular_acceleration);
+      A::xpy_vv(&twist.ang, &m.angular_velocity);
+    }
+  }
+};
+
+} // namespace KSL_ISA
+} // namespace ksl

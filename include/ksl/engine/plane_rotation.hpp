@@ -1,0 +1,64 @@
+// KSL: rotations about coordinate axes, of which every orientation in a model is made.
+//
+// Such a rotation changes two numbers of a vector for 6 flops.  Three of them lead from any axes to any others, and the first
+// is not needed where a body's x axis is chosen well (Denavit and Hartenberg 1955).
+#pragma once
+
+#include "ksl/pack.hpp"
+
+namespace ksl {
+
+/// An angle, by its sine and cosine.
+template <class T> struct plane_rotation { T sine, cosine; };
+
+inline constexpr plane_rotation<double> no_rotation = {0, 1};
+
+inline namespace KSL_ISA {
+
+/// The rotation through the sum of both angles.
+template <class T> KSL_LANES plane_rotation<T> product(const plane_rotation<T> &a, const plane_rotation<T> &b) {
+  return {a.sine * b.cosine + a.cosine * b.sine, a.cosine * b.cosine - a.sine * b.sine};
+}
+
+template <class T> KSL_LANES plane_rotation<T> inverse(const plane_rotation<T> &a) { return {-a.sine, a.cosine}; }
+
+/// Rotates two coordinates in their plane, u towards v, or back.  6 flops.
+template <class T> KSL_LANES void rotate(const plane_rotation<T> &a, T &u, T &v) {
+  const T w = u;
+  u = a.cosine * w - a.sine * v;
+  v = a.sine * w + a.cosine * v;
+}
+template <class T> KSL_LANES void rotate_back(const plane_rotation<T> &a, T &u, T &v) {
+  const T w = u;
+  u = a.cosine * w + a.sine * v;
+  v = a.cosine * v - a.sine * w;
+}
+
+/// The elements of a symmetric matrix in such a plane.  14 flops.
+template <class T> KSL_LANES void rotate_symmetric(const plane_rotation<T> &a, T &uu, T &vv, T &uv) {
+  const T cs = a.cosine * a.sine, ss = a.sine * a.sine, d = vv - uu, w = uv;
+  const T moved = ss * d - (cs + cs) * w;
+  uu = uu + moved;
+  vv = vv - moved;
+  uv = w - (cs * d + (ss + ss) * w);
+}
+
+/// Rx v, Rz v, and their inverses; Rx I, Rz I of inertias.
+template <class T> KSL_LANES void rotate_x(const plane_rotation<T> &a, vec3<T> &v) { rotate(a, v.y, v.z); }
+template <class T> KSL_LANES void rotate_z(const plane_rotation<T> &a, vec3<T> &v) { rotate(a, v.x, v.y); }
+template <class T> KSL_LANES void rotate_back_x(const plane_rotation<T> &a, vec3<T> &v) { rotate_back(a, v.y, v.z); }
+template <class T> KSL_LANES void rotate_back_z(const plane_rotation<T> &a, vec3<T> &v) { rotate_back(a, v.x, v.y); }
+
+template <class T> KSL_LANES void rotate_x(const plane_rotation<T> &a, spatial_inertia<T> &I) {
+  rotate_x(a, I.h);
+  rotate_symmetric(a, I.Iyy, I.Izz, I.Iyz);
+  rotate(a, I.Ixy, I.Izx);
+}
+template <class T> KSL_LANES void rotate_z(const plane_rotation<T> &a, spatial_inertia<T> &I) {
+  rotate_z(a, I.h);
+  rotate_symmetric(a, I.Ixx, I.Iyy, I.Ixy);
+  rotate(a, I.Izx, I.Iyz);
+}
+
+} // namespace KSL_ISA
+} // namespace ksl
