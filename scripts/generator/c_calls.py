@@ -52,11 +52,11 @@ def state_definition(row: Algorithm, scalar: str) -> str:
     members = [f".{name} = {name}" for name in ("q", "v", "a", "tau") if name in row.inputs]
     members += {"links": [".links = {n, links}"], "link": [".links = {1, &link}"]}.get(row.request, [])
     members += [f".result = {{{', '.join(r.name for r in row.results)}}}"]
-    arguments = [f"rows::{row.name}", "model", "data", "{" + ", ".join(members) + "}"]
+    arguments = ["model", "data", "{" + ", ".join(members) + "}"]
     arguments += ["external"] if row.external else ["no_external"]
     arguments += ["n", "joints", "options", "wrenches"] if row.request == "reactions" else []
     opening = call(f"ksl_status_t ksl_{row.name}{SCALARS[scalar]}(", state_arguments(row, scalar), ") {")
-    return f"{opening}\n" + call(f"  return state_call<{scalar}>(", arguments, ");") + "\n}\n"
+    return f"{opening}\n" + call(f"  return state_call<rows::{row.name}, {scalar}>(", arguments, ");") + "\n}\n"
 
 
 def batch_definition(row: Algorithm, scalar: str, name: str, external: bool) -> str:

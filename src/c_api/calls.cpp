@@ -42,11 +42,6 @@ wrench_frame frame_of(const ksl_model_t *m, ksl_frame_t frame, int link) {
   return static_cast<wrench_frame>(frame);
 }
 
-void require_result(const void *out, int numbers, const char *name) {
-  if (!out && numbers > 0)
-    throw bad_argument(std::string(name) + " must not be null");
-}
-
 } // namespace
 
 template <class S> external_wrenches<S> external_of(const ksl_model_t *m, const typename c_types<S>::external *external) {
@@ -88,39 +83,6 @@ reaction_request request_of(const ksl_model_t *m, std::vector<int> &links, int n
 }
 
 template <class S>
-ksl_status_t state_call(const algorithm_row &row, const ksl_model_t *m, ksl_data_t *d, state_view<S> s,
-                        const typename c_types<S>::external *external, int joints_n, const int *joints,
-                        const ksl_reaction_options_t *options, S *wrenches) {
-  return guarded([&] {
-    require_workspace(m, d);
-    const int nv = m->model.nv();
-    if (row.request == request_kind::links || row.request == request_kind::link)
-      require_links(m, s.links.n, s.links.index);
-    for (int r = 0; r < row.results; ++r)
-      require_result(s.result[r], numbers_of(row.result[r], nv, s.links.n), row.result[r].name);
-    require_result(wrenches, joints_n, "wrenches");
-    require_position(m->model, s.q);
-    for (const auto &[read, numbers, name] : {std::tuple{row.v, &s.v, "v"}, std::tuple{row.a, &s.a, "a"}, std::tuple{row.tau, &s.tau, "tau"}}) {
-      if (read)
-        require_finite(*numbers, nv, name);
-      else
-        *numbers = d->data.template zero<S>();
-    }
-    s.external = external_of<S>(m, external);
-    reaction_request request;
-    const reaction_result<S> wanted = {&request, wrenches};
-    if (row.request == request_kind::reactions) {
-      request = request_of(m, d->links, joints_n, joints, options);
-      s.reactions_n = 1, s.reactions = &wanted;
-    }
-    d->holds_wrenches = 0;
-    compute<S>(row, m->model, d->data, s);
-    if (row.kernels == rows::inverse_dynamics.kernels || row.kernels == rows::inverse_dynamics_with_reactions.kernels)
-      d->holds_wrenches = row.v && row.a ? sizeof(S) : 0;
-  });
-}
-
-template <class S>
 ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_view<S> batch,
                         const typename c_types<S>::external_of_batch *external, int threads, int joints_n, const int *joints,
                         const ksl_reaction_options_t *options, const rows_view<S> &wrenches) {
@@ -155,8 +117,6 @@ ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_vi
   template void require_position(const model &, const S *);                                                            \
   template void require_finite(const S *, int, const char *);                                                          \
   template external_wrenches<S> external_of(const ksl_model_t *, const c_types<S>::external *);                        \
-  template ksl_status_t state_call(const algorithm_row &, const ksl_model_t *, ksl_data_t *, state_view<S>,            \
-                                   const c_types<S>::external *, int, const int *, const ksl_reaction_options_t *, S *); \
   template ksl_status_t batch_call(const algorithm_row &, const ksl_model_t *, batch_view<S>,                          \
                                    const c_types<S>::external_of_batch *, int, int, const int *,                       \
                                    const ksl_reaction_options_t *, const rows_view<S> &);

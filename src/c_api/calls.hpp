@@ -40,11 +40,64 @@ template <class S> external_wrenches<S> external_of(const ksl_model_t *m, const 
 reaction_request request_of(const ksl_model_t *m, std::vector<int> &links, int n, const int *joints,
                             const ksl_reaction_options_t *options);
 
+/// Where a result goes, if it has any numbers.
+inline void require_result(const void *out, int numbers, const char *name) {
+  if (!out && numbers > 0)
+    throw bad_argument(std::string(name) + " must not be null");
+}
+
+/// What of a row's arguments is checked for one state: a workspace that fits, results, numbers.  Inputs that the row lacks are
+/// zero.
+template <const algorithm_row &row, class S> void check_state(const ksl_model_t *m, ksl_data_t *d, state_view<S> &s) {
+  const int nv = m->model.nv();
+  if constexpr (row.request == request_kind::links || row.request == request_kind::link)
+    require_links(m, s.links.n, s.links.index);
+  for (int r = 0; r < row.results; ++r)
+    require_result(s.result[r], numbers_of(row.result[r], nv, s.links.n), row.result[r].name);
+  require_position(m->model, s.q);
+  const auto input = [&](bool read, const S *&numbers, const char *name) {
+    if (read)
+      require_finite(numbers, nv, name);
+    else
+      numbers = d->data.template zero<S>();
+  };
+  input(row.v, s.v, "v");
+  input(row.a, s.a, "a");
+  input(row.tau, s.tau, "tau");
+}
+
 /// One state in the caller's workspace.
-template <class S>
-ksl_status_t state_call(const algorithm_row &row, const ksl_model_t *m, ksl_data_t *d, state_view<S> s,
-                        const typename c_types<S>::external *external, int joints_n = 0, const int *joints = nullptr,
-                        const ksl_reaction_options_t *options = nullptr, S *wrenches = nullptr);
+template <const algorithm_row &row, class S>
+ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s, const typename c_types<S>::external *external) {
+  return guarded([&] {
+    require_workspace(m, d);
+    check_state<row>(m, d, s);
+    if constexpr (row.external != external_use::none)
+      s.external = external_of<S>(m, external);
+    d->holds_wrenches = 0;
+    compute<S>(row, m->model, d->data, s);
+    if constexpr (row.kernels == rows::inverse_dynamics.kernels && row.a)
+      d->holds_wrenches = sizeof(S);
+  });
+}
+
+/// The same with reactions.
+template <const algorithm_row &row, class S>
+ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s, const typename c_types<S>::external *external,
+                        int n, const int *joints, const ksl_reaction_options_t *options, S *wrenches) {
+  return guarded([&] {
+    require_workspace(m, d);
+    require_result(wrenches, n, "wrenches");
+    check_state<row>(m, d, s);
+    s.external = external_of<S>(m, external);
+    const reaction_request request = request_of(m, d->links, n, joints, options);
+    const reaction_result<S> wanted = {&request, wrenches};
+    s.reactions_n = 1, s.reactions = &wanted;
+    d->holds_wrenches = 0;
+    compute<S>(row, m->model, d->data, s);
+    d->holds_wrenches = sizeof(S);
+  });
+}
 
 /// A batch.
 template <class S>

@@ -11,12 +11,12 @@ extern "C" {
 
 ksl_status_t ksl_inverse_dynamics(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
                                   const double *a, const ksl_external_t *external, double *tau) {
-  return state_call<double>(rows::inverse_dynamics, model, data, {.q = q, .v = v, .a = a, .result = {tau}}, external);
+  return state_call<rows::inverse_dynamics, double>(model, data, {.q = q, .v = v, .a = a, .result = {tau}}, external);
 }
 
 ksl_status_t ksl_inverse_dynamicsf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
                                    const float *a, const ksl_externalf_t *external, float *tau) {
-  return state_call<float>(rows::inverse_dynamics, model, data, {.q = q, .v = v, .a = a, .result = {tau}}, external);
+  return state_call<rows::inverse_dynamics, float>(model, data, {.q = q, .v = v, .a = a, .result = {tau}}, external);
 }
 
 ksl_status_t ksl_inverse_dynamics_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
@@ -59,16 +59,16 @@ ksl_status_t ksl_inverse_dynamics_with_reactions(const ksl_model_t *model, ksl_d
                                                  const double *v, const double *a, const ksl_external_t *external,
                                                  double *tau, int n, const int *joints,
                                                  const ksl_reaction_options_t *options, double *wrenches) {
-  return state_call<double>(rows::inverse_dynamics_with_reactions, model, data,
-                            {.q = q, .v = v, .a = a, .result = {tau}}, external, n, joints, options, wrenches);
+  return state_call<rows::inverse_dynamics_with_reactions, double>(
+      model, data, {.q = q, .v = v, .a = a, .result = {tau}}, external, n, joints, options, wrenches);
 }
 
 ksl_status_t ksl_inverse_dynamics_with_reactionsf(const ksl_model_t *model, ksl_data_t *data, const float *q,
                                                   const float *v, const float *a, const ksl_externalf_t *external,
                                                   float *tau, int n, const int *joints,
                                                   const ksl_reaction_options_t *options, float *wrenches) {
-  return state_call<float>(rows::inverse_dynamics_with_reactions, model, data,
-                           {.q = q, .v = v, .a = a, .result = {tau}}, external, n, joints, options, wrenches);
+  return state_call<rows::inverse_dynamics_with_reactions, float>(
+      model, data, {.q = q, .v = v, .a = a, .result = {tau}}, external, n, joints, options, wrenches);
 }
 
 ksl_status_t ksl_inverse_dynamics_with_reactions_batch(const ksl_model_t *model, size_t n, const double *q,
@@ -157,12 +157,12 @@ ksl_status_t ksl_reactions_external_batchf(const ksl_model_t *model, size_t n, c
 
 ksl_status_t ksl_forward_dynamics(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
                                   const double *tau, const ksl_external_t *external, double *a) {
-  return state_call<double>(rows::forward_dynamics, model, data, {.q = q, .v = v, .tau = tau, .result = {a}}, external);
+  return state_call<rows::forward_dynamics, double>(model, data, {.q = q, .v = v, .tau = tau, .result = {a}}, external);
 }
 
 ksl_status_t ksl_forward_dynamicsf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
                                    const float *tau, const ksl_externalf_t *external, float *a) {
-  return state_call<float>(rows::forward_dynamics, model, data, {.q = q, .v = v, .tau = tau, .result = {a}}, external);
+  return state_call<rows::forward_dynamics, float>(model, data, {.q = q, .v = v, .tau = tau, .result = {a}}, external);
 }
 
 ksl_status_t ksl_forward_dynamics_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
@@ -202,11 +202,11 @@ ksl_status_t ksl_forward_dynamics_external_batchf(const ksl_model_t *model, size
 }
 
 ksl_status_t ksl_mass_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q, double *M) {
-  return state_call<double>(rows::mass_matrix, model, data, {.q = q, .result = {M}}, no_external);
+  return state_call<rows::mass_matrix, double>(model, data, {.q = q, .result = {M}}, no_external);
 }
 
 ksl_status_t ksl_mass_matrixf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *M) {
-  return state_call<float>(rows::mass_matrix, model, data, {.q = q, .result = {M}}, no_external);
+  return state_call<rows::mass_matrix, float>(model, data, {.q = q, .result = {M}}, no_external);
 }
 
 ksl_status_t ksl_mass_matrix_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, double *M,
@@ -223,12 +223,12 @@ ksl_status_t ksl_mass_matrix_batchf(const ksl_model_t *model, size_t n, const fl
 
 ksl_status_t ksl_bias(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
                       const ksl_external_t *external, double *tau) {
-  return state_call<double>(rows::bias, model, data, {.q = q, .v = v, .result = {tau}}, external);
+  return state_call<rows::bias, double>(model, data, {.q = q, .v = v, .result = {tau}}, external);
 }
 
 ksl_status_t ksl_biasf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
                        const ksl_externalf_t *external, float *tau) {
-  return state_call<float>(rows::bias, model, data, {.q = q, .v = v, .result = {tau}}, external);
+  return state_call<rows::bias, float>(model, data, {.q = q, .v = v, .result = {tau}}, external);
 }
 
 ksl_status_t ksl_bias_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v,
@@ -263,12 +263,12 @@ ksl_status_t ksl_bias_external_batchf(const ksl_model_t *model, size_t n, const 
 
 ksl_status_t ksl_gravity_torque(const ksl_model_t *model, ksl_data_t *data, const double *q,
                                 const ksl_external_t *external, double *tau) {
-  return state_call<double>(rows::gravity_torque, model, data, {.q = q, .result = {tau}}, external);
+  return state_call<rows::gravity_torque, double>(model, data, {.q = q, .result = {tau}}, external);
 }
 
 ksl_status_t ksl_gravity_torquef(const ksl_model_t *model, ksl_data_t *data, const float *q,
                                  const ksl_externalf_t *external, float *tau) {
-  return state_call<float>(rows::gravity_torque, model, data, {.q = q, .result = {tau}}, external);
+  return state_call<rows::gravity_torque, float>(model, data, {.q = q, .result = {tau}}, external);
 }
 
 ksl_status_t ksl_gravity_torque_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
@@ -299,14 +299,14 @@ ksl_status_t ksl_gravity_torque_external_batchf(const ksl_model_t *model, size_t
 
 ksl_status_t ksl_frame_poses(const ksl_model_t *model, ksl_data_t *data, const double *q, int n, const int *links,
                              double *poses) {
-  return state_call<double>(rows::frame_poses, model, data, {.q = q, .links = {n, links}, .result = {poses}},
-                            no_external);
+  return state_call<rows::frame_poses, double>(model, data, {.q = q, .links = {n, links}, .result = {poses}},
+                                               no_external);
 }
 
 ksl_status_t ksl_frame_posesf(const ksl_model_t *model, ksl_data_t *data, const float *q, int n, const int *links,
                               float *poses) {
-  return state_call<float>(rows::frame_poses, model, data, {.q = q, .links = {n, links}, .result = {poses}},
-                           no_external);
+  return state_call<rows::frame_poses, float>(model, data, {.q = q, .links = {n, links}, .result = {poses}},
+                                              no_external);
 }
 
 ksl_status_t ksl_frame_poses_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, int links_n,
@@ -325,12 +325,12 @@ ksl_status_t ksl_frame_poses_batchf(const ksl_model_t *model, size_t n, const fl
 
 ksl_status_t ksl_energy(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, double *kinetic,
                         double *potential) {
-  return state_call<double>(rows::energy, model, data, {.q = q, .v = v, .result = {kinetic, potential}}, no_external);
+  return state_call<rows::energy, double>(model, data, {.q = q, .v = v, .result = {kinetic, potential}}, no_external);
 }
 
 ksl_status_t ksl_energyf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, float *kinetic,
                          float *potential) {
-  return state_call<float>(rows::energy, model, data, {.q = q, .v = v, .result = {kinetic, potential}}, no_external);
+  return state_call<rows::energy, float>(model, data, {.q = q, .v = v, .result = {kinetic, potential}}, no_external);
 }
 
 ksl_status_t ksl_energy_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v,
@@ -351,12 +351,12 @@ ksl_status_t ksl_energy_batchf(const ksl_model_t *model, size_t n, const float *
 
 ksl_status_t ksl_external_power(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
                                 const ksl_external_t *external, double *power) {
-  return state_call<double>(rows::external_power, model, data, {.q = q, .v = v, .result = {power}}, external);
+  return state_call<rows::external_power, double>(model, data, {.q = q, .v = v, .result = {power}}, external);
 }
 
 ksl_status_t ksl_external_powerf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
                                  const ksl_externalf_t *external, float *power) {
-  return state_call<float>(rows::external_power, model, data, {.q = q, .v = v, .result = {power}}, external);
+  return state_call<rows::external_power, float>(model, data, {.q = q, .v = v, .result = {power}}, external);
 }
 
 ksl_status_t ksl_external_power_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
