@@ -8,7 +8,8 @@ from rich.table import Table
 from rich.text import Text
 from rich.tree import Tree
 
-from ksl.model import Joint, Link, Model
+from ksl.mechanism import Joint, Link
+from ksl.model import Model
 
 
 def print_info(model: Model, console: Console) -> None:

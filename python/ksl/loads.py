@@ -12,9 +12,11 @@ from numpy.typing import ArrayLike
 
 from ksl._core import __version__
 from ksl.errors import MotionError
-from ksl.model import Array, Joint, Model, Order, Point, Side
+from ksl.mechanism import Joint
+from ksl.model import Model
 from ksl.motion import SPLINE_SAMPLES, Motion, complete, derivative
 from ksl.quantities import JointLoads, PowerBalance, joint_loads, power_round_off
+from ksl.states import Array, Order, Point, Side
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -63,7 +65,7 @@ class LoadCase:
             wanted.append(request(p.on, p.at, "joint", "lin_ang", "total", names))
         external = {link: w[rows] for link, w in self.external.items()}
         m = self.motion
-        tau, wrenches = self.model._evaluate(m.q[rows], m.v[rows], m.a[rows], external, wanted)
+        tau, *wrenches = self.model._evaluate(m.q[rows], m.v[rows], m.a[rows], external, tuple(wanted))
         return Block(rows, m.time[rows], m.v[rows], tau, wrenches[0], wrenches[1], wrenches[-1] if len(wrenches) > 2 else wrenches[0])
 
 
@@ -172,7 +174,7 @@ class Curves:
             return None
         kinetic, potential = self.case.model.energy(motion.q, motion.v)
         energy = kinetic + potential
-        supplied = self.case.model._external_power(motion.q, motion.v, external) if external else np.zeros(len(motion.time))
+        supplied = self.case.model.external_power(motion.q, motion.v, external) if external else np.zeros(len(motion.time))
         round_off = power_round_off(motion.time, energy, motion.q, self._largest_effort)
         return PowerBalance(self._drive, supplied, energy, derivative(motion.time, energy), round_off)
 

@@ -11,8 +11,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ksl._core import QUATERNION_TOLERANCE
 from ksl.errors import MotionError
-from ksl.model import Array, Joint, Model
+from ksl.mechanism import Joint
+from ksl.model import Model
+from ksl.states import Array
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -213,7 +216,7 @@ def _into_body(q: Array, x: Array) -> Array:
 def _continuous_unit(where: Callable[[int], str], joint: Joint, q: Array) -> Array:
     """Quaternions of unit length and without jumps between q and −q."""
     length = np.linalg.norm(q[:, 3:], axis=1)
-    bad = np.flatnonzero(np.abs(length - 1) > 1e-3)
+    bad = np.flatnonzero(np.abs(length - 1) > QUATERNION_TOLERANCE)
     if len(bad):
         raise MotionError(
             f"{where(bad[0])}: the quaternion of {joint.name} has length {length[bad[0]]:.6g}; "

@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ksl.model import Array, Joint
+from ksl.mechanism import Joint
+from ksl.states import Array
 from ksl.quantities import JointLoads, PowerBalance, unit
 
 Row = Mapping[str, float | str | None]

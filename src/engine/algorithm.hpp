@@ -56,18 +56,23 @@ struct algorithm_row {
   result_row result[most_results];
 };
 
-inline namespace KSL_ISA { // kernels call it
+inline namespace KSL_ISA { // kernels call them
+
+constexpr int length_of(extent e, int nv, int links) {
+  switch (e) {
+  case extent::four: return 4;
+  case extent::six: return 6;
+  case extent::nv: return nv;
+  case extent::links: return links;
+  }
+  return 0;
+}
 
 /// The numbers of a result of one state.
 constexpr int numbers_of(const result_row &result, int nv, int links) {
   int n = 1;
   for (int i = 0; i < result.axes; ++i)
-    switch (result.shape[i]) {
-    case extent::four: n *= 4; break;
-    case extent::six: n *= 6; break;
-    case extent::nv: n *= nv; break;
-    case extent::links: n *= links; break;
-    }
+    n *= length_of(result.shape[i], nv, links);
   return n;
 }
 
