@@ -219,10 +219,11 @@ template <class S> bool unit_quaternions(const ksl::model &m, ksl::rows_view<con
   S worst = 0;
   for (int j = 0; j < m.moving_joints() && m.nq() != m.nv(); ++j) {
     const ksl::joint_row &joint = m.joints()[static_cast<std::size_t>(j)];
-    if (joint.kind != ksl::joint_kind::floating)
+    const int quaternion = ksl::row_of(joint.kind).quaternion;
+    if (quaternion < 0)
       continue;
     for (std::size_t k = 0; k < n; ++k) {
-      const S *x = row(q, k) + joint.q_index + 3;
+      const S *x = row(q, k) + joint.q_index + quaternion;
       const S error = std::abs(x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3] - 1);
       worst = error > worst ? error : worst;
     }

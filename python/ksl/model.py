@@ -44,7 +44,7 @@ class Joint:
     """A joint as the file gives it; limits that the file leaves out are None.  SI units."""
 
     name: str
-    kind: Literal["fixed", "revolute", "continuous", "prismatic", "floating"]
+    kind: Literal["fixed", "revolute", "continuous", "prismatic", "helical", "spherical", "floating"]
     parent: str | None
     """Link on the parent side; None is the ground."""
     child: str
@@ -54,6 +54,8 @@ class Joint:
     v_index: int
     axis: tuple[float, float, float]
     """Unit vector in the joint's frame; zero for kinds without one axis."""
+    pitch: float = 0.0
+    """Advance along the axis, m/rad, positive for a right-handed screw; of helical joints."""
     lower: float | None = None
     upper: float | None = None
     effort: float | None = None
@@ -63,7 +65,7 @@ class Joint:
 
     @property
     def has_axis(self) -> bool:
-        """Whether it has one coordinate, along or about `axis`: revolute, continuous and prismatic joints."""
+        """Whether it has one coordinate, along or about `axis`: revolute, continuous, prismatic and helical joints."""
         return self.nv == 1
 
 
@@ -605,8 +607,8 @@ def _common_shape(arrays: Mapping[str, Array]) -> tuple[int, ...]:
 
 def _check_quaternions(model: Model, q: Array) -> None:
     for joint in model.joints[: model._moving]:
-        if joint.kind == "floating" and len(q):
-            length = np.linalg.norm(q[:, joint.q_index + 3 : joint.q_index + 7], axis=1)
+        if joint.kind in ("floating", "spherical") and len(q):
+            length = np.linalg.norm(q[:, joint.q_index + joint.nq - 4 : joint.q_index + joint.nq], axis=1)
             worst = int(np.argmax(np.abs(length - 1)))
             if abs(length[worst] - 1) > QUATERNION_TOLERANCE:
                 raise ValueError(f"{joint.name}: quaternion of state {worst} has length {length[worst]:.6g}; expected a unit quaternion [qx qy qz qw]")

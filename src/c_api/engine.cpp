@@ -22,9 +22,10 @@ void require_position(const ksl_model_t *m, const double *q) {
   require_finite(q, ksl_model_nq(m), "q");
   for (int i = 0; i < m->model.moving_joints(); ++i) {
     const ksl::joint_row &j = m->model.joints()[static_cast<std::size_t>(i)];
-    if (j.kind != ksl::joint_kind::floating)
+    const int quaternion = ksl::row_of(j.kind).quaternion;
+    if (quaternion < 0)
       continue;
-    const double *x = q + j.q_index + 3;
+    const double *x = q + j.q_index + quaternion;
     if (std::fabs(std::sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3]) - 1) > 1e-3)
       throw bad_argument("q: the quaternion [qx qy qz qw] of " + j.name + " is not of unit length");
   }

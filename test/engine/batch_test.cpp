@@ -273,18 +273,19 @@ TEST_CASE("forward dynamics is the inverse of inverse dynamics, and M a + bias =
 
 TEST_CASE("a mass matrix of other scalars than plain numbers has both triangles, and its zeros") {
   using P = ksl::native_pack<double>;
+  using W = ksl::mass_matrix_workspace<P>;
   const ksl::model m = tree();
   const int size = m.nv() * m.nv();
   const states<double> s(m, 1);
   ksl::arena measure(nullptr);
-  ksl::block_workspace<P>(measure, m.view(), size, 0);
+  ksl::block_workspace<P, W>(measure, m.view(), size, 0);
   std::vector<double> memory(measure.used() / sizeof(double) + 8, -7.0), expected(static_cast<std::size_t>(size), -7.0);
   const std::size_t misplaced = reinterpret_cast<std::size_t>(memory.data()) % 64 / sizeof(double);
   ksl::arena pieces(memory.data() + (misplaced ? 8 - misplaced : 0));
-  const ksl::block_workspace<P> w(pieces, m.view(), size, 0);
+  const ksl::block_workspace<P, W> w(pieces, m.view(), size, 0);
   for (int i = 0; i < m.nq(); ++i)
     w.q[i] = P(s.q[static_cast<std::size_t>(i)]);
-  ksl::mass_matrix(m.view(), w.data, w.q, w.result);
+  ksl::mass_matrix(m.view(), w.of_algorithm, w.q, w.result);
   ksl::data d(m);
   ksl::mass_matrix(m, d, s.q.data(), expected.data());
   for (int k = 0; k < size; ++k)
