@@ -17,7 +17,7 @@ class Joint:
     """A joint as the file gives it; limits that the file leaves out are None.  SI units."""
 
     name: str
-    kind: Literal["fixed", "revolute", "continuous", "prismatic", "floating"]
+    kind: Literal["fixed", "revolute", "continuous", "prismatic", "helical", "spherical", "floating"]
     parent: str | None
     """Link on the parent side; None is the ground."""
     child: str
@@ -27,6 +27,8 @@ class Joint:
     v_index: int
     axis: tuple[float, float, float]
     """Unit vector in the joint's frame; zero for kinds without one axis."""
+    pitch: float = 0.0
+    """Advance along the axis, m/rad, positive for a right-handed screw; of helical joints."""
     lower: float | None = None
     upper: float | None = None
     effort: float | None = None
@@ -36,7 +38,7 @@ class Joint:
 
     @property
     def has_axis(self) -> bool:
-        """Whether it has one coordinate, along or about `axis`: revolute, continuous and prismatic joints."""
+        """Whether it has one coordinate, along or about `axis`: revolute, continuous, prismatic and helical joints."""
         return self.nv == 1
 
 

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ksl.mechanism import Joint
-from ksl.states import Array
 from ksl.quantities import JointLoads, PowerBalance, unit
+from ksl.states import Array
 
 Row = Mapping[str, float | str | None]
 Indices = NDArray[np.intp]

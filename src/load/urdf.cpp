@@ -151,7 +151,8 @@ void urdf_reader::read_joint(pugi::xml_node node) {
   if (joint.where().name.empty())
     joint.refuse("<joint> has no name; write <joint name=\"...\" type=\"...\">");
   joint.expect({"name", "type"},
-               {"origin", "parent", "child", "axis", "limit", "dynamics", "mimic", "safety_controller", "calibration"});
+               {"origin", "parent", "child", "axis", "limit", "dynamics", "mimic", "safety_controller", "calibration",
+                "screw_thread_pitch"});
   joint_description out;
   out.name = joint.where().name;
   out.at = {joint.line()};
@@ -205,18 +206,24 @@ int urdf_reader::link_named_in(const element &joint, const char *tag) const {
              load::suggestion(name, names, "add that link, or name one of " + load::listed(names)));
 }
 
-/// Axis and limits, of the joints that move along an axis.
+/// What the joint's kind needs: axis, limits, pitch.
 void urdf_reader::read_motion(const element &joint, joint_description &out) {
   const joint_kind_row row = row_of(out.kind);
+  const auto ignore = [&](const char *tag) {
+    if (joint.child(tag))
+      unused_.in_joint(tag, "no effect on a " + std::string(row.name) + " joint", out.name);
+  };
   if (row.has_axis) {
     out.axis = load::axis_in(joint);
     read_limit(joint, out);
-    return;
+  } else {
+    ignore("axis");
+    ignore("limit");
   }
-  const std::string why = "no effect on a " + std::string(row.name) + " joint";
-  for (const char *tag : {"axis", "limit"})
-    if (joint.child(tag))
-      unused_.in_joint(tag, why, out.name);
+  if (row.has_pitch)
+    out.pitch = load::pitch_in(joint);
+  else
+    ignore("screw_thread_pitch");
 }
 
 void urdf_reader::read_limit(const element &joint, joint_description &out) {

@@ -127,4 +127,14 @@ vec3<double> axis_in(const element &joint) {
   return {ax / norm, ay / norm, az / norm};
 }
 
+double pitch_in(const element &joint) {
+  const element pitch = joint.child("screw_thread_pitch");
+  const std::string mend = "write <screw_thread_pitch value=\"0.005\"/>, the advance along the axis in metres for each revolution";
+  if (!pitch)
+    joint.refuse("a helical joint needs its pitch; " + mend);
+  pitch.expect({"value"}, {});
+  constexpr double revolution = 6.283185307179586;
+  return pitch.required_number("value", mend) / revolution;
+}
+
 } // namespace ksl::load

@@ -17,4 +17,8 @@ spatial_inertia<double> inertia_in(const element &inertial, int minor);
 /// The unit vector in the <axis> of a joint, (1, 0, 0) without one.
 vec3<double> axis_in(const element &joint);
 
+/// The pitch of a helical joint in m/rad, from <screw_thread_pitch value="metres per revolution"/>; positive is right-handed.
+/// The element is that of SDF 1.10 and, as <drake:screw_thread_pitch>, of Drake.
+double pitch_in(const element &joint);
+
 } // namespace ksl::load

@@ -2,6 +2,7 @@
 #include "ksl/dynamics.hpp"
 
 #include "engine/canonical_axes.hpp"
+#include "ksl/engine/joints.hpp"
 
 #include <doctest/doctest.h>
 
@@ -42,20 +43,20 @@ std::vector<ksl::body<double>> chain(const std::vector<ksl::mat3x3<double>> &pla
   return bodies;
 }
 
-/// Rz(before) Rx(lean) Rz(after) of a body.
+/// Rz(offset) Rx(alpha) Rz(theta0) of a body.
 ksl::mat3x3<double> composed(const ksl::body<double> &b) {
   ksl::mat3x3<double> R = ksl::identity.R;
-  double before[2] = {b.before.sine, b.before.cosine}, lean[2] = {b.lean.sine, b.lean.cosine};
-  double after[2] = {b.after.sine, b.after.cosine};
-  A::product_drdrz(&R, before, &R);
-  A::product_drdrx(&R, lean, &R);
-  A::product_drdrz(&R, after, &R);
+  double offset[2] = {b.offset.sine, b.offset.cosine}, alpha[2] = {b.alpha.sine, b.alpha.cosine};
+  double theta0[2] = {b.theta0.sine, b.theta0.cosine};
+  A::product_drdrz(&R, offset, &R);
+  A::product_drdrx(&R, alpha, &R);
+  A::product_drdrz(&R, theta0, &R);
   return R;
 }
 
 } // namespace
 
-TEST_CASE("turns compose to where a body lies, and within a chain no turn comes before") {
+TEST_CASE("rotations compose to where a body lies, and within a chain there is no offset") {
   std::mt19937_64 random(3);
   for (int round = 0; round < 200; ++round) {
     std::vector<ksl::mat3x3<double>> placements;
@@ -67,19 +68,19 @@ TEST_CASE("turns compose to where a body lies, and within a chain no turn comes 
     std::vector<ksl::body<double>> bodies = chain(placements);
     std::vector<ksl::link<double>> links(bodies.size());
     for (std::size_t i = 0; i < links.size(); ++i)
-      links[i].body = static_cast<int>(i), links[i].first = true, links[i].pose = ksl::identity;
+      links[i].body = static_cast<int>(i), links[i].carried_by_moving_joint = true, links[i].pose = ksl::identity;
     ksl::choose_canonical_axes(bodies, links);
     for (std::size_t i = 1; i < bodies.size(); ++i) {
       const ksl::mat3x3<double> R = composed(bodies[i]);
       A::product_drdr(&found, &R, &found);
-      CHECK(bodies[i].straight == (i > 1)); // on the ground, x can't be chosen
+      CHECK(bodies[i].no_offset == (i > 1)); // on the ground, x can't be chosen
     }
     A::product_drdr(&found, &links.back().pose.R, &found); // back to the axes that the last body had
     CHECK(distance(found, expected) < 2e-15);
   }
 }
 
-TEST_CASE("axes that are parallel, or opposite, need no turn before, whatever else is on the body") {
+TEST_CASE("axes that are parallel, or opposite, need no offset, whatever else is on the body") {
   const ksl::mat3x3<double> parallel = {1, 0, 0, 0, 1, 0, 0, 0, 1}, opposite = {1, 0, 0, 0, -1, 0, 0, 0, -1};
   for (const ksl::mat3x3<double> &last : {parallel, opposite}) {
     std::mt19937_64 random(5);
@@ -87,9 +88,9 @@ TEST_CASE("axes that are parallel, or opposite, need no turn before, whatever el
     bodies[3].parent = 1; // beside body 2
     std::vector<ksl::link<double>> none;
     ksl::choose_canonical_axes(bodies, none);
-    CHECK(bodies[2].straight);
-    CHECK(bodies[3].straight);
-    CHECK(std::fabs(bodies[3].lean.sine) < 1e-15);
+    CHECK(bodies[2].no_offset);
+    CHECK(bodies[3].no_offset);
+    CHECK(std::fabs(bodies[3].alpha.sine) < 1e-15);
   }
 }
 
@@ -97,8 +98,8 @@ TEST_CASE("axes along coordinates leave exact quarter turns") {
   const ksl::model m = ksl::load(KSL_EXAMPLES "/robots/ur5.urdf");
   const ksl::model_view<double> view = m.view();
   for (int l = 0; l < view.links; ++l)
-    if (view.link[l].first) {
-      CHECK(view.link[l].along_axis);
-      CHECK(std::fabs(view.link[l].turn.sense) == 1);
+    if (view.link[l].carried_by_moving_joint) {
+      CHECK(view.link[l].axis_aligned);
+      CHECK(std::fabs(view.link[l].permutation.sign) == 1);
     }
 }

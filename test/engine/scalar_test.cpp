@@ -1,5 +1,6 @@
 // The engine's templates in another scalar: float, compiled here from the headers alone.
 #include "ksl/engine/energy.hpp"
+#include "ksl/engine/owned_workspace.hpp"
 #include "ksl/engine/reactions.hpp"
 #include "ksl/dynamics.hpp"
 
@@ -11,63 +12,11 @@
 
 namespace {
 
-template <class T> ksl::vec3<T> to(const ksl::vec3<double> &v) { return {T(v.x), T(v.y), T(v.z)}; }
-
-template <class T> ksl::SE3<T> to(const ksl::SE3<double> &D) {
-  const auto &R = D.R;
-  return {{T(R.m00), T(R.m10), T(R.m20), T(R.m01), T(R.m11), T(R.m21), T(R.m02), T(R.m12), T(R.m22)}, to<T>(D.t)};
-}
-
-template <class T> ksl::plane_turn<T> to(const ksl::plane_turn<double> &a) { return {T(a.sine), T(a.cosine)}; }
-
-template <class T> ksl::spatial_inertia<T> to(const ksl::spatial_inertia<double> &I) {
-  return {T(I.m), to<T>(I.h), T(I.Ixx), T(I.Iyy), T(I.Izz), T(I.Ixy), T(I.Iyz), T(I.Izx)};
-}
-
-/// A model's arrays and a workspace in another scalar.
-template <class T> struct arrays {
-  std::vector<ksl::body<T>> bodies;
-  std::vector<ksl::link<T>> links;
-  std::vector<T> sine, cosine, motion, wrench, inertia, after_sine, after_cosine;
-  std::vector<ksl::SE3<T>> in_parent, in_world;
-  std::vector<ksl::screw<T>> twist;
-  std::vector<ksl::coscrew<T>> wrenches;
-  ksl::model_view<T> model;
-  ksl::data_view<T> data{};
-
-  explicit arrays(const ksl::model_view<double> &m)
-      : sine(ksl::room_for_angles(m.nq)), cosine(ksl::room_for_angles(m.nq)), motion(ksl::room_for<T>(9, m.bodies)),
-        wrench(ksl::room_for<T>(6, m.bodies)), inertia(ksl::room_for<T>(10, m.bodies)),
-        after_sine(m.after_sine, m.after_sine + ksl::room_for_angles(m.nq)),
-        after_cosine(m.after_cosine, m.after_cosine + ksl::room_for_angles(m.nq)), in_parent(m.bodies), in_world(m.bodies), twist(m.bodies), wrenches(m.links) {
-    for (int i = 0; i < m.bodies; ++i) {
-      const ksl::body<double> &b = m.body[i];
-      bodies.push_back({b.kind, b.parent, b.q_index, b.v_index, b.v_end, b.chain, b.link, to<T>(b.placement), to<T>(b.before),
-                        to<T>(b.lean), to<T>(b.after), b.straight, to<T>(b.inertia)});
-      ksl::body_at<T>(i).put(bodies.back().inertia, inertia.data());
-    }
-    for (int i = 0; i < m.links; ++i) {
-      const ksl::link<double> &l = m.link[i];
-      const ksl::link_turn<T> turn = {to<T>(l.turn.about_z), T(l.turn.sense), {l.turn.slot[0], l.turn.slot[1], l.turn.slot[2]}};
-      links.push_back({l.body, l.parent, l.first, l.along_axis, turn, to<T>(l.pose), to<T>(l.inertia)});
-    }
-    model = {m.bodies, m.links, m.nq, m.nv, to<T>(m.gravity), bodies.data(), links.data(),
-             inertia.data(), after_sine.data(), after_cosine.data(), m.first_angle, m.angles_end};
-    data.in_parent = in_parent.data();
-    data.motion = motion.data();
-    data.wrench = wrench.data();
-    data.sine = sine.data();
-    data.cosine = cosine.data();
-    data.in_world = in_world.data();
-    data.twist = twist.data();
-    data.link_wrench = wrenches.data();
-  }
-};
-
 /// Efforts, reactions of all links' joints in world axes, and energies.
-template <class T> std::vector<T> everything(const ksl::model_view<double> &m, const std::vector<double> &q,
-                                             const std::vector<double> &v, const std::vector<double> &a) {
-  arrays<T> x(m);
+template <class T> std::vector<T> everything(const ksl::model_view<T> &m, const std::vector<double> &q, const std::vector<double> &v,
+                                             const std::vector<double> &a) {
+  const ksl::owned_workspace<ksl::reactions_workspace<T>> w(m);
+  const ksl::owned_workspace<ksl::energy_workspace<T>> for_energy(m);
   const std::vector<T> qt(q.begin(), q.end()), vt(v.begin(), v.end()), at(a.begin(), a.end());
   std::vector<int> links;
   for (int l = 0; l < m.links; ++l)
@@ -80,9 +29,9 @@ template <class T> std::vector<T> everything(const ksl::model_view<double> &m, c
   std::vector<T> out(nv + 6 * n + 2);
   const T push[6] = {1, 2, 3, 4, 5, 6};
   const ksl::external_wrenches<T> external = {1, &links.back(), push};
-  ksl::inverse_dynamics<T>(x.model, x.data, qt.data(), vt.data(), at.data(), external, out.data());
-  ksl::reactions<T>(x.model, x.data, external, request, out.data() + nv);
-  ksl::energy<T>(x.model, x.data, qt.data(), vt.data(), &out[nv + 6 * n], &out[nv + 6 * n + 1]);
+  ksl::inverse_dynamics<T>(m, w->dynamics, qt.data(), vt.data(), at.data(), external, out.data());
+  ksl::reactions<T>(m, *w, external, request, out.data() + nv);
+  ksl::energy<T>(m, *for_energy, qt.data(), vt.data(), &out[nv + 6 * n], &out[nv + 6 * n + 1]);
   return out;
 }
 
@@ -98,7 +47,7 @@ TEST_CASE("float follows double to its own precision, double from headers equals
       for (int i = 0; i < m.nv(); ++i)
         q.push_back(normal(random)), v.push_back(normal(random)), a.push_back(normal(random));
       const std::vector<double> exact = everything<double>(m.view(), q, v, a);
-      const std::vector<float> single = everything<float>(m.view(), q, v, a);
+      const std::vector<float> single = everything<float>(m.view_single(), q, v, a);
       double scale = 0, worst = 0;
       for (std::size_t i = 0; i < exact.size(); ++i) {
         scale = std::fmax(scale, std::fabs(exact[i]));

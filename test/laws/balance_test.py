@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from newton_euler import apply, coadjoint
-from random_tree import Case
+from random_tree import KINDS, Case
 
 TOLERANCE = 1e-12
 """Of the largest wrench in the robot."""
@@ -107,7 +107,7 @@ def test_a_wrong_witness_would_be_noticed():
     assert rest(base, w.in_joint_frame(c.tree.root), c.load) > 100 * TOLERANCE
 
 
-@pytest.mark.parametrize("kind", ["revolute", "continuous", "prismatic", "floating", "fixed"])
+@pytest.mark.parametrize("kind", KINDS)
 def test_each_kind_of_joint_alone(kind):
     """Robots with one kind of joint only, so that none can hide behind the others."""
     for seed in range(5):

@@ -36,9 +36,21 @@ def subspace(joint) -> np.ndarray:
     S = np.zeros((6, joint.nv))
     if joint.kind == "floating":
         return np.eye(6)
+    if joint.kind == "spherical":
+        return np.eye(6)[:, 3:]
     if joint.nv:
         S[: 3 if joint.kind == "prismatic" else 6, 0][-3:] = joint.axis
+    if joint.kind == "helical":
+        S[:3, 0] = joint.pitch * np.array(joint.axis)
     return S
+
+
+def drive(joint) -> np.ndarray:
+    """h* (6, nv), the wrenches of unit effort that do nothing else: a helical joint is driven by a moment about its axis."""
+    h = subspace(joint)
+    if joint.kind == "helical":
+        h[:3] = 0
+    return h
 
 
 def placements(rng, m):

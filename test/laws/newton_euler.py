@@ -30,6 +30,8 @@ class Joint:
     child: str
     placement: np.ndarray
     axis: np.ndarray
+    pitch: float = 0.0
+    """m/rad"""
 
 
 @dataclass
@@ -45,7 +47,7 @@ def read_tree(text: str) -> Tree:
     robot = ET.fromstring(text)
     links = {e.get("name"): read_link(e) for e in robot.findall("link")}
     joints = [
-        Joint(e.get("name"), e.get("type"), e.find("parent").get("link"), e.find("child").get("link"), read_origin(e), read_axis(e))
+        Joint(e.get("name"), e.get("type"), e.find("parent").get("link"), e.find("child").get("link"), read_origin(e), read_axis(e), read_pitch(e))
         for e in robot.findall("joint")
     ]
     (root,) = set(links) - {j.child for j in joints}
@@ -67,6 +69,10 @@ def numbers(element, tag: str, attribute: str, default: str) -> np.ndarray:
 def read_axis(element) -> np.ndarray:
     axis = numbers(element, "axis", "xyz", "1 0 0")
     return axis / np.linalg.norm(axis)
+
+
+def read_pitch(element) -> float:
+    return float(numbers(element, "screw_thread_pitch", "value", "0")[0]) / (2 * np.pi)
 
 
 def read_origin(element) -> np.ndarray:
@@ -174,6 +180,10 @@ def joint_motion(joint: Joint, q: np.ndarray) -> Motion:
         return Motion(turn(axis, q[..., 0]), np.concatenate([axis, zero])[:, None])
     if joint.kind == "prismatic":
         return Motion(shift(q[..., :1] * axis), np.concatenate([zero, axis])[:, None])
+    if joint.kind == "helical":
+        return Motion(turn(axis, q[..., 0]) @ shift(joint.pitch * q[..., :1] * axis), np.concatenate([axis, joint.pitch * axis])[:, None])
+    if joint.kind == "spherical":
+        return Motion(quaternion_turn(q), np.eye(6)[:, :3])
     if joint.kind == "floating":  # v = [linear, angular]
         return Motion(shift(q[..., :3]) @ quaternion_turn(q[..., 3:]), np.eye(6)[:, [3, 4, 5, 0, 1, 2]])
     return Motion(np.broadcast_to(np.eye(4), (*q.shape[:-1], 4, 4)), np.zeros((6, 0)))

@@ -25,8 +25,8 @@ class Sines:
         return np.sum(self.amplitude * self.rate**order * np.sin(angle), axis=1)
 
 
-def floating_motion(position: Sines, angles: Sines, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """q (n, 7), v (n, 6), a (n, 6) of a body on a path, turned by Rz(α) Ry(β) Rx(γ): everything in closed form."""
+def orientation(angles: Sines, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Rotation (n, 3, 3), its quaternion, angular velocity and acceleration in the body's axes, of Rz(α) Ry(β) Rx(γ): closed form."""
     (al, be, ga), (al1, be1, ga1), (al2, be2, ga2) = (angles(t, k).T for k in range(3))
     R = (turn([0, 0, 1], al) @ turn([0, 1, 0], be) @ turn([1, 0, 0], ga))[:, :3, :3]
     half = lambda x: (np.cos(x / 2), np.sin(x / 2))
@@ -42,9 +42,24 @@ def floating_motion(position: Sines, angles: Sines, t: np.ndarray) -> tuple[np.n
         ],
         axis=1,
     )
+    return R, quaternion, w, dw
+
+
+def spherical_motion(angles: Sines, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """q (n, 4), v (n, 3), a (n, 3)."""
+    return orientation(angles, t)[1:]
+
+
+def floating_motion(position: Sines, angles: Sines, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """q (n, 7), v (n, 6), a (n, 6) of a body on a path."""
+    R, quaternion, w, dw = orientation(angles, t)
     into_body = lambda x: np.einsum("nij,ni->nj", R, x)
     v = into_body(position(t, 1))
     return np.hstack([position(t), quaternion]), np.hstack([v, w]), np.hstack([into_body(position(t, 2)) - np.cross(w, v), dw])
+
+
+SEVERAL_NUMBERS = {"floating": (floating_motion, 2), "spherical": (spherical_motion, 1)}
+"""Kinds with more coordinates than one: how they move, and along how many curves in space."""
 
 
 class SmoothMotion:
@@ -52,14 +67,17 @@ class SmoothMotion:
 
     def __init__(self, m: ksl.Model, rng: np.random.Generator) -> None:
         self.m = m
-        self.curves = {j.name: (Sines(rng, 3), Sines(rng, 3)) if j.kind == "floating" else Sines(rng, 1) for j in m.joints if j.nv}
+        self.curves = {
+            j.name: [Sines(rng, 3) for _ in range(SEVERAL_NUMBERS[j.kind][1])] if j.kind in SEVERAL_NUMBERS else Sines(rng, 1) for j in m.joints if j.nv
+        }
 
     def __call__(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         q, v, a = np.empty((len(t), self.m.nq)), np.empty((len(t), self.m.nv)), np.empty((len(t), self.m.nv))
         for j in self.m.joints:
             if j.nv:
                 curve, rows, cols = self.curves[j.name], slice(j.q_index, j.q_index + j.nq), slice(j.v_index, j.v_index + j.nv)
-                q[:, rows], v[:, cols], a[:, cols] = floating_motion(*curve, t) if j.kind == "floating" else (curve(t, k) for k in range(3))
+                moved = SEVERAL_NUMBERS[j.kind][0](*curve, t) if j.kind in SEVERAL_NUMBERS else (curve(t, k) for k in range(3))
+                q[:, rows], v[:, cols], a[:, cols] = moved
         return q, v, a
 
 

@@ -10,7 +10,8 @@ import numpy as np
 import ksl
 from newton_euler import Tree, newton_euler, read_tree
 
-KINDS = ("revolute", "continuous", "prismatic", "fixed", "floating")
+KINDS = ("revolute", "continuous", "prismatic", "helical", "spherical", "fixed", "floating")
+WITHOUT_AXIS = ("spherical", "fixed", "floating")
 EXACT_AXES = [s * np.eye(3)[i] for i in range(3) for s in (1.0, -1.0)]
 
 
@@ -48,10 +49,11 @@ def random_tree(rng: np.random.Generator, bodies: int, kinds: tuple[str, ...] = 
         parent = i - 1 if rng.random() < 0.6 else int(rng.integers(i))
         kind = str(rng.choice(kinds, p=chances / chances.sum()))
         axis = EXACT_AXES[rng.integers(6)] if rng.random() < 0.5 else rng.normal(size=3)
-        axis_text = "" if kind in ("fixed", "floating") or rng.random() < 0.1 else f'<axis xyz="{words(axis)}"/>'
+        axis_text = "" if kind in WITHOUT_AXIS or rng.random() < 0.1 else f'<axis xyz="{words(axis)}"/>'
         limit = '<limit lower="-9" upper="9" effort="1000" velocity="100"/>' if kind in ("revolute", "prismatic") else ""
+        pitch = f'<screw_thread_pitch value="{words(rng.normal() * 0.2)}"/>' if kind == "helical" else ""
         joints.append(
-            f'<joint name="joint{bodies - i}" type="{kind}">{origin(rng)}<parent link="link{parent}"/><child link="link{i}"/>{axis_text}{limit}</joint>'
+            f'<joint name="joint{bodies - i}" type="{kind}">{origin(rng)}<parent link="link{parent}"/><child link="link{i}"/>{axis_text}{limit}{pitch}</joint>'
         )
     rng.shuffle(joints)
     return "\n".join(['<?xml version="1.0"?>', '<robot name="random">', *links, *joints, "</robot>"])
@@ -69,8 +71,8 @@ def random_states(m: ksl.Model, rng: np.random.Generator, n: int) -> tuple[np.nd
     """q (n, nq) with unit quaternions, v and a (n, nv)."""
     q, v, a = rng.uniform(-np.pi, np.pi, (n, m.nq)), rng.normal(size=(n, m.nv)), rng.normal(size=(n, m.nv))
     for j in m.joints:
-        if j.kind == "floating":
-            part = q[:, j.q_index + 3 : j.q_index + 7]
+        if j.kind in ("floating", "spherical"):
+            part = q[:, j.q_index + j.nq - 4 : j.q_index + j.nq]
             part[:] = rng.normal(size=(n, 4))
             part /= np.linalg.norm(part, axis=1, keepdims=True)
         if j.kind == "prismatic":

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frames import placements, requested, subspace, swapped
+from frames import drive, placements, requested, subspace, swapped
 from random_tree import Case
 
 TOLERANCE = 1e-12
@@ -39,7 +39,7 @@ def test_constraint_does_no_work_and_actuation_is_the_effort(seed, bodies, float
 
 @given(seeds, sizes, bases)
 def test_shape_of_the_parts_by_kind(seed, bodies, floating):
-    """Revolute: actuation is a moment along the axis and no force; prismatic: a force along it and no moment; fixed: all is
+    """Revolute, helical: actuation is a moment along the axis and no force; spherical: any moment and no force; prismatic: a force along it and no moment; fixed: all is
     constraint; floating: all is actuation."""
     c = Case(seed, bodies, floating_base=floating)
     total, constraint, actuation = parts(c)
@@ -48,6 +48,8 @@ def test_shape_of_the_parts_by_kind(seed, bodies, floating):
             assert not actuation[:, i].any() and np.array_equal(constraint[:, i], total[:, i]), j.name
         elif j.kind == "floating":
             assert not constraint[:, i].any() and np.array_equal(actuation[:, i], total[:, i]), j.name
+        elif j.kind == "spherical":
+            assert not actuation[:, i, :3].any() and not constraint[:, i, 3:].any() and np.array_equal((actuation + constraint)[:, i], total[:, i]), j.name
         else:
             along, none = (slice(0, 3), slice(3, 6)) if j.kind == "prismatic" else (slice(3, 6), slice(0, 3))
             assert not actuation[:, i, none].any(), f"{j.name} ({j.kind})"
@@ -80,7 +82,7 @@ def test_projectors_move_as_coadjoint_projector_inverse_coadjoint(seed, bodies, 
     total, constraint, actuation = parts(c, **how)
     for i, j in enumerate(c.m.joints):
         X, S = requested(c.m, c.q, j, how["at"], how["axes"]), subspace(j)
-        h = X @ (S @ S.T) @ np.linalg.inv(X)  # S is orthonormal
+        h = X @ (drive(j) @ S.T) @ np.linalg.inv(X)
         assert np.abs(h @ h - h).max() < 1e-9, "no projector"
         for projector, part in ((h, actuation), (np.eye(6) - h, constraint)):
             found = (projector @ total[:, i, :, None])[..., 0]

@@ -1,5 +1,7 @@
 #include "refusal.hpp"
 
+#include "ksl/engine/joints.hpp"
+
 #include <cmath>
 #include <cstdio>
 #include <locale>
@@ -73,8 +75,21 @@ TEST_CASE("links and joints keep the order of the file, their names and lines") 
 }
 
 TEST_CASE("every kind of joint") {
-  for (const joint_kind_row &row : joint_kinds)
-    CHECK(row_of(joint_with(row.name, "").kind).name == std::string(row.name));
+  for (const joint_kind kind : joint_kinds) {
+    const joint_kind_row row = row_of(kind);
+    const std::string needed = row.has_pitch ? "<screw_thread_pitch value=\"0.01\"/>" : "";
+    CHECK(joint_with(row.name, needed).kind == kind);
+    if (row.other_name)
+      CHECK(joint_with(row.other_name, needed).kind == kind);
+  }
+}
+
+TEST_CASE("the pitch of a helical joint is read in metres a revolution and kept in metres a radian") {
+  const joint_description joint = joint_with("helical", "<axis xyz=\"0 0 2\"/><screw_thread_pitch value=\"-0.005\"/>");
+  CHECK(std::fabs(joint.pitch - -0.005 / (2 * std::acos(-1.0))) < 1e-19);
+  CHECK(joint.axis.z == 1);
+  check_unused(read(robot_with("spherical", "<axis xyz=\"0 0 1\"/><screw_thread_pitch value=\"1\"/>")),
+               {"joint j: axis, screw_thread_pitch (no effect on a spherical joint)"});
 }
 
 TEST_CASE("rpy turns about fixed axes, x first: Rz Ry Rx") {

@@ -1,0 +1,167 @@
+// Each kind of joint against its bases in ksl/joint_space.h, against published cases, and its positions as a manifold.
+#include "ksl/engine/joints.hpp"
+
+#include "robots.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace {
+
+using A = ksl::algebra<double>;
+constexpr double pitch = 0.3;
+
+/// step(joint<K>()) for every kind that moves.
+template <class Step> void for_each_moving_kind(Step step) {
+  for (const ksl::joint_kind kind : ksl::joint_kinds)
+    ksl::with_joint(kind, [&]<class J>(J j) {
+      if constexpr (J::nv > 0) {
+        const std::string name = J::name;
+        CAPTURE(name);
+        step(j, kind);
+      }
+    });
+}
+
+/// The bases of a kind in its canonical frame: its axis is z.  A continuous joint's are a revolute one's.
+ksl::joint_space<double> bases_of(ksl::joint_kind kind) {
+  ksl::joint_space<double> bases;
+  const ksl::joint_kind listed = kind == ksl::joint_kind::continuous ? ksl::joint_kind::revolute : kind;
+  A::joint_space_set(&bases, static_cast<int>(listed), 2, pitch, 0);
+  return bases;
+}
+
+double largest_difference(const double *x, const double *y, int n) {
+  double worst = 0;
+  for (int i = 0; i < n; ++i)
+    worst = std::fmax(worst, std::fabs(x[i] - y[i]));
+  return worst;
+}
+
+std::vector<double> normal_numbers(std::mt19937_64 &random, int n) {
+  std::normal_distribution<double> normal;
+  std::vector<double> x(static_cast<std::size_t>(n));
+  for (double &e : x)
+    e = normal(random);
+  return x;
+}
+
+/// A position with quaternions of unit length.
+std::vector<double> random_position(std::mt19937_64 &random, const ksl::joint_kind_row &row) {
+  std::vector<double> q = normal_numbers(random, row.nq);
+  if (row.quaternion >= 0) {
+    double *x = q.data() + row.quaternion;
+    const double length = std::sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3]);
+    for (int i = 0; i < 4; ++i)
+      x[i] /= length;
+  }
+  return q;
+}
+
+} // namespace
+
+TEST_CASE("twist, effort and drive are those of the joint's bases") {
+  std::mt19937_64 random(1);
+  for_each_moving_kind([&](auto j, ksl::joint_kind kind) {
+    using J = decltype(j);
+    const ksl::joint_space<double> bases = bases_of(kind);
+    ksl::body<double> b{};
+    b.pitch = pitch;
+    for (int round = 0; round < 20; ++round) {
+      const std::vector<double> rates = normal_numbers(random, J::nv), numbers = normal_numbers(random, 6);
+      const ksl::coscrew<double> f = {{numbers[0], numbers[1], numbers[2]}, {numbers[3], numbers[4], numbers[5]}};
+      ksl::screw<double> expected;
+      A::joint_space_twist(&bases, J::nv, rates.data(), &expected);
+      const ksl::screw<double> twist = J::twist(b, rates.data());
+      CHECK(largest_difference(&twist.lin.x, &expected.lin.x, 6) < 1e-15);
+
+      double effort[J::nv], expected_effort[J::nv];
+      J::effort(b, f, effort);
+      A::joint_space_efforts(&bases, J::nv, &f, expected_effort);
+      CHECK(largest_difference(effort, expected_effort, J::nv) < 1e-15);
+
+      ksl::coscrew<double> expected_drive;
+      A::joint_space_drive(&bases, J::nv, rates.data(), &expected_drive);
+      const ksl::coscrew<double> drive = J::drive(rates.data());
+      CHECK(largest_difference(&drive.lin.x, &expected_drive.lin.x, 6) < 1e-15);
+    }
+  });
+}
+
+TEST_CASE("what leads from one position to another leads there") {
+  std::mt19937_64 random(2);
+  for_each_moving_kind([&](auto j, ksl::joint_kind kind) {
+    using J = decltype(j);
+    const ksl::joint_kind_row row = ksl::row_of(kind);
+    for (int round = 0; round < 50; ++round) {
+      const std::vector<double> q = random_position(random, row);
+      std::vector<double> dv = normal_numbers(random, J::nv);
+      for (double &x : dv)
+        x *= 0.4; // less than half a turn
+      double moved[J::nq], back[J::nv];
+      J::integrate(q.data(), dv.data(), moved);
+      J::difference(q.data(), moved, back);
+      CHECK(largest_difference(back, dv.data(), J::nv) < 1e-13);
+    }
+  });
+}
+
+TEST_CASE("a continuous joint takes the short way round") {
+  const double q0 = 3, q1 = -3;
+  double dv;
+  ksl::joint<ksl::joint_kind::continuous>::difference(&q0, &q1, &dv);
+  CHECK(dv == doctest::Approx(2 * std::acos(-1.0) - 6).epsilon(1e-14));
+}
+
+// The following numbers were computed at 420 bits, from poses alone, without spatial algebra.
+
+TEST_CASE("positions after a tenth of a second") {
+  const auto check = [](auto j, std::vector<double> q, std::vector<double> v, std::vector<double> expected) {
+    using J = decltype(j);
+    for (double &x : v)
+      x *= 0.1;
+    double moved[J::nq];
+    J::integrate(q.data(), v.data(), moved);
+    CHECK(largest_difference(moved, expected.data(), J::nq) < 1e-15);
+  };
+  check(ksl::joint<ksl::joint_kind::helical>(), {1.2812554481053793}, {-1.98}, {1.0832554481053793});
+  check(ksl::joint<ksl::joint_kind::spherical>(),
+        {-0.6057384859894979, -0.7744935128313428, 0.17674595412320598, -0.04473871784478234}, {0.613, 0.278, 0.263},
+        {-0.6193526678727955, -0.761229915973011, 0.19135753300610495, -0.01770825763282895});
+  check(ksl::joint<ksl::joint_kind::floating>(),
+        {0.3041831405019255, 0.11903132840831587, 0.46261695552215865, 0.6141878353084771, 0.17696598753799536,
+         0.26427581492711594, -0.722228935904951},
+        {1.124, 0.493, -0.204, -1.055, -0.104, -0.383},
+        {0.4206672042983105, 0.08339317106795509, 0.48784788471517165, 0.6492764765195576, 0.1782609148797904,
+         0.2838175051176996, -0.6827230236730947});
+}
+
+TEST_CASE("where a helical joint on a revolute one carries its link") {
+  ksl::robot_description r;
+  r.name = "screw";
+  r.links = {robots::link("world"), robots::link("b00", robots::solid(1, {0, 0, 0}, 1, 1, 1)),
+             robots::link("b01", robots::solid(1, {0, 0, 0}, 1, 1, 1))};
+  r.joints = {robots::joint("j00", ksl::joint_kind::revolute, 0, 1, {-0.1645, 0.3382, 0.2955},
+                            {0.7321866876650546, 0.48842847443429716, 0.47470019988184237}),
+              robots::joint("j01", ksl::joint_kind::helical, 1, 2, {-0.0064, -0.2168, -0.3255},
+                            {-0.7088489926073881, -0.5780664594032374, -0.40419336238055187})};
+  r.joints[0].placement.R = {-0.5852454887743694, 0.7239361215526596, 0.3652454103483601,
+                             0.40782556470191,    0.6521239511214205, -0.6390717183144277,
+                             -0.7008323812758778, -0.2250574244167027, -0.6768922580958527};
+  r.joints[1].placement.R = {0.51490753885955,     -0.7380179901819989, -0.4361188743832626,
+                             0.8556855464485834,   0.4118065334132974,  0.31339691229671,
+                             -0.05169595752658146, -0.5345510501400643, 0.8435536158238931};
+  r.joints[1].pitch = -0.0776;
+  const ksl::model m(r);
+  ksl::data d(m);
+  const double q[2] = {-1.0017744261111723, 1.2812554481053793};
+  const ksl::SE3<double> D = ksl::frame_pose(m, d, q, m.find_link("b01"));
+  const double expected[12] = {-0.473366920113245,   -0.7625218605789216, -0.4410035953161384, -0.7883217045692268,
+                               0.14333767430104902,  0.5983336871938894,  -0.39303008669511474, 0.6308840806877489,
+                               -0.6689638463229568,  -0.3133171854827434, 0.063595934264609,    0.5639721561439568};
+  CHECK(largest_difference(&D.R.m00, expected, 12) < 1e-15);
+}
