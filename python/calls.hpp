@@ -38,7 +38,7 @@ struct reactions_request {
 [[noreturn]] inline void refuse(const std::string &sentence) { throw nb::value_error(sentence.c_str()); }
 
 inline std::string text_of(nb::handle object) { return nb::str(object).c_str(); }
-inline std::string type_name(nb::handle object) { return text_of(object.type().attr("__name__")); }
+inline std::string class_name(nb::handle object) { return text_of(object.type().attr("__name__")); }
 
 /// 0 is all cores.
 inline int thread_count(nb::handle threads) {
@@ -267,7 +267,7 @@ private:
     const std::size_t n = static_cast<std::size_t>(row_.results) + reactions_.size();
     const bool several = n > 1, given = !out.is_none();
     if (several && given && !((PyTuple_Check(out.ptr()) || PyList_Check(out.ptr())) && nb::len(out) == n))
-      refuse("out is " + type_name(out) + "; expected " + (n == 2 ? "two" : std::to_string(n)) + " arrays, (" + result_names() + ")");
+      refuse("out is " + class_name(out) + "; expected " + (n == 2 ? "two" : std::to_string(n)) + " arrays, (" + result_names() + ")");
     for (std::size_t r = 0; r < n; ++r) {
       leading_shape shape = shape_of(r);
       nb::object array = !given ? nb::steal(PyArray_SimpleNew(shape.axes, shape.length, numpy_type<S>)) : several ? nb::object(out[r]) : nb::borrow(out);
@@ -291,7 +291,7 @@ private:
 
   template <class S> void check_out(nb::handle out, const leading_shape &wanted) const {
     const char *const dtype = sizeof(S) == 8 ? "float64" : "float32";
-    std::string found = type_name(out);
+    std::string found = class_name(out);
     if (PyArray_Check(out.ptr())) {
       const auto array = reinterpret_cast<PyArrayObject *>(out.ptr());
       const row_array whole(out, 1, 0);

@@ -60,10 +60,6 @@ class Model(Calls):
 
         return wrench_table(self, time, q, v, a, **options)
 
-    rnea = inverse_dynamics
-    aba = forward_dynamics
-    crba = mass_matrix
-
     def _evaluate(self, q: ArrayLike, v: ArrayLike, a: ArrayLike, external: External | None, requests: tuple[_core.Request, ...]) -> tuple[Array, ...]:
         """Efforts and, for each request, reactions, in one pass over the states."""
         return self._core.inverse_dynamics_with_reactions(q, v, a, external, requests, None, None)

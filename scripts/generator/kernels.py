@@ -61,6 +61,7 @@ def row_text(row: Algorithm) -> str:
     lines = [
         f'.name = "{row.name}"',
         f".kernels = &kernel_table::{kernels_of(row).name}",
+        f".variant_of = {f'&{row.variant_of}' if row.variant_of else 'nullptr'}",
         ", ".join(flags),
         f".external = external_use::{row.external or 'none'}",
         f".request = request_kind::{row.request or 'none'}",
@@ -137,7 +138,8 @@ def workspace(row: Algorithm) -> str:
 def files() -> dict[str, str]:
     out = {f"src/engine/algorithms/{row.name}.cpp": kernel(row) for row in COMPUTING}
     members = "".join(f"  const algorithm_kernels *{row.name};\n" for row in COMPUTING)
-    rows, names = "\n".join(map(row_text, ALGORITHMS)), ", ".join(f"&{row.name}" for row in ALGORITHMS)
+    variants = [row for row in ALGORITHMS if row.variant_of]
+    rows, names = "\n".join(map(row_text, [*COMPUTING, *variants])), ", ".join(f"&{row.name}" for row in ALGORITHMS)
     out["src/engine/algorithm_rows.hpp"] = ROWS.format(mark=MARK, members=members, rows=rows, all=names)
     declarations = " \\\n".join(f'  extern "C" const ksl::algorithm_kernels ksl_kernels_{row.name}_##set;' for row in COMPUTING)
     initialisers = " \\\n".join(f"    .{row.name} = &ksl_kernels_{row.name}_##set," for row in COMPUTING) + " \\"

@@ -39,13 +39,15 @@ template <class S> batch_view<S> as_row_names(const algorithm_row &row, const ba
     batch.external_n = 0;
   if (row.request != request_kind::reactions)
     batch.reactions_n = 0;
+  for (int r = row.results; r < most_results; ++r)
+    batch.result[r] = {};
   return batch;
 }
 
 /// Where one state of a batch is computed: its inputs lie apart from where results go, which may be one place in a batch.
 template <class S> struct one_state_memory {
   void *workspace;
-  S *q, *v, *a, *tau, *wrenches, *unwanted[most_results];
+  S *q, *v, *a, *tau, *wrenches, *unwanted[most_results] = {};
   int *links;
   reaction_result<S> *reactions;
 
@@ -57,8 +59,9 @@ template <class S> struct one_state_memory {
     wrenches = memory.take<S>(6 * batch.external_n);
     links = memory.take<int>(batch.external_n);
     reactions = memory.take<reaction_result<S>>(batch.reactions_n);
-    for (int r = 0; r < row.results; ++r)
-      unwanted[r] = batch.result[r].first ? nullptr : memory.take<S>(numbers_of(row.result[r], m.nv(), batch.links.n));
+    const algorithm_row &computed = row.variant_of ? *row.variant_of : row; // may have more results
+    for (int r = 0; r < computed.results; ++r)
+      unwanted[r] = batch.result[r].first ? nullptr : memory.take<S>(numbers_of(computed.result[r], m.nv(), batch.links.n));
   }
 
   static const S *copy(const rows_view<const S> &rows, std::size_t k, int columns, S *out) {
@@ -69,7 +72,7 @@ template <class S> struct one_state_memory {
   }
 
   /// State k of the batch.
-  state_view<S> load(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t k) const {
+  state_view<S> load(const model &m, const batch_view<S> &batch, std::size_t k) const {
     state_view<S> s;
     s.q = copy(batch.q, k, m.nq(), q), s.v = copy(batch.v, k, m.nv(), v);
     s.a = copy(batch.a, k, m.nv(), a), s.tau = copy(batch.tau, k, m.nv(), tau);
@@ -82,8 +85,8 @@ template <class S> struct one_state_memory {
     for (int r = 0; r < batch.reactions_n; ++r)
       reactions[r] = {&batch.reactions[r].request, ksl::row(batch.reactions[r].out, k)};
     s.reactions_n = batch.reactions_n, s.reactions = reactions;
-    for (int r = 0; r < row.results; ++r)
-      s.result[r] = unwanted[r] ? unwanted[r] : ksl::row(batch.result[r], k);
+    for (int r = 0; r < most_results; ++r)
+      s.result[r] = batch.result[r].first ? ksl::row(batch.result[r], k) : unwanted[r];
     return s;
   }
 };
@@ -97,7 +100,7 @@ template <class S> void compute_one(const algorithm_row &row, const model &m, co
   state.lay_out(measure, row, m, batch, bytes);
   arena memory(scratch(measure.used()));
   state.lay_out(memory, row, m, batch, bytes);
-  kernel.state(view, state.workspace, state.load(row, m, batch, k));
+  kernel.state(view, state.workspace, state.load(m, batch, k));
 }
 
 } // namespace

@@ -49,6 +49,7 @@ enum class request_kind : unsigned char { none, link, links, reactions };
 struct algorithm_row {
   const char *name;
   const algorithm_kernels *kernel_table::*kernels;
+  const algorithm_row *variant_of; ///< whose kernels these are, where inputs that this row lacks are zero; or null
   bool v, a, tau;
   external_use external;
   request_kind request;
