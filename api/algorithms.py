@@ -28,7 +28,8 @@ class Algorithm:
     name: of every call; of the engine's function NAME(model, workspace, inputs, [external,] [links,] results) too, unless
     there is another form.  The workspace is NAME_workspace, unless given.
     inputs: of q (nq), v, a and tau (nv).  external: wrenches on links are "optional" or "required".
-    request: "links" (how many, which), "link" (one), or "reactions" (joints, and how their wrenches are expressed).
+    request: "links" (how many, which), "link" (one), "frame" (link, and how its motion is expressed), or
+    "reactions" (joints, and how their wrenches are expressed).
     form: how results get from lanes to rows, a struct of src/engine/forms.hpp.
     variant_of: the algorithm that computes this one, where inputs that this one doesn't have are zero.
     faces: the languages that have a call of their own; what they lack is written by hand, or is private.

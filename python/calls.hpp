@@ -26,6 +26,7 @@ namespace calls {
 /// Which links, by index, in the order wanted: kept by ksl.requests, so that a call converts no list.
 struct link_request {
   std::vector<int> index;
+  ksl::frame_options frame; ///< how what is asked of one link is expressed
 };
 
 /// Which reactions, and how they are expressed.
@@ -153,7 +154,7 @@ private:
       add(request);
     else if (row_.request != ksl::request_kind::none)
       links_ = &nb::cast<const link_request &>(request);
-    if (row_.request == ksl::request_kind::link && links_->index.size() != 1)
+    if ((row_.request == ksl::request_kind::link || row_.request == ksl::request_kind::frame) && links_->index.size() != 1)
       refuse("expected one link or joint");
   }
 
@@ -348,7 +349,7 @@ private:
       external.push_back({x.link, x.array.template rows<const S>()});
     batch.external_n = static_cast<int>(external.size()), batch.external = external.data();
     if (links_)
-      batch.links = {link_count(), links_->index.data()};
+      batch.links = {link_count(), links_->index.data()}, batch.frame = links_->frame;
     const std::size_t own = static_cast<std::size_t>(row_.results);
     for (std::size_t r = 0; r < own; ++r)
       batch.result[r] = results_[r].template rows<S>();

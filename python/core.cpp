@@ -123,8 +123,14 @@ NB_MODULE(_core, module) {
           "links"_a, "part"_a, "on"_a, "at"_a, "at_link"_a, "offset"_a, "axes"_a, "axes_link"_a, "angular_first"_a)
       .def_prop_ro("joints", [](const calls::reactions_request &r) { return r.request.n; });
 
-  nb::class_<calls::link_request>(module, "Links", "Which links, by index, in what order.")
-      .def("__init__", [](calls::link_request *self, std::vector<int> index) { new (self) calls::link_request{std::move(index)}; }, "index"_a)
+  nb::class_<calls::link_request>(module, "Links", "Which links, by index, in what order; and how a motion of one is expressed.")
+      .def(
+          "__init__",
+          [](calls::link_request *self, std::vector<int> index, bool world_axes, bool at_world, bool angular_first) {
+            const auto in = [](bool world) { return world ? ksl::expressed_in::world : ksl::expressed_in::frame; };
+            new (self) calls::link_request{std::move(index), {in(world_axes), in(at_world), angular_first}};
+          },
+          "index"_a, "world_axes"_a = false, "at_world"_a = false, "angular_first"_a = false)
       .def_prop_ro("n", [](const calls::link_request &links) { return links.index.size(); });
 
   nb::class_<ksl::model> model(module, "Model");

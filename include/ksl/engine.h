@@ -114,6 +114,15 @@ typedef struct ksl_reaction_options_t {
   ksl_order_t order;
 } ksl_reaction_options_t;
 
+typedef enum ksl_expressed_t { KSL_IN_FRAME, KSL_IN_WORLD } ksl_expressed_t;
+
+/** How a motion of a link's frame is expressed.  All zeros is the default: about the frame's origin, in its axes, linear
+    first.  KSL_IN_WORLD: about the world's origin, in its axes. */
+typedef struct ksl_frame_options_t {
+  ksl_expressed_t axes, at;
+  ksl_order_t order;
+} ksl_frame_options_t;
+
 /** Reactions through n joints into wrenches (n, 6), right after ksl_inverse_dynamics (or _with_reactions) in the same
     precision and with the same external wrenches: any other call with this workspace in between is refused, since it
     writes there.

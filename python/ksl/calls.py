@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from numpy.typing import ArrayLike
 
 from ksl.requests import Requests
-from ksl.states import Array, External, Order, Part, Point, Side
+from ksl.states import Array, Expressed, External, Order, Part, Point, Side
 
 
 class Calls(Requests):

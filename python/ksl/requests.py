@@ -27,7 +27,7 @@ class Requests(Mechanism):
 
     def __init__(self, core: _core.Model) -> None:
         self._requests: dict[tuple[object, ...], _core.Request] = {}
-        self._link_lists: dict[tuple[str, ...] | str | None, _core.Links] = {}
+        self._link_lists: dict[tuple[object, ...] | str | None, _core.Links] = {}
         super().__init__(core)
 
     def _links_of(self, names: Iterable[str] | None) -> _core.Links:
@@ -37,10 +37,27 @@ class Requests(Mechanism):
         if links is None:
             wanted = self.link_names if key is None else [key] if isinstance(key, str) else key
             links = _core.Links([self._index(self._frame_index, name, "link or joint") for name in wanted])
-            if len(self._link_lists) >= REQUESTS_KEPT:  # names that change from call to call
-                self._link_lists.clear()
-            self._link_lists[key] = links
+            self._keep_links(key, links)
         return links
+
+    def _keep_links(self, key: tuple[object, ...] | str | None, links: _core.Links) -> None:
+        if len(self._link_lists) >= REQUESTS_KEPT:  # names that change from call to call
+            self._link_lists.clear()
+        self._link_lists[key] = links
+
+    def _frame_of(self, name: str, axes: str, at: str, order: str) -> _core.Links:
+        """One link, and how a motion of its frame is expressed."""
+        key = (name, axes, at, order)
+        request = self._link_lists.get(key) if isinstance(name, str) else None
+        if request is None:
+            request = _core.Links(
+                [self._index(self._frame_index, name, "link or joint")],
+                world_axes=one_of(axes, "axes", "frame", "world") == "world",
+                at_world=one_of(at, "at", "frame", "world") == "world",
+                angular_first=one_of(order, "order", "lin_ang", "ang_lin") == "ang_lin",
+            )
+            self._keep_links(key, request)
+        return request
 
     def _frame(self, name: str, what: str) -> tuple[_core.Frame, int]:
         if name in ("joint", "world"):

@@ -3,7 +3,7 @@
 from generator.rows import ALGORITHMS, MARK, WIDTH, Algorithm, call, comment, has, sentence
 
 SCALARS = {"double": "", "float": "f"}
-REQUEST = {"links": ["int links_n", "const int *links"], "link": ["int link"],
+REQUEST = {"links": ["int links_n", "const int *links"], "link": ["int link"], "frame": ["int link", "const ksl_frame_options_t *options"],
            "reactions": ["int n", "const int *joints", "const ksl_reaction_options_t *options"]}  # fmt: skip
 
 
@@ -50,21 +50,22 @@ def declarations(row: Algorithm) -> str:
 
 def state_definition(row: Algorithm, scalar: str) -> str:
     members = [f".{name} = {name}" for name in ("q", "v", "a", "tau") if name in row.inputs]
-    members += {"links": [".links = {n, links}"], "link": [".links = {1, &link}"]}.get(row.request, [])
+    members += {"links": [".links = {n, links}"], "link": [".links = {1, &link}"], "frame": [".links = {1, &link}"]}.get(row.request, [])
     members += [f".result = {{{', '.join(r.name for r in row.results)}}}"]
     arguments = ["model", "data", "{" + ", ".join(members) + "}"]
     arguments += ["external"] if row.external else ["no_external"]
-    arguments += ["n", "joints", "options", "wrenches"] if row.request == "reactions" else []
+    arguments += {"reactions": ["n", "joints", "options", "wrenches"], "frame": ["options"]}.get(row.request, [])
     opening = call(f"ksl_status_t ksl_{row.name}{SCALARS[scalar]}(", state_arguments(row, scalar), ") {")
     return f"{opening}\n" + call(f"  return state_call<rows::{row.name}, {scalar}>(", arguments, ");") + "\n}\n"
 
 
 def batch_definition(row: Algorithm, scalar: str, name: str, external: bool) -> str:
     members = [".n = n", *(f".{x} = {{{x}, {x}_stride}}" for x in ("q", "v", "a", "tau") if x in row.inputs)]
-    members += {"links": [".links = {links_n, links}"], "link": [".links = {1, &link}"]}.get(row.request, [])
+    members += {"links": [".links = {links_n, links}"], "link": [".links = {1, &link}"], "frame": [".links = {1, &link}"]}.get(row.request, [])
     members += [f".result = {{{', '.join(f'{{{r.name}, {r.name}_stride}}' for r in row.results)}}}"]
     arguments = [f"rows::{row.name}", "model", "{" + ", ".join(members) + "}", "external" if external else "no_external_rows", "threads"]
-    arguments += ["joints_n", "joints", "options", f"rows_view<{scalar}>{{wrenches, wrenches_stride}}"] if row.request == "reactions" else []
+    arguments += {"reactions": ["joints_n", "joints", "options", f"rows_view<{scalar}>{{wrenches, wrenches_stride}}"],
+                  "frame": ["0", "nullptr", "nullptr", f"rows_view<{scalar}>{{}}", "options"]}.get(row.request, [])  # fmt: skip
     opening = call(f"ksl_status_t {name}{SCALARS[scalar]}(", batch_arguments(row, scalar, external), ") {")
     return f"{opening}\n" + call(f"  return batch_call<{scalar}>(", arguments, ");") + "\n}\n"
 

@@ -6,7 +6,7 @@ from generator.rows import ALGORITHMS, MARK, Algorithm, call, comment, has, kern
 
 
 def request_arguments(row: Algorithm) -> list[str]:
-    return {"links": ["int n", "const int *links"], "link": ["int link"], "reactions": ["const reaction_request &request"]}.get(row.request, [])
+    return {"links": ["int n", "const int *links"], "link": ["int link"], "frame": ["int link", "const frame_options &how"], "reactions": ["const reaction_request &request"]}.get(row.request, [])
 
 
 def arguments(row: Algorithm, default: bool) -> list[str]:
@@ -23,7 +23,7 @@ def members(row: Algorithm) -> list[str]:
     inputs = {name: name for name in row.inputs} | {name: "zero" for name in kernels_of(row).inputs if name not in row.inputs}
     out = [f".{name} = {inputs[name]}" for name in ("q", "v", "a", "tau") if name in inputs]
     out += [".external = external"] if row.external else []
-    out += {"links": [".links = {n, links}"], "link": [".links = {1, &link}"], "reactions": [".reactions_n = 1", ".reactions = &wanted"]}.get(row.request, [])
+    out += {"links": [".links = {n, links}"], "link": [".links = {1, &link}"], "frame": [".links = {1, &link}", ".frame = how"], "reactions": [".reactions_n = 1", ".reactions = &wanted"]}.get(row.request, [])
     return out + [f".result = {{{', '.join(result.name for result in row.results)}}}"]
 
 
@@ -52,7 +52,7 @@ def instantiation_of_one_state(row: Algorithm, scalar: str) -> str:
 
 def of_batch(row: Algorithm) -> str:
     reads = [f"batch.{name}" for name in row.inputs] + (["batch.external"] if row.external else [])
-    reads += {"links": ["batch.links"], "link": ["batch.links (one)"], "reactions": ["batch.reactions"]}.get(row.request, [])
+    reads += {"links": ["batch.links"], "link": ["batch.links (one)"], "frame": ["batch.links (one)", "batch.frame"], "reactions": ["batch.reactions"]}.get(row.request, [])
     what = {"nv": "nv", "links": "links.n"}
     shapes = [" × ".join(what.get(n, str(n)) for n in result.shape) or "1" for result in row.results]
     writes = [f"{result.name} into batch.result[{i}] (rows of {shapes[i]})" for i, result in enumerate(row.results)]

@@ -8,7 +8,7 @@ EXTENTS = {4: "four", 6: "six", "nv": "nv", "links": "links"}
 def engine_call(row: Algorithm, function: str) -> str:
     """The engine's function on a state_view."""
     arguments = [f"s.{name}" for name in row.inputs]
-    arguments += {"links": ["s.links.n", "s.links.index"], "link": ["s.links.index[0]"]}.get(row.request, [])
+    arguments += {"links": ["s.links.n", "s.links.index"], "link": ["s.links.index[0]"], "frame": ["s.links.index[0]", "s.frame"]}.get(row.request, [])
     arguments += ["s.external"] if row.external else []
     arguments += [f"s.result[{i}]" for i in range(len(row.results))]
     return f"{function}(model, w, {', '.join(arguments)});"
@@ -30,7 +30,8 @@ namespace ksl {{
 inline namespace KSL_ISA {{
 
 struct {name}_algorithm {{
-  static constexpr const algorithm_row &row = rows::{name};
+  static constexpr algorithm_row row = {{
+{row}  }};
   using form = {form}<{name}_algorithm>;
   template <class T> using workspace = {workspace}<T>;
 {steps}}};
@@ -48,7 +49,8 @@ def kernel(row: Algorithm) -> str:
         "symmetric_matrix": {"compute": row.name, "upper_triangle": f"elements_of_{row.name}"},
     }.get(row.form, {"compute": row.name})
     text = "".join("\n" + STEP.format(name=name, call=engine_call(row, function)) for name, function in steps.items())
-    return KERNEL.format(mark=MARK, header=row.header, name=row.name, form=row.form, workspace=workspace(row), steps=text)
+    row_lines = "".join(f"      {line},\n" for line in row_members(row))
+    return KERNEL.format(mark=MARK, row=row_lines, header=row.header, name=row.name, form=row.form, workspace=workspace(row), steps=text)
 
 
 def result_row(result: Result) -> str:
@@ -56,18 +58,22 @@ def result_row(result: Result) -> str:
     return f'{{"{result.name}", {len(result.shape)}, {{{extents}}}}}'
 
 
-def row_text(row: Algorithm) -> str:
+def row_members(row: Algorithm) -> list[str]:
     flags = [f".{name} = {'true' if name in row.inputs else 'false'}" for name in ("v", "a", "tau")]
-    lines = [
+    return [
         f'.name = "{row.name}"',
-        f".kernels = &kernel_table::{kernels_of(row).name}",
-        f".variant_of = {f'&{row.variant_of}' if row.variant_of else 'nullptr'}",
         ", ".join(flags),
         f".external = external_use::{row.external or 'none'}",
         f".request = request_kind::{row.request or 'none'}",
         f".results = {len(row.results)}",
         f".result = {{{', '.join(map(result_row, row.results))}}}",
     ]
+
+
+def row_text(row: Algorithm) -> str:
+    """As the library sees it, with its kernels; an algorithm's own file needs no others, so that a new row compiles no kernel anew."""
+    lines = row_members(row) + [f".kernels = &kernel_table::{kernels_of(row).name}"]
+    lines += [f".variant_of = &{row.variant_of}"] if row.variant_of else []
     return f"constexpr algorithm_row {row.name} = {{\n" + "".join(f"    {line},\n" for line in lines) + "};\n"
 
 

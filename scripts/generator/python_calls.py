@@ -9,6 +9,10 @@ WIDTH = 160
 REQUEST = {
     "": ("", "None"),
     "link": ("name: str", "self._links_of((name,))"),
+    "frame": (
+        'name: str, axes: Expressed = "frame", at: Expressed = "frame", order: Order = "lin_ang"',
+        "self._frame_of(name, axes, at, order)",
+    ),
     "links": ("names: Iterable[str] | None = None", "self._links_of(names)"),
     "reactions": (
         'on: Side = "child", at: Point = "joint", axes: str = "joint", order: Order = "lin_ang", part: Part = "total", joints: Iterable[str] | None = None',
@@ -64,7 +68,7 @@ from collections.abc import Iterable
 from numpy.typing import ArrayLike
 
 from ksl.requests import Requests
-from ksl.states import Array, External, Order, Part, Point, Side
+from ksl.states import Array, Expressed, External, Order, Part, Point, Side
 
 
 class Calls(Requests):

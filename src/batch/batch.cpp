@@ -81,7 +81,7 @@ template <class S> struct one_state_memory {
       copy(batch.external[e].wrench, k, 6, wrenches + 6 * e);
     }
     s.external = {batch.external_n, links, wrenches};
-    s.links = batch.links;
+    s.links = batch.links, s.frame = batch.frame;
     for (int r = 0; r < batch.reactions_n; ++r)
       reactions[r] = {&batch.reactions[r].request, ksl::row(batch.reactions[r].out, k)};
     s.reactions_n = batch.reactions_n, s.reactions = reactions;

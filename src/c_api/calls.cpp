@@ -82,13 +82,22 @@ reaction_request request_of(const ksl_model_t *m, std::vector<int> &links, int n
   return r;
 }
 
+frame_options frame_options_of(const ksl_frame_options_t *options) {
+  if (!options)
+    return {};
+  const auto known = [](int value) { return value == 0 || value == 1; };
+  require(known(options->axes) && known(options->at) && known(options->order), "axes, at and order must be values of their enumerations");
+  return {static_cast<expressed_in>(options->axes), static_cast<expressed_in>(options->at), options->order == KSL_ANGULAR_FIRST};
+}
+
 template <class S>
 ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_view<S> batch,
                         const typename c_types<S>::external_of_batch *external, int threads, int joints_n, const int *joints,
-                        const ksl_reaction_options_t *options, const rows_view<S> &wrenches) {
+                        const ksl_reaction_options_t *options, const rows_view<S> &wrenches, const ksl_frame_options_t *frame) {
   return guarded([&] {
     require(m, "model and arrays must not be null");
-    if (row.request == request_kind::links || row.request == request_kind::link)
+    batch.frame = frame_options_of(frame);
+    if (row.request != request_kind::none && row.request != request_kind::reactions)
       require_links(m, batch.links.n, batch.links.index);
     const bool any = batch.n > 0;
     require(!any || (batch.q.first && (batch.v.first || !row.v) && (batch.a.first || !row.a) && (batch.tau.first || !row.tau)),
@@ -119,7 +128,7 @@ ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_vi
   template external_wrenches<S> external_of(const ksl_model_t *, const c_types<S>::external *);                        \
   template ksl_status_t batch_call(const algorithm_row &, const ksl_model_t *, batch_view<S>,                          \
                                    const c_types<S>::external_of_batch *, int, int, const int *,                       \
-                                   const ksl_reaction_options_t *, const rows_view<S> &);
+                                   const ksl_reaction_options_t *, const rows_view<S> &, const ksl_frame_options_t *);
 KSL_INSTANTIATE(double)
 KSL_INSTANTIATE(float)
 #undef KSL_INSTANTIATE

@@ -40,6 +40,9 @@ template <class S> external_wrenches<S> external_of(const ksl_model_t *m, const 
 reaction_request request_of(const ksl_model_t *m, std::vector<int> &links, int n, const int *joints,
                             const ksl_reaction_options_t *options);
 
+/// options may be null.
+frame_options frame_options_of(const ksl_frame_options_t *options);
+
 /// Where a result goes, if it has any numbers.
 inline void require_result(const void *out, int numbers, const char *name) {
   if (!out && numbers > 0)
@@ -50,7 +53,7 @@ inline void require_result(const void *out, int numbers, const char *name) {
 /// zero.
 template <const algorithm_row &row, class S> void check_state(const ksl_model_t *m, ksl_data_t *d, state_view<S> &s) {
   const int nv = m->model.nv();
-  if constexpr (row.request == request_kind::links || row.request == request_kind::link)
+  if constexpr (row.request != request_kind::none && row.request != request_kind::reactions)
     require_links(m, s.links.n, s.links.index);
   for (int r = 0; r < row.results; ++r)
     require_result(s.result[r], numbers_of(row.result[r], nv, s.links.n), row.result[r].name);
@@ -68,9 +71,12 @@ template <const algorithm_row &row, class S> void check_state(const ksl_model_t 
 
 /// One state in the caller's workspace.
 template <const algorithm_row &row, class S>
-ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s, const typename c_types<S>::external *external) {
+ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s, const typename c_types<S>::external *external,
+                        const ksl_frame_options_t *options = nullptr) {
   return guarded([&] {
     require_workspace(m, d);
+    if constexpr (row.request == request_kind::frame)
+      s.frame = frame_options_of(options);
     check_state<row>(m, d, s);
     if constexpr (row.external != external_use::none)
       s.external = external_of<S>(m, external);
@@ -104,6 +110,6 @@ template <class S>
 ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_view<S> batch,
                         const typename c_types<S>::external_of_batch *external, int threads, int joints_n = 0,
                         const int *joints = nullptr, const ksl_reaction_options_t *options = nullptr,
-                        const rows_view<S> &wrenches = {});
+                        const rows_view<S> &wrenches = {}, const ksl_frame_options_t *frame = nullptr);
 
 } // namespace ksl::c_api

@@ -42,19 +42,19 @@ struct result_row {
 /// What external wrenches are to an algorithm.
 enum class external_use : unsigned char { none, optional, required };
 
-/// What else an algorithm is asked for.
-enum class request_kind : unsigned char { none, link, links, reactions };
+/// What else an algorithm is asked for: one link, several, one with frame_options, or reactions.
+enum class request_kind : unsigned char { none, link, links, frame, reactions };
 
 /// One row: which inputs an algorithm reads, besides q, and which results it writes.
 struct algorithm_row {
   const char *name;
-  const algorithm_kernels *kernel_table::*kernels;
-  const algorithm_row *variant_of; ///< whose kernels these are, where inputs that this row lacks are zero; or null
   bool v, a, tau;
   external_use external;
   request_kind request;
   int results; ///< besides reactions
   result_row result[most_results];
+  const algorithm_kernels *kernel_table::*kernels = nullptr;
+  const algorithm_row *variant_of = nullptr; ///< whose kernels these are, where inputs that this row lacks are zero; or null
 };
 
 inline namespace KSL_ISA { // kernels call them

@@ -20,123 +20,116 @@ namespace rows {
 
 constexpr algorithm_row inverse_dynamics = {
     .name = "inverse_dynamics",
-    .kernels = &kernel_table::inverse_dynamics,
-    .variant_of = nullptr,
     .v = true, .a = true, .tau = false,
     .external = external_use::optional,
     .request = request_kind::none,
     .results = 1,
     .result = {{"tau", 1, {extent::nv}}},
+    .kernels = &kernel_table::inverse_dynamics,
 };
 
 constexpr algorithm_row inverse_dynamics_with_reactions = {
     .name = "inverse_dynamics_with_reactions",
-    .kernels = &kernel_table::inverse_dynamics_with_reactions,
-    .variant_of = nullptr,
     .v = true, .a = true, .tau = false,
     .external = external_use::optional,
     .request = request_kind::reactions,
     .results = 1,
     .result = {{"tau", 1, {extent::nv}}},
+    .kernels = &kernel_table::inverse_dynamics_with_reactions,
 };
 
 constexpr algorithm_row forward_dynamics = {
     .name = "forward_dynamics",
-    .kernels = &kernel_table::forward_dynamics,
-    .variant_of = nullptr,
     .v = true, .a = false, .tau = true,
     .external = external_use::optional,
     .request = request_kind::none,
     .results = 1,
     .result = {{"a", 1, {extent::nv}}},
+    .kernels = &kernel_table::forward_dynamics,
 };
 
 constexpr algorithm_row mass_matrix = {
     .name = "mass_matrix",
-    .kernels = &kernel_table::mass_matrix,
-    .variant_of = nullptr,
     .v = false, .a = false, .tau = false,
     .external = external_use::none,
     .request = request_kind::none,
     .results = 1,
     .result = {{"M", 2, {extent::nv, extent::nv}}},
+    .kernels = &kernel_table::mass_matrix,
 };
 
 constexpr algorithm_row frame_poses = {
     .name = "frame_poses",
-    .kernels = &kernel_table::frame_poses,
-    .variant_of = nullptr,
     .v = false, .a = false, .tau = false,
     .external = external_use::none,
     .request = request_kind::links,
     .results = 1,
     .result = {{"poses", 3, {extent::links, extent::four, extent::four}}},
+    .kernels = &kernel_table::frame_poses,
 };
 
 constexpr algorithm_row energy = {
     .name = "energy",
-    .kernels = &kernel_table::energy,
-    .variant_of = nullptr,
     .v = true, .a = false, .tau = false,
     .external = external_use::none,
     .request = request_kind::none,
     .results = 2,
     .result = {{"kinetic", 0, {}}, {"potential", 0, {}}},
+    .kernels = &kernel_table::energy,
 };
 
 constexpr algorithm_row external_power = {
     .name = "external_power",
-    .kernels = &kernel_table::external_power,
-    .variant_of = nullptr,
     .v = true, .a = false, .tau = false,
     .external = external_use::required,
     .request = request_kind::none,
     .results = 1,
     .result = {{"power", 0, {}}},
+    .kernels = &kernel_table::external_power,
 };
 
 constexpr algorithm_row reactions = {
     .name = "reactions",
-    .kernels = &kernel_table::inverse_dynamics_with_reactions,
-    .variant_of = &inverse_dynamics_with_reactions,
     .v = true, .a = true, .tau = false,
     .external = external_use::optional,
     .request = request_kind::reactions,
     .results = 0,
     .result = {},
+    .kernels = &kernel_table::inverse_dynamics_with_reactions,
+    .variant_of = &inverse_dynamics_with_reactions,
 };
 
 constexpr algorithm_row bias = {
     .name = "bias",
-    .kernels = &kernel_table::inverse_dynamics,
-    .variant_of = &inverse_dynamics,
     .v = true, .a = false, .tau = false,
     .external = external_use::optional,
     .request = request_kind::none,
     .results = 1,
     .result = {{"tau", 1, {extent::nv}}},
+    .kernels = &kernel_table::inverse_dynamics,
+    .variant_of = &inverse_dynamics,
 };
 
 constexpr algorithm_row gravity_torque = {
     .name = "gravity_torque",
-    .kernels = &kernel_table::inverse_dynamics,
-    .variant_of = &inverse_dynamics,
     .v = false, .a = false, .tau = false,
     .external = external_use::optional,
     .request = request_kind::none,
     .results = 1,
     .result = {{"tau", 1, {extent::nv}}},
+    .kernels = &kernel_table::inverse_dynamics,
+    .variant_of = &inverse_dynamics,
 };
 
 constexpr algorithm_row frame_pose = {
     .name = "frame_pose",
-    .kernels = &kernel_table::frame_poses,
-    .variant_of = &frame_poses,
     .v = false, .a = false, .tau = false,
     .external = external_use::none,
     .request = request_kind::link,
     .results = 1,
     .result = {{"pose", 2, {extent::four, extent::four}}},
+    .kernels = &kernel_table::frame_poses,
+    .variant_of = &frame_poses,
 };
 
 constexpr const algorithm_row *all[] = {&inverse_dynamics, &inverse_dynamics_with_reactions, &reactions, &forward_dynamics, &mass_matrix, &bias, &gravity_torque, &frame_pose, &frame_poses, &energy, &external_power};

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "batch/transpose.hpp"
-#include "engine/algorithm_rows.hpp"
+#include "engine/algorithm.hpp"
 #include "ksl/engine/workspace.hpp"
 
 namespace ksl {
@@ -80,7 +80,7 @@ template <class Algorithm, class S> void one_state(const model_view<S> &model, v
 
 /// Inputs of a block in lanes.
 template <class Algorithm, class P> struct input_lanes {
-  static constexpr const algorithm_row &row = Algorithm::row;
+  static constexpr algorithm_row row = Algorithm::row;
   P *q, *v, *a, *tau, *external;
   int *external_link;
 
@@ -95,7 +95,7 @@ template <class Algorithm, class P> struct input_lanes {
 
   state_view<P> load(const model_view<scalar_of<P>> &model, const block<P> &b) const {
     state_view<P> s;
-    s.q = q, s.links = b.batch.links;
+    s.q = q, s.links = b.batch.links, s.frame = b.batch.frame;
     b.load(b.batch.q, model.nq, q);
     if constexpr (row.v)
       s.v = v, b.load(b.batch.v, model.nv, v);

@@ -4,6 +4,7 @@
 // docs/reference/dynamics.md; the others are ignored.
 #pragma once
 
+#include "ksl/engine/frame_options.hpp"
 #include "ksl/engine/reactions.hpp"
 
 #include <cstddef>
@@ -29,6 +30,7 @@ template <class T> struct state_view {
   const T *q = nullptr, *v = nullptr, *a = nullptr, *tau = nullptr;
   external_wrenches<T> external = {};
   link_list links = {};
+  frame_options frame = {};
   int reactions_n = 0;
   const reaction_result<T> *reactions = nullptr; ///< (reactions_n)
   T *result[most_results] = {};                  ///< in the order in which the algorithm lists them
@@ -59,6 +61,7 @@ template <class S> struct batch_view {
   int external_n = 0;
   const external_rows<S> *external = nullptr; ///< (external_n)
   link_list links = {};
+  frame_options frame = {};
   int reactions_n = 0;
   const reaction_rows<S> *reactions = nullptr; ///< (reactions_n)
   rows_view<S> result[most_results] = {};      ///< in the order in which the algorithm lists them

@@ -6,7 +6,14 @@ namespace ksl {
 inline namespace KSL_ISA {
 
 struct energy_algorithm {
-  static constexpr const algorithm_row &row = rows::energy;
+  static constexpr algorithm_row row = {
+      .name = "energy",
+      .v = true, .a = false, .tau = false,
+      .external = external_use::none,
+      .request = request_kind::none,
+      .results = 2,
+      .result = {{"kinetic", 0, {}}, {"potential", 0, {}}},
+  };
   using form = whole_results<energy_algorithm>;
   template <class T> using workspace = energy_workspace<T>;
 

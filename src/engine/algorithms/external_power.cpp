@@ -6,7 +6,14 @@ namespace ksl {
 inline namespace KSL_ISA {
 
 struct external_power_algorithm {
-  static constexpr const algorithm_row &row = rows::external_power;
+  static constexpr algorithm_row row = {
+      .name = "external_power",
+      .v = true, .a = false, .tau = false,
+      .external = external_use::required,
+      .request = request_kind::none,
+      .results = 1,
+      .result = {{"power", 0, {}}},
+  };
   using form = whole_results<external_power_algorithm>;
   template <class T> using workspace = external_power_workspace<T>;
 

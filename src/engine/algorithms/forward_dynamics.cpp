@@ -6,7 +6,14 @@ namespace ksl {
 inline namespace KSL_ISA {
 
 struct forward_dynamics_algorithm {
-  static constexpr const algorithm_row &row = rows::forward_dynamics;
+  static constexpr algorithm_row row = {
+      .name = "forward_dynamics",
+      .v = true, .a = false, .tau = true,
+      .external = external_use::optional,
+      .request = request_kind::none,
+      .results = 1,
+      .result = {{"a", 1, {extent::nv}}},
+  };
   using form = whole_results<forward_dynamics_algorithm>;
   template <class T> using workspace = forward_dynamics_workspace<T>;
 

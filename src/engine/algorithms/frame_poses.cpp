@@ -6,7 +6,14 @@ namespace ksl {
 inline namespace KSL_ISA {
 
 struct frame_poses_algorithm {
-  static constexpr const algorithm_row &row = rows::frame_poses;
+  static constexpr algorithm_row row = {
+      .name = "frame_poses",
+      .v = false, .a = false, .tau = false,
+      .external = external_use::none,
+      .request = request_kind::links,
+      .results = 1,
+      .result = {{"poses", 3, {extent::links, extent::four, extent::four}}},
+  };
   using form = poses_of_links<frame_poses_algorithm>;
   template <class T> using workspace = forward_kinematics_workspace<T>;
 

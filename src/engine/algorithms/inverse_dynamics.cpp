@@ -6,7 +6,14 @@ namespace ksl {
 inline namespace KSL_ISA {
 
 struct inverse_dynamics_algorithm {
-  static constexpr const algorithm_row &row = rows::inverse_dynamics;
+  static constexpr algorithm_row row = {
+      .name = "inverse_dynamics",
+      .v = true, .a = true, .tau = false,
+      .external = external_use::optional,
+      .request = request_kind::none,
+      .results = 1,
+      .result = {{"tau", 1, {extent::nv}}},
+  };
   using form = whole_results<inverse_dynamics_algorithm>;
   template <class T> using workspace = inverse_dynamics_workspace<T>;
 

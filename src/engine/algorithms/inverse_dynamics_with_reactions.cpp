@@ -6,7 +6,14 @@ namespace ksl {
 inline namespace KSL_ISA {
 
 struct inverse_dynamics_with_reactions_algorithm {
-  static constexpr const algorithm_row &row = rows::inverse_dynamics_with_reactions;
+  static constexpr algorithm_row row = {
+      .name = "inverse_dynamics_with_reactions",
+      .v = true, .a = true, .tau = false,
+      .external = external_use::optional,
+      .request = request_kind::reactions,
+      .results = 1,
+      .result = {{"tau", 1, {extent::nv}}},
+  };
   using form = efforts_and_reactions<inverse_dynamics_with_reactions_algorithm>;
   template <class T> using workspace = reactions_workspace<T>;
 };

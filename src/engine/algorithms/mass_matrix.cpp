@@ -6,7 +6,14 @@ namespace ksl {
 inline namespace KSL_ISA {
 
 struct mass_matrix_algorithm {
-  static constexpr const algorithm_row &row = rows::mass_matrix;
+  static constexpr algorithm_row row = {
+      .name = "mass_matrix",
+      .v = false, .a = false, .tau = false,
+      .external = external_use::none,
+      .request = request_kind::none,
+      .results = 1,
+      .result = {{"M", 2, {extent::nv, extent::nv}}},
+  };
   using form = symmetric_matrix<mass_matrix_algorithm>;
   template <class T> using workspace = mass_matrix_workspace<T>;
 
