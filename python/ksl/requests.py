@@ -47,8 +47,11 @@ class Requests(Mechanism):
 
     def _frame_of(self, name: str, axes: str, at: str, order: str) -> _core.Links:
         """One link, and how a motion of its frame is expressed."""
-        key = (name, axes, at, order)
-        request = self._link_lists.get(key) if isinstance(name, str) else None
+        key = (name, (axes, at, order))
+        try:
+            request = self._link_lists.get(key)
+        except TypeError:  # a list, say, instead of a word: refused below
+            request = None
         if request is None:
             request = _core.Links(
                 [self._index(self._frame_index, name, "link or joint")],
