@@ -229,4 +229,17 @@ out: two arrays, for the one and for the other.  q, v, threads: as in :meth:`inv
 q (…, nq), v (…, nv); external, out, threads: as in :meth:`inverse_dynamics`.
 """,
     ),
+    Algorithm(
+        name="jacobian",
+        header="frame_jacobian.hpp",
+        inputs=("q",),
+        request="frame",
+        results=(Result("J", (6, "nv"), "twist of the frame for each joint velocity"),),
+        summary="Jacobian (…, 6, nv) of a link's frame, or of a joint's (the child link's), for q (…, nq): J v is its twist.",
+        text="Jacobian {J} of a link's frame, row-major, for {q}: J v is the frame's twist.  O(depth + bodies).",
+        python="""
+axes, at: "frame" or "world", in whose axes and about whose origin twists are.  order: "lin_ang" or "ang_lin".
+q, out, threads: as in :meth:`inverse_dynamics`.  Featherstone, RBDA 2008, eq. (4.14); O(bodies).
+""",
+    ),
 )

@@ -58,4 +58,8 @@ template <class S> KSL_EXPORT void energy_batch(const model &m, const batch_view
 /// Reads batch.q, batch.v, batch.external; writes power into batch.result[0] (rows of 1).
 template <class S> KSL_EXPORT void external_power_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
+/// Jacobian J (6, nv) of a link's frame, row-major, for q (nq): J v is the frame's twist.  O(depth + bodies).  Reads
+/// batch.q, batch.links (one), batch.frame; writes J into batch.result[0] (rows of 6 × nv).
+template <class S> KSL_EXPORT void jacobian_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
 } // namespace ksl

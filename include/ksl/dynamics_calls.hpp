@@ -60,4 +60,9 @@ template <class S>
 KSL_EXPORT void external_power(const model &m, data &d, const S *q, const S *v, S *power,
                                const external_wrenches<S> &external);
 
+/// Jacobian J (6, nv) of a link's frame, row-major, for q (nq): J v is the frame's twist.  O(depth + bodies).  No
+/// allocation.
+template <class S>
+KSL_EXPORT void jacobian(const model &m, data &d, const S *q, int link, const frame_options &how, S *J);
+
 } // namespace ksl

@@ -213,6 +213,18 @@ KSL_EXPORT ksl_status_t ksl_external_power_batchf(const ksl_model_t *model, size
                                                   const ksl_external_rowsf_t *external, float *power,
                                                   ptrdiff_t power_stride, int threads);
 
+/** Jacobian J (6, nv) of a link's frame, row-major, for q (nq): J v is the frame's twist.  O(depth + bodies). */
+KSL_EXPORT ksl_status_t ksl_jacobian(const ksl_model_t *model, ksl_data_t *data, const double *q, int link,
+                                     const ksl_frame_options_t *options, double *J);
+KSL_EXPORT ksl_status_t ksl_jacobianf(const ksl_model_t *model, ksl_data_t *data, const float *q, int link,
+                                      const ksl_frame_options_t *options, float *J);
+KSL_EXPORT ksl_status_t ksl_jacobian_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                           int link, const ksl_frame_options_t *options, double *J, ptrdiff_t J_stride,
+                                           int threads);
+KSL_EXPORT ksl_status_t ksl_jacobian_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                            int link, const ksl_frame_options_t *options, float *J, ptrdiff_t J_stride,
+                                            int threads);
+
 KSL_END_C
 
 #endif

@@ -128,6 +128,23 @@ class Calls(Requests):
         """
         return self._core.external_power(q, v, None, external, None, out, threads)
 
+    def jacobian(
+        self,
+        q: ArrayLike,
+        name: str,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Jacobian (…, 6, nv) of a link's frame, or of a joint's (the child link's), for q (…, nq): J v is its twist.
+
+        axes, at: "frame" or "world", in whose axes and about whose origin twists are.  order: "lin_ang" or "ang_lin".
+        q, out, threads: as in :meth:`inverse_dynamics`.  Featherstone, RBDA 2008, eq. (4.14); O(bodies).
+        """
+        return self._core.jacobian(q, None, None, None, self._frame_of(name, axes, at, order), out, threads)
+
     rnea = inverse_dynamics
     aba = forward_dynamics
     crba = mass_matrix

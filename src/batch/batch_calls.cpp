@@ -66,4 +66,10 @@ template <class S> void external_power_batch(const model &m, const batch_view<S>
 template void external_power_batch(const model &, const batch_view<double> &, int);
 template void external_power_batch(const model &, const batch_view<float> &, int);
 
+template <class S> void jacobian_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::jacobian, m, batch, threads);
+}
+template void jacobian_batch(const model &, const batch_view<double> &, int);
+template void jacobian_batch(const model &, const batch_view<float> &, int);
+
 } // namespace ksl

@@ -375,4 +375,30 @@ ksl_status_t ksl_external_power_batchf(const ksl_model_t *model, size_t n, const
                            external, threads);
 }
 
+ksl_status_t ksl_jacobian(const ksl_model_t *model, ksl_data_t *data, const double *q, int link,
+                          const ksl_frame_options_t *options, double *J) {
+  return state_call<rows::jacobian, double>(model, data, {.q = q, .links = {1, &link}, .result = {J}}, no_external,
+                                            options);
+}
+
+ksl_status_t ksl_jacobianf(const ksl_model_t *model, ksl_data_t *data, const float *q, int link,
+                           const ksl_frame_options_t *options, float *J) {
+  return state_call<rows::jacobian, float>(model, data, {.q = q, .links = {1, &link}, .result = {J}}, no_external,
+                                           options);
+}
+
+ksl_status_t ksl_jacobian_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, int link,
+                                const ksl_frame_options_t *options, double *J, ptrdiff_t J_stride, int threads) {
+  return batch_call<double>(rows::jacobian, model,
+                            {.n = n, .q = {q, q_stride}, .links = {1, &link}, .result = {{J, J_stride}}},
+                            no_external_rows, threads, 0, nullptr, nullptr, rows_view<double>{}, options);
+}
+
+ksl_status_t ksl_jacobian_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, int link,
+                                 const ksl_frame_options_t *options, float *J, ptrdiff_t J_stride, int threads) {
+  return batch_call<float>(rows::jacobian, model,
+                           {.n = n, .q = {q, q_stride}, .links = {1, &link}, .result = {{J, J_stride}}},
+                           no_external_rows, threads, 0, nullptr, nullptr, rows_view<float>{}, options);
+}
+
 } // extern "C"

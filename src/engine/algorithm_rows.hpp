@@ -14,6 +14,7 @@ struct kernel_table {
   const algorithm_kernels *frame_poses;
   const algorithm_kernels *energy;
   const algorithm_kernels *external_power;
+  const algorithm_kernels *jacobian;
 };
 
 namespace rows {
@@ -88,6 +89,16 @@ constexpr algorithm_row external_power = {
     .kernels = &kernel_table::external_power,
 };
 
+constexpr algorithm_row jacobian = {
+    .name = "jacobian",
+    .v = false, .a = false, .tau = false,
+    .external = external_use::none,
+    .request = request_kind::frame,
+    .results = 1,
+    .result = {{"J", 2, {extent::six, extent::nv}}},
+    .kernels = &kernel_table::jacobian,
+};
+
 constexpr algorithm_row reactions = {
     .name = "reactions",
     .v = true, .a = true, .tau = false,
@@ -132,7 +143,7 @@ constexpr algorithm_row frame_pose = {
     .variant_of = &frame_poses,
 };
 
-constexpr const algorithm_row *all[] = {&inverse_dynamics, &inverse_dynamics_with_reactions, &reactions, &forward_dynamics, &mass_matrix, &bias, &gravity_torque, &frame_pose, &frame_poses, &energy, &external_power};
+constexpr const algorithm_row *all[] = {&inverse_dynamics, &inverse_dynamics_with_reactions, &reactions, &forward_dynamics, &mass_matrix, &bias, &gravity_torque, &frame_pose, &frame_poses, &energy, &external_power, &jacobian};
 
 } // namespace rows
 } // namespace ksl

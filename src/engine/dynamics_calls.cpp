@@ -59,6 +59,11 @@ void external_power(const model &m, data &d, const S *q, const S *v, S *power, c
   compute<S>(rows::external_power, m, d, {.q = q, .v = v, .external = external, .result = {power}});
 }
 
+template <class S>
+void jacobian(const model &m, data &d, const S *q, int link, const frame_options &how, S *J) {
+  compute<S>(rows::jacobian, m, d, {.q = q, .links = {1, &link}, .frame = how, .result = {J}});
+}
+
 template void inverse_dynamics<double>(const model &, data &, const double *, const double *, const double *, double *,
                                        const external_wrenches<double> &);
 template void inverse_dynamics<float>(const model &, data &, const float *, const float *, const float *, float *,
@@ -90,5 +95,7 @@ template void external_power<double>(const model &, data &, const double *, cons
                                      const external_wrenches<double> &);
 template void external_power<float>(const model &, data &, const float *, const float *, float *,
                                     const external_wrenches<float> &);
+template void jacobian<double>(const model &, data &, const double *, int, const frame_options &, double *);
+template void jacobian<float>(const model &, data &, const float *, int, const frame_options &, float *);
 
 } // namespace ksl

@@ -12,7 +12,8 @@
   extern "C" const ksl::algorithm_kernels ksl_kernels_mass_matrix_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_frame_poses_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_energy_##set; \
-  extern "C" const ksl::algorithm_kernels ksl_kernels_external_power_##set;
+  extern "C" const ksl::algorithm_kernels ksl_kernels_external_power_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_jacobian_##set;
 
 #define KSL_KERNEL_TABLE(set) \
   { \
@@ -23,4 +24,5 @@
     .frame_poses = &ksl_kernels_frame_poses_##set, \
     .energy = &ksl_kernels_energy_##set, \
     .external_power = &ksl_kernels_external_power_##set, \
+    .jacobian = &ksl_kernels_jacobian_##set, \
   }
