@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
-from generator import c_calls, cpp_calls, kernels, python_calls  # noqa: E402
+from generator import c_calls, cpp_calls, kernels, python_calls, reference, tests  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDERS = ("src/engine/algorithms",)
@@ -19,7 +19,7 @@ FOLDERS = ("src/engine/algorithms",)
 
 def files() -> dict[str, str]:
     """{path below the project: text}."""
-    return {path: text for part in (kernels, cpp_calls, c_calls, python_calls) for path, text in part.files().items()}
+    return {path: text for part in (kernels, cpp_calls, c_calls, python_calls, reference, tests) for path, text in part.files().items()}
 
 
 def stale() -> list[Path]:

@@ -30,7 +30,7 @@ def as_rows(inputs: list[NDArray[Any]], wrenches: list[NDArray[Any]], leading: t
     """
     single = all(x.dtype.newbyteorder("=") == np.float32 for x in (*inputs, *wrenches))
     dtype = np.float32 if single else np.float64
-    rows = [np.require(np.broadcast_to(x, (*leading, x.shape[-1])), dtype, "CA") for x in inputs]
+    rows = [np.require(np.broadcast_to(x, (*leading, x.shape[-1])), dtype, ["C", "A"]) for x in inputs]
     return rows, [np.array(np.broadcast_to(w, (*leading, 6)), dtype, order="C") for w in wrenches]
 
 

@@ -60,15 +60,16 @@ template <class Algorithm> struct poses_of_links : whole_results<Algorithm> {
   };
 };
 
+constexpr reaction_request no_reactions{};
+
 /// Efforts, and for each request its reactions.  Those of the first request are written as inverse dynamics finds them.
 /// Without q, the reactions are those of the state that inverse dynamics computed last in the same workspace.
 template <class Algorithm> struct efforts_and_reactions {
   template <class T>
   static void state(const model_view<scalar_of<T>> &model, const typename Algorithm::template workspace<T> &w, const state_view<T> &s) {
     const bool any = s.reactions_n > 0;
-    const reaction_request nothing;
     if (s.q)
-      inverse_dynamics_with_reactions(model, w, s.q, s.v, s.a, s.external, s.result[0], any ? *s.reactions->request : nothing,
+      inverse_dynamics_with_reactions(model, w, s.q, s.v, s.a, s.external, s.result[0], any ? *s.reactions->request : no_reactions,
                                       any ? s.reactions->out : nullptr);
     for (int r = s.q ? 1 : 0; r < s.reactions_n; ++r)
       reactions(model, w, s.external, *s.reactions[r].request, s.reactions[r].out);
@@ -86,8 +87,7 @@ template <class Algorithm> struct efforts_and_reactions {
     }
     void compute(const model_view<scalar_of<P>> &model, const typename Algorithm::template workspace<P> &w, state_view<P> &s, const block<P> &b) {
       const reaction_rows<scalar_of<P>> *wanted = b.batch.reactions;
-      const reaction_request nothing;
-      inverse_dynamics_with_reactions(model, w, s.q, s.v, s.a, s.external, tau, b.batch.reactions_n ? wanted->request : nothing, found);
+        inverse_dynamics_with_reactions(model, w, s.q, s.v, s.a, s.external, tau, b.batch.reactions_n ? wanted->request : no_reactions, found);
       b.store(tau, model.nv, b.batch.result[0]);
       for (int r = 0; r < b.batch.reactions_n; ++r) {
         if (r > 0)
