@@ -43,18 +43,21 @@ KSL_LANES void set_ancestors(const model_view<scalar_of<T>> &model, const mass_m
         M.set(row, column, joint_column<true, false, T>{w.axis[k].z, T(0)}.effort(about(k)));
     else
       by_slower_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
-        const coscrew<T> p = about(j);
         T felt[joint<K>::nv];
-        if (b.is_base)
-          joint<K>::effort(b, p, felt);
-        else
-          for_each_coordinate<joint<K>::nv>([&](auto k) KSL_INLINED { felt[k] = joint<K>::template column<k>(b, w.rotation, j).effort(p); });
+        effort_in_base<K>(b, w.rotation, j, about(j), felt);
         for_each_coordinate<joint<K>::nv>([&](auto k) KSL_INLINED { M.set(b.v_index + k, column, felt[k]); });
       });
     written = model.body[b.chain_start].v_index;
     j = model.body[b.chain_start].parent;
   }
   M.clear(column, 0, written);
+}
+
+/// The same, once for all kinds but the fastest: it holds code for every kind of ancestor.
+template <class T>
+[[gnu::noinline]] void set_ancestors_apart(const model_view<scalar_of<T>> &model, const mass_matrix_workspace<T> &w, int i,
+                                           const coscrew<T> &momentum, index column, symmetric_matrix<T> M) {
+  set_ancestors(model, w, i, momentum, column, M);
 }
 
 /// Columns of joint i, and the inertia of its subtree to its parent.
@@ -73,13 +76,15 @@ KSL_LANES void set_columns(const model_view<scalar_of<T>> &model, const mass_mat
       M.set(first + k, first + c, n > 1 ? own[k] + T(0) : own[k]); // no −0
   });
   add_to_parent<K>(I, model, w.pose, w.children, i);
-  for_each_coordinate<n>([&](auto c) KSL_INLINED {
-    if (b.parent > 0)
+  for (int c = 0; c < n; ++c) {
+    if (b.parent == 0)
+      M.clear(first + c, 0, first);
+    else if (only_turns(K))
       set_ancestors(model, w, i, momentum[c], first + c, M);
     else
-      M.clear(first + c, 0, first);
+      set_ancestors_apart(model, w, i, momentum[c], first + c, M);
     M.clear(first + c, b.v_end, M.n);
-  });
+  }
 }
 
 /// M (nv, nv), row-major, for q (nq).  Of scalars other than plain numbers: the upper triangle only, without the zeros that
