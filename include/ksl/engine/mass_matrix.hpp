@@ -61,9 +61,8 @@ template <class T>
 }
 
 /// Columns of joint i, and the inertia of its subtree to its parent.
-template <joint_kind K, class T>
+template <joint_kind K, int n = joint<K>::nv, class T>
 KSL_LANES void set_columns(const model_view<scalar_of<T>> &model, const mass_matrix_workspace<T> &w, int i, symmetric_matrix<T> M) {
-  constexpr int n = joint<K>::nv;
   const body<scalar_of<T>> &b = model.body[i];
   const index first = b.v_index;
   const spatial_inertia<T> I = subtree_inertia(model, w.children, i);
@@ -98,7 +97,7 @@ void elements_of_mass_matrix(const model_view<scalar_of<T>> &model, const mass_m
   };
   express_in_base(model, w.pose, w.rotation, q, locate, [](auto) KSL_INLINED {});
   for (int i = model.bodies - 1; i > 0; --i)
-    by_kind(model.body[i].kind, [&]<joint_kind K>() KSL_INLINED { set_columns<K, T>(model, w, i, {M, model.nv}); });
+    by_kind(model.body[i].kind, [&]<joint_kind K>() KSL_INLINED { set_columns<K>(model, w, i, symmetric_matrix<T>{M, model.nv}); });
 }
 
 /// M (nv, nv), row-major and symmetric, for q (nq): tau = M a + bias.  O(bodies²).
