@@ -41,9 +41,10 @@ typedef union ksl_vec3i_t {
   KSL_VIEW { int x, y, z; };
 } ksl_vec3i_t;
 
-/** Four integers. */
+/** Four integers; r is the part (x, y, z). */
 typedef union ksl_vec4i_t {
   KSL_VIEW { int at[4]; };
+  KSL_VIEW { ksl_vec3i_t r; };
   KSL_VIEW { int x, y, z, w; };
 } ksl_vec4i_t;
 

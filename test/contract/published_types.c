@@ -38,6 +38,7 @@ AT(inertia, _Ixx, 4); AT(inertia, _Iyy, 5); AT(inertia, _Izz, 6); AT(inertia, Iy
 
 static_assert(sizeof(ksl_vec3i_t) == 3 * sizeof(int) && offsetof(ksl_vec3i_t, z) == 2 * sizeof(int) && offsetof(ksl_vec3i_t, at[1]) == sizeof(int), "");
 static_assert(sizeof(ksl_vec4i_t) == 4 * sizeof(int) && offsetof(ksl_vec4i_t, w) == 3 * sizeof(int) && offsetof(ksl_vec4i_t, at[1]) == sizeof(int), "");
+static_assert(offsetof(ksl_vec4i_t, r) == 0 && offsetof(ksl_vec4i_t, r.z) == 2 * sizeof(int) && sizeof(((ksl_vec4i_t *)0)->r) == sizeof(ksl_vec3i_t), "");
 static_assert(sizeof(ksl_eulerangles_t) == 32 && sizeof(ksl_euleranglesf_t) == 16, "");
 static_assert(offsetof(ksl_eulerangles_t, angles) == 0 && offsetof(ksl_eulerangles_t, axis) == 24, "");
 static_assert(sizeof(ksl_print_options_t) == 908, "");
