@@ -2,12 +2,11 @@
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
-# ksl::compat: headers by their bare names, as <coscrew.h>, and bare names of sequences of axes, as XYZ.
+# ksl::compat: headers by their bare names, as <coscrew.h>.
 add_library(ksl_compat INTERFACE)
 set_target_properties(ksl_compat PROPERTIES EXPORT_NAME compat)
 target_include_directories(ksl_compat INTERFACE
   $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include/ksl/compat> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/ksl/compat>)
-target_compile_definitions(ksl_compat INTERFACE KSL_SHORT_AXIS_NAMES)
 target_link_libraries(ksl_compat INTERFACE ksl)
 
 install(TARGETS ksl ksl_compat EXPORT ksl LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})

@@ -65,6 +65,9 @@ typedef enum ksl_axis_enum_t {
   KSL_AXIS_INVALID = 12
 } ksl_axis_enum_t;
 
+/** How a matrix lies in memory, and how it is printed (print.h). */
+typedef enum ksl_matrix_enum_t { KSL_ROW_MAJOR = 0, KSL_COLUMN_MAJOR } ksl_matrix_enum_t;
+
 #undef KSL_VIEW
 
 #endif

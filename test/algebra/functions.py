@@ -53,6 +53,7 @@ class Function:
     body: str = ""  # name inside algebra<T>; empty if not for lanes
     doc: str = ""
     double: str = field(default="")  # name of the twin in double precision
+    linkable: bool = True  # the published library both declares and defines it
 
 
 def c_type(text):
@@ -75,14 +76,14 @@ def published():
     """Every row of api/functions.tsv."""
     rows = (ROOT / "api" / "functions.tsv").read_text().splitlines()[1:]
     out = []
-    for header, name, returns, args in (row.split("\t") for row in rows):
+    for header, name, returns, args, *lacking in (row.split("\t") for row in rows):
         if header in UNSIZED_HEADERS:
-            out.append(Function(name, Type(returns, "value"), [Type(a.strip(), "value") for a in args.split(",") if a.strip()], header))
+            out.append(Function(name, Type(returns, "value"), [Type(a.strip(), "value") for a in args.split(",") if a.strip()], header, linkable=not lacking))
             continue
         types = [c_type(a) for a in args.split(",") if a.strip()]
         if types and types[-1].base == "...":
             types[-1] = replace(types[-2], const=True, variadic=True)
-        out.append(Function(name, c_type(returns), types, header))
+        out.append(Function(name, c_type(returns), types, header, linkable=not lacking))
     return out
 
 

@@ -8,7 +8,7 @@ from functions import INCLUDE
 
 WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
 LANGUAGES = {"c": ("-std=c11", {"gcc": "gcc", "clang": "clang"}), "c++": ("-std=c++20", {"gcc": "g++", "clang": "clang++"})}
-C_HEADERS = ["SE3", "array", "articulated_inertia", "axis", "config", "coscrew", "eulerangles", "inertia", "joint_space", "ksl", "linalg", "mat3x3", "mat4x4", "matrix", "matrix6", "memory", "plucker", "poinsot", "print", "quaternion",
+C_HEADERS = ["SE3", "array", "articulated_inertia", "axis", "config", "coscrew", "eulerangles", "inertia", "joint_space", "ksl", "linalg", "mat3x3", "mat4x4", "matrix", "matrix6", "memory", "plucker", "poinsot", "print", "pub_types", "quaternion",
              "screw", "spatial_inertia", "trig", "types", "vec3", "vec4", "version"]
 
 
