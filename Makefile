@@ -38,7 +38,7 @@ test-python: $(VENV)/.tested test-c
 # Three minutes on two cores.  The result is written whether it is good or not, and is to be committed.
 test-long: $(VENV)/.tested
 	cmake -S . -B build/gcc -DCMAKE_C_COMPILER=gcc -DCMAKE_CXX_COMPILER=g++ >/dev/null
-	cmake --build build/gcc --target ksl -- --no-print-directory -s
+	cmake --build build/gcc --target ksl >/dev/null
 	KSL_LIBRARY=$(CURDIR)/build/gcc/libksl.so $(BIN)/python -m pytest --long -n $(CMAKE_BUILD_PARALLEL_LEVEL) --dist loadfile \
 	  --junitxml=build/long_results.xml test/algebra; status=$$?; \
 	$(BIN)/python scripts/long_results.py build/long_results.xml test/long_results.md && exit $$status
