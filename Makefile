@@ -35,7 +35,7 @@ test-c: $(VENV)/.tested
 test-python: $(VENV)/.tested test-c
 	KSL_LIBRARY=$(CURDIR)/build/gcc/libksl.so $(BIN)/python -m pytest -n $(CMAKE_BUILD_PARALLEL_LEVEL) --dist loadfile test
 
-# Three minutes on two cores.  The result is written whether it is good or not, and is to be committed.
+# 200 s of processor time.  The result is written whether it is good or not, and is to be committed.
 test-long: $(VENV)/.tested
 	cmake -S . -B build/gcc -DCMAKE_C_COMPILER=gcc -DCMAKE_CXX_COMPILER=g++ >/dev/null
 	cmake --build build/gcc --target ksl >/dev/null
