@@ -51,9 +51,9 @@ template <int... coordinates> struct several_axes_joint {
 
   /// Column k of S in the axes that `rotation` leads to; and of I S in the body's own.
   template <int k, class T>
-  static KSL_LANES joint_column<(coordinate[k] >= 3), (coordinate[k] < 3), T>
-  column(const body<scalar_of<T>> &, const per_body<mat3x3, T> &rotation, int i) {
-    return {axis_of(rotation, i, coordinate[k] % 3), T(0)};
+  static KSL_LANES auto column(const body<scalar_of<T>> &, const per_body<mat3x3, T> &rotation, int i) {
+    constexpr int c = coordinate[k];
+    return joint_column<(c >= 3), (c < 3), T>{axis_of(rotation, i, c % 3), T(0)};
   }
   template <int k, class T>
   static KSL_LANES coscrew<T> momentum(const body<scalar_of<T>> &, const spatial_inertia<T> &I) {
