@@ -23,13 +23,27 @@ from ksl.model import Model, Order, Side, load
 
 
 class Commands(TyperGroup):
-    """The commands, whose words print on any terminal."""
+    """The commands, whose words print on any terminal, and which say it where standard output can't be written."""
 
     def main(self, *args: Any, **options: Any) -> Any:
         for stream in (sys.stdout, sys.stderr):
             if hasattr(stream, "reconfigure"):
                 stream.reconfigure(errors="replace")  # "?" for what the encoding lacks, rather than no output
-        return super().main(*args, **options)
+        try:
+            try:
+                return super().main(*args, **options)
+            finally:
+                if sys.stdout is not None:  # as it is where the shell has closed it
+                    sys.stdout.flush()  # an error at the end of the interpreter would be Python's to report
+        except BrokenPipeError:  # nobody reads what is printed: as any command
+            discard_output()
+            sys.exit(1)
+        except OSError as e:
+            if e.filename is not None:  # of a file, and not of standard output
+                raise
+            errors.print(f"ksl: {unwritable(e)}")
+            discard_output()
+            sys.exit(2)
 
 
 app = typer.Typer(cls=Commands, add_completion=False, pretty_exceptions_enable=False, no_args_is_help=True, rich_markup_mode=None, help="Every wrench in a mechanism.")
@@ -53,6 +67,17 @@ def console(width: int) -> Console:
 def fail(sentence: object) -> NoReturn:
     errors.print(f"ksl: {sentence}")
     raise typer.Exit(2)
+
+
+def unwritable(error: OSError) -> str:
+    return f"standard output can't be written ({os.strerror(error.errno) if error.errno else error})"
+
+
+def discard_output() -> None:
+    """Sends to nowhere what standard output still buffers: Python would try to write it again at its end, and exit with 120."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, sys.stdout.fileno())
+    os.close(nowhere)
 
 
 def numbers(text: str, option: str, *counts: int) -> list[float]:
@@ -191,4 +216,5 @@ def loads(
     except (ValueError, OutputError, RuntimeError) as e:  # RuntimeError: an unknown KSL_ISA
         fail(e)
     except OSError as e:
-        fail(f"standard output can't be written ({os.strerror(e.errno) if e.errno else e}); results are in {output}")
+        discard_output()
+        fail(f"{unwritable(e)}; results are in {output}")

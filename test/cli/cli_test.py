@@ -41,8 +41,13 @@ def command() -> str:
     return found
 
 
+def ordinary(**more: str) -> dict[str, str]:
+    """The environment without what changes how the command behaves, and with more."""
+    return {k: v for k, v in os.environ.items() if k not in ("KSL_ISA", "COLUMNS", "FORCE_COLOR") and not k.startswith("PYTHON")} | more
+
+
 def run(*arguments, **environment: str) -> subprocess.CompletedProcess:
-    env = {k: v for k, v in os.environ.items() if k not in ("KSL_ISA", "COLUMNS", "FORCE_COLOR")} | environment
+    env = ordinary(**environment)
     return subprocess.run([command(), *map(str, arguments)], capture_output=True, text=True, env=env, timeout=120)
 
 
@@ -385,11 +390,31 @@ def test_a_motion_from_a_pipe_is_refused(two, tmp_path):
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
-def test_a_standard_output_that_is_full(two, tmp_path):
-    with open("/dev/full", "w") as full:
-        p = subprocess.run([command(), "loads", *two, "-o", tmp_path / "o"], stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
-    assert p.returncode == 2 and p.stderr.startswith("ksl: standard output can't be written") and "Traceback" not in p.stderr, p.stderr
+@pytest.mark.parametrize("environment", [{}, {"PYTHONUNBUFFERED": "1"}], ids=["buffered", "unbuffered"])
+def test_a_standard_output_that_is_full(two, tmp_path, environment):
+    sentence = "ksl: standard output can't be written (No space left on device)"
+
+    def printed_into_a_full_disk(*arguments) -> str:
+        with open("/dev/full", "w") as full:
+            p = subprocess.run([command(), *arguments], stdout=full, stderr=subprocess.PIPE, text=True, env=ordinary(**environment), timeout=60)
+        assert p.returncode == 2, (p.returncode, p.stderr)
+        return p.stderr
+
+    assert printed_into_a_full_disk("loads", *two, "-o", tmp_path / "o") == f"{sentence}; results are in {tmp_path / 'o'}\n"
     assert (tmp_path / "o" / "report.html").exists()
+    for arguments in (["info", two[0]], ["info", "--cpu"], ["--version"], ["--help"], ["loads", "--help"]):
+        assert printed_into_a_full_disk(*arguments) == f"{sentence}\n", arguments
+
+
+@pytest.mark.parametrize("arguments", [["--version"], ["info"], ["loads", "-o"]], ids=lambda a: a[0])
+def test_a_reader_that_has_gone(two, tmp_path, arguments):
+    """Ends without a word and not with success, as any command does."""
+    given = {"info": two[:1], "loads": [tmp_path / "o", *two]}.get(arguments[0], [])
+    read, write = os.pipe()
+    os.close(read)
+    p = subprocess.run([command(), *arguments, *given], stdout=write, stderr=subprocess.PIPE, text=True, env=ordinary(), timeout=60)
+    os.close(write)
+    assert (p.returncode, p.stderr) == (1, "")
 
 
 HUGE = {
