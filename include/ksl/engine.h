@@ -31,7 +31,8 @@ KSL_EXPORT const char *ksl_instruction_set(void);
 
 /** How a file becomes a model.  Start from ksl_model_options(). */
 typedef struct ksl_model_options_t {
-  bool floating_base;     /**< the root link floats: first joint floating_base, q = [x y z qx qy qz qw], v = [linear, angular] in its frame */
+  bool floating_base;     /**< the root link floats: first joint floating_base (floating_root where the file has one of that name),
+                               q = [x y z qx qy qz qw], v = [linear, angular] in its frame */
   bool mimic_independent; /**< a moving mimic joint gets a coordinate of its own, instead of being refused */
   bool strict;            /**< an inertia that no body can have is an error */
   double gravity[3];      /**< m/s², world axes */

@@ -487,7 +487,8 @@ def load(
 ) -> Model:
     """Reads a URDF file.
 
-    floating_base: the root link floats; the first joint is then `floating_base`.
+    floating_base: the root link floats; the first joint is then `floating_base` (`floating_root`, with a warning, where the
+    file has a joint of that name).
     mimic: None refuses a moving joint that mimics another; "independent" gives it a coordinate of its own.
     strict: an inertia that no rigid body can have is an error instead of an :class:`DescriptionWarning`.
     gravity: in world axes, m/s².

@@ -96,11 +96,15 @@ def test_joints_called_base_and_ground_leave_names_unique(robot):
     assert len(set(names)) == len(names) == 4, f"names are not unique: {names}"
 
 
-def test_a_joint_called_floating_base_is_refused_where_it_clashes(robot):
+def test_a_fixed_joint_called_floating_base_leaves_its_name_to_no_other(robot, flying):
     text = ARM.replace('name="flange"', 'name="floating_base"')
     assert robot(text).fixed_joint_names == ["floating_base", "base"]
-    with pytest.raises(ksl.DescriptionError, match="floating_base.*rename"):
-        robot(text, floating_base=True)
+    with pytest.warns(ksl.DescriptionWarning, match="joint floating_base of the file .* is called floating_root"):
+        m = robot(text, floating_base=True)
+    assert m.joint_names == ["floating_root", *flying.joint_names[1:]] and m.fixed_joint_names == ["floating_base"]
+    assert m.joint("floating_root").parent is None and m.joint("floating_base").kind == "fixed"
+    q, v, a = states(m, 3)
+    assert np.array_equal(m.inverse_dynamics(q, v, a), flying.inverse_dynamics(q, v, a))
 
 
 # shapes
