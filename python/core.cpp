@@ -143,13 +143,14 @@ void external_power(const ksl::model &m, matrix_in<S> q, matrix_in<S> v, const s
 
 ksl::model load(const std::string &path, bool floating_base, bool mimic_independent, bool strict,
                 std::array<double, 3> gravity,
-                const std::vector<std::tuple<std::string, double, std::array<double, 3>>> &payloads) {
+                const std::vector<std::tuple<std::string, double, std::array<double, 3>>> &payloads,
+                bool masses_optional) {
   ksl::model_options options;
   options.floating_base = floating_base;
   options.gravity = gravity;
   for (const auto &[link, mass, point] : payloads)
     options.payloads.push_back({link, mass, point});
-  return ksl::load(path, options, mimic_independent, strict);
+  return ksl::load(path, options, mimic_independent, strict, masses_optional);
 }
 
 /// What `ksl info` prints of a joint; limits that the file leaves out are None.
@@ -308,5 +309,6 @@ NB_MODULE(_core, module) {
           "q"_a, "links"_a, "out"_a, "threads"_a)
       .def("energy_direct", &direct::energy, "q"_a, "v"_a, "kinetic"_a, "potential"_a, "threads"_a);
 
-  module.def("load", &load, "path"_a, "floating_base"_a, "mimic_independent"_a, "strict"_a, "gravity"_a, "payloads"_a);
+  module.def("load", &load, "path"_a, "floating_base"_a, "mimic_independent"_a, "strict"_a, "gravity"_a, "payloads"_a,
+             "masses_optional"_a);
 }

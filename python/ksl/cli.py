@@ -52,7 +52,7 @@ errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
 Robot = Annotated[Path, typer.Argument(metavar="ROBOT.urdf", help="Robot file (URDF 1.0 to 1.2).")]
 FloatingBase = Annotated[bool, typer.Option("--floating-base", help="The root link floats: first joint floating_base.")]
 Mimic = Annotated[str, typer.Option(metavar="independent", help="Give moving joints that mimic another a coordinate of their own.")]
-Strict = Annotated[bool, typer.Option("--strict", help="An inertia that no rigid body can have is an error.")]
+Strict = Annotated[bool, typer.Option("--strict", help="An inertia that no rigid body can have, or a moving link with geometry and no mass, is an error.")]
 Gravity = Annotated[str, typer.Option(metavar="X,Y,Z", help="Gravity in world axes, m/s².")]
 
 
@@ -118,16 +118,24 @@ def end_on_signals() -> None:
             signal.signal(number, leave)
 
 
-def read_model(robot: Path, floating_base: bool, mimic: str, strict: bool, gravity: str, payloads: Mapping[str, tuple[float, Sequence[float]]] | None = None) -> Model:
+def read_model(
+    robot: Path,
+    floating_base: bool,
+    mimic: str,
+    strict: bool,
+    gravity: str,
+    payloads: Mapping[str, tuple[float, Sequence[float]]] | None = None,
+    masses: Literal["optional"] | None = None,
+) -> Model:
     independent = cast(Literal["independent"] | None, mimic or None)  # load refuses other words
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", DescriptionWarning)
         try:
-            model = load(robot, floating_base, independent, strict, numbers(gravity, "--gravity", 3), payloads)
+            model = load(robot, floating_base, independent, strict, numbers(gravity, "--gravity", 3), payloads, masses)
         except ValueError as e:
             absent = [link for link in payloads or {} if str(e).endswith(f"no link {link} to carry the payload")]
             if absent:
-                bare = load(robot, floating_base, independent, strict, numbers(gravity, "--gravity", 3))
+                bare = load(robot, floating_base, independent, masses="optional")
                 fail(f"--on-link {absent[0]}: no such link; {suggestion(absent[0], bare.link_names, f'the links of {bare.name} are')}")
             fail(in_options(e, mimic=mimic))
     for w in caught:
@@ -163,7 +171,7 @@ def info(
     elif robot is None:
         fail("info needs a robot file, or --cpu")
     if robot is not None:
-        print_info(read_model(robot, floating_base, mimic, strict, gravity), console(200))
+        print_info(read_model(robot, floating_base, mimic, strict, gravity, masses="optional"), console(200))
 
 
 @app.command()

@@ -453,6 +453,33 @@ def test_impossible_inertia_is_a_warning_or_with_strict_an_error(tmp_path):
     refused(tmp_path, run("info", tmp_path / "odd.urdf", "--strict"), "link stone")
 
 
+def test_a_robot_without_masses(two, tmp_path):
+    """Zeros and a power balance without a fault would look like an answer."""
+    robot, motion = two
+    shape = '<visual><geometry><box size="1 1 1"/></geometry></visual>'
+    inertial = SLIDE[SLIDE.index("<inertial>") : SLIDE.index("</inertial>") + len("</inertial>")]
+    robot.write_text(SLIDE.replace(inertial, shape))
+    refused(tmp_path, run("loads", robot, motion, "-o", tmp_path / "q"), "two.urdf: none of the links that move (cart) has a mass")
+    p = run("info", robot)
+    assert p.returncode == 0 and p.stderr.startswith("ksl: warning: none of the links that move (cart) has a mass") and "cart" in p.stdout
+    refused(tmp_path, run("info", robot, "--strict"), "none of the links that move (cart) has a mass")
+    paid = run("loads", robot, motion, "-o", tmp_path / "o", "--payload", "2", "--on-link", "cart")
+    assert paid.returncode == 0 and paid.stderr == ""
+    refused(tmp_path, run("loads", robot, motion, "-o", tmp_path / "q", "--payload", "2", "--on-link", "hand"), "none of the links")
+
+
+def test_one_link_without_mass_is_a_warning_or_with_strict_an_error(two, tmp_path):
+    robot, motion = two
+    tool = '<link name="tool"><collision><geometry><box size="1 1 1"/></geometry></collision></link>'
+    weld = '<joint name="weld" type="fixed"><parent link="cart"/><child link="tool"/></joint>'
+    robot.write_text(SLIDE.replace("</robot>", f"{tool}{weld}</robot>"))
+    sentence = "link tool (line 4): moves and has geometry, but no mass: its weight and inertia are missing"
+    p = run("loads", robot, motion, "-o", tmp_path / "o")
+    assert (p.returncode, p.stderr) == (0, f"ksl: warning: {sentence}\n") and f"note: {sentence}" in p.stdout
+    assert "moves and has geometry, but no mass" in (tmp_path / "o" / "report.html").read_text(encoding="utf-8")
+    refused(tmp_path, run("loads", robot, motion, "-o", tmp_path / "q", "--strict"), sentence, "add <inertial> to these links")
+
+
 def test_an_instruction_set_that_does_not_exist(ur5, tmp_path):
     refused(tmp_path, run("loads", *ur5, "-o", tmp_path / "q", KSL_ISA="nonsense"), "KSL_ISA=nonsense", "known: ")
     refused(tmp_path, run("info", "--cpu", KSL_ISA="nonsense"), "KSL_ISA=nonsense", "unset it")

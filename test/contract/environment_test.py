@@ -13,8 +13,8 @@ DROPPED = {
 }  # fmt: skip
 KEPT = {
     "PIP_INDEX_URL": "https://packages.example/simple", "PIP_CERT": "/cert.pem", "UV_INDEX_URL": "https://packages.example", "SSL_CERT_FILE": "/cert.pem",
-    "https_proxy": "http://proxy.example:8080", "NO_PROXY": "localhost", "PYTHON": "python3.12", "CC": "clang", "CXX": "clang++", "CMAKE_CXX_COMPILER_LAUNCHER": "ccache",
-    "CCACHE_DIR": "/cache", "HOME": "/home/somebody", "PATH": os.environ["PATH"],
+    "https_proxy": "http://proxy.example:8080", "NO_PROXY": "localhost", "PYTHON": "python3.12", "CC": "clang", "CXX": "clang++",
+    "CMAKE_CXX_COMPILER_LAUNCHER": "ccache", "CCACHE_DIR": "/cache", "HOME": "/home/somebody", "PATH": os.environ["PATH"],
 }  # fmt: skip
 
 
