@@ -12,6 +12,12 @@ BIN := $(VENV)/bin
 export CMAKE_BUILD_PARALLEL_LEVEL ?= $(shell nproc)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
+# No developer's shell hides a fault or makes one: what changes how Python, compilers, terminals or the tests behave is kept
+# from all commands.  Which compiler or PYTHON is used, and what package clients, caches and the network need, stays.
+DROPPED := PYTHON% PYTEST% HYPOTHESIS% KSL% SKBUILD% NPY_% CMAKE_ARGS CMAKE_BUILD_TYPE CMAKE_GENERATOR% CTEST% DESTDIR \
+  CFLAGS CXXFLAGS CPPFLAGS LDFLAGS LANG LANGUAGE LC_% COLUMNS LINES FORCE_COLOR NO_COLOR CLICOLOR% TTY_% TYPER_%
+unexport $(filter-out PYTHON,$(filter $(DROPPED),$(.VARIABLES)))
+
 SOURCES := $(shell find include src python cmake -type f -not -name '*.pyc') CMakeLists.txt pyproject.toml
 
 .PHONY: demo test test-c test-python test-long bench bench-build bench-plots release docs clean

@@ -10,6 +10,7 @@
 
 #include "direct.hpp"
 #include "ksl/config.h"
+#include "without_gil.hpp"
 
 #include <algorithm>
 
@@ -92,7 +93,7 @@ void inverse_dynamics(const ksl::model &m, matrix_in<S> q, std::optional<matrix_
     const ksl::reaction_request &request = requests[r]->request;
     wanted.push_back({request, output<S>(outs.at(r), batch.n, 6 * static_cast<std::size_t>(request.n))});
   }
-  nb::gil_scoped_release release;
+  const without_gil released;
   ksl::inverse_dynamics_batch(m, batch, wanted, threads);
 }
 
@@ -102,14 +103,14 @@ void forward_dynamics(const ksl::model &m, matrix_in<S> q, matrix_in<S> v, matri
   ksl::batch_view<S> batch = batch_of<S>(m, q, v, {}, tau);
   add_external(m, batch, external_links, external);
   batch.out = output<S>(out, batch.n, static_cast<std::size_t>(m.nv()));
-  nb::gil_scoped_release release;
+  const without_gil released;
   ksl::forward_dynamics_batch(m, batch, threads);
 }
 
 template <class S> void mass_matrix(const ksl::model &m, matrix_in<S> q, array_out<S, 3> out, int threads) {
   ksl::batch_view<S> batch = batch_of(m, q);
   batch.out = output<S>(out, batch.n, static_cast<std::size_t>(m.nv()) * static_cast<std::size_t>(m.nv()));
-  nb::gil_scoped_release release;
+  const without_gil released;
   ksl::mass_matrix_batch(m, batch, threads);
 }
 
@@ -118,7 +119,7 @@ template <class S>
 void frame_poses(const ksl::model &m, matrix_in<S> q, const link_list &links, array_out<S, 4> out, int threads) {
   ksl::batch_view<S> batch = batch_of(m, q);
   batch.out = output<S>(out, batch.n, 16 * links.index.size());
-  nb::gil_scoped_release release;
+  const without_gil released;
   ksl::frame_poses_batch(m, batch, static_cast<int>(links.index.size()), links.index.data(), threads);
 }
 
@@ -126,7 +127,7 @@ template <class S>
 void energy(const ksl::model &m, matrix_in<S> q, matrix_in<S> v, array_out<S, 1> kinetic, array_out<S, 1> potential, int threads) {
   const ksl::batch_view<S> batch = batch_of<S>(m, q, v);
   const ksl::rows_view<S> out[2] = {output<S>(kinetic, batch.n, 1), output<S>(potential, batch.n, 1)};
-  nb::gil_scoped_release release;
+  const without_gil released;
   ksl::energy_batch(m, batch, out[0], out[1], threads);
 }
 
@@ -136,19 +137,20 @@ void external_power(const ksl::model &m, matrix_in<S> q, matrix_in<S> v, const s
   ksl::batch_view<S> batch = batch_of<S>(m, q, v);
   add_external(m, batch, external_links, external);
   batch.out = output<S>(power, batch.n, 1);
-  nb::gil_scoped_release release;
+  const without_gil released;
   ksl::external_power_batch(m, batch, threads);
 }
 
 ksl::model load(const std::string &path, bool floating_base, bool mimic_independent, bool strict,
                 std::array<double, 3> gravity,
-                const std::vector<std::tuple<std::string, double, std::array<double, 3>>> &payloads) {
+                const std::vector<std::tuple<std::string, double, std::array<double, 3>>> &payloads,
+                bool masses_optional) {
   ksl::model_options options;
   options.floating_base = floating_base;
   options.gravity = gravity;
   for (const auto &[link, mass, point] : payloads)
     options.payloads.push_back({link, mass, point});
-  return ksl::load(path, options, mimic_independent, strict);
+  return ksl::load(path, options, mimic_independent, strict, masses_optional);
 }
 
 /// What `ksl info` prints of a joint; limits that the file leaves out are None.
@@ -213,6 +215,10 @@ NB_MODULE(_core, module) {
       PyErr_SetString(error.ptr(), e.what());
     }
   });
+
+#ifdef NDEBUG
+  nb::set_leak_warnings(false); // a daemon thread in a call holds its model to the end: no leak
+#endif
 
   module.attr("__version__") = KSL_VERSION;
   module.def("instruction_set", &ksl::instruction_set, "Name of the instruction set whose kernels run.");
@@ -304,5 +310,6 @@ NB_MODULE(_core, module) {
           "q"_a, "links"_a, "out"_a, "threads"_a)
       .def("energy_direct", &direct::energy, "q"_a, "v"_a, "kinetic"_a, "potential"_a, "threads"_a);
 
-  module.def("load", &load, "path"_a, "floating_base"_a, "mimic_independent"_a, "strict"_a, "gravity"_a, "payloads"_a);
+  module.def("load", &load, "path"_a, "floating_base"_a, "mimic_independent"_a, "strict"_a, "gravity"_a, "payloads"_a,
+             "masses_optional"_a);
 }

@@ -6,6 +6,7 @@
 #include "batch/threads.hpp"
 #include "engine/kernels.hpp"
 #include "ksl/batch.hpp"
+#include "without_gil.hpp"
 
 #include <nanobind/nanobind.h>
 
@@ -305,9 +306,9 @@ bool run(const ksl::model &m, const arguments &in, const buffer &out, int thread
   batch.v = in.v.rows<const S>();
   batch.a = batch.tau = in.x.rows<const S>();
   batch.out = out.rows<S>();
-  std::optional<nb::gil_scoped_release> release;
+  std::optional<without_gil> released;
   if (batch.n >= states_worth_releasing)
-    release.emplace();
+    released.emplace();
   return checked(m, batch, in.external, in_place, threads, algorithm);
 }
 

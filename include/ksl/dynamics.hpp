@@ -7,9 +7,10 @@
 
 namespace ksl {
 
-/// Reads a URDF file.  Throws description_error with file, line, link or joint, fault and mend.
+/// Reads a URDF file.  Throws description_error with file, line, link or joint, fault and mend: also where links move and none
+/// of them has a mass, unless masses_optional.  strict makes errors of the warnings about inertias and masses.
 KSL_EXPORT model load(const std::string &urdf_path, const model_options &options = {}, bool mimic_independent = false,
-           bool strict = false);
+           bool strict = false, bool masses_optional = false);
 
 /// Joint efforts tau (nv) for q (nq), v (nv), a (nv), under gravity and external wrenches.  No allocation.
 KSL_EXPORT void inverse_dynamics(const model &m, data &d, const double *q, const double *v, const double *a, double *tau,

@@ -29,7 +29,7 @@ Part = Literal["total", "constraint", "actuation"]
 Point = str | Sequence[float]
 """'joint', 'world', a link's name, or three numbers: an offset from the joint's origin in the joint's axes, m."""
 
-_Arguments = tuple[str, bool, bool, bool, list[float], list[tuple[str, float, list[float]]]]
+_Arguments = tuple[str, bool, bool, bool, list[float], list[tuple[str, float, list[float]]], bool]
 """Of `_core.load`: what a model is made from."""
 
 QUATERNION_TOLERANCE = 1e-3
@@ -109,7 +109,7 @@ class Model:
         self.unused: tuple[str, ...] = tuple(core.unused)
         """What the file holds and nothing here uses, a line each."""
         self.warnings: tuple[str, ...] = tuple(core.warnings)
-        """What is odd in the file, a line each: inertias that no rigid body can have, names of link and condition."""
+        """What is odd in the file, a line each: inertias that no rigid body can have, moving links without mass, names of link and condition."""
         self._moving = core.moving_joints
         self._joint_index = {joint.name: i for i, joint in enumerate(self.joints)}
         self._link_index = {link.name: i for i, link in enumerate(self.links)}
@@ -486,20 +486,26 @@ def load(
     strict: bool = False,
     gravity: Sequence[float] = (0.0, 0.0, -9.81),
     payloads: Mapping[str, tuple[float, Sequence[float]]] | None = None,
+    masses: Literal["optional"] | None = None,
 ) -> Model:
     """Reads a URDF file.
 
-    floating_base: the root link floats; the first joint is then `floating_base`.
+    floating_base: the root link floats; the first joint is then `floating_base` (`floating_root`, with a warning, where the
+    file has a joint of that name).
     mimic: None refuses a moving joint that mimics another; "independent" gives it a coordinate of its own.
-    strict: an inertia that no rigid body can have is an error instead of an :class:`DescriptionWarning`.
+    strict: an inertia that no rigid body can have, or a moving link with geometry and no mass, is an error instead of a
+    :class:`DescriptionWarning`.
     gravity: in world axes, m/s².
     payloads: {link name: (mass in kg, point in the link's frame in m)}: point masses fixed to links.
+    masses: None refuses a robot whose links move and have no mass, none of them; "optional" reads it, for kinematics.
     Raises :class:`DescriptionError` with file, line, link or joint, fault and mend.
     """
     if mimic is not None:
         _one_of(mimic, "mimic", "independent")
-    file, masses = os.fsdecode(path), [_payload(link, load) for link, load in (payloads or {}).items()]
-    options = (floating_base, mimic is not None, strict, list(_three_numbers(gravity, "gravity")), masses)
+    if masses is not None:
+        _one_of(masses, "masses", "optional")
+    file, loads = os.fsdecode(path), [_payload(link, load) for link, load in (payloads or {}).items()]
+    options = (floating_base, mimic is not None, strict, list(_three_numbers(gravity, "gravity")), loads, masses is not None)
     model = Model(_core.load(file, *options), (os.path.abspath(file), *options))
     for line in model.warnings:
         warnings.warn(line, DescriptionWarning, stacklevel=2)

@@ -9,9 +9,9 @@ inline namespace KSL_ISA {
 
 /// Coordinates of the velocity: 0, 1, 2 along, 3, 4, 5 about the body's axes x, y, z.
 template <int... coordinates> struct several_axes_joint {
-  static constexpr int coordinate[] = {coordinates...};
-  static constexpr const char *other_name = nullptr;
   static constexpr int nv = sizeof...(coordinates);
+  static constexpr int coordinate[nv] = {coordinates...};
+  static constexpr const char *other_name = nullptr;
   static constexpr bool has_axis = false, has_pitch = false, has_limits = false, has_angle = false;
   static constexpr bool slides = ((coordinates < 3) || ...), turns = ((coordinates >= 3) || ...);
 
