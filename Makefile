@@ -1,5 +1,6 @@
 # make demo   sets everything up, runs the main job on a robot and a motion that ship with KSL, says where the report is
 # make test   sets everything up, runs all tests
+# make test-long  the tests of many random cases with ten times as many; writes test/long_results.md
 # make bench  timings, beside what they are compared with (make bench-plots: and renews docs/performance.md)
 # make release   all of the C algebra as one header, build/release/ksl.h
 # make docs      the reference in docs/reference, from the headers
@@ -11,9 +12,15 @@ BIN := $(VENV)/bin
 export CMAKE_BUILD_PARALLEL_LEVEL ?= $(shell nproc)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
+# No developer's shell hides a fault or makes one: what changes how Python, compilers, terminals or the tests behave is kept
+# from all commands.  Which compiler or PYTHON is used, and what package clients, caches and the network need, stays.
+DROPPED := PYTHON% PYTEST% HYPOTHESIS% KSL% SKBUILD% NPY_% CMAKE_ARGS CMAKE_BUILD_TYPE CMAKE_GENERATOR% CTEST% DESTDIR \
+  CFLAGS CXXFLAGS CPPFLAGS LDFLAGS LANG LANGUAGE LC_% COLUMNS LINES FORCE_COLOR NO_COLOR CLICOLOR% TTY_% TYPER_%
+unexport $(filter-out PYTHON,$(filter $(DROPPED),$(.VARIABLES)))
+
 SOURCES := $(shell find include src python cmake -type f -not -name '*.pyc') CMakeLists.txt pyproject.toml
 
-.PHONY: demo test test-c test-python bench bench-build bench-plots release docs clean
+.PHONY: demo test test-c test-python test-long bench bench-build bench-plots release docs clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.installed
@@ -33,6 +40,14 @@ test-c: $(VENV)/.tested
 
 test-python: $(VENV)/.tested test-c
 	KSL_LIBRARY=$(CURDIR)/build/gcc/libksl.so $(BIN)/python -m pytest -n $(CMAKE_BUILD_PARALLEL_LEVEL) --dist loadfile test
+
+# 200 s of processor time.  The result is written whether it is good or not, and is to be committed.
+test-long: $(VENV)/.tested
+	cmake -S . -B build/gcc -DCMAKE_C_COMPILER=gcc -DCMAKE_CXX_COMPILER=g++ >/dev/null
+	cmake --build build/gcc --target ksl >/dev/null
+	KSL_LIBRARY=$(CURDIR)/build/gcc/libksl.so $(BIN)/python -m pytest --long -n $(CMAKE_BUILD_PARALLEL_LEVEL) --dist loadfile \
+	  --junitxml=build/long_results.xml test/algebra; status=$$?; \
+	$(BIN)/python scripts/long_results.py build/long_results.xml test/long_results.md && exit $$status
 
 # Peers are built once, in build/bench/peers (about ten minutes), KSL with gcc and with clang each time.
 bench: bench-build

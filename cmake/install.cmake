@@ -1,21 +1,41 @@
 # find_package(ksl CONFIG) and pkg-config for C and C++ users.
-include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
-# ksl::compat: headers by their bare names, as <coscrew.h>, and bare names of sequences of axes, as XYZ.
+# ksl::compat: headers by their bare names, as <coscrew.h>.
 add_library(ksl_compat INTERFACE)
+add_library(ksl::compat ALIAS ksl_compat)
 set_target_properties(ksl_compat PROPERTIES EXPORT_NAME compat)
 target_include_directories(ksl_compat INTERFACE
-  $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include/ksl/compat> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/ksl/compat>)
-target_compile_definitions(ksl_compat INTERFACE KSL_SHORT_AXIS_NAMES)
-target_link_libraries(ksl_compat INTERFACE ksl)
+  $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include/ksl/compat> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/ksl/compat>)
+target_link_libraries(ksl_compat INTERFACE ksl_algebra)
 
-install(TARGETS ksl ksl_compat EXPORT ksl LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+set(package ${CMAKE_INSTALL_LIBDIR}/cmake/ksl)
 install(DIRECTORY include/ksl DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
-install(EXPORT ksl NAMESPACE ksl:: FILE ksl-config.cmake DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/ksl)
+install(TARGETS ksl_algebra ksl_algebra_static ksl_compat EXPORT ksl_algebra)
+install(EXPORT ksl_algebra NAMESPACE ksl:: FILE ksl-algebra-targets.cmake DESTINATION ${package})
+if(KSL_ENGINE)
+  install(TARGETS ksl EXPORT ksl)
+  install(EXPORT ksl NAMESPACE ksl:: FILE ksl-targets.cmake DESTINATION ${package})
+  # apart: it needs pugixml where it is linked, and who links the shared library doesn't
+  install(TARGETS ksl_static EXPORT ksl_static)
+  install(EXPORT ksl_static NAMESPACE ksl:: FILE ksl-static-targets.cmake DESTINATION ${package})
+endif()
 write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/ksl-config-version.cmake COMPATIBILITY SameMinorVersion)
-# relative, so that the tree may be moved
-file(RELATIVE_PATH KSL_PC_TO_PREFIX "/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/")
-configure_file(cmake/ksl.pc.in ksl.pc @ONLY)
-install(FILES ${CMAKE_CURRENT_BINARY_DIR}/ksl-config-version.cmake DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/ksl)
-install(FILES ${CMAKE_CURRENT_BINARY_DIR}/ksl.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+install(FILES cmake/ksl-config.cmake ${CMAKE_CURRENT_BINARY_DIR}/ksl-config-version.cmake DESTINATION ${package})
+
+# NAME.pc of a library; PRIVATE is what its static form is linked with.
+function(ksl_install_pkg_config name library description private)
+  # relative, so that the tree may be moved
+  file(RELATIVE_PATH KSL_PC_TO_PREFIX "/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/")
+  configure_file(cmake/ksl.pc.in ${name}.pc @ONLY)
+  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/${name}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+endfunction()
+
+ksl_install_pkg_config(ksl-algebra ksl_algebra "Spatial algebra in C" "")
+if(KSL_ENGINE)
+  set(runtime -lstdc++)
+  if("c++" IN_LIST CMAKE_CXX_IMPLICIT_LINK_LIBRARIES)
+    set(runtime -lc++)
+  endif()
+  ksl_install_pkg_config(ksl ksl "${PROJECT_DESCRIPTION}" "-lpugixml ${runtime} -pthread")
+endif()

@@ -16,13 +16,14 @@ namespace {
 
 ksl::model load(const std::string &path, bool floating_base, bool mimic_independent, bool strict,
                 std::array<double, 3> gravity,
-                const std::vector<std::tuple<std::string, double, std::array<double, 3>>> &payloads) {
+                const std::vector<std::tuple<std::string, double, std::array<double, 3>>> &payloads,
+                bool masses_optional) {
   ksl::model_options options;
   options.floating_base = floating_base;
   options.gravity = gravity;
   for (const auto &[link, mass, point] : payloads)
     options.payloads.push_back({link, mass, point});
-  return ksl::load(path, options, mimic_independent, strict);
+  return ksl::load(path, options, mimic_independent, strict, masses_optional);
 }
 
 /// What `ksl info` prints of a joint; limits that the file leaves out are None.
@@ -84,6 +85,10 @@ NB_MODULE(_core, module) {
       PyErr_SetString(error.ptr(), e.what());
     }
   });
+
+#ifdef NDEBUG
+  nb::set_leak_warnings(false); // a daemon thread in a call holds its model to the end: no leak
+#endif
 
   module.attr("__version__") = KSL_VERSION;
   module.attr("QUATERNION_TOLERANCE") = ksl::quaternion_tolerance;
@@ -163,5 +168,6 @@ NB_MODULE(_core, module) {
                    });
   add_calls(model);
 
-  module.def("load", &load, "path"_a, "floating_base"_a, "mimic_independent"_a, "strict"_a, "gravity"_a, "payloads"_a);
+  module.def("load", &load, "path"_a, "floating_base"_a, "mimic_independent"_a, "strict"_a, "gravity"_a, "payloads"_a,
+             "masses_optional"_a);
 }

@@ -19,7 +19,7 @@
 
 namespace {
 
-enum operand_type { screw, coscrew, vec3, mat3x3, SE3, spatial_inertia, real };
+enum operand_type { screw, coscrew, vec3, mat3x3, SE3, inertia, spatial_inertia, real };
 
 /// Numbers of an item, and the core dimensions that NumPy sees: rows of `last` numbers.
 struct shape_row { int numbers, last; const char *core, *meaning; };
@@ -29,6 +29,7 @@ constexpr shape_row shapes[] = {
     {3, 3, "(3)", "(3), a vector or translation"},
     {9, 3, "(3,3)", "(3, 3), a rotation by columns: R[..., j, :] is column j, so the matrix is R.mT"},
     {12, 3, "(4,3)", "(4, 3), a pose by columns: D[..., :3, :] are the columns of R, D[..., 3, :] is t"},
+    {10, 10, "(10)", "(10), a centroidal inertia: m, m c (3), Ixx Iyy Izz Ixy Iyz Izx about the centroid, in the frame's axes"},
     {10, 10, "(10)", "(10), a spatial inertia about the frame's origin: m, h = m c (3), Ixx Iyy Izz Ixy Iyz Izx"},
     {1, 1, "()", "a number"},
 };
@@ -62,6 +63,8 @@ constexpr text_row texts[] = {
     {"product_drinvv", "Rᵀ v. 15 flops."},
     {"product_Ms", "M s = (m v + ω × h, I ω + h × v): the momentum of a body that moves with the twist s. 42 flops."},
     {"spatial_inertia_transformed", "[Ad]*(D) M [Ad]⁻¹(D): an inertia in frame b, expressed in the frame a that D_ab carries to. 120 flops."},
+    {"inertia_toSpatialInertia", "The inertia about the frame's origin of a centroidal one: h = m c, I + m (|c|² 1 − c cᵀ). 19 flops."},
+    {"spatial_inertia_toInertia", "The centroidal inertia: I − m (|c|² 1 − c cᵀ), c = h/m, 0 without mass. Cancels digits where c is far from the origin. 19 flops."},
     {"SE3_inverted", "D⁻¹ = (Rᵀ, −Rᵀ t). 15 flops."},
     {"SE3_exp", "exp s: the pose reached after unit time with the constant twist s. 136 flops, 2 roots and 2 sines."},
     {"SE3_log", "log D: the screw of smallest |ω| whose exponential is D. 83 flops, a root and an arctangent."},

@@ -7,6 +7,8 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdio.h>
+#include <string.h>
 
 KSL_BEGIN_C
 #define KSL_NAMES KSL_NAMES_DOUBLE

@@ -9,7 +9,8 @@
    ksl_array_product_CoAdcf.  KSL_ARRAY_FUNCTIONS below lists all of them: KSL_ARRAY_2 (two inputs), KSL_ARRAY_1 (one).
 
    - An item is numbers in the layout of its type in ksl/types.h, next to each other, aligned as a number is:
-     vec3 3; screw (v, ω) and coscrew (f, τ) 6; mat3x3 9, by columns; spatial_inertia 10; SE3 12, R by columns and then t.
+     vec3 3; screw (v, ω) and coscrew (f, τ) 6; mat3x3 9, by columns; inertia and spatial_inertia 10; SE3 12, R by
+     columns and then t.
    - Strides are in numbers, from item to item: 6 for packed screws, more for items inside larger records, negative to go
      backwards.  An input's stride 0 is the same item for all: one pose for n wrenches.
    - In place: out may be an input, with the same stride.  Otherwise out must not overlap an input or itself.
@@ -25,7 +26,7 @@
 #include <stddef.h>
 
 /* name in double, name in float, then type and name of each input and the type of out.  What each computes, and its
-   cost, is stated at the function of one item: ksl/screw.h, coscrew.h, matrix.h, SE3.h, spatial_inertia.h. */
+   cost, is stated at the function of one item: ksl/screw.h, coscrew.h, matrix.h, SE3.h, inertia.h, spatial_inertia.h. */
 #define KSL_ARRAY_FUNCTIONS(KSL_ARRAY_1, KSL_ARRAY_2)                                                                  \
   KSL_ARRAY_2(product_Ads, product_Adsf, SE3, D, screw, s, screw)                                                      \
   KSL_ARRAY_2(product_Adsinv, product_Adsinvf, SE3, D, screw, s, screw)                                                \
@@ -53,6 +54,8 @@
   KSL_ARRAY_2(product_drinvv, product_drinvvf, mat3x3, R, vec3, v, vec3)                                               \
   KSL_ARRAY_2(product_Ms, product_Msf, spatial_inertia, M, screw, s, coscrew)                                          \
   KSL_ARRAY_2(spatial_inertia_transformed, spatial_inertiaf_transformed, spatial_inertia, M, SE3, D, spatial_inertia)  \
+  KSL_ARRAY_1(inertia_toSpatialInertia, inertiaf_toSpatialInertia, inertia, M, spatial_inertia)                        \
+  KSL_ARRAY_1(spatial_inertia_toInertia, spatial_inertiaf_toInertia, spatial_inertia, M, inertia)                      \
   KSL_ARRAY_1(SE3_inverted, SE3f_inverted, SE3, D, SE3)                                                                \
   KSL_ARRAY_1(SE3_exp, SE3f_exp, screw, s, SE3)                                                                        \
   KSL_ARRAY_1(SE3_log, SE3f_log, SE3, D, screw)

@@ -3,25 +3,9 @@
 #define KSL_AXIS_H
 
 #include "ksl/types.h"
+#include "ksl/vec3.h"
 
 KSL_BEGIN_C
-/** The sequence without its prefix, for those who define KSL_SHORT_AXIS_NAMES. */
-#ifdef KSL_SHORT_AXIS_NAMES
-#define XYZ KSL_AXIS_XYZ
-#define YZX KSL_AXIS_YZX
-#define ZXY KSL_AXIS_ZXY
-#define XZY KSL_AXIS_XZY
-#define YXZ KSL_AXIS_YXZ
-#define ZYX KSL_AXIS_ZYX
-#define XYX KSL_AXIS_XYX
-#define XZX KSL_AXIS_XZX
-#define YXY KSL_AXIS_YXY
-#define YZY KSL_AXIS_YZY
-#define ZXZ KSL_AXIS_ZXZ
-#define ZYZ KSL_AXIS_ZYZ
-#define INVALID KSL_AXIS_INVALID
-#endif
-
 /** The axes of a sequence, 0 for x, 1 for y, 2 for z; (0, 1, 2) for what is no sequence. */
 KSL_INLINE ksl_vec3i_t ksl_axis_getVector(ksl_axis_enum_t axis) {
   const int axes[13][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {1, 0, 2}, {2, 1, 0}, {0, 1, 0},

@@ -20,6 +20,11 @@
 #define KSL_INLINE static inline
 #endif
 
+/** Linkage of the helpers that only other functions of these headers call.  They are no symbols of the library. */
+#ifndef KSL_INLINE_HELPER
+#define KSL_INLINE_HELPER static inline
+#endif
+
 #ifdef __cplusplus
 #define KSL_BEGIN_C extern "C" {
 #define KSL_END_C }

@@ -6,9 +6,10 @@
 
 namespace ksl {
 
-/// Reads a URDF file.  Throws description_error with file, line, link or joint, fault and mend.
+/// Reads a URDF file.  Throws description_error with file, line, link or joint, fault and mend: also where links move and none
+/// of them has a mass, unless masses_optional.  strict makes errors of the warnings about inertias and masses.
 KSL_EXPORT model load(const std::string &urdf_path, const model_options &options = {}, bool mimic_independent = false,
-                      bool strict = false);
+                      bool strict = false, bool masses_optional = false);
 
 /// Reactions of the requested joints into out (request.n, 6), right after inverse_dynamics with the same external
 /// wrenches: other calls write to the workspace.

@@ -31,13 +31,15 @@ KSL_EXPORT const char *ksl_instruction_set(void);
 
 /** How a file becomes a model.  Start from ksl_model_options(). */
 typedef struct ksl_model_options_t {
-  bool floating_base;     /**< the root link floats: first joint floating_base, q = [x y z qx qy qz qw], v = [linear, angular] in its frame */
+  bool floating_base;     /**< the root link floats: first joint floating_base (floating_root where the file has one of that name),
+                               q = [x y z qx qy qz qw], v = [linear, angular] in its frame */
   bool mimic_independent; /**< a moving mimic joint gets a coordinate of its own, instead of being refused */
-  bool strict;            /**< an inertia that no body can have is an error */
+  bool strict;            /**< an inertia that no body can have, or a moving link with geometry and no mass, is an error */
+  bool masses_optional;   /**< a robot whose links move and have no mass is read, for kinematics, instead of being refused */
   double gravity[3];      /**< m/s², world axes */
 } ksl_model_options_t;
 
-/** Fixed base, mimic refused, not strict, gravity (0, 0, −9.81). */
+/** Fixed base, mimic refused, not strict, masses needed, gravity (0, 0, −9.81). */
 KSL_EXPORT ksl_model_options_t ksl_model_options(void);
 
 /** Reads a URDF file; options may be NULL.  Free the model with ksl_model_free. */

@@ -4,6 +4,7 @@
 
 #include "ksl/axis.h"
 #include "ksl/types.h"
+#include "ksl/vec3.h"
 
 /** Angles in radians, in the order of the sequence: R = R_i(angles.x) R_j(angles.y) R_k(angles.z). */
 typedef struct ksl_eulerangles_t {

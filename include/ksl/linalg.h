@@ -4,6 +4,7 @@
 
 #include "ksl/array.h"
 #include "ksl/config.h"
+#include "ksl/types.h"
 
 #include <float.h>
 #include <math.h>

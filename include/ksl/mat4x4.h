@@ -3,6 +3,7 @@
 #define KSL_MAT4X4_H
 
 #include "ksl/types.h"
+#include "ksl/vec3.h"
 
 #include <assert.h>
 #include <stdlib.h>

@@ -22,13 +22,15 @@ struct payload {
 };
 
 struct model_options {
-  /// The root link floats: a first joint `floating_base` with q = [x y z qx qy qz qw] and v = [linear, angular] in its frame.
+  /// The root link floats: a first joint `floating_base` with q = [x y z qx qy qz qw] and v = [linear, angular] in its
+  /// frame.  It is called `floating_root`, and a warning says so, where the description has a joint of that name.
   bool floating_base = false;
   std::array<double, 3> gravity{0, 0, -9.81}; ///< m/s², world axes
   std::vector<payload> payloads;
 };
 
-/// A joint as a user names it.  Every link has just one that carries it; that of a fixed root is `base`.
+/// A joint as a user names it.  Every link has just one that carries it; that of a fixed root is `base`, or
+/// `ground` where the description has a joint of that name.
 struct joint_row {
   std::string name;
   joint_kind kind;

@@ -18,13 +18,28 @@
    is used.  All other texts are printed as they are.  A text of more than 99 bytes is cut, between characters if it is
    UTF-8.
 
-   The default set is not locked: set it before threads print. */
+   The default set is not locked: set it before threads print.
+
+   As in the published library, this header gives all headers of what it prints. */
 #ifndef KSL_PRINT_H
 #define KSL_PRINT_H
 
+#include "ksl/SE3.h"
+#include "ksl/array.h"
+#include "ksl/axis.h"
 #include "ksl/config.h"
+#include "ksl/coscrew.h"
 #include "ksl/eulerangles.h"
+#include "ksl/inertia.h"
+#include "ksl/linalg.h"
+#include "ksl/mat3x3.h"
+#include "ksl/mat4x4.h"
+#include "ksl/matrix.h"
+#include "ksl/quaternion.h"
+#include "ksl/screw.h"
 #include "ksl/types.h"
+#include "ksl/vec3.h"
+#include "ksl/vec4.h"
 
 #include <stdbool.h>
 #include <stdio.h>
@@ -35,8 +50,6 @@ typedef enum ksl_print_breakBetweenLines_enum_t {
   KSL_NO_BREAK_BETWEEN_LINES = 0,
   KSL_BREAK_BETWEEN_LINES
 } ksl_print_breakBetweenLines_enum_t;
-
-typedef enum ksl_matrix_enum_t { KSL_ROW_MAJOR = 0, KSL_COLUMN_MAJOR } ksl_matrix_enum_t;
 
 /** How to print.  The texts end with a zero byte. */
 typedef struct ksl_print_options_t {

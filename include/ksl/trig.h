@@ -5,6 +5,9 @@
 #include "ksl/config.h"
 
 #include <math.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <string.h>
 
 KSL_BEGIN_C
 #define KSL_NAMES KSL_NAMES_DOUBLE

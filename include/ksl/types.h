@@ -41,9 +41,10 @@ typedef union ksl_vec3i_t {
   KSL_VIEW { int x, y, z; };
 } ksl_vec3i_t;
 
-/** Four integers. */
+/** Four integers; r is the part (x, y, z). */
 typedef union ksl_vec4i_t {
   KSL_VIEW { int at[4]; };
+  KSL_VIEW { ksl_vec3i_t r; };
   KSL_VIEW { int x, y, z, w; };
 } ksl_vec4i_t;
 
@@ -63,6 +64,9 @@ typedef enum ksl_axis_enum_t {
   KSL_AXIS_ZYZ,
   KSL_AXIS_INVALID = 12
 } ksl_axis_enum_t;
+
+/** How a matrix lies in memory, and how it is printed (print.h). */
+typedef enum ksl_matrix_enum_t { KSL_ROW_MAJOR = 0, KSL_COLUMN_MAJOR } ksl_matrix_enum_t;
 
 #undef KSL_VIEW
 

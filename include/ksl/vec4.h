@@ -3,6 +3,7 @@
 #define KSL_VEC4_H
 
 #include "ksl/types.h"
+#include "ksl/vec3.h"
 
 #include <math.h>
 #include <stdlib.h>

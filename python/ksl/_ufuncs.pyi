@@ -8,6 +8,7 @@ SE3_log: np.ufunc
 cross_sc: np.ufunc
 cross_ss: np.ufunc
 dot_cs: np.ufunc
+inertia_toSpatialInertia: np.ufunc
 product_Adinvs: np.ufunc
 product_Adrinvs: np.ufunc
 product_Adrs: np.ufunc
@@ -30,6 +31,7 @@ product_dinvv: np.ufunc
 product_drinvv: np.ufunc
 product_drv: np.ufunc
 product_dv: np.ufunc
+spatial_inertia_toInertia: np.ufunc
 spatial_inertia_transformed: np.ufunc
 
 def set_threads(n: int, /) -> int: ...

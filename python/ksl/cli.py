@@ -24,13 +24,27 @@ from ksl.states import Order, Side
 
 
 class Commands(TyperGroup):
-    """The commands, whose words print on any terminal."""
+    """The commands, whose words print on any terminal, and which say it where standard output can't be written."""
 
     def main(self, *args: Any, **options: Any) -> Any:
         for stream in (sys.stdout, sys.stderr):
             if hasattr(stream, "reconfigure"):
                 stream.reconfigure(errors="replace")  # "?" for what the encoding lacks, rather than no output
-        return super().main(*args, **options)
+        try:
+            try:
+                return super().main(*args, **options)
+            finally:
+                if sys.stdout is not None:  # as it is where the shell has closed it
+                    sys.stdout.flush()  # an error at the end of the interpreter would be Python's to report
+        except BrokenPipeError:  # nobody reads what is printed: as any command
+            discard_output()
+            sys.exit(1)
+        except OSError as e:
+            if e.filename is not None:  # of a file, and not of standard output
+                raise
+            errors.print(f"ksl: {unwritable(e)}")
+            discard_output()
+            sys.exit(2)
 
 
 app = typer.Typer(cls=Commands, add_completion=False, pretty_exceptions_enable=False, no_args_is_help=True, rich_markup_mode=None, help="Every wrench in a mechanism.")
@@ -39,7 +53,7 @@ errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
 Robot = Annotated[Path, typer.Argument(metavar="ROBOT.urdf", help="Robot file (URDF 1.0 to 1.2).")]
 FloatingBase = Annotated[bool, typer.Option("--floating-base", help="The root link floats: first joint floating_base.")]
 Mimic = Annotated[str, typer.Option(metavar="independent", help="Give moving joints that mimic another a coordinate of their own.")]
-Strict = Annotated[bool, typer.Option("--strict", help="An inertia that no rigid body can have is an error.")]
+Strict = Annotated[bool, typer.Option("--strict", help="An inertia that no rigid body can have, or a moving link with geometry and no mass, is an error.")]
 Gravity = Annotated[str, typer.Option(metavar="X,Y,Z", help="Gravity in world axes, m/s².")]
 
 
@@ -54,6 +68,17 @@ def console(width: int) -> Console:
 def fail(sentence: object) -> NoReturn:
     errors.print(f"ksl: {sentence}")
     raise typer.Exit(2)
+
+
+def unwritable(error: OSError) -> str:
+    return f"standard output can't be written ({os.strerror(error.errno) if error.errno else error})"
+
+
+def discard_output() -> None:
+    """Sends to nowhere what standard output still buffers: Python would try to write it again at its end, and exit with 120."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, sys.stdout.fileno())
+    os.close(nowhere)
 
 
 def numbers(text: str, option: str, *counts: int) -> list[float]:
@@ -94,16 +119,24 @@ def end_on_signals() -> None:
             signal.signal(number, leave)
 
 
-def read_model(robot: Path, floating_base: bool, mimic: str, strict: bool, gravity: str, payloads: Mapping[str, tuple[float, Sequence[float]]] | None = None) -> Model:
+def read_model(
+    robot: Path,
+    floating_base: bool,
+    mimic: str,
+    strict: bool,
+    gravity: str,
+    payloads: Mapping[str, tuple[float, Sequence[float]]] | None = None,
+    masses: Literal["optional"] | None = None,
+) -> Model:
     independent = cast(Literal["independent"] | None, mimic or None)  # load refuses other words
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", DescriptionWarning)
         try:
-            model = load(robot, floating_base, independent, strict, numbers(gravity, "--gravity", 3), payloads)
+            model = load(robot, floating_base, independent, strict, numbers(gravity, "--gravity", 3), payloads, masses)
         except ValueError as e:
             absent = [link for link in payloads or {} if str(e).endswith(f"no link {link} to carry the payload")]
             if absent:
-                bare = load(robot, floating_base, independent, strict, numbers(gravity, "--gravity", 3))
+                bare = load(robot, floating_base, independent, masses="optional")
                 fail(f"--on-link {absent[0]}: no such link; {suggestion(absent[0], bare.link_names, f'the links of {bare.name} are')}")
             fail(in_options(e, mimic=mimic))
     for w in caught:
@@ -139,7 +172,7 @@ def info(
     elif robot is None:
         fail("info needs a robot file, or --cpu")
     if robot is not None:
-        print_info(read_model(robot, floating_base, mimic, strict, gravity), console(200))
+        print_info(read_model(robot, floating_base, mimic, strict, gravity, masses="optional"), console(200))
 
 
 @app.command()
@@ -192,4 +225,5 @@ def loads(
     except (ValueError, OutputError, RuntimeError) as e:  # RuntimeError: an unknown KSL_ISA
         fail(e)
     except OSError as e:
-        fail(f"standard output can't be written ({os.strerror(e.errno) if e.errno else e}); results are in {output}")
+        discard_output()
+        fail(f"{unwritable(e)}; results are in {output}")

@@ -10,7 +10,7 @@ class MotionError(ValueError):
 
 
 class DescriptionWarning(UserWarning):
-    """What is odd in a robot file, and used all the same: an inertia that no rigid body can have, an encoding that was guessed."""
+    """What is odd in a robot file, and used all the same: an inertia that no rigid body can have, a moving link without mass, an encoding that was guessed."""
 
 
 class FrameError(ValueError):

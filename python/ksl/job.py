@@ -17,7 +17,7 @@ from rich.text import Text
 
 from ksl._core import __version__
 from ksl.errors import MotionError
-from ksl.loads import Block, Curves, LoadCase, TableWriter, exceeded_limits
+from ksl.loads import Block, Curves, LoadCase, Placement, TableWriter, exceeded_limits
 from ksl.output import staged
 from ksl.quantities import PowerBalance, summarise, unit
 
@@ -44,7 +44,7 @@ def run_loads(case: LoadCase, motion_file: str, directory: Path, with_csv: bool,
         notes = _notes(case, curves)
         _write_report(stage / "report.html", case, motion_file, curves, balance, rows, notes)
         files = sorted(f.name for f in stage.iterdir())
-    _print_summary(console, rows)
+    _print_summary(console, rows, case.placement)
     for line in notes:
         console.print(Text(f"note: {line}"), soft_wrap=True)
     console.print(Text(_balance_line(balance)), soft_wrap=True)
@@ -156,6 +156,7 @@ def _write_report(path: Path, case: LoadCase, motion_file: str, curves: Curves, 
         ("samples", f"{len(case.motion.time)}, from {case.motion.time[0]:.10g} s to {case.motion.time[-1]:.10g} s"),
         ("gravity", f"({', '.join(f'{g:g}' for g in m.gravity)}) m/s² in world axes"),
         ("wrenches", f"on the {p.on} side of the joint, moments about {p.point}; here resolved along and across each joint's axis"),
+        ("effort and power", "of each joint's drive, whatever point and side are chosen"),
         ("in the table", f"axes {p.axes}, order {p.order}"),
         ("external wrenches", ", ".join(case.external) or "none"),
         ("made by", f"KSL {__version__}"),
@@ -163,30 +164,34 @@ def _write_report(path: Path, case: LoadCase, motion_file: str, curves: Curves, 
     write_report(path, ReportInput(f"Joint loads of {m.name}", facts, notes, rows, case.motion.time, curves.loads, balance))
 
 
-def _print_summary(console: Console, rows: list[SummaryRow]) -> None:
-    """Three tables: what bearings and links carry, what drives supply, and joints without one axis."""
-    with_axis = [row for row in rows if "torque_peak" in row]
-    carried = [(q, part) for q in ("axial_force", "radial_force", "bending_moment") for part in ("peak", "rms", "peak_time")]
-    driven = [("torque", "peak"), ("torque", "rms"), ("torque", "peak_time"), ("speed", "peak"), ("speed", "peak_time")]
-    driven += [("power", "peak"), ("power", "peak_time"), ("power", "mean"), ("work", "positive"), ("work", "negative")]
+WRENCH = {"axial_force": "axial", "radial_force": "radial", "bending_moment": "bending", "axial_moment": "about axis"}
+"""Columns of the wrench of a joint with an axis, and their heads."""
+
+
+def _print_summary(console: Console, rows: list[SummaryRow], placement: Placement) -> None:
+    """Three tables: the wrench at the chosen point, what drives supply, and joints without one axis."""
+    with_axis = [row for row in rows if "effort_peak" in row]
+    wrench = [(q, part) for q in WRENCH for part in ("peak", "rms", "peak_time")]
+    drive = [("effort", "peak"), ("effort", "rms"), ("effort", "peak_time"), ("speed", "peak"), ("speed", "peak_time")]
+    drive += [("power", "peak"), ("power", "peak_time"), ("power", "mean"), ("work", "positive"), ("work", "negative")]
     whole = [(q, part) for q in ("force", "moment") for part in ("peak", "rms", "peak_time")]
     for title, chosen, columns in (
-        ("Carried across the axis and along it", with_axis, carried),
-        ("About the axis, and the drive", with_axis, driven),
-        ("Joints without one axis: magnitudes", [row for row in rows if "force_peak" in row], whole),
+        (f"Wrench on the {placement.on} side, moments about {placement.point}", with_axis, wrench),
+        ("Drive", with_axis, drive),
+        ("Joints without one axis: magnitudes of the same wrench", [row for row in rows if "force_peak" in row], whole),
     ):
         if chosen:
             console.print(_table(title, chosen, columns))
 
 
 def _table(title: str, rows: list[SummaryRow], columns: list[tuple[str, str]]) -> Table:
-    table = Table(title=title, title_justify="left", box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    table = Table(title=Text(title, style="table.title"), title_justify="left", box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     table.add_column("joint", overflow="fold")
     words = {"peak_time": "at s", "work": "J"}
     kinds = {str(row["kind"]) for row in rows}
     for q, part in columns:
         of = words.get(q) or " or ".join(sorted({unit(q, kind) for kind in kinds}))
-        name = q.split("_")[0] if part in ("peak", "positive") else ""
+        name = WRENCH.get(q, q) if part in ("peak", "positive") else ""
         table.add_column(f"{name}\n{words.get(part) or f'{part} {of}'}", justify="right", no_wrap=True)
     for row in rows:
         table.add_row(Text(str(row["joint"])), *(f"{row[f'{q}_{part}']:.4g}" for q, part in columns))

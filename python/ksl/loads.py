@@ -15,7 +15,7 @@ from ksl.errors import MotionError
 from ksl.mechanism import Joint
 from ksl.model import Model
 from ksl.motion import SPLINE_SAMPLES, Motion, complete, derivative
-from ksl.quantities import JointLoads, PowerBalance, joint_loads, power_round_off
+from ksl.quantities import JointLoads, PowerBalance, joint_loads, power_round_off, unit
 from ksl.states import Array, Order, Point, Side
 
 if TYPE_CHECKING:
@@ -114,6 +114,7 @@ class TableWriter:
             "at": p.point,
             "axes": p.axes,
             "order": p.order,
+            "effort": "transmitted effort of the joint's drive, the same for every `on`, `at` and `axes`",
             "units": "s, N, N m; effort N m or N, speed rad/s or m/s, power W",
         }
 
@@ -197,7 +198,8 @@ def wrench_table(
     time (n), increasing, s; q (n, nq); v, a (n, nv), differentiated from a quintic spline where they are missing (at
     least 6 samples).  external: {link: (n, 6), or (6) for all samples}.  on, at, axes, order: as in `Model.reactions`.
     Columns: time, joint, fx fy fz tx ty tz of the total and constraint_fx … of the constraint part (N, N m); effort,
-    speed, power of joints with one coordinate; on, at, axes.  Raises MotionError.
+    speed, power of the drives of joints with one coordinate, the same for every on, at and axes; on, at, axes.  Raises
+    MotionError.
     """
     import pyarrow as pa
 
@@ -249,7 +251,7 @@ def exceeded_limits(model: Model, motion: Motion, loads: list[JointLoads]) -> li
         if not j.has_axis or l.effort is None or l.speed is None:
             continue
         q = motion.q[:, j.q_index]
-        angle, rate, effort = ("m", "m/s", "N") if j.kind == "prismatic" else ("rad", "rad/s", "N m")
+        angle, rate, effort = "m" if j.kind == "prismatic" else "rad", unit("speed", j.kind), unit("effort", j.kind)
         lines += _exceeded(j, "position", "lower", float(q.min()), j.lower, angle, lambda x, limit: x < limit) if j.kind != "continuous" else []
         lines += _exceeded(j, "position", "upper", float(q.max()), j.upper, angle, lambda x, limit: x > limit) if j.kind != "continuous" else []
         lines += _exceeded(j, "speed", "velocity", float(np.abs(l.speed).max()), j.velocity, rate, lambda x, limit: x > limit)

@@ -77,7 +77,7 @@ class Mechanism:
         self.unused: tuple[str, ...] = tuple(core.unused)
         """What the file holds and nothing here uses, a line each."""
         self.warnings: tuple[str, ...] = tuple(core.warnings)
-        """What is odd in the file, a line each: inertias that no rigid body can have, names of link and condition."""
+        """What is odd in the file, a line each: inertias that no rigid body can have, moving links without mass, names of link and condition."""
         self._moving = core.moving_joints
         self._joint_index = {joint.name: i for i, joint in enumerate(self.joints)}
         self._link_index = {link.name: i for i, link in enumerate(self.links)}

@@ -19,7 +19,7 @@ from ksl.states import Array, External
 if TYPE_CHECKING:
     import pyarrow
 
-_Arguments = tuple[str, bool, bool, bool, list[float], list[tuple[str, float, list[float]]]]
+_Arguments = tuple[str, bool, bool, bool, list[float], list[tuple[str, float, list[float]]], bool]
 """Of `_core.load`: what a model is made from."""
 
 
@@ -72,20 +72,26 @@ def load(
     strict: bool = False,
     gravity: Sequence[float] = (0.0, 0.0, -9.81),
     payloads: Mapping[str, tuple[float, Sequence[float]]] | None = None,
+    masses: Literal["optional"] | None = None,
 ) -> Model:
     """Reads a URDF file.
 
-    floating_base: the root link floats; the first joint is then `floating_base`.
+    floating_base: the root link floats; the first joint is then `floating_base` (`floating_root`, with a warning, where the
+    file has a joint of that name).
     mimic: None refuses a moving joint that mimics another; "independent" gives it a coordinate of its own.
-    strict: an inertia that no rigid body can have is an error instead of an :class:`DescriptionWarning`.
+    strict: an inertia that no rigid body can have, or a moving link with geometry and no mass, is an error instead of a
+    :class:`DescriptionWarning`.
     gravity: in world axes, m/s².
     payloads: {link name: (mass in kg, point in the link's frame in m)}: point masses fixed to links.
+    masses: None refuses a robot whose links move and have no mass, none of them; "optional" reads it, for kinematics.
     Raises :class:`DescriptionError` with file, line, link or joint, fault and mend.
     """
     if mimic is not None:
         one_of(mimic, "mimic", "independent")
-    file, masses = os.fsdecode(path), [_payload(link, load) for link, load in (payloads or {}).items()]
-    options = (floating_base, mimic is not None, strict, list(three_numbers(gravity, "gravity")), masses)
+    if masses is not None:
+        one_of(masses, "masses", "optional")
+    file, loads = os.fsdecode(path), [_payload(link, load) for link, load in (payloads or {}).items()]
+    options = (floating_base, mimic is not None, strict, list(three_numbers(gravity, "gravity")), loads, masses is not None)
     model = Model(_core.load(file, *options), (os.path.abspath(file), *options))
     for line in model.warnings:
         warnings.warn(line, DescriptionWarning, stacklevel=2)

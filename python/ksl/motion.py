@@ -341,7 +341,7 @@ def _check_columns(model: Model, file: str, table: dict[str, Array]) -> None:
         if name != "time" and name not in known:
             near = get_close_matches(name, known, 1)
             hint = f"did you mean {near[0]!r}?" if near else f"the moving joints of {model.name} are {', '.join(model.joint_names)}"
-            if name.startswith("floating_base."):
+            if name.startswith("floating_base.") and not (joints and joints[0].parent is None):
                 hint = "if the root link floats, load the robot with --floating-base (in Python floating_base=True)"
             raise MotionError(f"{file}:1: unknown column {name!r}; {hint}")
     for joint in joints:

@@ -13,16 +13,18 @@ UNITS = {
     "axial_force": "N",
     "radial_force": "N",
     "bending_moment": "N m",
-    "torque": "N m",
+    "axial_moment": "N m",
     "force": "N",
     "moment": "N m",
     "power": "W",
 }
-"""Of all quantities but speed, whose unit is that of the joint: see `unit`."""
+"""Of all quantities but effort and speed, whose units are those of the joint: see `unit`."""
 
 
 def unit(quantity: str, kind: str) -> str:
     """Unit of a quantity for a kind of joint."""
+    if quantity == "effort":
+        return "N" if kind == "prismatic" else "N m"
     if quantity == "speed":
         return "m/s" if kind == "prismatic" else "rad/s"
     return UNITS[quantity]
@@ -34,12 +36,13 @@ class JointLoads:
 
     joint: Joint
     wrench: dict[str, Array]
-    """With one axis: axial_force (signed, along the axis), radial_force (across it), bending_moment (across),
-    torque (signed, about the axis).  Otherwise force and moment, magnitudes."""
+    """Of the wrench at the chosen point and side.  With one axis: axial_force (signed, along the axis), radial_force
+    (across it), bending_moment (across), axial_moment (signed, about the line through the point along the axis).
+    Otherwise force and moment, magnitudes."""
     speed: Array | None
     """Of joints with one coordinate, rad/s or m/s."""
     effort: Array | None
-    """Transmitted effort Sᵀ f at the joint, N m or N."""
+    """Of the drive, N m or N: the transmitted effort Sᵀ f of the joint, whatever point, side or axes are chosen."""
 
     @property
     def power(self) -> Array | None:
@@ -103,12 +106,12 @@ def joint_loads(joint: Joint, wrench: Array, speed: Array | None, effort: Array 
     if not joint.has_axis:
         return JointLoads(joint, {"force": np.linalg.norm(force, axis=1), "moment": np.linalg.norm(moment, axis=1)}, None, None)
     axis = np.array(joint.axis)
-    axial, torque = force @ axis, moment @ axis
+    axial, about_axis = force @ axis, moment @ axis
     curves = {
         "axial_force": axial,
         "radial_force": np.linalg.norm(force - axial[:, None] * axis, axis=1),
-        "bending_moment": np.linalg.norm(moment - torque[:, None] * axis, axis=1),
-        "torque": torque,
+        "bending_moment": np.linalg.norm(moment - about_axis[:, None] * axis, axis=1),
+        "axial_moment": about_axis,
     }
     return JointLoads(joint, curves, speed, effort)
 
@@ -133,11 +136,15 @@ def work(time: Array, power: Array) -> tuple[float, float]:
 
 
 def summarise(time: Array, loads: JointLoads) -> dict[str, float | str | None]:
-    """One row of the summary: peaks (of the magnitude) with their times, time-weighted rms, work."""
+    """One row of the summary: peaks (of the magnitude) with their times, time-weighted rms, work.
+
+    Forces and moments are those of the wrench at the chosen point; effort, speed, power and work are the drive's.
+    """
     row: dict[str, float | str | None] = {"joint": loads.joint.name, "kind": loads.joint.kind}
     for name, x in loads.wrench.items():
         row |= _peak(time, name, x) | {f"{name}_rms": rms(time, x)}
-    if loads.speed is not None and loads.power is not None:
+    if loads.effort is not None and loads.speed is not None and loads.power is not None:
+        row |= _peak(time, "effort", loads.effort) | {"effort_rms": rms(time, loads.effort)}
         row |= _peak(time, "speed", loads.speed)
         row |= _peak(time, "power", loads.power)
         positive, negative = work(time, loads.power)

@@ -45,9 +45,10 @@ LABELS = {
     "axial_force": "axial force",
     "radial_force": "radial force",
     "bending_moment": "bending moment",
-    "torque": "torque about axis",
+    "axial_moment": "moment about axis",
     "force": "force",
     "moment": "moment",
+    "effort": "effort",
     "speed": "speed",
     "power": "power",
 }
@@ -168,7 +169,8 @@ class _Page:
         for title, group in kinds:
             rows = [row for row in self.report.summary if row["kind"] in group]
             tables += "".join(self._table(f"{title}{part}", rows, groups) for part, groups in _columns(group[0]))
-        note = "Peaks are of the magnitude. Means (rms, mean) weigh each sample by the time it stands for."
+        note = "Peaks are of the magnitude. Means (rms, mean) weigh each sample by the time it stands for. "
+        note += "Forces and moments are those of the wrench at the chosen point; effort, speed, power and work are the drive's, whatever point is chosen."
         if self.origin:
             note += f" Times on this page are counted from the first sample, at {self.origin!r} s."
         return f'<section id="summary"><h2>Summary</h2><p>{note}</p>{tables}</section>'
@@ -253,26 +255,25 @@ class _Page:
         return chart + self._time_chart("Moment", [_Panel("Moment, N m", {"moment": moment})])
 
     def _axis_charts(self, loads: JointLoads) -> str:
+        """The drive's effort has a panel of its own: its limit is none of the moment about another point than the joint's origin."""
         joint, curves = loads.joint, {name: _quiet(x) for name, x in loads.wrench.items()}
         slides = joint.kind == "prismatic"
-        forces = {"axial": curves["axial_force"], "radial": curves["radial_force"]}
-        moments = {"about axis": curves["torque"], "bending": curves["bending_moment"]}
-        limit = _near(joint.effort, loads.effort, 1.5)
-        html = self._time_chart("Forces", [_Panel("Force, N", forces, limit if slides else None)], dashed="limit of the axial force")
-        html += self._time_chart("Moments", [_Panel("Moment, N m", moments, None if slides else limit)], dashed="limit of the torque about the axis")
+        forces = [_Panel("Force, N", {"axial": curves["axial_force"], "radial": curves["radial_force"]})]
+        moments = [_Panel("Moment, N m", {"about axis": curves["axial_moment"], "bending": curves["bending_moment"]})]
         if loads.speed is None or loads.effort is None or loads.power is None:
-            return html
-        speed, effort = _quiet(loads.speed), _quiet(loads.effort)
-        speed_label = f"Speed, {unit('speed', joint.kind)}"
+            return self._time_chart("Forces", forces) + self._time_chart("Moments", moments)
+        speed, effort, drive = _quiet(loads.speed), _quiet(loads.effort), "Drive force" if slides else "Drive torque"
+        speed_label, effort_label = f"Speed, {unit('speed', joint.kind)}", f"{drive}, {unit('effort', joint.kind)}"
+        (forces if slides else moments).append(_Panel(effort_label, {"drive": effort}, _near(joint.effort, effort, 1.5)))
+        html = self._time_chart("Forces, and drive force" if slides else "Forces", forces, dashed="limit of the effort")
+        html += self._time_chart("Moments" if slides else "Moments, and drive torque", moments, dashed="limit of the effort")
         html += self._time_chart(
             "Speed and power",
             [_Panel(speed_label, {"speed": speed}, _near(joint.velocity, speed, 1.5)), _Panel("Power, W", {"power": _quiet(loads.power)})],
             dashed="limit of the speed",
         )
-        effort_label = "Axial force, N" if slides else "Torque, N m"
-        title = "Force over speed" if slides else "Torque over speed"
         limits = _near(joint.velocity, speed, 5), _near(joint.effort, effort, 5)
-        return html + self._path_chart(title, (speed_label, speed), (effort_label, effort), limits)
+        return html + self._path_chart(f"{drive} over speed", (speed_label, speed), (effort_label, effort), limits)
 
     # --------------------------------------------------------------------------------------------------------- charts
 
@@ -320,7 +321,7 @@ class _Panel:
 
 
 def _columns(kind: str) -> list[tuple[str, Groups]]:
-    """The tables of the summary for a kind of joint, each with the end of its title: what is carried, and what is driven."""
+    """The tables of the summary for a kind of joint, each with the end of its title: the wrench, and the drive."""
 
     def group(name: str, last: str | None = "rms") -> tuple[str, list[tuple[str, str]]]:
         columns = [("peak", f"{name}_peak"), ("at, s", f"{name}_peak_time"), *([(last, f"{name}_{last}")] if last else [])]
@@ -328,10 +329,9 @@ def _columns(kind: str) -> list[tuple[str, Groups]]:
 
     if kind not in ("revolute", "continuous", "prismatic"):
         return [("", [group("force"), group("moment")])]
-    driven, along = ("axial_force", "torque") if kind == "prismatic" else ("torque", "axial_force")
-    carried = [group(along), group("radial_force"), group("bending_moment")]
+    wrench = [group(name) for name in ("axial_force", "radial_force", "bending_moment", "axial_moment")]
     work = ("work, J", [("positive", "work_positive"), ("negative", "work_negative")])
-    return [(": what they carry", carried), (": what drives them", [group(driven), group("speed", None), group("power", "mean"), work])]
+    return [(": the wrench at the chosen point", wrench), (": the drive", [group("effort"), group("speed", None), group("power", "mean"), work])]
 
 
 def _edge(column: int) -> str:
@@ -343,13 +343,12 @@ def _joint_facts(loads: JointLoads) -> list[tuple[str, str]]:
     """Kind, links and limits, with the share of each that the motion uses."""
     joint = loads.joint
     angle = "m" if joint.kind == "prismatic" else "rad"
-    effort_unit = unit("axial_force" if joint.kind == "prismatic" else "torque", joint.kind)
     parent = "ground" if joint.parent is None else escape(joint.parent)
     facts = [("kind", joint.kind), ("links", f"{parent} → {escape(joint.child)}")]
     if not joint.has_axis:
         return facts
     facts.append(("axis", " ".join(f"{x:.4g}" for x in joint.axis)))
-    facts.append(("effort limit", _limit(joint.effort, loads.effort, effort_unit)))
+    facts.append(("effort limit", _limit(joint.effort, loads.effort, unit("effort", joint.kind))))
     facts.append(("velocity limit", _limit(joint.velocity, loads.speed, unit("speed", joint.kind))))
     return [*facts, ("position limits", _range(joint, angle))]
 

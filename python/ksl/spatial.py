@@ -19,7 +19,7 @@ from typing import Any, ClassVar, Literal, NoReturn, TypeVar, overload
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from ksl import _spatial_kernels as kernels
+from ksl import ufuncs
 from ksl.errors import FrameError
 
 Floats = NDArray[np.floating[Any]]
@@ -256,7 +256,7 @@ class Twist(_SixVector):
             _refuse(self, "cross", other)
         _same_frame(self, "cross", other, self._frame, other._frame)
         _same_order(self, "cross", other)
-        product = kernels.cross_sc if other._dual else kernels.cross_ss
+        product = ufuncs.cross_sc if other._dual else ufuncs.cross_ss
         numbers = product(self._linear_first, other._linear_first)
         return _six(Wrench if other._dual else Acceleration, _ordered(numbers, self._order), self._frame, self._order)
 
@@ -280,7 +280,7 @@ class _Coscrew(_SixVector):
             _refuse(self, "@", other)
         _same_frame(self, "@", other, self._frame, other._frame)
         _same_order(self, "@", other)
-        return np.asarray(kernels.dot_cs(self._numbers, other._numbers))[()]
+        return np.asarray(ufuncs.dot_cs(self._numbers, other._numbers))[()]
 
 
 class Wrench(_Coscrew):
@@ -321,8 +321,8 @@ class Inertia(_Value):
         _all_or_raise(np.isfinite(m) & np.isfinite(c).all(axis=-1) & np.isfinite(I).all(axis=(-1, -2)), "Inertia", "has numbers that aren't finite")
         It = np.swapaxes(I, -1, -2)
         _all_or_raise(np.abs(I - It).max(axis=(-1, -2)) <= SYMMETRY_TOLERANCE * np.abs(I).max(axis=(-1, -2)), "Inertia tensor", "isn't symmetric")
-        numbers = kernels.inertia_numbers(m, m[..., None] * c, 0.5 * (I + It) + kernels.parallel_axis(m, c))
-        self._set(numbers, frame)
+        centroidal = np.concatenate([m[..., None], m[..., None] * c, _six_elements(0.5 * (I + It))], axis=-1)
+        self._set(ufuncs.inertia_toSpatialInertia(centroidal), frame)
 
     @classmethod
     def from_numbers(cls, x: ArrayLike, *, frame: str | None = None) -> Inertia:
@@ -363,17 +363,17 @@ class Inertia(_Value):
     @property
     def tensor(self) -> Floats:
         """(…, 3, 3) about the centroid, kg m².  Loses digits where the centroid is far from the origin."""
-        return kernels.tensor(self._numbers) - kernels.parallel_axis(self._numbers[..., 0], self.com)
+        return _tensor(ufuncs.spatial_inertia_toInertia(self._numbers))
 
     @property
     def tensor_at_origin(self) -> Floats:
         """(…, 3, 3) about the frame's origin, kg m²."""
-        return kernels.tensor(self._numbers)
+        return _tensor(self._numbers)
 
     def matrix(self, order: Order = "lin_ang") -> Floats:
         """(…, 6, 6): takes a twist in that order to a momentum in that order."""
         m, h = self._numbers[..., 0, None, None] * np.eye(3, dtype=self.dtype), _tilde(self._numbers[..., 1:4])
-        return _blocks([[m, -h], [h, kernels.tensor(self._numbers)]], _checked_order(order, "Inertia.matrix"))
+        return _blocks([[m, -h], [h, _tensor(self._numbers)]], _checked_order(order, "Inertia.matrix"))
 
     def named(self, frame: str | None) -> Inertia:
         """The same numbers under another frame's name; a change of frame is `pose @ self`."""
@@ -392,7 +392,7 @@ class Inertia(_Value):
         if not isinstance(other, (Twist, Acceleration)):
             _refuse(self, "@", other)
         _same_frame(self, "@", other, self._frame, other._frame)
-        numbers = kernels.product_Ms(self._numbers, other._linear_first)
+        numbers = ufuncs.product_Ms(self._numbers, other._linear_first)
         return _six(Momentum if isinstance(other, Twist) else Wrench, _ordered(numbers, other._order), other._frame, other._order)
 
     def _labels(self) -> dict[str, Any]:
@@ -453,19 +453,19 @@ class Pose(_Value):
         """
         if not isinstance(twist, Twist):
             raise TypeError(f"Pose.exp of {_name_of(twist)}; expected a Twist")
-        return cls._made(kernels.SE3_exp(twist._linear_first), twist._frame, twist._frame)
+        return cls._made(ufuncs.SE3_exp(twist._linear_first), twist._frame, twist._frame)
 
     def log(self, order: Order = "lin_ang") -> Twist:
         """The twist of smallest |ω| ≤ π whose exponential has these numbers; of the two at π either.
 
         Its own numbers are the same in both frames; it is given in frame `to`.  83 flops, a root, an arctangent.
         """
-        numbers = kernels.SE3_log(self._numbers)
+        numbers = ufuncs.SE3_log(self._numbers)
         return _six(Twist, _ordered(numbers, _checked_order(order, "Pose.log")), self._to, order)
 
     def inv(self) -> Pose:
         """D_ba = (Rᵀ, −Rᵀ t).  15 flops."""
-        return self._made(kernels.SE3_inverted(self._numbers), self._of, self._to)
+        return self._made(ufuncs.SE3_inverted(self._numbers), self._of, self._to)
 
     @property
     def to(self) -> str | None:
@@ -521,15 +521,15 @@ class Pose(_Value):
     def __matmul__(self, other: Any) -> Any:
         if isinstance(other, Pose):
             _same_frame(self, "@", other, self._of, other._to)
-            return self._made(kernels.product_dd(self._numbers, other._numbers), self._to, other._of)
+            return self._made(ufuncs.product_dd(self._numbers, other._numbers), self._to, other._of)
         if isinstance(other, _SixVector):
             _same_frame(self, "@", other, self._of, other._frame)
             # with its halves swapped a twist transforms as a wrench does, and the other way round
             dual = other._dual == (other._order == "lin_ang")
-            return other._with((kernels.product_CoAdc if dual else kernels.product_Ads)(self._numbers, other._numbers), frame=self._to)
+            return other._with((ufuncs.product_CoAdc if dual else ufuncs.product_Ads)(self._numbers, other._numbers), frame=self._to)
         if isinstance(other, Inertia):
             _same_frame(self, "@", other, self._of, other._frame)
-            return other._with(kernels.spatial_inertia_transformed(other._numbers, self._numbers), frame=self._to)
+            return other._with(ufuncs.spatial_inertia_transformed(other._numbers, self._numbers), frame=self._to)
         _refuse(self, "@", other)
 
     def _labels(self) -> dict[str, Any]:
@@ -580,6 +580,17 @@ def _swapped(x: Floats) -> Floats:
 
 def _ordered(linear_first: Floats, order: Order) -> Floats:
     return linear_first if order == "lin_ang" else _swapped(linear_first)
+
+
+def _tensor(inertia: Floats) -> Floats:
+    """The symmetric matrix (…, 3, 3) in the last six of ten numbers, Ixx Iyy Izz Ixy Iyz Izx."""
+    xx, yy, zz, xy, yz, zx = range(4, 10)
+    return inertia[..., [[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]]]
+
+
+def _six_elements(tensor: Floats) -> Floats:
+    """Ixx Iyy Izz Ixy Iyz Izx (…, 6) of a symmetric matrix."""
+    return tensor[..., [0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]]
 
 
 def _tilde(v: Floats) -> Floats:

@@ -26,6 +26,7 @@ from ksl._ufuncs import (
     cross_sc,
     cross_ss,
     dot_cs,
+    inertia_toSpatialInertia,
     product_Adinvs,
     product_Adrinvs,
     product_Adrs,
@@ -49,6 +50,7 @@ from ksl._ufuncs import (
     product_drv,
     product_dv,
     set_threads,
+    spatial_inertia_toInertia,
     spatial_inertia_transformed,
 )
 
@@ -59,6 +61,7 @@ __all__ = [
     "cross_sc",
     "cross_ss",
     "dot_cs",
+    "inertia_toSpatialInertia",
     "product_Adinvs",
     "product_Adrinvs",
     "product_Adrs",
@@ -81,6 +84,7 @@ __all__ = [
     "product_drinvv",
     "product_drv",
     "product_dv",
+    "spatial_inertia_toInertia",
     "spatial_inertia_transformed",
     "matrices",
     "poses",

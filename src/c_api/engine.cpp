@@ -38,7 +38,7 @@ const char *ksl_instruction_set(void) {
   return name;
 }
 
-ksl_model_options_t ksl_model_options(void) { return {false, false, false, {0, 0, -9.81}}; }
+ksl_model_options_t ksl_model_options(void) { return {false, false, false, false, {0, 0, -9.81}}; }
 
 ksl_status_t ksl_model_load(const char *urdf_path, const ksl_model_options_t *options, ksl_model_t **model) {
   return guarded([&] {
@@ -49,7 +49,7 @@ ksl_status_t ksl_model_load(const char *urdf_path, const ksl_model_options_t *op
     ksl::model_options how;
     how.floating_base = o.floating_base;
     how.gravity = {o.gravity[0], o.gravity[1], o.gravity[2]};
-    *model = new ksl_model_t{ksl::load(urdf_path, how, o.mimic_independent, o.strict)};
+    *model = new ksl_model_t{ksl::load(urdf_path, how, o.mimic_independent, o.strict, o.masses_optional)};
   });
 }
 

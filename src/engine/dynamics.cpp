@@ -2,12 +2,23 @@
 #include "ksl/dynamics.hpp"
 
 #include "engine/compute.hpp"
+#include "load/check.hpp"
 #include "load/urdf.hpp"
+
+#include <set>
 
 namespace ksl {
 
-model load(const std::string &urdf_path, const model_options &options, bool mimic_independent, bool strict) {
-  return model(read_urdf(urdf_path, {mimic_independent, strict}), options);
+model load(const std::string &urdf_path, const model_options &options, bool mimic_independent, bool strict,
+           bool masses_optional) {
+  robot_description robot = read_urdf(urdf_path, {mimic_independent, strict});
+  std::set<std::string> with_payload;
+  for (const payload &p : options.payloads)
+    if (p.mass > 0)
+      with_payload.insert(p.link);
+  warn_of_links(robot, check_masses(robot, options.floating_base, with_payload, masses_optional), strict,
+                "add <inertial> to these links");
+  return model(std::move(robot), options);
 }
 
 template <class S>

@@ -46,13 +46,16 @@ public:
     collect_children();
     add_ground();
     if (options_.floating_base) {
-      check_free_name("floating_base");
-      add_moving_link(root, -1, {"floating_base", joint_kind::floating, -1, -1, 0, 0, {0, 0, 0}, 0, -1}, identity, 0);
+      const std::string name = free_name("floating_base", "floating_root");
+      if (name != "floating_base")
+        m_.description_.warnings.push_back(
+            "joint floating_base of the file keeps its name; the joint that the floating base adds is called " + name);
+      add_moving_link(root, -1, {name, joint_kind::floating, -1, -1, 0, 0, {0, 0, 0}, 0, -1}, identity, 0);
     } else {
       add_welded_link(root, -1, identity, 0);
       m_.double_.links.back().carried_by_moving_joint = true;
       m_.double_.bodies[0].link = 0;
-      fixed_joints_.push_back({ground_name(), joint_kind::fixed, 0, -1, -1, -1, {0, 0, 0}, 0, -1});
+      fixed_joints_.push_back({free_name("base", "ground"), joint_kind::fixed, 0, -1, -1, -1, {0, 0, 0}, 0, -1});
     }
     descend(root);
     finish();
@@ -79,15 +82,9 @@ private:
     return false;
   }
 
-  void check_free_name(const std::string &name) const {
-    if (names_joint(name))
-      throw description_error(m_.description_.file + ": joint " + name +
-                              " has the name of the joint that a floating base adds; rename it in the file");
-  }
-
-  /// `base`, unless a joint of the file has that name.
-  std::string ground_name() const {
-    std::string name = names_joint("base") ? "ground" : "base";
+  /// The usual name of a joint that is no joint of the file, or the next one that no joint of the file has.
+  std::string free_name(const char *usual, const char *otherwise) const {
+    std::string name = names_joint(usual) ? otherwise : usual;
     while (names_joint(name))
       name += "_";
     return name;

@@ -211,6 +211,32 @@ std::string fault_of(const spatial_inertia<double> &I) {
   return "";
 }
 
+/// Which links move: by a joint of their own, with the links that they are welded to, or with a floating root.
+std::vector<bool> moving_links(const robot_description &robot, bool floating_base) {
+  const std::vector<int> above = joints_above(robot);
+  enum { unknown, rests, moves };
+  std::vector<int> state(robot.links.size(), unknown);
+  for (int start = 0; start < static_cast<int>(robot.links.size()); ++start) {
+    int link = start;
+    while (state[index(link)] == unknown) {
+      const int joint = above[index(link)];
+      if (joint < 0)
+        state[index(link)] = floating_base ? moves : rests;
+      else if (robot.joints[index(joint)].kind != joint_kind::fixed)
+        state[index(link)] = moves;
+      else
+        link = robot.joints[index(joint)].parent;
+    }
+    // the links on the way up are welded to this one
+    for (int welded = start; welded != link; welded = robot.joints[index(above[index(welded)])].parent)
+      state[index(welded)] = state[index(link)];
+  }
+  std::vector<bool> moving;
+  for (const int s : state)
+    moving.push_back(s == moves);
+  return moving;
+}
+
 } // namespace
 
 int check_tree(const robot_description &robot) {
@@ -230,6 +256,47 @@ std::vector<std::string> check_inertias(const robot_description &robot) {
     if (const std::string fault = fault_of(link.inertia); !fault.empty())
       lines.push_back(load::one_line("link " + link.name + in_line(link.at.line) + ": " + fault));
   return lines;
+}
+
+std::vector<std::string> check_masses(const robot_description &robot, bool floating_base,
+                                      const std::set<std::string> &with_payload, bool masses_optional) {
+  const std::vector<bool> moving = moving_links(robot, floating_base);
+  std::vector<std::string> names, lines;
+  bool any_mass = false;
+  for (std::size_t i = 0; i < robot.links.size(); ++i) {
+    const link_description &link = robot.links[i];
+    if (!moving[i])
+      continue;
+    names.push_back(link.name);
+    if (link.inertia.m > 0 || with_payload.count(link.name))
+      any_mass = true;
+    else if (link.has_geometry)
+      lines.push_back(load::one_line("link " + link.name + in_line(link.at.line) +
+                                     ": moves and has geometry, but no mass: its weight and inertia are missing"));
+  }
+  if (any_mass || names.empty())
+    return lines;
+  const std::string what =
+      "none of the links that move (" + listed(names) + ") has a mass: neither gravity nor motion would cause a wrench";
+  if (!masses_optional)
+    refuse(robot, {},
+           what + "; add <inertial> to them; masses=\"optional\" in Python (masses_optional in C and C++) reads the "
+                  "file as it is, for kinematics");
+  return {load::one_line(what)};
+}
+
+void warn_of_links(robot_description &robot, const std::vector<std::string> &lines, bool strict,
+                   const std::string &mend) {
+  if (!strict || lines.empty()) {
+    robot.warnings.insert(robot.warnings.end(), lines.begin(), lines.end());
+    return;
+  }
+  std::string what;
+  for (std::size_t i = 0; i < lines.size() && i < 3; ++i)
+    what += lines[i] + "; ";
+  if (lines.size() > 3)
+    what += std::to_string(lines.size() - 3) + " more such links; ";
+  refuse(robot, {}, what + mend + ", or read the file without strict");
 }
 
 } // namespace ksl

@@ -3,6 +3,8 @@
 
 #include "ksl/engine/description.hpp"
 
+#include <set>
+
 namespace ksl {
 
 /// Throws description_error unless the links form one tree: names unique, every joint between two links, one root, no
@@ -13,5 +15,17 @@ int check_tree(const robot_description &robot);
 /// centroid positive semidefinite, principal moments within the triangle inequality, to a relative tolerance of 1e-6
 /// of the largest moment.
 std::vector<std::string> check_inertias(const robot_description &robot);
+
+/// A line for each link that moves, has geometry and no mass: its weight would be missing without a word.  A link moves
+/// if a joint that isn't fixed carries it, directly or through welded links, or if the root floats.  Links named in
+/// `with_payload` have a mass.  Throws description_error where links move and none of them has a mass; with
+/// `masses_optional` that is the one line.  The links must form a tree.
+std::vector<std::string> check_masses(const robot_description &robot, bool floating_base,
+                                      const std::set<std::string> &with_payload, bool masses_optional);
+
+/// Adds a line for each link to the warnings, or throws description_error with the first of them and the mend when
+/// strict.
+void warn_of_links(robot_description &robot, const std::vector<std::string> &lines, bool strict,
+                   const std::string &mend);
 
 } // namespace ksl

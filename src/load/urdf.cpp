@@ -37,7 +37,6 @@ private:
   void read_dynamics(const element &joint, joint_description &out);
   void read_mimic(const element &joint, joint_kind kind);
   void refuse_mimics() const;
-  void check_strictly() const;
 
   const load::xml_file &file_;
   const urdf_options &options_;
@@ -73,10 +72,7 @@ robot_description urdf_reader::read() {
 
   refuse_mimics();
   check_tree(robot_);
-  if (options_.strict)
-    check_strictly();
-  for (const std::string &line : check_inertias(robot_))
-    robot_.warnings.push_back(line);
+  warn_of_links(robot_, check_inertias(robot_), options_.strict, "correct these inertias");
   robot_.unused = unused_.lines();
   return std::move(robot_);
 }
@@ -136,8 +132,10 @@ void urdf_reader::read_link(pugi::xml_node node) {
   out.name = link.where().name;
   out.at = {link.line()};
   for (const char *tag : {"visual", "collision"})
-    if (node.child(tag))
+    if (node.child(tag)) {
       unused_.in_link(tag);
+      out.has_geometry = true;
+    }
   if (const element inertial = link.child("inertial")) {
     out.has_inertial = true;
     out.inertia = load::inertia_in(inertial, minor_);
@@ -286,19 +284,6 @@ void urdf_reader::refuse_mimics() const {
                std::to_string(refused_mimics_.size()) +
                " in this file) are not supported: --mimic independent on the command line, or "
                "mimic=\"independent\" in Python, gives each a coordinate of its own");
-}
-
-/// Refuses a robot with inertias that no body can have; says the first of them.
-void urdf_reader::check_strictly() const {
-  const std::vector<std::string> lines = check_inertias(robot_);
-  if (lines.empty())
-    return;
-  std::string what;
-  for (std::size_t i = 0; i < lines.size() && i < 3; ++i)
-    what += lines[i] + "; ";
-  if (lines.size() > 3)
-    what += std::to_string(lines.size() - 3) + " more such links; ";
-  load::refuse(robot_.file, 0, what + "correct these inertias, or read the file without strict");
 }
 
 } // namespace

@@ -53,6 +53,8 @@ class Function:
     body: str = ""  # name inside algebra<T>; empty if not for lanes
     doc: str = ""
     double: str = field(default="")  # name of the twin in double precision
+    linkable: bool = True  # the published library both declares and defines it
+    helper: bool = False  # called by other bodies alone, and no symbol of the library
 
 
 def c_type(text):
@@ -75,18 +77,18 @@ def published():
     """Every row of api/functions.tsv."""
     rows = (ROOT / "api" / "functions.tsv").read_text().splitlines()[1:]
     out = []
-    for header, name, returns, args in (row.split("\t") for row in rows):
+    for header, name, returns, args, *lacking in (row.split("\t") for row in rows):
         if header in UNSIZED_HEADERS:
-            out.append(Function(name, Type(returns, "value"), [Type(a.strip(), "value") for a in args.split(",") if a.strip()], header))
+            out.append(Function(name, Type(returns, "value"), [Type(a.strip(), "value") for a in args.split(",") if a.strip()], header, linkable=not lacking))
             continue
         types = [c_type(a) for a in args.split(",") if a.strip()]
         if types and types[-1].base == "...":
             types[-1] = replace(types[-2], const=True, variadic=True)
-        out.append(Function(name, c_type(returns), types, header))
+        out.append(Function(name, c_type(returns), types, header, linkable=not lacking))
     return out
 
 
-_BODY = re.compile(r"(/\*\*.*?\*/\n)?^KSL_FN ([\w ]+?\*?) ?(KSL|KSL_OF)\(([^)]*)\)\(([^)]*)\) \{", re.S | re.M)
+_BODY = re.compile(r"(/\*\*.*?\*/\n)?^(KSL_FN|KSL_HELPER) ([\w ]+?\*?) ?(KSL|KSL_OF)\(([^)]*)\)\(([^)]*)\) \{", re.S | re.M)
 
 
 def _body_type(text, scalar):
@@ -122,18 +124,18 @@ def lane_files():
 def _parse(path):
     text = path.read_text()
     found = _BODY.findall(re.sub(r"\n\s+(?=[\w ,*]+[,)])", " ", text))
-    assert len(found) == len(re.findall(r"^KSL_FN", text, re.M)), f"{path.name}: a body that this reading doesn't understand"
+    assert len(found) == len(re.findall(r"^(?:KSL_FN|KSL_HELPER)", text, re.M)), f"{path.name}: a body that this reading doesn't understand"
     return found
 
 
 def bodies():
-    """Every body of detail/*.inc that the library emits, twice: double and float."""
+    """Every body of detail/*.inc that src/ksl.c includes, twice: double and float.  All but helpers are symbols."""
     out = []
     lanes = lane_files()
     files = sorted(p for p in includes(ROOT / "src" / "ksl.c") if p.suffix == ".inc" and p.name not in {"types.inc"} | UNSIZED_BODIES)
     assert set(lanes) <= {p.name for p in files}, "algebra.hpp includes bodies that src/ksl.c doesn't emit"
     for path in files:
-        for doc, returns, macro, name, args in _parse(path):
+        for doc, linkage, returns, macro, name, args in _parse(path):
             for scalar, f in (("double", ""), ("float", "f")):
                 if macro == "KSL":
                     full, inner, double = f"ksl_{name}{f}", name, f"ksl_{name}"
@@ -142,7 +144,7 @@ def bodies():
                     full, inner, double = f"ksl_{kind}{f}_{name_}", f"{kind}_{name_}", f"ksl_{kind}_{name_}"
                 types = [_body_type(a, scalar) for a in args.split(",") if a.strip() not in ("", "void")]
                 out.append(Function(full, _body_type(returns, scalar), types, path.name,
-                                    inner if path.name in lanes else "", doc, double))
+                                    inner if path.name in lanes else "", doc, double, helper=linkage == "KSL_HELPER"))
     return out
 
 

@@ -49,6 +49,14 @@ def test_enumeration(ksl):
         assert n[0] == -1 and np.all(J == 7)
 
 
+@pytest.mark.parametrize("kind", ["fixed", "spherical", "free"])
+def test_a_joint_without_an_axis_takes_any_number_for_it(ksl, kind):
+    expected = bases(ksl, kind, 0)
+    for axis in (9, -1, -(2**31), 2**31 - 1):
+        found = bases(ksl, kind, axis)
+        assert found[0] == expected[0] == len(freedoms(kind, 0)) and np.array_equal(found[-1], expected[-1])
+
+
 @BOTH
 @KIND
 @AXIS

@@ -1,7 +1,11 @@
-"""The shared library through ctypes: functions called on many cases at once, arguments as numpy arrays."""
+"""The shared library through ctypes: functions called on many cases at once, arguments as numpy arrays.  Helpers, which are
+no symbols of it, are compiled here for their tests."""
 
 import ctypes
 import os
+import subprocess
+import tempfile
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -38,11 +42,20 @@ class Library:
         self.functions = everything()
         self._ready = {}
 
+    @cached_property
+    def helpers(self):
+        """src/ksl.c once more, with the helpers as symbols."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "helpers.so"
+            flags = ["-std=c11", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-DKSL_INLINE_HELPER=extern inline KSL_EXPORT"]
+            subprocess.run(["gcc", *flags, "-I", ROOT / "include", ROOT / "src" / "ksl.c", "-o", path, "-lm"], check=True)
+            return ctypes.CDLL(str(path))
+
     def _function(self, name):
         """The callable, its signature and the structures of its by-value arguments."""
         if name not in self._ready:
             f = self.functions[name]
-            call = getattr(self.dll, name)
+            call = getattr(self.helpers if f.helper else self.dll, name)
             structs = [by_value(t) if t.kind == "value" and t.base in STRUCTS else None for t in f.args]
             call.argtypes = [s or (ctypes.c_void_p if t.kind != "value" else
                                    CTYPE[t.scalar] if t.base == "real" else

@@ -111,7 +111,7 @@ def flop_rows():
 def main():
     folder = Path(sys.argv[1])
     folder.mkdir(parents=True, exist_ok=True)
-    functions = list(everything().values())
+    functions = [f for f in everything().values() if not f.helper]  # a helper has no linked form
     for name, text in (("forms_inline.c", c_forms(functions, "inline")), ("forms_linked.c", c_forms(functions, "linked")),
                        ("forms_template.cpp", template_forms(functions)), ("flops.cpp", flop_rows())):
         path = folder / name

@@ -1,4 +1,4 @@
-"""10⁵ cases of the exponential, the logarithm and the lengths, against closed forms in 64-bit arithmetic.  The same
+"""Many random cases of the exponential, the logarithm and the lengths, against closed forms in 64-bit arithmetic.  The same
 functions stand against series at 200 bits in exponential_test.py, lie_test.py and quaternion_test.py; so does, here, the
 reference itself."""
 
@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import reference as ref
+from random_cases import MANY as CASES
 from reference import UNIT, mp, mul, norm
 from exponential_test import condition, directions, dtype, pose_error, rotation_error
 
-CASES = 100_000
 F = pytest.mark.parametrize("scalar, f", [("double", ""), ("float", "f")])
 ANGLES = pytest.mark.parametrize("angles", ["near 0", "at the switch", "ordinary", "near π", "large"])
-pytestmark = pytest.mark.skipif(not ref.HAS_EXTENDED, reason="long double is no longer than double here")
+pytestmark = [pytest.mark.many_cases, pytest.mark.skipif(not ref.HAS_EXTENDED, reason="long double is no longer than double here")]
 
 
 @pytest.fixture(autouse=True)

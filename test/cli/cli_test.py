@@ -41,8 +41,13 @@ def command() -> str:
     return found
 
 
+def ordinary(**more: str) -> dict[str, str]:
+    """The environment without what changes how the command behaves, and with more."""
+    return {k: v for k, v in os.environ.items() if k not in ("KSL_ISA", "COLUMNS", "FORCE_COLOR") and not k.startswith("PYTHON")} | more
+
+
 def run(*arguments, **environment: str) -> subprocess.CompletedProcess:
-    env = {k: v for k, v in os.environ.items() if k not in ("KSL_ISA", "COLUMNS", "FORCE_COLOR")} | environment
+    env = ordinary(**environment)
     return subprocess.run([command(), *map(str, arguments)], capture_output=True, text=True, env=env, timeout=120)
 
 
@@ -129,13 +134,16 @@ def test_summary_is_the_peaks_of_the_table(done, ur5):
         assert row["kind"] == joint.kind
         if not joint.has_axis:
             assert float(row["force_peak"]) == pytest.approx(np.linalg.norm(wrench[:, :3], axis=1).max(), rel=1e-12)
-            assert row["torque_peak"] == ""
+            assert row["axial_moment_peak"] == row["effort_peak"] == ""
             continue
         axis, time = np.array(joint.axis), np.array(table["time"])[own]
-        torque = wrench[:, 3:] @ axis
-        assert float(row["torque_peak"]) == pytest.approx(np.abs(torque).max(), rel=1e-12)
-        assert float(row["torque_peak_time"]) == time[np.abs(torque).argmax()]
-        across = wrench[:, 3:] - torque[:, None] * axis
+        axial = wrench[:, 3:] @ axis
+        assert float(row["axial_moment_peak"]) == pytest.approx(np.abs(axial).max(), rel=1e-12)
+        assert float(row["axial_moment_peak_time"]) == time[np.abs(axial).argmax()]
+        effort = np.array(np.array(table["effort"])[own], dtype=float)
+        assert float(row["effort_peak"]) == pytest.approx(np.abs(effort).max(), rel=1e-12)
+        assert float(row["effort_peak_time"]) == time[np.abs(effort).argmax()]
+        across = wrench[:, 3:] - axial[:, None] * axis
         assert float(row["bending_moment_peak"]) == pytest.approx(np.linalg.norm(across, axis=1).max(), rel=1e-9)
         power = np.array([x or 0.0 for x in np.array(table["power"])[own]], dtype=float)
         total = np.sum((power[1:] + power[:-1]) / 2 * np.diff(time))
@@ -168,6 +176,37 @@ def test_payload_is_felt_by_all_joints(ur5, tmp_path, done):
     )
     several = run("loads", *ur5, "-o", tmp_path / "p", "--payload", "1,0,0,0.05", "--on-link", "tool0", "--payload", "1", "--on-link", "base_link")
     assert several.returncode == 0, several.stderr
+
+
+PENDULUM = """<robot name="pendulum"><link name="ceiling"/><link name="rod"><inertial><origin xyz="1 0 0"/><mass value="1.5"/>
+<inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="hinge" type="revolute"><parent link="ceiling"/><child link="rod"/><axis xyz="0 1 0"/>
+  <limit lower="-3" upper="3" effort="20" velocity="5"/></joint></robot>"""
+
+
+@pytest.mark.parametrize("options", [(), ("--axes", "world"), ("--on", "parent"), ("--order", "ang_lin")], ids=" ".join)
+def test_effort_and_moment_at_a_point_off_the_axis_are_two_columns(tmp_path, options):
+    """A point mass at the end of a rod without mass: about the middle of the rod the moment is half of the drive's torque."""
+    (tmp_path / "pendulum.urdf").write_text(PENDULUM)
+    t = np.arange(200) / 100
+    q, v, a = 0.5 * np.sin(2 * t), np.cos(2 * t), -2 * np.sin(2 * t)
+    np.savetxt(tmp_path / "swing.csv", np.stack([t, q, v, a], axis=1), "%.17g", ",", header="time,hinge,hinge.v,hinge.a", comments="")
+    p = run("loads", tmp_path / "pendulum.urdf", tmp_path / "swing.csv", "-o", tmp_path / "o", "--at", "0.5,0,0", *options)
+    assert p.returncode == 0, p.stderr
+    torque = 1.5 * (a - 9.81 * np.cos(q))  # m (l² q̈ − g l cos q), x forward and the axis to the left
+    peak, rms = np.abs(torque).max(), np.sqrt(np.sum((torque[1:] ** 2 + torque[:-1] ** 2) / 2 * np.diff(t)) / t[-1])
+    row = {k: float(x) for k, x in summary(tmp_path / "o")["hinge"].items() if k not in ("joint", "kind") and x}
+    assert (row["effort_peak"], row["effort_rms"]) == pytest.approx((peak, rms), rel=1e-12)
+    assert (row["axial_moment_peak"], row["axial_moment_rms"]) == pytest.approx((peak / 2, rms / 2), rel=1e-12)
+    effort, moment = p.stdout.index(f"{peak:.4g} ", p.stdout.index("\nDrive")), p.stdout.index(f"{peak / 2:.4g} ")
+    assert p.stdout.index("Wrench on the ") < p.stdout.index("about axis") < moment < p.stdout.index("\nDrive") < p.stdout.index("effort") < effort
+    table = pq.read_table(tmp_path / "o" / "wrenches.parquet").to_pydict()
+    assert [x for x in table["effort"] if x is not None] == pytest.approx(torque.tolist(), rel=1e-12)
+    page = (tmp_path / "o" / "report.html").read_text(encoding="utf-8")
+    tables = page[page.index("Turning joints: the wrench at the chosen point") : page.index('<section id="balance">')]
+    drive = tables.index("Turning joints: the drive")
+    assert "moment about axis, N m" in tables[:drive] and f">{peak / 2:.3f}<" in tables[:drive] and f">{peak:.2f}<" not in tables[:drive]
+    assert "effort, N m" in tables[drive:] and f">{peak:.2f}<" in tables[drive:]
 
 
 def test_external_wrenches(ur5, tmp_path, done):
@@ -351,11 +390,31 @@ def test_a_motion_from_a_pipe_is_refused(two, tmp_path):
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
-def test_a_standard_output_that_is_full(two, tmp_path):
-    with open("/dev/full", "w") as full:
-        p = subprocess.run([command(), "loads", *two, "-o", tmp_path / "o"], stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
-    assert p.returncode == 2 and p.stderr.startswith("ksl: standard output can't be written") and "Traceback" not in p.stderr, p.stderr
+@pytest.mark.parametrize("environment", [{}, {"PYTHONUNBUFFERED": "1"}], ids=["buffered", "unbuffered"])
+def test_a_standard_output_that_is_full(two, tmp_path, environment):
+    sentence = "ksl: standard output can't be written (No space left on device)"
+
+    def printed_into_a_full_disk(*arguments) -> str:
+        with open("/dev/full", "w") as full:
+            p = subprocess.run([command(), *arguments], stdout=full, stderr=subprocess.PIPE, text=True, env=ordinary(**environment), timeout=60)
+        assert p.returncode == 2, (p.returncode, p.stderr)
+        return p.stderr
+
+    assert printed_into_a_full_disk("loads", *two, "-o", tmp_path / "o") == f"{sentence}; results are in {tmp_path / 'o'}\n"
     assert (tmp_path / "o" / "report.html").exists()
+    for arguments in (["info", two[0]], ["info", "--cpu"], ["--version"], ["--help"], ["loads", "--help"]):
+        assert printed_into_a_full_disk(*arguments) == f"{sentence}\n", arguments
+
+
+@pytest.mark.parametrize("arguments", [["--version"], ["info"], ["loads", "-o"]], ids=lambda a: a[0])
+def test_a_reader_that_has_gone(two, tmp_path, arguments):
+    """Ends without a word and not with success, as any command does."""
+    given = {"info": two[:1], "loads": [tmp_path / "o", *two]}.get(arguments[0], [])
+    read, write = os.pipe()
+    os.close(read)
+    p = subprocess.run([command(), *arguments, *given], stdout=write, stderr=subprocess.PIPE, text=True, env=ordinary(), timeout=60)
+    os.close(write)
+    assert (p.returncode, p.stderr) == (1, "")
 
 
 HUGE = {
@@ -392,6 +451,33 @@ def test_impossible_inertia_is_a_warning_or_with_strict_an_error(tmp_path):
     p = run("info", tmp_path / "odd.urdf")
     assert p.returncode == 0 and p.stderr.startswith("ksl: warning: link stone") and "stone" in p.stdout
     refused(tmp_path, run("info", tmp_path / "odd.urdf", "--strict"), "link stone")
+
+
+def test_a_robot_without_masses(two, tmp_path):
+    """Zeros and a power balance without a fault would look like an answer."""
+    robot, motion = two
+    shape = '<visual><geometry><box size="1 1 1"/></geometry></visual>'
+    inertial = SLIDE[SLIDE.index("<inertial>") : SLIDE.index("</inertial>") + len("</inertial>")]
+    robot.write_text(SLIDE.replace(inertial, shape))
+    refused(tmp_path, run("loads", robot, motion, "-o", tmp_path / "q"), "two.urdf: none of the links that move (cart) has a mass")
+    p = run("info", robot)
+    assert p.returncode == 0 and p.stderr.startswith("ksl: warning: none of the links that move (cart) has a mass") and "cart" in p.stdout
+    refused(tmp_path, run("info", robot, "--strict"), "none of the links that move (cart) has a mass")
+    paid = run("loads", robot, motion, "-o", tmp_path / "o", "--payload", "2", "--on-link", "cart")
+    assert paid.returncode == 0 and paid.stderr == ""
+    refused(tmp_path, run("loads", robot, motion, "-o", tmp_path / "q", "--payload", "2", "--on-link", "hand"), "none of the links")
+
+
+def test_one_link_without_mass_is_a_warning_or_with_strict_an_error(two, tmp_path):
+    robot, motion = two
+    tool = '<link name="tool"><collision><geometry><box size="1 1 1"/></geometry></collision></link>'
+    weld = '<joint name="weld" type="fixed"><parent link="cart"/><child link="tool"/></joint>'
+    robot.write_text(SLIDE.replace("</robot>", f"{tool}{weld}</robot>"))
+    sentence = "link tool (line 4): moves and has geometry, but no mass: its weight and inertia are missing"
+    p = run("loads", robot, motion, "-o", tmp_path / "o")
+    assert (p.returncode, p.stderr) == (0, f"ksl: warning: {sentence}\n") and f"note: {sentence}" in p.stdout
+    assert "moves and has geometry, but no mass" in (tmp_path / "o" / "report.html").read_text(encoding="utf-8")
+    refused(tmp_path, run("loads", robot, motion, "-o", tmp_path / "q", "--strict"), sentence, "add <inertial> to these links")
 
 
 def test_an_instruction_set_that_does_not_exist(ur5, tmp_path):

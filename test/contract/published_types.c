@@ -38,6 +38,7 @@ AT(inertia, _Ixx, 4); AT(inertia, _Iyy, 5); AT(inertia, _Izz, 6); AT(inertia, Iy
 
 static_assert(sizeof(ksl_vec3i_t) == 3 * sizeof(int) && offsetof(ksl_vec3i_t, z) == 2 * sizeof(int) && offsetof(ksl_vec3i_t, at[1]) == sizeof(int), "");
 static_assert(sizeof(ksl_vec4i_t) == 4 * sizeof(int) && offsetof(ksl_vec4i_t, w) == 3 * sizeof(int) && offsetof(ksl_vec4i_t, at[1]) == sizeof(int), "");
+static_assert(offsetof(ksl_vec4i_t, r) == 0 && offsetof(ksl_vec4i_t, r.z) == 2 * sizeof(int) && sizeof(((ksl_vec4i_t *)0)->r) == sizeof(ksl_vec3i_t), "");
 static_assert(sizeof(ksl_eulerangles_t) == 32 && sizeof(ksl_euleranglesf_t) == 16, "");
 static_assert(offsetof(ksl_eulerangles_t, angles) == 0 && offsetof(ksl_eulerangles_t, axis) == 24, "");
 static_assert(sizeof(ksl_print_options_t) == 908, "");
@@ -48,8 +49,9 @@ static_assert(offsetof(ksl_print_options_t, delimiter) == 0 && offsetof(ksl_prin
               offsetof(ksl_print_options_t, outer_right_bracket) == 800 && offsetof(ksl_print_options_t, line_breaks_in_matrices) == 900 &&
               offsetof(ksl_print_options_t, print_row_column_major) == 904, "");
 
-static_assert((int)XYZ == 0 && (int)YZX == 1 && (int)ZXY == 2 && (int)XZY == 3 && (int)YXZ == 4 && (int)ZYX == 5 && (int)XYX == 6 && (int)XZX == 7 &&
-              (int)YXY == 8 && (int)YZY == 9 && (int)ZXZ == 10 && (int)ZYZ == 11 && (int)INVALID == 12, "");
+static_assert((int)KSL_AXIS_XYZ == 0 && (int)KSL_AXIS_YZX == 1 && (int)KSL_AXIS_ZXY == 2 && (int)KSL_AXIS_XZY == 3 && (int)KSL_AXIS_YXZ == 4 &&
+              (int)KSL_AXIS_ZYX == 5 && (int)KSL_AXIS_XYX == 6 && (int)KSL_AXIS_XZX == 7 && (int)KSL_AXIS_YXY == 8 && (int)KSL_AXIS_YZY == 9 &&
+              (int)KSL_AXIS_ZXZ == 10 && (int)KSL_AXIS_ZYZ == 11 && (int)KSL_AXIS_INVALID == 12, "");
 static_assert((int)KSL_NO_BREAK_BETWEEN_LINES == 0 && (int)KSL_BREAK_BETWEEN_LINES == 1 && (int)KSL_ROW_MAJOR == 0 && (int)KSL_COLUMN_MAJOR == 1, "");
 
 /* a program that calls every published macro */
@@ -68,5 +70,5 @@ void macros(FILE *file, ksl_vec3_t *v, ksl_vec4_t *w, ksl_quaternion_t *q, ksl_m
   ksl_print_setDelimiter(" "); ksl_print_setRealFormat("%g", options); ksl_print_setInnerBrackets("(", ")"); ksl_print_setOuterBrackets("(", ")");
   ksl_print_setBreakBetweenLinesInMatrix(KSL_BREAK_BETWEEN_LINES); ksl_print_setBoolean("yes", "no", options);
   ksl_print_setRowColumnMajorPrinting(KSL_ROW_MAJOR);
-  ksl_mat3x3_getEulerAngles(R, ZYX, v); ksl_mat3x3_getEulerAngles(R, ZYX, v, v);
+  ksl_mat3x3_getEulerAngles(R, KSL_AXIS_ZYX, v); ksl_mat3x3_getEulerAngles(R, KSL_AXIS_ZYX, v, v);
 }

@@ -204,6 +204,27 @@ static void test_options(const char *path) {
   CHECK_REFUSED(ksl_model_load(path, &options, &m), KSL_BAD_ARGUMENT, "gravity");
 }
 
+static void test_masses(const char *folder) {
+  char path[4096];
+  snprintf(path, sizeof path, "%s/light.urdf", folder);
+  FILE *f = fopen(path, "w");
+  CHECK(f != NULL);
+  if (!f)
+    return;
+  fputs("<robot name='light'><link name='a'/><link name='b'/><joint name='j' type='continuous'><parent "
+        "link='a'/><child link='b'/></joint></robot>",
+        f);
+  fclose(f);
+  ksl_model_options_t options = ksl_model_options();
+  CHECK(!options.masses_optional);
+  ksl_model_t *m = NULL;
+  CHECK_REFUSED(ksl_model_load(path, &options, &m), KSL_BAD_DESCRIPTION, "none of the links that move (b) has a mass");
+  options.masses_optional = true;
+  CHECK(ksl_model_load(path, &options, &m) == KSL_OK && ksl_model_warning(m, 0) &&
+        strstr(ksl_model_warning(m, 0), "none of the links"));
+  ksl_model_free(m);
+}
+
 static void test_files(const char *folder, const char *path) {
   ksl_model_t *m = (ksl_model_t *)&failures;
   CHECK_REFUSED(ksl_model_load("/nowhere/robot.urdf", NULL, &m), KSL_BAD_DESCRIPTION, "/nowhere/robot.urdf");
@@ -354,6 +375,7 @@ int main(int argc, char **argv) {
   fclose(f);
   test_pendulum(path);
   test_options(path);
+  test_masses(argv[2]);
   test_files(argv[2], path);
   test_sample_robot(sample);
   test_dynamics(sample);

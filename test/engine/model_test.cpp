@@ -51,11 +51,23 @@ TEST_CASE("names that the ground can't have") {
   r.joints[1].name = "ground";
   CHECK(ksl::model(r).find_joint("ground") == 1);
   CHECK(ksl::model(r).joints().back().name != "ground");
-  r.joints[0].name = "floating_base";
+}
+
+TEST_CASE("a floating base beside a joint named floating_base") {
+  ksl::robot_description r = robots::double_pendulum(1, 1, 1, 1);
   ksl::model_options floating;
   floating.floating_base = true;
-  CHECK(has(refusal(r, floating), "floating_base"));
-  CHECK(refusal(r) == "");
+  CHECK(ksl::model(r, floating).joints()[0].name == "floating_base");
+  CHECK(ksl::model(r, floating).description().warnings.empty());
+  r.joints[0].name = "floating_base";
+  const ksl::model m(r, floating);
+  CHECK((m.joints()[0].name == "floating_root" && m.joints()[0].kind == ksl::joint_kind::floating &&
+         m.find_joint("floating_base") == 1));
+  REQUIRE(m.description().warnings.size() == 1);
+  CHECK(has(m.description().warnings[0], "is called floating_root"));
+  r.joints[1].name = "floating_root";
+  CHECK(ksl::model(r, floating).joints()[0].name == "floating_root_");
+  CHECK(ksl::model(r).description().warnings.empty());
 }
 
 TEST_CASE("payload") {

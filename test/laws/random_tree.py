@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -60,11 +61,12 @@ def random_tree(rng: np.random.Generator, bodies: int, kinds: tuple[str, ...] = 
 
 
 def load_text(text: str, **options) -> ksl.Model:
-    """Writes URDF text to a file and loads it."""
-    with tempfile.TemporaryDirectory() as folder:
+    """Writes URDF text to a file and loads it: also one whose links have no mass, where external wrenches are all that acts."""
+    with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
+        warnings.simplefilter("ignore", ksl.DescriptionWarning)
         path = Path(folder) / "robot.urdf"
         path.write_text(text)
-        return ksl.load(path, **options)
+        return ksl.load(path, masses="optional", **options)
 
 
 def random_states(m: ksl.Model, rng: np.random.Generator, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

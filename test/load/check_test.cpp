@@ -148,6 +148,86 @@ TEST_CASE("inertias that no body can have say the condition") {
         "mass or inertia is not finite");
 }
 
+namespace {
+
+/// l0 to l5 in a row: l1 welded to l0, l2 hinged to l1, l3 and l4 welded on, l5 slides on l4; all with geometry, l2 and
+/// l5 with a mass.
+robot_description arm() {
+  robot_description robot = robot_of(6, {{0, 1}, {1, 2}, {2, 3}, {3, 4}, {4, 5}});
+  robot.joints[1].kind = joint_kind::revolute;
+  robot.joints[4].kind = joint_kind::prismatic;
+  for (link_description &link : robot.links)
+    link.has_geometry = true;
+  robot.links[2].inertia = robot.links[5].inertia = body(1, 1, 1, 1);
+  return robot;
+}
+
+/// The links that check_masses has a line for.
+std::string without_mass(const robot_description &robot, bool floating_base = false,
+                         const std::set<std::string> &with_payload = {}) {
+  std::string names;
+  for (const std::string &line : check_masses(robot, floating_base, with_payload, false)) {
+    CHECK(line.substr(0, 5) == "link ");
+    CHECK(line.find(": moves and has geometry, but no mass") != std::string::npos);
+    names += line.substr(5, line.find_first_of(" :", 5) - 5) + " ";
+  }
+  return names;
+}
+
+} // namespace
+
+TEST_CASE("links that move and have geometry need a mass") {
+  robot_description robot = arm();
+  CHECK(without_mass(robot) == "l3 l4 ");
+  CHECK(without_mass(robot, true) == "l0 l1 l3 l4 ");
+  CHECK(without_mass(robot, true, {"l1", "l4"}) == "l0 l3 ");
+  robot.links[3].has_geometry = false; // a frame between two joints needs none
+  CHECK(without_mass(robot) == "l4 ");
+  robot.links[4].at.line = 7;
+  CHECK(check_masses(robot, false, {}, false)[0] ==
+        "link l4 (line 7): moves and has geometry, but no mass: its weight and inertia are missing");
+  // listed from the tip to the root: two links before the one that they are welded to
+  robot = robot_of(4, {{3, 2}, {2, 1}, {1, 0}});
+  robot.joints[0].kind = joint_kind::continuous;
+  for (link_description &link : robot.links)
+    link.has_geometry = true;
+  robot.links[2].inertia = body(1, 1, 1, 1);
+  CHECK(without_mass(robot) == "l0 l1 ");
+}
+
+TEST_CASE("one link that moves needs a mass, with geometry or without") {
+  robot_description robot = arm();
+  robot.file = "r.urdf";
+  robot.links[2].inertia = robot.links[5].inertia = {};
+  robot.links[0].inertia = body(3, 1, 1, 1); // does not move
+  const auto refusal_of_masses = [&](bool floating_base) {
+    return test::refusal_of([&] { check_masses(robot, floating_base, {}, false); });
+  };
+  check_message(refusal_of_masses(false),
+                {"r.urdf: none of the links that move (l2, l3, l4, l5) has a mass", "add <inertial>", "optional"});
+  CHECK(refusal_of_masses(true) == "accepted");
+  CHECK(without_mass(robot, false, {"l4"}) == "l2 l3 l5 ");
+  const auto lines = check_masses(robot, false, {}, true);
+  CHECK((lines.size() == 1 && lines[0].find("none of the links that move") == 0));
+  for (link_description &link : robot.links)
+    link.has_geometry = false;
+  CHECK(refusal_of_masses(false) != "accepted");
+  for (joint_description &joint : robot.joints)
+    joint.kind = joint_kind::fixed;
+  CHECK(refusal_of_masses(false) == "accepted"); // nothing moves
+}
+
+TEST_CASE("lines for links are warnings, or an error when strict") {
+  robot_description robot = robot_of(1, {});
+  warn_of_links(robot, {}, true, "mend");
+  CHECK(robot.warnings.empty());
+  warn_of_links(robot, {"link a: x", "link b: y"}, false, "mend");
+  CHECK(robot.warnings == std::vector<std::string>{"link a: x", "link b: y"});
+  CHECK(test::refusal_of([&] {
+          warn_of_links(robot, {"link a: x", "link b: y", "link c: z", "link d: z", "link e: z"}, true, "mend them");
+        }) == "link a: x; link b: y; link c: z; 2 more such links; mend them, or read the file without strict");
+}
+
 TEST_CASE("principal moments of full matrices") {
   // R diag(1, 2, 3.5) Rᵀ with R = (1/3) [1 -2 2; 2 -1 -2; 2 2 1], worked out by hand in ninths
   const double a = 1, b = 2, c = 3.5;

@@ -304,6 +304,14 @@ TEST_CASE("inertias that no body can have are warnings, or errors when strict") 
   test::check_message(test::refusal(text, strict), {"r.urdf: link a (line 2): principal moments 3, 1, 1", "correct"});
 }
 
+TEST_CASE("visual and collision elements are geometry") {
+  const auto robot =
+      read("<robot><link name=\"a\"><visual/></link><link name=\"b\"/><link name=\"c\"><collision/></link>"
+           "<joint name=\"j\" type=\"fixed\"><parent link=\"a\"/><child link=\"b\"/></joint>"
+           "<joint name=\"k\" type=\"fixed\"><parent link=\"a\"/><child link=\"c\"/></joint></robot>");
+  CHECK((robot.links[0].has_geometry && !robot.links[1].has_geometry && robot.links[2].has_geometry));
+}
+
 TEST_CASE("a file is read as its text is") {
   const std::string path = "load_test_robot.urdf";
   std::FILE *file = std::fopen(path.c_str(), "wb");

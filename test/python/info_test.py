@@ -6,7 +6,8 @@ import pytest
 from ksl.info import print_info
 from rich.console import Console
 
-TEXT = """<robot name="r"><link name="a"/><link name="b"/><link name="c"/>
+TEXT = """<robot name="r"><link name="a"/><link name="b"/>
+<link name="c"><inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
 <joint name="near" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/>{dynamics}</joint>
 <joint name="far" type="continuous"><parent link="b"/><child link="c"/><axis xyz="0 0 1"/></joint></robot>"""
 

@@ -308,7 +308,7 @@ def test_curves_don_t_depend_on_axes_and_order(ur5):
     for p, w, n in zip(plain.loads, turned.loads, parent.loads):
         for name, x in p.wrench.items():
             assert w.wrench[name] == pytest.approx(x, rel=1e-12, abs=1e-12)
-            assert n.wrench[name] == pytest.approx(-x if name in ("axial_force", "torque") else x, rel=1e-12, abs=1e-12)
+            assert n.wrench[name] == pytest.approx(-x if name in ("axial_force", "axial_moment") else x, rel=1e-12, abs=1e-12)
         if p.effort is not None:
             assert np.array_equal(p.effort, n.effort), "effort is the motor's, on whatever side wrenches are given"
             assert np.array_equal(p.power, p.effort * p.speed)
@@ -326,11 +326,11 @@ def joint(kind: str, axis=(0.0, 0.0, 1.0)) -> Joint:
 def test_parts_of_a_wrench_by_the_axis(kind):
     w = np.array([[1.0, 2, 3, 4, 5, 6], [-1, -2, -3, -4, -5, -6]])
     found = joint_loads(joint(kind), w, None, None).wrench
-    assert found["axial_force"] == pytest.approx([3, -3]) and found["torque"] == pytest.approx([6, -6])
+    assert found["axial_force"] == pytest.approx([3, -3]) and found["axial_moment"] == pytest.approx([6, -6])
     assert found["radial_force"] == pytest.approx([np.sqrt(5)] * 2) and found["bending_moment"] == pytest.approx([np.sqrt(41)] * 2)
     oblique = joint_loads(joint(kind, (0.6, 0.0, 0.8)), w[:1], None, None).wrench
     assert oblique["axial_force"] == pytest.approx([3.0]) and oblique["radial_force"] == pytest.approx([np.sqrt(14 - 9)])
-    assert oblique["torque"] == pytest.approx([7.2]) and oblique["bending_moment"] == pytest.approx([np.sqrt(77 - 7.2**2)])
+    assert oblique["axial_moment"] == pytest.approx([7.2]) and oblique["bending_moment"] == pytest.approx([np.sqrt(77 - 7.2**2)])
 
 
 @pytest.mark.parametrize("kind", ["fixed", "floating"])
@@ -340,7 +340,8 @@ def test_wrench_without_an_axis(kind):
 
 
 def test_units():
-    assert [unit("speed", "prismatic"), unit("speed", "revolute"), unit("torque", "revolute"), unit("axial_force", "fixed")] == ["m/s", "rad/s", "N m", "N"]
+    assert [unit("speed", "prismatic"), unit("speed", "revolute"), unit("axial_moment", "revolute"), unit("axial_force", "fixed")] == ["m/s", "rad/s", "N m", "N"]
+    assert [unit("effort", kind) for kind in ("revolute", "continuous", "prismatic")] == ["N m", "N m", "N"]
 
 
 def test_work_of_a_sine_power():
@@ -372,14 +373,16 @@ def test_a_row_of_the_summary():
     t = np.linspace(0, 2 * np.pi, 2001)
     w = np.zeros((2001, 6))
     w[:, 2], w[:, 5] = -3 * np.cos(t / 2), 2 * np.sin(t)
-    row = summarise(t, joint_loads(joint("revolute"), w, speed=np.sin(t), effort=2 * np.sin(t)))
+    row = summarise(t, joint_loads(joint("revolute"), w, speed=np.sin(t), effort=3 * np.sin(t)))
     assert (row["joint"], row["kind"]) == ("j", "revolute")
     assert row["axial_force_peak"] == pytest.approx(3) and row["axial_force_peak_time"] == 0
-    assert row["torque_peak"] == pytest.approx(2, rel=1e-6) and row["torque_peak_time"] == pytest.approx(np.pi / 2, rel=1e-3)
-    assert row["torque_rms"] == pytest.approx(np.sqrt(2), rel=1e-6)
-    assert row["speed_peak"] == pytest.approx(1, rel=1e-6) and row["power_peak"] == pytest.approx(2, rel=1e-6)
-    assert row["work_positive"] == pytest.approx(2 * np.pi, rel=1e-6) and row["work_negative"] == pytest.approx(0, abs=1e-12)
-    assert row["power_mean"] == pytest.approx(1, rel=1e-6)
+    assert row["axial_moment_peak"] == pytest.approx(2, rel=1e-6) and row["axial_moment_peak_time"] == pytest.approx(np.pi / 2, rel=1e-3)
+    assert row["axial_moment_rms"] == pytest.approx(np.sqrt(2), rel=1e-6)
+    assert row["effort_peak"] == pytest.approx(3, rel=1e-6) and row["effort_peak_time"] == pytest.approx(np.pi / 2, rel=1e-3)
+    assert row["effort_rms"] == pytest.approx(3 / np.sqrt(2), rel=1e-6)
+    assert row["speed_peak"] == pytest.approx(1, rel=1e-6) and row["power_peak"] == pytest.approx(3, rel=1e-6)
+    assert row["work_positive"] == pytest.approx(3 * np.pi, rel=1e-6) and row["work_negative"] == pytest.approx(0, abs=1e-12)
+    assert row["power_mean"] == pytest.approx(1.5, rel=1e-6)
     assert list(summarise(t, joint_loads(joint("fixed"), w, None, None))) == [
         "joint", "kind", "force_peak", "force_peak_time", "force_rms", "moment_peak", "moment_peak_time", "moment_rms",
     ]  # fmt: skip

@@ -96,11 +96,55 @@ def test_joints_called_base_and_ground_leave_names_unique(robot):
     assert len(set(names)) == len(names) == 4, f"names are not unique: {names}"
 
 
-def test_a_joint_called_floating_base_is_refused_where_it_clashes(robot):
+def test_a_fixed_joint_called_floating_base_leaves_its_name_to_no_other(robot, flying):
     text = ARM.replace('name="flange"', 'name="floating_base"')
     assert robot(text).fixed_joint_names == ["floating_base", "base"]
-    with pytest.raises(ksl.DescriptionError, match="floating_base.*rename"):
-        robot(text, floating_base=True)
+    with pytest.warns(ksl.DescriptionWarning, match="joint floating_base of the file .* is called floating_root"):
+        m = robot(text, floating_base=True)
+    assert m.joint_names == ["floating_root", *flying.joint_names[1:]] and m.fixed_joint_names == ["floating_base"]
+    assert m.joint("floating_root").parent is None and m.joint("floating_base").kind == "fixed"
+    q, v, a = states(m, 3)
+    assert np.array_equal(m.inverse_dynamics(q, v, a), flying.inverse_dynamics(q, v, a))
+
+
+# masses
+
+LIGHT = ARM.replace(INERTIAL, '<visual><geometry><box size="1 1 1"/></geometry></visual>')
+
+
+def test_a_moving_link_with_geometry_and_no_mass_is_a_warning(robot):
+    upper = ARM.replace(f'<link name="upper">{INERTIAL}', '<link name="upper"><collision><geometry><box size="1 1 1"/></geometry></collision>')
+    assert upper != ARM
+    with pytest.warns(ksl.DescriptionWarning, match=r"link upper \(line \d+\): moves and has geometry, but no mass"):
+        m = robot(upper)
+    assert len(m.warnings) == 1
+    with pytest.raises(ksl.DescriptionError, match="link upper .*add <inertial> to these links, or read the file without strict"):
+        robot(upper, strict=True)
+
+
+def test_a_robot_without_mass_is_refused_but_for_its_kinematics(robot, arm):
+    with pytest.raises(ksl.DescriptionError, match=r'robot.urdf: none of the links that move \(.*\) has a mass: .*masses="optional"'):
+        robot(LIGHT)
+    with pytest.warns(ksl.DescriptionWarning, match="none of the links that move"):
+        light = robot(LIGHT, masses="optional")
+    q = np.array([0.3, -0.2])
+    assert np.array_equal(light.frame_poses(q), arm.frame_poses(q))
+    assert not light.reactions(q, 0 * q, 0 * q).any()
+    with pytest.raises(ksl.DescriptionError, match="none of the links that move"):
+        robot(LIGHT, masses="optional", strict=True)
+    with pytest.raises(ValueError, match="masses='none'; expected one of 'optional'"):
+        robot(LIGHT, masses="none")
+    fixed = LIGHT.replace('type="revolute"', 'type="fixed"').replace('type="prismatic"', 'type="fixed"')
+    assert robot(fixed).nv == 0, "nothing moves: no mass is missing"
+
+
+def test_a_payload_is_a_mass(robot):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ksl.DescriptionWarning)
+        m = robot(LIGHT, payloads={"upper": (2.0, [0, 0, 0])})
+    assert not any("upper" in line for line in m.warnings)
+    with pytest.raises(ksl.DescriptionError, match="none of the links that move"):
+        robot(LIGHT, payloads={"upper": (0.0, [0, 0, 0])})
 
 
 # shapes
@@ -316,7 +360,7 @@ def test_poses_of_many_frames_are_those_of_each(arm):
 @pytest.mark.parametrize("angle", [1e-300, 1e-8, 0.5, np.pi / 2, 3.0, -100.0, 12345.678, 1e6, -1e6])
 def test_angles_of_many_turns(robot, angle):
     m = robot(
-        '<robot name="r"><link name="a"/><link name="b"/><joint name="j" type="continuous">'
+        f'<robot name="r"><link name="a"/><link name="b">{INERTIAL}</link><joint name="j" type="continuous">'
         '<parent link="a"/><child link="b"/><axis xyz="0 0 1"/></joint></robot>'
     )
     T = m.frame_pose(np.array([angle]), "b")

@@ -6,7 +6,9 @@ import pytest
 import ksl
 from ksl.motion import Motion, complete, derivative, read_external, read_motion
 
-TWO = """<robot name="two"><link name="a"/><link name="b"/><link name="c"/>
+INERTIAL = '<inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+
+TWO = f"""<robot name="two"><link name="a"/><link name="b"/><link name="c">{INERTIAL}</link>
 <joint name="hip" type="revolute"><parent link="a"/><child link="b"/><limit lower="-9" upper="9" effort="9" velocity="9"/></joint>
 <joint name="knee" type="revolute"><parent link="b"/><child link="c"/><limit lower="-9" upper="9" effort="9" velocity="9"/></joint></robot>"""
 
@@ -18,7 +20,7 @@ def two(robot) -> ksl.Model:
 
 @pytest.fixture
 def flying(robot) -> ksl.Model:
-    return robot('<robot name="stone"><link name="stone"/></robot>', floating_base=True)
+    return robot(f'<robot name="stone"><link name="stone">{INERTIAL}</link></robot>', floating_base=True)
 
 
 @pytest.fixture
@@ -266,6 +268,18 @@ def test_a_blank_line_at_the_end_is_no_fault(two, written):
 def test_no_file(two, tmp_path):
     assert "can't be read (No such file or directory); give a CSV file" in refusal(two, tmp_path / "absent.csv")
     assert "can't be read" in refusal(two, tmp_path)
+
+
+def test_columns_of_a_floating_base_that_has_another_name(robot, written):
+    """Where the file has a joint named floating_base, which is welded here."""
+    weld = '<joint name="floating_base" type="fixed"><parent link="stone"/><child link="sensor"/></joint>'
+    with pytest.warns(ksl.DescriptionWarning, match="called floating_root"):
+        m = robot(f'<robot name="r"><link name="stone">{INERTIAL}</link><link name="sensor"/>{weld}</robot>', floating_base=True)
+    t = np.linspace(0, 1, 8)
+    q = np.stack([t, 0 * t, t**2, *(0 * t for _ in range(3)), 1 + 0 * t], axis=1)
+    text = csv(floating_table(t, q))
+    assert "unknown column 'floating_base.x'; did you mean 'floating_root.x'?" in refusal(m, written(text))
+    assert np.array_equal(read_motion(m, written(text.replace("floating_base", "floating_root"))).q, q)
 
 
 def test_floating_columns_that_are_refused(flying, written):

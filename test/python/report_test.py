@@ -156,7 +156,7 @@ def report(n=500, start=0.0, residual=1.2e-6, balance=True, round_off=0.0):
     loads = []
     for k, joint in enumerate(joints()):
         wrench = np.stack([(10 + i) * np.cos((i + 1) * s + k) for i in range(6)], axis=1)
-        speed, effort = (np.sin(s), wrench @ np.eye(6)[5]) if joint.has_axis else (None, None)
+        speed, effort = (np.sin(s), 1.1 * wrench @ np.eye(6)[5]) if joint.has_axis else (None, None)
         loads.append(joint_loads(joint, wrench, speed, effort))
     drive = 100 * np.cos(s)
     drive[0] = 100.0
@@ -231,7 +231,7 @@ def test_every_quantity_is_drawn_and_no_peak_is_lost(page, shown):
     for x in expected:
         assert any(np.float32(x.min()) == y.min() and np.float32(x.max()) == y.max() for y in drawn)
     labels = {panel["label"] for chart in charts for panel in chart["panels"]}
-    assert labels >= {"Force, N", "Moment, N m", "Speed, rad/s", "Speed, m/s", "Power, W", "Torque, N m", "Axial force, N", "Residual, W", "Energy, J"}
+    assert labels >= {"Force, N", "Moment, N m", "Speed, rad/s", "Speed, m/s", "Power, W", "Drive torque, N m", "Drive force, N", "Residual, W", "Energy, J"}
 
 
 def test_decimated_page_keeps_peaks(tmp_path):
@@ -239,7 +239,7 @@ def test_decimated_page_keeps_peaks(tmp_path):
     charts = json.loads(written(shown, tmp_path).scripts[0])["charts"]
     for chart in charts:
         time = unpack(chart["time"])
-        assert len(time) <= 2 * POINTS + 2
+        assert len(time) <= max(2, sum(len(panel["curves"]) for panel in chart["panels"])) * POINTS + 2
         assert (np.diff(time) >= 0).all()
         assert all(len(unpack(curve["data"])) == len(time) for panel in chart["panels"] for curve in panel["curves"])
     forces = [unpack(curve["data"]) for curve in charts[2]["panels"][0]["curves"]]
@@ -303,11 +303,11 @@ def test_summary_has_units_and_scopes(page):
 
 
 def test_summary_is_narrow(page):
-    """What is carried and what is driven stand in two tables, so that no column is out of sight."""
-    assert page.words.count("joints: what drives them") == page.words.count("joints: what they carry") == 2
+    """The wrench and the drive stand in two tables, so that no column is out of sight."""
     text = page.words
-    carried, driven = text.index("Sliding joints: what they carry"), text.index("Sliding joints: what drives them")
-    assert carried < text.index("torque about axis, N m", carried) < driven < text.index("axial force, N", driven)
+    assert text.count("joints: the wrench at the chosen point") == text.count("joints: the drive") == 2
+    wrench, drive = text.index("Sliding joints: the wrench"), text.index("Sliding joints: the drive")
+    assert wrench < text.index("axial force, N", wrench) < text.index("moment about axis, N m", wrench) < drive < text.index("effort, N", drive)
 
 
 def test_summary_shows_each_row(page, shown):
@@ -322,6 +322,13 @@ def test_limits_and_their_use(page):
     assert "-1.5 to 2.5 rad" in page.words
     assert "1e+06 N," in page.words
     assert "ground → trunk" in page.words
+
+
+def test_the_limit_of_the_effort_is_drawn_with_the_effort(page):
+    """And not with the moment about the axis at the chosen point, which may be another."""
+    panels = [panel for chart in json.loads(page.scripts[0])["charts"] for panel in chart["panels"]]
+    assert all(panel["limit"] is None for panel in panels if panel["label"] in ("Force, N", "Moment, N m"))
+    assert [panel["limit"] for panel in panels if panel["curves"][0]["name"] == "drive" and "Drive" in panel["label"]] == [12.0, None, None]
 
 
 def test_far_limits_are_not_drawn(page):

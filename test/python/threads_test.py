@@ -63,6 +63,18 @@ ufuncs.product_CoAdc(D, c)
 print(after_dynamics - before, "more, then", count() - after_dynamics, "more")
 """
 
+DAEMON = """
+import time
+from ksl import ufuncs
+force = {m.link_names[-1]: np.zeros((len(q), 6))}
+D, c = np.ones((300_000, 4, 3)), np.ones((300_000, 6))
+def call_for_ever():
+    while True:
+        CALL
+threading.Thread(target=call_for_ever, daemon=True).start()
+time.sleep(0.1)
+"""
+
 @pytest.fixture
 def panda(examples):
     return ksl.load(examples / "robots/panda.urdf")
@@ -74,7 +86,7 @@ def states(m, n):
 
 def program(code, examples):
     run = subprocess.run([sys.executable, "-W", "ignore", "-c", STATES + code, examples / "robots/panda.urdf"], capture_output=True, text=True, timeout=60)
-    assert run.returncode == 0, run.stderr
+    assert run.returncode == 0 and run.stderr == "", run.stderr
     return run.stdout.strip()
 
 
@@ -116,6 +128,26 @@ def test_the_program_ends_while_threads_wait_or_work(examples):
     program("sys.exit(0)", examples)
     program("os._exit(0)", examples)
     assert time.perf_counter() - begin < 30
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        "m.inverse_dynamics(q, v, a)",
+        "m.inverse_dynamics(q, v, a, threads=1)",
+        "m.inverse_dynamics(q, v[0], a, external=force)",
+        "m.reactions(q, v, a)",
+        "m.forward_dynamics(q, v, a)",
+        "m.mass_matrix(q)",
+        "m.frame_poses(q)",
+        "m.energy(q, v)",
+        "ufuncs.product_CoAdc(D, c)",
+    ],
+)
+def test_the_program_ends_while_a_daemon_thread_calls(call, examples):
+    """Several times, for the end may find the thread in any place."""
+    for _ in range(3):
+        assert program(DAEMON.replace("CALL", call), examples) == ""
 
 
 def test_other_python_threads_run_during_a_batch(panda):

@@ -1,8 +1,2 @@
 /* KSL: ksl/linalg.h by its bare name, as the published library has it. */
-#ifndef KSL_COMPAT_LINALG_H
-#define KSL_COMPAT_LINALG_H
-#ifndef KSL_SHORT_AXIS_NAMES
-#define KSL_SHORT_AXIS_NAMES
-#endif
 #include "ksl/linalg.h"
-#endif

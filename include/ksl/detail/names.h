@@ -52,6 +52,7 @@
 #undef force
 #undef plucker
 #undef KSL_FN
+#undef KSL_HELPER
 #undef KSL
 #undef KSL_OF
 #undef KSL_SELECT
@@ -84,6 +85,7 @@
 #define force ksl_force_t
 #define plucker ksl_plucker_t
 #define KSL_FN KSL_INLINE
+#define KSL_HELPER KSL_INLINE_HELPER
 #define KSL(name) ksl_##name
 #define KSL_OF(type, name) ksl_##type##_##name
 #define KSL_SELECT(condition, a, b) ((condition) ? (a) : (b))
@@ -116,6 +118,7 @@
 #define force ksl_forcef_t
 #define plucker ksl_pluckerf_t
 #define KSL_FN KSL_INLINE
+#define KSL_HELPER KSL_INLINE_HELPER
 #define KSL(name) ksl_##name##f
 #define KSL_OF(type, name) ksl_##type##f_##name
 #define KSL_SELECT(condition, a, b) ((condition) ? (a) : (b))
@@ -133,6 +136,7 @@
 
 /* Types and the math functions are members of algebra<T>; an 8-lane function must not be left out of line. */
 #define KSL_FN __attribute__((always_inline)) static inline
+#define KSL_HELPER KSL_FN
 #define KSL(name) name
 #define KSL_OF(type, name) type##_##name
 #define KSL_SELECT(condition, a, b) math::select((condition), (a), (b))

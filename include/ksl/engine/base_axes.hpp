@@ -25,6 +25,17 @@ KSL_LANES vec3<T> place(const body<scalar_of<T>> &b, const pose_workspace<T> &po
   return offset;
 }
 
+/// tau = Sᵀ f of the joint of body i, for a wrench f about its origin in the axes of the base.
+template <joint_kind K, class T>
+KSL_LANES void effort_in_base(const body<scalar_of<T>> &b, const per_body<mat3x3, T> &rotation, int i, const coscrew<T> &f, T *tau) {
+  if (b.is_base)
+    joint<K>::effort(b, f, tau);
+  else
+    for_each_coordinate<joint<K>::nv>([&](auto k) KSL_INLINED {
+      tau[k] = joint<K>::template column<k>(b, rotation, i).effort(f);
+    });
+}
+
 /// Axes of all bodies in those of the base, then, as for_bodies does it, one<K>(i, offset from the parent's origin) and
 /// lanes(k).
 template <class T, class One, class Lanes>

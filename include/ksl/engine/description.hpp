@@ -29,6 +29,7 @@ struct link_description {
   /// Mass (kg), first moment (kg m) and inertia (kg m²) about the link's origin, in the link's axes; zero without <inertial>.
   spatial_inertia<double> inertia{};
   bool has_inertial = false;
+  bool has_geometry = false; ///< the file shows its shape, for the eye or for collisions
 };
 
 /// A bound or property that a file may leave out.
@@ -54,7 +55,7 @@ struct robot_description {
   std::vector<link_description> links;
   std::vector<joint_description> joints; ///< in the order of the file
   std::vector<std::string> unused;       ///< a line each: what the file holds and nothing here uses
-  std::vector<std::string> warnings;     ///< a line each: what a body can't have, with link and condition
+  std::vector<std::string> warnings;     ///< a line each: what is odd and used all the same, with link and condition
 };
 
 } // namespace ksl

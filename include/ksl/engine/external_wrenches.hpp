@@ -24,16 +24,24 @@ inline coscrew<T> external_in_body(const model_view<scalar_of<T>> &model, const 
   return f;
 }
 
-/// Adds a wrench to that of body i, or takes it off.
+/// Adds a wrench to that of body i.
 template <class T> KSL_LANES void add_wrench(const per_body<coscrew, T> &wrench, int i, const coscrew<T> &f) {
   coscrew<T> sum = wrench[i];
   algebra<T>::xpy_cc(&f, &sum);
   wrench.set(i, sum);
 }
-template <class T> KSL_LANES void subtract_wrench(const per_body<coscrew, T> &wrench, int i, const coscrew<T> &f) {
-  coscrew<T> sum = wrench[i];
-  algebra<T>::nxpy_cc(&f, &sum);
-  wrench.set(i, sum);
+
+/// Takes external wrenches off those that bodies need.  express(body, wrench) brings each from the body's axes to others.
+template <class T, class Express>
+KSL_LANES void subtract_external(const model_view<scalar_of<T>> &model, const external_wrenches<T> &external,
+                                 const per_body<coscrew, T> &wrench, Express express) {
+  for (int k = 0; k < external.n; ++k) {
+    const int i = model.link[external.link[k]].body;
+    coscrew<T> f = external_in_body(model, external, k), rest = wrench[i];
+    express(i, f);
+    algebra<T>::nxpy_cc(&f, &rest);
+    wrench.set(i, rest);
+  }
 }
 
 } // namespace KSL_ISA

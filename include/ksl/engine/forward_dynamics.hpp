@@ -30,13 +30,8 @@ template <class T> struct forward_dynamics_workspace {
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     pose.lay_out(memory, model);
-    rotation.lay_out(memory, model.bodies);
-    motion.lay_out(memory, model.bodies);
-    wrench.lay_out(memory, model.bodies);
-    A.lay_out(memory, model.bodies);
-    offset.lay_out(memory, model.bodies);
-    coordinate.lay_out(memory, model.nv);
-    acceleration.lay_out(memory, model.bodies);
+    memory.lay_out(model.bodies, rotation, motion, wrench, A, offset, acceleration);
+    memory.lay_out(model.nv, coordinate);
   }
 };
 
@@ -66,59 +61,46 @@ void start_articulated(const model_view<scalar_of<T>> &model, const forward_dyna
     w.A.set(k, A);
     w.wrench.set(k, newton_euler(I, w.motion[k]));
   });
-  for (int k = 0; k < external.n; ++k) {
-    const int i = model.link[external.link[k]].body;
+  subtract_external(model, external, w.wrench, [&](int i, coscrew<T> &f) KSL_INLINED {
     const mat3x3<T> R = w.rotation[i];
-    coscrew<T> f = external_in_body(model, external, k);
     algebra<T>::product_CoAdrc(&R, &f, &f);
-    subtract_wrench(w.wrench, i, f);
-  }
+  });
 }
 
-/// What the parent feels of body i through a joint with fewer than six coordinates: A − U D⁻¹ Uᵀ and p + U D⁻¹ u, for one
-/// coordinate after the other, from the body to the parent.
+/// What the parent feels of body i through its joint: A − U D⁻¹ Uᵀ and p + U D⁻¹ u, for one coordinate after the other, from
+/// the body to the parent.
 template <joint_kind K, class T>
 KSL_LANES void pass_to_parent(const body<scalar_of<T>> &b, const forward_dynamics_workspace<T> &w, int i, const T *tau) {
   using algebra = ksl::algebra<T>;
   in_place<articulated_inertia, T> A(w.A, i);
   coscrew<T> p = w.wrench[i];
-  for_each_coordinate_backwards<joint<K>::nv>([&](auto k) KSL_INLINED {
-    const auto S = joint<K>::template column<k>(b, w.rotation, i);
-    const coscrew<T> U = S.momentum(*A);
-    const T D_inverse = T(1) / S.effort(U), u = tau[k] - S.effort(p);
-    w.coordinate[b.v_index + k] = {U, D_inverse, u};
-    if (k == 0 && b.parent == 0)
-      return;
-    if constexpr (k == 0) {
-      in_place<articulated_inertia, T> sum(w.A, b.parent);
-      add_beyond_joint(*A, U, D_inverse, w.offset[i], *sum);
-      sum.put();
-    } else {
-      algebra::articulated_inertia_downdated(&*A, &U, D_inverse, &*A);
-    }
-    algebra::axpy_cc(D_inverse * u, &U, &p);
-  });
+  if constexpr (joint<K>::nv == 6) { // a free joint passes its effort on, and nothing else
+    const mat3x3<T> R = w.rotation[i];
+    coscrew<T> effort = {{tau[0], tau[1], tau[2]}, {tau[3], tau[4], tau[5]}}, rest;
+    algebra::product_CoAdrc(&R, &effort, &effort);
+    algebra::subtract_cc(&effort, &p, &rest);
+    w.acceleration[i] = solve(*A, rest);
+    p = effort;
+  } else {
+    for_each_coordinate_backwards<joint<K>::nv>([&](auto k) KSL_INLINED {
+      const auto S = joint<K>::template column<k>(b, w.rotation, i);
+      const coscrew<T> U = S.momentum(*A);
+      const T D_inverse = T(1) / S.effort(U), u = tau[k] - S.effort(p);
+      w.coordinate[b.v_index + k] = {U, D_inverse, u};
+      if (k > 0) {
+        algebra::articulated_inertia_downdated(&*A, &U, D_inverse, &*A);
+      } else if (b.parent > 0) {
+        in_place<articulated_inertia, T> sum(w.A, b.parent);
+        add_beyond_joint(*A, U, D_inverse, w.offset[i], *sum);
+        sum.put();
+      }
+      algebra::axpy_cc(D_inverse * u, &U, &p);
+    });
+  }
   if (b.parent == 0)
     return;
   algebra::product_CoAdtc(&w.offset[i], &p, &p);
   add_wrench(w.wrench, b.parent, p);
-}
-
-/// The same through a joint that is free: it passes its effort on, and nothing else.
-template <class T>
-KSL_LANES void pass_effort_to_parent(const body<scalar_of<T>> &b, const forward_dynamics_workspace<T> &w, int i, const T *tau) {
-  using algebra = ksl::algebra<T>;
-  const mat3x3<T> R = w.rotation[i];
-  const coscrew<T> p = w.wrench[i];
-  coscrew<T> effort = {{tau[0], tau[1], tau[2]}, {tau[3], tau[4], tau[5]}}, rest;
-  algebra::product_CoAdrc(&R, &effort, &effort);
-  algebra::subtract_cc(&effort, &p, &rest);
-  in_place<articulated_inertia, T> A(w.A, i);
-  w.acceleration[i] = solve(*A, rest);
-  if (b.parent == 0)
-    return;
-  algebra::product_CoAdtc(&w.offset[i], &effort, &effort);
-  add_wrench(w.wrench, b.parent, effort);
 }
 
 /// The acceleration of body i that the joints cause, and that of its own joint, once the parent's is known.
@@ -151,12 +133,7 @@ void forward_dynamics(const model_view<scalar_of<T>> &model, const forward_dynam
   start_articulated(model, w, q, v, external);
   for (int i = model.bodies - 1; i > 0; --i) {
     const body<scalar_of<T>> &b = model.body[i];
-    by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
-      if constexpr (joint<K>::nv == 6)
-        pass_effort_to_parent(b, w, i, tau + b.v_index);
-      else
-        pass_to_parent<K>(b, w, i, tau + b.v_index);
-    });
+    by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED { pass_to_parent<K>(b, w, i, tau + b.v_index); });
   }
   w.acceleration[0] = {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
   for (int i = 1; i < model.bodies; ++i) {

@@ -17,8 +17,7 @@ template <class T> struct inverse_dynamics_workspace {
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     pose.lay_out(memory, model);
-    motion.lay_out(memory, model.bodies);
-    wrench.lay_out(memory, model.bodies);
+    memory.lay_out(model.bodies, motion, wrench);
   }
 };
 
@@ -44,8 +43,7 @@ KSL_LANES void inverse_dynamics_by_joint(const model_view<scalar_of<T>> &model, 
   for_bodies<T>(model.bodies, move, [&](auto k) KSL_INLINED {
     w.wrench.set(k, newton_euler(k.inertia(model), w.motion[k]));
   });
-  for (int k = 0; k < external.n; ++k)
-    subtract_wrench(w.wrench, model.link[external.link[k]].body, external_in_body(model, external, k));
+  subtract_external(model, external, w.wrench, [](int, coscrew<T> &) KSL_INLINED {});
 
   for (int i = model.bodies - 1; i > 0; --i) {
     const body<scalar_of<T>> &b = model.body[i];

@@ -24,6 +24,8 @@ public:
     next_ = next_ ? next_ + bytes : nullptr;
     return reinterpret_cast<E *>(at);
   }
+  /// Arrays of n elements each.
+  template <class... Arrays> KSL_LANES void lay_out(int n, Arrays &...arrays) { (arrays.lay_out(*this, n), ...); }
   /// Lays out a workspace behind what has been taken.
   template <class Workspace, class Model> KSL_LANES Workspace take_workspace(const Model &model) {
     Workspace w;
@@ -48,7 +50,7 @@ template <class Workspace, class Model> std::size_t workspace_bytes(const Model 
 template <class E> class array_of {
 public:
   KSL_LANES void lay_out(arena &memory, int n) { first_ = memory.take<E>(n); }
-  KSL_LANES E &operator[](int i) const { return first_[i]; }
+  KSL_LANES E &operator[](std::ptrdiff_t i) const { return first_[i]; }
 
 private:
   E *first_;

@@ -20,9 +20,10 @@
   const traces = (chart) => {
     const time = Float64Array.from(numbers(chart.time), (t) => data.start + t);
     const x = chart.x ? numbers(chart.x.data) : time;
+    const before = (row) => chart.panels.slice(0, row).reduce((n, panel) => n + panel.curves.length, 0); // curves above: one colour each
     return chart.panels.flatMap((panel, row) =>
       panel.curves.map((curve, i) => {
-        const line = panel.emphasis && i === 0 ? { color: broad, width: 6 } : { color: colours[panel.emphasis ? i - 1 : i + row], width: 1.3 };
+        const line = panel.emphasis && i === 0 ? { color: broad, width: 6 } : { color: colours[panel.emphasis ? i - 1 : i + before(row)], width: 1.3 };
         const over = { customdata: time, hovertemplate: `%{y:.4g} ${unit(panel.label)} at %{x:.4g} ${chart.x && unit(chart.x.label)}, t = %{customdata:.6~r} s<extra></extra>` };
         const along = { hovertemplate: `%{y:.5g} ${unit(panel.label)}` };
         return { type: "scatter", mode: time.length > 1 ? "lines" : "markers", name: curve.name, x, y: numbers(curve.data), yaxis: row ? "y2" : "y", line, ...(chart.x ? over : along) };

@@ -9,9 +9,9 @@ inline namespace KSL_ISA {
 
 /// Coordinates of the velocity: 0, 1, 2 along, 3, 4, 5 about the body's axes x, y, z.
 template <int... coordinates> struct several_axes_joint {
-  static constexpr int coordinate[] = {coordinates...};
-  static constexpr const char *other_name = nullptr;
   static constexpr int nv = sizeof...(coordinates);
+  static constexpr int coordinate[nv] = {coordinates...};
+  static constexpr const char *other_name = nullptr;
   static constexpr bool has_axis = false, has_pitch = false, has_limits = false, has_angle = false;
   static constexpr bool slides = ((coordinates < 3) || ...), turns = ((coordinates >= 3) || ...);
 
@@ -51,9 +51,9 @@ template <int... coordinates> struct several_axes_joint {
 
   /// Column k of S in the axes that `rotation` leads to; and of I S in the body's own.
   template <int k, class T>
-  static KSL_LANES joint_column<(coordinate[k] >= 3), (coordinate[k] < 3), T>
-  column(const body<scalar_of<T>> &, const per_body<mat3x3, T> &rotation, int i) {
-    return {axis_of(rotation, i, coordinate[k] % 3), T(0)};
+  static KSL_LANES auto column(const body<scalar_of<T>> &, const per_body<mat3x3, T> &rotation, int i) {
+    constexpr int c = coordinate[k];
+    return joint_column<(c >= 3), (c < 3), T>{axis_of(rotation, i, c % 3), T(0)};
   }
   template <int k, class T>
   static KSL_LANES coscrew<T> momentum(const body<scalar_of<T>> &, const spatial_inertia<T> &I) {

@@ -1,0 +1,22 @@
+# find_package(ksl CONFIG [COMPONENTS target...]): ksl::algebra, ksl::algebra_static, ksl::compat; if the engine was built
+# ksl::ksl, and ksl::ksl_static where pugixml is there to link with.  Components are the names of targets.
+include(${CMAKE_CURRENT_LIST_DIR}/ksl-algebra-targets.cmake)
+include(${CMAKE_CURRENT_LIST_DIR}/ksl-targets.cmake OPTIONAL)
+if(EXISTS ${CMAKE_CURRENT_LIST_DIR}/ksl-static-targets.cmake)
+  find_package(Threads QUIET)
+  find_package(pugixml QUIET)
+  if(TARGET Threads::Threads AND TARGET pugixml::pugixml)
+    include(${CMAKE_CURRENT_LIST_DIR}/ksl-static-targets.cmake)
+  endif()
+endif()
+foreach(component IN LISTS ksl_FIND_COMPONENTS)
+  set(ksl_${component}_FOUND FALSE)
+  if(TARGET ksl::${component})
+    set(ksl_${component}_FOUND TRUE)
+  elseif(ksl_FIND_REQUIRED_${component})
+    set(ksl_FOUND FALSE)
+    set(ksl_NOT_FOUND_MESSAGE "ksl::${component} is not there: KSL was built without its engine (KSL_ENGINE=OFF), or pugixml, "
+      "which ksl::ksl_static is linked with, was not found (on Debian and Ubuntu: apt install libpugixml-dev)")
+    string(REPLACE ";" "" ksl_NOT_FOUND_MESSAGE "${ksl_NOT_FOUND_MESSAGE}")
+  endif()
+endforeach()

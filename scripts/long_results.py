@@ -1,0 +1,74 @@
+#!/usr/bin/env python3
+"""Write the result of `make test-long`, with its date and commit, from what pytest --junitxml has written.
+
+    scripts/long_results.py RESULTS.xml OUTPUT.md"""
+
+import subprocess
+import sys
+from collections import defaultdict
+from datetime import datetime, timezone
+from pathlib import Path
+from xml.etree import ElementTree
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def commit():
+    """The commit that was tested, and whether files differed from it."""
+    try:
+        git = ["git", "-C", str(ROOT)]
+        name = subprocess.run([*git, "rev-parse", "HEAD"], check=True, capture_output=True, text=True).stdout.strip()
+        changed = subprocess.run([*git, "status", "--porcelain", "--untracked-files=no"], check=True, capture_output=True, text=True).stdout
+    except (OSError, subprocess.CalledProcessError):
+        return "unknown"
+    changed = [line for line in changed.splitlines() if not line.endswith("test/long_results.md")]
+    return name + (", with changes that were not committed" if changed else "")
+
+
+def processor():
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+        return next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
+    except (OSError, StopIteration):
+        return "unknown"
+
+
+def largest(cases, *names):
+    """The largest number that tests recorded under these names, or nothing."""
+    found = [float(p.get("value")) for case in cases for p in case.iter("property") if p.get("name") in names]
+    return f"{max(found):.3g}" if found else ""
+
+
+def page(xml):
+    """The text of the page; the numbers are those of pytest's file."""
+    cases = list(ElementTree.fromstring(xml).iter("testcase"))
+    failed = [c for c in cases if c.find("failure") is not None or c.find("error") is not None]
+    skipped = [c for c in cases if c.find("skipped") is not None]
+    by_file = defaultdict(list)
+    for case in cases:
+        by_file[case.get("classname").replace(".", "/") + ".py"].append(case)
+    lines = [
+        "# The last run of `make test-long`",
+        "",
+        "Written by scripts/long_results.py. 100,000 random cases where `make test` takes 10,000. Errors are in units of the",
+        "unit roundoff u, or shares of what the test allows.",
+        "",
+        f"* date: {datetime.now(timezone.utc):%Y-%m-%d %H:%M} UTC",
+        f"* commit: {commit()}",
+        f"* processor: {processor()}",
+        f"* passed: {len(cases) - len(failed) - len(skipped)}, failed: {len(failed)}, skipped: {len(skipped)}",
+        f"* time of the tests, one after the other: {sum(float(c.get('time')) for c in cases):.0f} s",
+        "",
+        "| file | tests | largest error, u | largest share of the bound |",
+        "|---|---|---|---|",
+    ]
+    lines += [f"| {name} | {len(own)} | {largest(own, 'worst_u')} | {largest(own, 'worst')} |" for name, own in sorted(by_file.items())]
+    if failed:
+        lines += ["", "Failed:", "", *(f"* `{case.get('classname')}::{case.get('name')}`" for case in failed)]
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 3:
+        sys.exit(__doc__)
+    Path(sys.argv[2]).write_text(page(Path(sys.argv[1]).read_text(encoding="utf-8")), encoding="utf-8")

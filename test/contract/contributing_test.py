@@ -1,0 +1,110 @@
+"""CONTRIBUTING.md names files that exist, and its steps lead to what they promise."""
+
+import re
+import shutil
+import subprocess
+import textwrap
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+TEXT = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+
+FALL = r"""
+// A mass on a translation joint falls, and needs its weight to be held.
+#include "ksl/engine/forward_dynamics.hpp"
+#include "ksl/engine/inverse_dynamics.hpp"
+#include "ksl/engine/mass_matrix.hpp"
+#include "ksl/engine/owned_workspace.hpp"
+#include <cmath>
+#include <cstdio>
+
+int main() {
+  using namespace ksl;
+  static_assert(row_of(joint_kind::translation).nv == 3);
+  SE3<double> turned = {{0, 1, 0, -1, 0, 0, 0, 0, 1}, {1, 2, 3}};
+  body<double> bodies[2] = {};
+  for (body<double> &b : bodies) {
+    b.placement = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}};
+    b.offset = b.alpha = b.theta0 = no_rotation;
+    b.angle_index = -1, b.no_offset = true;
+  }
+  bodies[0].kind = joint_kind::fixed, bodies[0].parent = -1, bodies[0].is_base = bodies[0].has_children = true;
+  bodies[0].v_end = 3;
+  bodies[1].kind = joint_kind::translation, bodies[1].placement = turned;
+  bodies[1].nv = bodies[1].v_end = 3, bodies[1].chain_start = 1;
+  double inertia[16 * 10] = {};
+  body_at<double>(1).put<spatial_inertia>({2, {0, 0, 0}, 1, 1, 1, 0, 0, 0}, inertia);
+  const double none[32] = {};
+  const model_view<double> model = {2, 0, 3, 3, 3, {0, -9.81, 0}, bodies, nullptr, inertia, none, none, 3, 0};
+  const double q[3] = {4, 5, 6}, v[3] = {1, 2, 3}, rest[3] = {0, 0, 0};
+  double tau[3], a[3], M[9];
+  inverse_dynamics<double>(model, *owned_workspace<inverse_dynamics_workspace<double>>(model), q, v, rest, {}, tau);
+  forward_dynamics<double>(model, *owned_workspace<forward_dynamics_workspace<double>>(model), q, v, rest, {}, a);
+  mass_matrix<double>(model, *owned_workspace<mass_matrix_workspace<double>>(model), q, M);
+  // the joint's x lies along the world's y
+  const double expected_tau[3] = {2 * 9.81, 0, 0}, expected_a[3] = {-9.81, 0, 0}, expected_M[9] = {2, 0, 0, 0, 2, 0, 0, 0, 2};
+  bool well = true;
+  for (int i = 0; i < 9; ++i)
+    well = well && std::fabs(M[i] - expected_M[i]) < 1e-14;
+  for (int i = 0; i < 3; ++i)
+    well = well && std::fabs(tau[i] - expected_tau[i]) < 1e-14 && std::fabs(a[i] - expected_a[i]) < 1e-14;
+  std::puts(well ? "as expected" : "wrong");
+  return !well;
+}
+"""
+
+
+def blocks(heading: str) -> list[str]:
+    """The code blocks of a section, in its order."""
+    section = TEXT.split(f"\n## {heading}\n")[1].split("\n## ")[0]
+    return [textwrap.dedent(code) for code in re.findall(r"^ *```\w+\n(.*?)^ *```$", section, re.MULTILINE | re.DOTALL)]
+
+
+def insert_before(path: Path, like: str, line: str) -> None:
+    """Adds a line before the first one that contains `like`."""
+    text = path.read_text(encoding="utf-8")
+    assert like in text, f"{path.name} has no {like!r}"
+    start = text.rfind("\n", 0, text.index(like)) + 1
+    path.write_text(text[:start] + line + "\n" + text[start:])
+
+
+def compiles(folder: Path, compiler: str) -> subprocess.CompletedProcess:
+    (folder / "fall.cpp").write_text(FALL)
+    return subprocess.run([compiler, "-std=c++20", "-O1", "-I", folder / "include", "fall.cpp", "-o", "fall"], cwd=folder, capture_output=True, text=True)
+
+
+def test_the_files_it_names_exist():
+    named = set(re.findall(r"`((?:include|src|test|api|docs|scripts|python)/[\w./]*)`", TEXT))
+    missing = sorted(name for name in named if not (ROOT / name).exists())
+    assert len(named) > 8
+    assert missing == ["include/ksl/engine/joints/translation.hpp"], "CONTRIBUTING.md names files that don't exist"
+
+
+@pytest.mark.parametrize("compiler", ["g++", "clang++"])
+def test_a_new_kind_of_joint(tmp_path, compiler):
+    shutil.copytree(ROOT / "include", tmp_path / "include")
+    engine = tmp_path / "include" / "ksl" / "engine"
+    struct, value, lines = blocks("A new kind of joint")
+    include, by_kind, with_joint, listed = lines.splitlines()
+    (engine / "joints" / "translation.hpp").write_text(struct)
+    insert_before(engine / "joint.hpp", "continuous = ", value.rstrip())
+    joints = engine / "joints.hpp"
+    insert_before(joints, "<concepts>", include)
+
+    forgotten = compiles(tmp_path, compiler)
+    assert forgotten.returncode != 0 and "translation" in forgotten.stderr, "the compiler doesn't name the switch that lacks the kind"
+
+    insert_before(joints, "case joint_kind::floating: return of.", by_kind)
+    insert_before(joints, "case joint_kind::floating: return step(", with_joint)
+    insert_before(joints, "joint_kind::helical, joint_kind::spherical, joint_kind::floating}", listed)
+    done = compiles(tmp_path, compiler)
+    assert done.returncode == 0, done.stderr
+    assert subprocess.run([tmp_path / "fall"], capture_output=True, text=True).stdout == "as expected\n"
+
+    # a kind that lacks something is named, and what it lacks
+    path = engine / "joints" / "translation.hpp"
+    path.write_text(path.read_text().replace("integrate(", "integrated("))
+    lacking = compiles(tmp_path, compiler)
+    assert lacking.returncode != 0 and "described_joint" in lacking.stderr and "integrate" in lacking.stderr
