@@ -14,7 +14,6 @@ from ksl import _core
 from ksl.calls import Calls
 from ksl.errors import DescriptionWarning
 from ksl.requests import one_of, three_numbers
-from ksl.states import Array, External
 
 if TYPE_CHECKING:
     import pyarrow
@@ -59,10 +58,6 @@ class Model(Calls):
         from ksl.loads import wrench_table
 
         return wrench_table(self, time, q, v, a, **options)
-
-    def _evaluate(self, q: ArrayLike, v: ArrayLike, a: ArrayLike, external: External | None, requests: tuple[_core.Request, ...]) -> tuple[Array, ...]:
-        """Efforts and, for each request, reactions, in one pass over the states."""
-        return self._core.inverse_dynamics_with_reactions(q, v, a, external, requests, None, None)
 
 
 def load(

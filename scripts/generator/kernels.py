@@ -32,7 +32,7 @@ inline namespace KSL_ISA {{
 struct {name}_algorithm {{
   static constexpr algorithm_row row = {{
 {row}  }};
-  using form = {form}<{name}_algorithm>;
+  using form = forms::{form}<{name}_algorithm>;
   template <class T> using workspace = {workspace}<T>;
 {steps}}};
 

@@ -67,12 +67,17 @@ from collections.abc import Iterable
 
 from numpy.typing import ArrayLike
 
+from ksl import _core
 from ksl.requests import Requests
 from ksl.states import Array, Expressed, External, Order, Part, Point, Side
 
 
 class Calls(Requests):
     """A method for each algorithm."""
+
+    def _with_reactions(self, q: ArrayLike, v: ArrayLike, a: ArrayLike, external: External | None, requests: tuple[_core.Request, ...]) -> tuple[Array, ...]:
+        """Efforts and, for each request, reactions, in one pass over the states."""
+        return self._core.inverse_dynamics_with_reactions(q, v, a, external, requests, None, None)
 
 {methods}
 {aliases}

@@ -6,6 +6,7 @@
 
 namespace ksl {
 inline namespace KSL_ISA {
+namespace forms {
 
 /// A symmetric n × n matrix of packs, of which the upper triangle is given.
 template <class T, int W>
@@ -98,5 +99,6 @@ template <class Algorithm> struct efforts_and_reactions {
   };
 };
 
+} // namespace forms
 } // namespace KSL_ISA
 } // namespace ksl

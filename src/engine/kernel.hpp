@@ -41,6 +41,8 @@ template <class P> struct block {
   }
 };
 
+namespace forms {
+
 /// The usual form: results are computed whole and then stored.  Other forms are in engine/forms.hpp.
 template <class Algorithm> struct whole_results {
   template <class T> static void state(const model_view<scalar_of<T>> &model, const typename Algorithm::template workspace<T> &w, const state_view<T> &s) {
@@ -64,6 +66,8 @@ template <class Algorithm> struct whole_results {
     }
   };
 };
+
+} // namespace forms
 
 template <class Algorithm, class S> std::size_t state_workspace_bytes(const model_view<S> &model) {
   arena measure(nullptr);

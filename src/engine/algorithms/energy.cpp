@@ -14,7 +14,7 @@ struct energy_algorithm {
       .results = 2,
       .result = {{"kinetic", 0, {}}, {"potential", 0, {}}},
   };
-  using form = whole_results<energy_algorithm>;
+  using form = forms::whole_results<energy_algorithm>;
   template <class T> using workspace = energy_workspace<T>;
 
   template <class T>

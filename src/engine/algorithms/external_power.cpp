@@ -14,7 +14,7 @@ struct external_power_algorithm {
       .results = 1,
       .result = {{"power", 0, {}}},
   };
-  using form = whole_results<external_power_algorithm>;
+  using form = forms::whole_results<external_power_algorithm>;
   template <class T> using workspace = external_power_workspace<T>;
 
   template <class T>

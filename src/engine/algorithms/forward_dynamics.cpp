@@ -14,7 +14,7 @@ struct forward_dynamics_algorithm {
       .results = 1,
       .result = {{"a", 1, {extent::nv}}},
   };
-  using form = whole_results<forward_dynamics_algorithm>;
+  using form = forms::whole_results<forward_dynamics_algorithm>;
   template <class T> using workspace = forward_dynamics_workspace<T>;
 
   template <class T>

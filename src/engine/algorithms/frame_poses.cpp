@@ -14,7 +14,7 @@ struct frame_poses_algorithm {
       .results = 1,
       .result = {{"poses", 3, {extent::links, extent::four, extent::four}}},
   };
-  using form = poses_of_links<frame_poses_algorithm>;
+  using form = forms::poses_of_links<frame_poses_algorithm>;
   template <class T> using workspace = forward_kinematics_workspace<T>;
 
   template <class T>

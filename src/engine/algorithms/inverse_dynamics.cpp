@@ -14,7 +14,7 @@ struct inverse_dynamics_algorithm {
       .results = 1,
       .result = {{"tau", 1, {extent::nv}}},
   };
-  using form = whole_results<inverse_dynamics_algorithm>;
+  using form = forms::whole_results<inverse_dynamics_algorithm>;
   template <class T> using workspace = inverse_dynamics_workspace<T>;
 
   template <class T>

@@ -14,7 +14,7 @@ struct inverse_dynamics_with_reactions_algorithm {
       .results = 1,
       .result = {{"tau", 1, {extent::nv}}},
   };
-  using form = efforts_and_reactions<inverse_dynamics_with_reactions_algorithm>;
+  using form = forms::efforts_and_reactions<inverse_dynamics_with_reactions_algorithm>;
   template <class T> using workspace = reactions_workspace<T>;
 };
 

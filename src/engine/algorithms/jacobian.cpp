@@ -14,7 +14,7 @@ struct jacobian_algorithm {
       .results = 1,
       .result = {{"J", 2, {extent::six, extent::nv}}},
   };
-  using form = whole_results<jacobian_algorithm>;
+  using form = forms::whole_results<jacobian_algorithm>;
   template <class T> using workspace = jacobian_workspace<T>;
 
   template <class T>

@@ -14,7 +14,7 @@ struct mass_matrix_algorithm {
       .results = 1,
       .result = {{"M", 2, {extent::nv, extent::nv}}},
   };
-  using form = symmetric_matrix<mass_matrix_algorithm>;
+  using form = forms::symmetric_matrix<mass_matrix_algorithm>;
   template <class T> using workspace = mass_matrix_workspace<T>;
 
   template <class T>
