@@ -124,7 +124,10 @@ template <class T, int W> KSL_LANES bool magnitudes_at_most(pack<T, W> a, T b) {
   const pack<T, W> all_b(b);
   __builtin_memcpy(&magnitude, &a, sizeof a);
   __builtin_memcpy(&limit, &all_b, sizeof a);
-  magnitude &= sizeof(T) == 8 ? 0x7fffffffffffffff : 0x7fffffff;
+  if constexpr (sizeof(T) == 8)
+    magnitude &= 0x7fffffffffffffff;
+  else
+    magnitude &= 0x7fffffff;
 #if defined(__AVX512F__)
   if constexpr (sizeof a == 64 && sizeof(T) == 8)
     return _mm512_cmpgt_epi64_mask((__m512i)magnitude, (__m512i)limit) == 0;

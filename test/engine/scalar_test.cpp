@@ -1,4 +1,6 @@
 // The engine's templates in another scalar: float, compiled here from the headers alone.
+#include "owned_workspace.hpp"
+
 #include "ksl/engine/energy.hpp"
 #include "ksl/engine/reactions.hpp"
 #include "ksl/dynamics.hpp"
@@ -24,22 +26,16 @@ template <class T> ksl::spatial_inertia<T> to(const ksl::spatial_inertia<double>
   return {T(I.m), to<T>(I.h), T(I.Ixx), T(I.Iyy), T(I.Izz), T(I.Ixy), T(I.Iyz), T(I.Izx)};
 }
 
-/// A model's arrays and a workspace in another scalar.
+/// A model's arrays in another scalar.
 template <class T> struct arrays {
   std::vector<ksl::body<T>> bodies;
   std::vector<ksl::link<T>> links;
-  std::vector<T> sine, cosine, motion, wrench, inertia, after_sine, after_cosine;
-  std::vector<ksl::SE3<T>> in_parent, in_world;
-  std::vector<ksl::screw<T>> twist;
-  std::vector<ksl::coscrew<T>> wrenches;
+  std::vector<T> inertia, after_sine, after_cosine;
   ksl::model_view<T> model;
-  ksl::data_view<T> data{};
 
   explicit arrays(const ksl::model_view<double> &m)
-      : sine(ksl::room_for_angles(m.nq)), cosine(ksl::room_for_angles(m.nq)), motion(ksl::room_for<T>(9, m.bodies)),
-        wrench(ksl::room_for<T>(6, m.bodies)), inertia(ksl::room_for<T>(10, m.bodies)),
-        after_sine(m.after_sine, m.after_sine + ksl::room_for_angles(m.nq)),
-        after_cosine(m.after_cosine, m.after_cosine + ksl::room_for_angles(m.nq)), in_parent(m.bodies), in_world(m.bodies), twist(m.bodies), wrenches(m.links) {
+      : inertia(ksl::room_for<T>(10, m.bodies)), after_sine(m.after_sine, m.after_sine + ksl::room_for_angles(m.nq)),
+        after_cosine(m.after_cosine, m.after_cosine + ksl::room_for_angles(m.nq)) {
     for (int i = 0; i < m.bodies; ++i) {
       const ksl::body<double> &b = m.body[i];
       bodies.push_back({b.kind, b.parent, b.q_index, b.v_index, b.v_end, b.chain, b.link, to<T>(b.placement), to<T>(b.before),
@@ -53,14 +49,6 @@ template <class T> struct arrays {
     }
     model = {m.bodies, m.links, m.nq, m.nv, to<T>(m.gravity), bodies.data(), links.data(),
              inertia.data(), after_sine.data(), after_cosine.data(), m.first_angle, m.angles_end};
-    data.in_parent = in_parent.data();
-    data.motion = motion.data();
-    data.wrench = wrench.data();
-    data.sine = sine.data();
-    data.cosine = cosine.data();
-    data.in_world = in_world.data();
-    data.twist = twist.data();
-    data.link_wrench = wrenches.data();
   }
 };
 
@@ -68,6 +56,8 @@ template <class T> struct arrays {
 template <class T> std::vector<T> everything(const ksl::model_view<double> &m, const std::vector<double> &q,
                                              const std::vector<double> &v, const std::vector<double> &a) {
   arrays<T> x(m);
+  owned_workspace<T> workspace(x.model);
+  const ksl::data_view<T> data = workspace.view();
   const std::vector<T> qt(q.begin(), q.end()), vt(v.begin(), v.end()), at(a.begin(), a.end());
   std::vector<int> links;
   for (int l = 0; l < m.links; ++l)
@@ -80,9 +70,9 @@ template <class T> std::vector<T> everything(const ksl::model_view<double> &m, c
   std::vector<T> out(nv + 6 * n + 2);
   const T push[6] = {1, 2, 3, 4, 5, 6};
   const ksl::external_wrenches<T> external = {1, &links.back(), push};
-  ksl::inverse_dynamics<T>(x.model, x.data, qt.data(), vt.data(), at.data(), external, out.data());
-  ksl::reactions<T>(x.model, x.data, external, request, out.data() + nv);
-  ksl::energy<T>(x.model, x.data, qt.data(), vt.data(), &out[nv + 6 * n], &out[nv + 6 * n + 1]);
+  ksl::inverse_dynamics<T>(x.model, data, qt.data(), vt.data(), at.data(), external, out.data());
+  ksl::reactions<T>(x.model, data, external, request, out.data() + nv);
+  ksl::energy<T>(x.model, data, qt.data(), vt.data(), &out[nv + 6 * n], &out[nv + 6 * n + 1]);
   return out;
 }
 

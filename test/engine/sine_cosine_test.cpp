@@ -80,19 +80,20 @@ TEST_CASE("SLEEF, which errs by one unit in the last place at most, is two away 
 
 TEST_CASE("large angles are reduced with as many bits of 2/π as they need") {
   // mpmath at 1300 bits; the second is of all doubles the one nearest to a multiple of π/2
-  const struct { double x, sine, cosine; } known[] = {
+  struct pair { double x, sine, cosine; };
+  const pair known[] = {
       {1e16, 0.77968800660697875, -0.62616819813308618},
       {0x1.6ac5b262ca1ffp+849, 1, -4.6871659242546277e-19},
       {1e22, -0.8522008497671888, 0.52321478539513895},
       {-1e22, 0.8522008497671888, 0.52321478539513895},
       {1.7976931348623157e308, 0.0049619547891840628, -0.99998768942655994},
   };
-  for (const auto &[x, expected_sine, expected_cosine] : known) {
+  for (const pair &expected : known) {
     double sine, cosine;
-    ksl::sine_cosine(x, sine, cosine);
-    CAPTURE(x);
-    CHECK(ulps(sine, expected_sine) < 1.5); // the numbers above are rounded, too
-    CHECK(ulps(cosine, expected_cosine) < 1.5);
+    ksl::sine_cosine(expected.x, sine, cosine);
+    CAPTURE(expected.x);
+    CHECK(ulps(sine, expected.sine) < 1.5); // the numbers above are rounded, too
+    CHECK(ulps(cosine, expected.cosine) < 1.5);
   }
 }
 

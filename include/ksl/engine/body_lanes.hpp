@@ -6,16 +6,11 @@
 #pragma once
 
 #include "ksl/engine/data.hpp"
+#include "ksl/engine/scalar.hpp"
 #include "ksl/engine/spread.hpp"
 
 namespace ksl {
 inline namespace KSL_ISA {
-
-/// May bodies lie in lanes?
-template <class T> inline constexpr bool plain = false;
-template <class T> inline constexpr bool plain<const T> = plain<T>;
-template <> inline constexpr bool plain<double> = true;
-template <> inline constexpr bool plain<float> = true;
 
 /// Number c of body i lies at [i / group][c][i % group]: a register reads it for several bodies.
 template <class T> inline constexpr int group = plain<T> ? padded(1) : 1;

@@ -11,7 +11,7 @@
 #pragma once
 
 #include "ksl/engine/large_angle.hpp"
-#include "ksl/pack.hpp"
+#include "ksl/engine/scalar.hpp"
 
 #include <cstddef>
 
@@ -161,7 +161,9 @@ __attribute__((noinline, cold)) void sine_cosine_of_any(const pack<S, W> &x, pac
 }
 
 /// sine and cosine of x, for every x.
-template <class T> KSL_LANES void sine_cosine(T x, T &sine, T &cosine) {
+template <class T>
+  requires(plain<T> || is_pack<T>)
+KSL_LANES void sine_cosine(T x, T &sine, T &cosine) {
   const bool in_range = magnitudes_at_most(x, trigonometry<scalar_of<T>>::fast_range);
   T s, c;
   sine_cosine_in_fast_range(x, s, c);
@@ -171,6 +173,17 @@ template <class T> KSL_LANES void sine_cosine(T x, T &sine, T &cosine) {
     s = any_s, c = any_c;
   }
   sine = s, cosine = c;
+}
+
+/// The same of any other scalar, by its own function.
+template <class T>
+  requires(!plain<T> && !is_pack<T>)
+void sine_cosine(const T &x, T &sine, T &cosine) {
+  static_assert(has_sine_cosine<T>, "this scalar has no sine and cosine of its own: "
+                                    "give it math<T>::sine_cosine(angle, sine, cosine) (docs/scalars.md)");
+  static_assert(scalar<T>, "this type is no scalar for KSL: ksl/engine/scalar.hpp lists what is asked (docs/scalars.md)");
+  if constexpr (has_sine_cosine<T>)
+    math<T>::sine_cosine(x, sine, cosine);
 }
 
 } // namespace KSL_ISA
