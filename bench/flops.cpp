@@ -24,6 +24,14 @@ inline void store_symmetric(const counting *, int, int, double *, std::ptrdiff_t
 
 namespace {
 
+/// Flops of a sine and cosine within fast_range.
+int count_pair() {
+  counting sine, cosine;
+  counting::reset();
+  ksl::sine_cosine_in_fast_range(counting(0.5), sine, cosine);
+  return counting::flops;
+}
+
 /// Flops of a kernel of lane_kernels.hpp for one state.
 template <class Kernel> int count(const ksl::model &m, Kernel kernel) {
   std::vector<double> q(static_cast<std::size_t>(m.nq()), 0.5), v(static_cast<std::size_t>(m.nv()), 0.25), out(1);
@@ -36,7 +44,8 @@ template <class Kernel> int count(const ksl::model &m, Kernel kernel) {
   const std::size_t misplaced = reinterpret_cast<std::size_t>(memory.data()) % 64;
   counting::reset();
   kernel(m.view(), batch, memory.data() + (misplaced ? (64 - misplaced) / sizeof(double) : 0));
-  return counting::flops + counting::roots;
+  const int flops = counting::flops + counting::roots, pairs = counting::sines / 2;
+  return flops + pairs * count_pair();
 }
 
 int count_poses(const ksl::model &m) {
