@@ -9,14 +9,10 @@
 /// Models hold plain numbers, from which the counting ones are made: as for packs.
 template <> struct ksl::scalar_of_trait<counting> { using type = double; };
 
-inline void load_rows(const double *row, std::ptrdiff_t, int columns, int, counting *out) {
-  for (int c = 0; c < columns; ++c)
-    out[c] = counting(row[c]);
-}
-inline void store_rows(const counting *, int, int, double *, std::ptrdiff_t) {}
-inline void store_symmetric(const counting *, int, int, double *, std::ptrdiff_t) {}
-
-#include "batch/lane_kernels.hpp"
+#include "ksl/engine/forward_dynamics.hpp"
+#include "ksl/engine/inverse_dynamics.hpp"
+#include "ksl/engine/mass_matrix.hpp"
+#include "ksl/engine/owned_workspace.hpp"
 
 #include <cstdio>
 #include <string>
@@ -32,45 +28,38 @@ int count_pair() {
   return counting::flops;
 }
 
-/// Flops of a kernel of lane_kernels.hpp for one state.
-template <class Kernel> int count(const ksl::model &m, Kernel kernel) {
-  std::vector<double> q(static_cast<std::size_t>(m.nq()), 0.5), v(static_cast<std::size_t>(m.nv()), 0.25), out(1);
-  ksl::batch_view<double> batch;
-  batch.n = 1;
-  batch.q = {q.data(), 0};
-  batch.v = batch.a = batch.tau = {v.data(), 0};
-  batch.out = {out.data(), 0}; // nothing is written
-  std::vector<double> memory(kernel(m.view(), batch, nullptr) / sizeof(double) + 8);
-  const std::size_t misplaced = reinterpret_cast<std::size_t>(memory.data()) % 64;
+using numbers = std::vector<counting>;
+
+/// Flops of compute(model, workspace, q, v, a, out).
+template <class Workspace, class Compute> int count(const ksl::model &m, Compute compute) {
+  const numbers q(static_cast<std::size_t>(m.nq()), counting(0.5)), v(static_cast<std::size_t>(m.nv()), counting(0.25));
+  numbers out(v.size() * v.size());
+  const ksl::model_view<double> model = m.view();
+  const ksl::owned_workspace<Workspace> w(model);
   counting::reset();
-  kernel(m.view(), batch, memory.data() + (misplaced ? (64 - misplaced) / sizeof(double) : 0));
+  compute(model, *w, q.data(), v.data(), v.data(), out.data());
   const int flops = counting::flops + counting::roots, pairs = counting::sines / 2;
   return flops + pairs * count_pair();
 }
 
-int count_poses(const ksl::model &m) {
-  return count(m, [](const auto &view, const auto &batch, void *memory) {
-    return ksl::for_each_block<counting>(view, batch, memory, 0, [&](std::size_t, int, const auto &w, const auto &) {
-      ksl::forward_kinematics(view, w.data, w.q);
-    });
-  });
-}
-
-int count_sines(const ksl::model &m) {
-  return count(m, [](const auto &view, const auto &batch, void *memory) {
-    return ksl::for_each_block<counting>(view, batch, memory, 0, [&](std::size_t, int, const auto &w, const auto &) {
-      ksl::sines_and_cosines(view, w.data, w.q);
-    });
-  });
-}
-
 void print(const char *name, const ksl::model &m) {
-  const auto rnea = [](const auto &view, const auto &batch, void *memory) {
-    return ksl::inverse_dynamics_lanes<counting>(view, batch, 0, nullptr, memory);
-  };
-  std::printf("\"%s\": {\"rnea\": %d, \"aba\": %d, \"crba\": %d, \"fk\": %d, \"sines_and_cosines\": %d}", name,
-              count(m, rnea), count(m, ksl::forward_dynamics_lanes<counting>),
-              count(m, ksl::mass_matrix_lanes<counting>), count_poses(m), count_sines(m));
+  using T = counting;
+  const auto rnea = count<ksl::inverse_dynamics_workspace<T>>(m, [](const auto &model, const auto &w, const T *q, const T *v, const T *a, T *out) {
+    ksl::inverse_dynamics<T>(model, w, q, v, a, {}, out);
+  });
+  const auto aba = count<ksl::forward_dynamics_workspace<T>>(m, [](const auto &model, const auto &w, const T *q, const T *v, const T *tau, T *out) {
+    ksl::forward_dynamics<T>(model, w, q, v, tau, {}, out);
+  });
+  const auto crba = count<ksl::mass_matrix_workspace<T>>(m, [](const auto &model, const auto &w, const T *q, const T *, const T *, T *out) {
+    ksl::elements_of_mass_matrix<T>(model, w, q, out);
+  });
+  const auto fk = count<ksl::forward_kinematics_workspace<T>>(m, [](const auto &model, const auto &w, const T *q, const T *, const T *, T *) {
+    ksl::forward_kinematics<T>(model, w, q);
+  });
+  const auto sines = count<ksl::pose_workspace<T>>(m, [](const auto &model, const auto &w, const T *q, const T *, const T *, T *) {
+    ksl::sines_and_cosines<T>(model, w, q);
+  });
+  std::printf("\"%s\": {\"rnea\": %d, \"aba\": %d, \"crba\": %d, \"fk\": %d, \"sines_and_cosines\": %d}", name, rnea, aba, crba, fk, sines);
 }
 
 } // namespace

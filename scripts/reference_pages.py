@@ -136,11 +136,15 @@ def pages():
         "# Reference of the C algebra\n", NOTE,
         f"{total} functions, double and float counted apart. The arguments shown are those of the first name; its twin in single precision takes `float` and",
         "`ksl_..f_t`. How names are made is in [algebra.md](../algebra.md). Flops are additions, multiplications and divisions; a test counts them.",
-        "Numbers like (coscrews (6)) are equations of the Coscrews page.\n",
+        "Numbers like (coscrews (6)) are equations of the Coscrews page. Algorithms of mechanisms: [dynamics.md](dynamics.md).\n",
         "| header | what | functions |\n|---|---|---|",
     ]
     out["README.md"] = "\n".join(head + rows) + "\n"
     return out
+
+
+OTHERS = {"dynamics.md"}
+"""Pages that scripts/generate.py writes."""
 
 
 def main(argv):
@@ -148,7 +152,7 @@ def main(argv):
     folder.mkdir(parents=True, exist_ok=True)
     texts = pages()
     for old in folder.glob("*.md"):
-        if old.name not in texts:
+        if old.name not in texts and old.name not in OTHERS:
             old.unlink()
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")

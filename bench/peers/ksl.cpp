@@ -87,15 +87,13 @@ const ksl::SE3<double> &joint_frame(const ksl::model &m, int joint) {
   return m.view().link[m.joints()[static_cast<size_t>(joint)].link].pose;
 }
 
-/// Poses of the joints' frames from those of the canonical ones, which are what the algorithm computes.
-void put_poses(self &s, double *out) {
-  for (int i = 0; i < s.model.moving_joints(); ++i, out += 12) {
-    const int body = s.model.view().link[s.links[static_cast<size_t>(i)]].body;
-    ksl::SE3<double> D;
-    A::product_dd(&s.data.view().in_world[body], &joint_frame(s.model, i), &D);
-    const double row[12] = {D.R.m00, D.R.m01, D.R.m02, D.R.m10, D.R.m11, D.R.m12,
-                            D.R.m20, D.R.m21, D.R.m22, D.t.x,   D.t.y,   D.t.z};
-    std::copy(row, row + 12, out);
+/// Poses of the joints' frames, which are those of the links that they carry.
+void put_poses(self &s, const double *q, double *out) {
+  double pose[16];
+  for (int link : s.links) {
+    ksl::frame_poses(s.model, s.data, q, 1, &link, pose);
+    for (int i = 0; i < 12; ++i)
+      *out++ = i < 9 ? pose[i / 3 * 4 + i % 3] : pose[(i - 9) * 4 + 3];
   }
 }
 
@@ -129,10 +127,9 @@ void one_state(self &s, int operation, double *out) {
     return each(s, nv * nv, out, [&](in q, in, in, in, double *x) { ksl::mass_matrix(m, d, q, x); });
   default:
     return each(s, 12 * joints, out, [&](in q, in, in, in, double *x) {
-      const ksl::SE3<double> D = ksl::frame_pose(m, d, q, 0); // computes the poses of all bodies
-      asm volatile("" ::"r"(&D) : "memory");
+      ksl::frame_poses(m, d, q, 0, static_cast<const int *>(nullptr), x); // computes the poses of all bodies
       if (out)
-        put_poses(s, x);
+        put_poses(s, q, x);
     });
   }
 }
@@ -149,10 +146,10 @@ template <class S> void whole_batch(self &s, const bench_operation &o, const std
   batch.v = {v.data(), nv};
   batch.a = {a.data(), nv};
   batch.tau = {tau.data(), nv};
-  batch.out = {result.data(), width};
+  batch.result[0] = {result.data(), width};
   switch (o.name[0]) {
   case 'r':
-    ksl::inverse_dynamics_batch(s.model, batch, {}, o.threads);
+    ksl::inverse_dynamics_batch(s.model, batch, o.threads);
     break;
   case 'a':
     ksl::forward_dynamics_batch(s.model, batch, o.threads);
@@ -178,8 +175,8 @@ void run(void *p, int operation, double *out) {
 /// Of a lane in double precision; inverse dynamics.
 size_t state_bytes(void *p) {
   const self &s = *static_cast<self *>(p);
-  const auto &lanes = ksl::kernels().lanes_double;
-  return lanes.inverse_dynamics(s.model.view(), {}, 0, nullptr, nullptr) / static_cast<size_t>(lanes.lanes);
+  const auto &kernel = ksl::kernels().inverse_dynamics->in_double;
+  return kernel.batch(s.model.view(), {}, 0, 0, nullptr) / static_cast<size_t>(kernel.lanes);
 }
 
 #ifdef __clang__

@@ -77,57 +77,25 @@ typedef struct ksl_external_t {
   const ksl_coscrew_t *wrench;   /**< (n) */
 } ksl_external_t;
 
-/** Joint efforts tau (nv) for q (nq), v (nv), a (nv), by the recursive Newton–Euler algorithm (Featherstone, RBDA 2008,
-    table 5.1).  external may be NULL.  O(bodies). */
-KSL_EXPORT ksl_status_t ksl_inverse_dynamics(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
-                                             const double *a, const ksl_external_t *external, double *tau);
+typedef struct ksl_externalf_t {
+  int n;
+  const int *link;
+  const ksl_coscrewf_t *wrench;
+} ksl_externalf_t;
 
-/** Accelerations a (nv) for q (nq), v (nv) and joint efforts tau (nv), by the articulated-body algorithm (Featherstone,
-    RBDA 2008, table 7.1).  external may be NULL.  O(bodies). */
-KSL_EXPORT ksl_status_t ksl_forward_dynamics(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
-                                             const double *tau, const ksl_external_t *external, double *a);
-
-/** Mass matrix (nv, nv), row-major, both triangles, by the composite-rigid-body algorithm (Featherstone, RBDA 2008,
-    section 6.2): tau = M a + bias.  O(bodies × depth). */
-KSL_EXPORT ksl_status_t ksl_mass_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q, double *M);
-
-/** Efforts (nv) that hold velocities v without acceleration; and those that hold the mechanism at rest. */
-KSL_EXPORT ksl_status_t ksl_bias(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
-                                 const ksl_external_t *external, double *tau);
-KSL_EXPORT ksl_status_t ksl_gravity_torque(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                           const ksl_external_t *external, double *tau);
-
-/** n states at once, in lanes and on `threads` threads (0: all cores).  Arrays are row-major: a row a state, strides in
-    numbers between rows, negative ones too.  No workspace is passed; memory is kept for each calling thread.  Results are
-    the bits of the one-state calls.  Numbers are not checked: a NaN spoils its own state only. */
-KSL_EXPORT ksl_status_t ksl_inverse_dynamics_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
-                                                   const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
-                                                   double *tau, ptrdiff_t tau_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_forward_dynamics_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
-                                                   const double *v, ptrdiff_t v_stride, const double *tau,
-                                                   ptrdiff_t tau_stride, double *a, ptrdiff_t a_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_mass_matrix_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
-                                              double *M, ptrdiff_t M_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_inverse_dynamics_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
-                                                    const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
-                                                    float *tau, ptrdiff_t tau_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_forward_dynamics_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
-                                                    const float *v, ptrdiff_t v_stride, const float *tau,
-                                                    ptrdiff_t tau_stride, float *a, ptrdiff_t a_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_mass_matrix_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
-                                               float *M, ptrdiff_t M_stride, int threads);
-
-/** Poses as from ksl_frame_poses, a row of links_n × 4 × 4 a state; energies as from ksl_energy, rows of one number. */
-KSL_EXPORT ksl_status_t ksl_frame_poses_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
-                                              int links_n, const int *links, double *poses, ptrdiff_t poses_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_energy_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
-                                         const double *v, ptrdiff_t v_stride, double *kinetic, ptrdiff_t kinetic_stride,
-                                         double *potential, ptrdiff_t potential_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_frame_poses_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
-                                               int links_n, const int *links, float *poses, ptrdiff_t poses_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_energy_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
-                                          const float *v, ptrdiff_t v_stride, float *kinetic, ptrdiff_t kinetic_stride,
-                                          float *potential, ptrdiff_t potential_stride, int threads);
+/** The same for a batch: state k has n wrenches, side by side from wrench + k × stride numbers on, six numbers each. */
+typedef struct ksl_external_rows_t {
+  int n;
+  const int *link; /**< (n) */
+  const double *wrench;
+  ptrdiff_t stride;
+} ksl_external_rows_t;
+typedef struct ksl_external_rowsf_t {
+  int n;
+  const int *link;
+  const float *wrench;
+  ptrdiff_t stride;
+} ksl_external_rowsf_t;
 
 typedef enum ksl_part_t { KSL_TOTAL, KSL_CONSTRAINT, KSL_ACTUATION } ksl_part_t;
 typedef enum ksl_side_t { KSL_ON_CHILD, KSL_ON_PARENT } ksl_side_t;
@@ -148,33 +116,31 @@ typedef struct ksl_reaction_options_t {
   ksl_order_t order;
 } ksl_reaction_options_t;
 
-/** Reactions through n joints into wrenches (n, 6), right after ksl_inverse_dynamics with the same external wrenches: any
-    other call with this workspace in between is refused, since it writes there.
+typedef enum ksl_expressed_t { KSL_IN_FRAME, KSL_IN_WORLD } ksl_expressed_t;
+
+/** How a motion of a link's frame is expressed.  All zeros is the default: about the frame's origin, in its axes, linear
+    first.  KSL_IN_WORLD: about the world's origin, in its axes. */
+typedef struct ksl_frame_options_t {
+  ksl_expressed_t axes, at;
+  ksl_order_t order;
+} ksl_frame_options_t;
+
+/** Reactions through n joints into wrenches (n, 6), right after ksl_inverse_dynamics (or _with_reactions) in the same
+    precision and with the same external wrenches: any other call with this workspace in between is refused, since it
+    writes there.
     options may be NULL.  The split is made in the joint's frame and then moved by the coadjoint. */
 KSL_EXPORT ksl_status_t ksl_reactions(const ksl_model_t *model, ksl_data_t *data, int n, const int *joints,
                                       const ksl_reaction_options_t *options, const ksl_external_t *external,
                                       double *wrenches);
-
-/** Both at once, which costs less: efforts tau (nv), and the reactions through n joints into wrenches (n, 6), of moving joints
-    and in their own frames written as inverse dynamics finds them.  The same numbers, arguments and refusals as those of
-    the two calls; ksl_reactions may follow. */
-KSL_EXPORT ksl_status_t ksl_inverse_dynamics_with_reactions(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                            const double *v, const double *a, const ksl_external_t *external,
-                                                            double *tau, int n, const int *joints,
-                                                            const ksl_reaction_options_t *options, double *wrenches);
+KSL_EXPORT ksl_status_t ksl_reactionsf(const ksl_model_t *model, ksl_data_t *data, int n, const int *joints,
+                                       const ksl_reaction_options_t *options, const ksl_externalf_t *external,
+                                       float *wrenches);
 
 /** Pose of a link's frame in the world for q (nq). */
 KSL_EXPORT ksl_status_t ksl_frame_pose(const ksl_model_t *model, ksl_data_t *data, const double *q, int link, ksl_SE3_t *pose);
 
-/** Poses of n links' frames in the world into poses (n, 4, 4), m, each matrix row-major, for q (nq).  A link may come twice.
-    All n are computed from one walk over the bodies: O(bodies + n). */
-KSL_EXPORT ksl_status_t ksl_frame_poses(const ksl_model_t *model, ksl_data_t *data, const double *q, int n, const int *links,
-                                        double *poses);
-
-/** Kinetic and potential energy, J; the latter zero with every centroid at the world's origin. */
-KSL_EXPORT ksl_status_t ksl_energy(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
-                                   double *kinetic, double *potential);
-
 KSL_END_C
+
+#include "ksl/engine_calls.h"
 
 #endif

@@ -68,6 +68,12 @@ public:
   /// The arrays that algorithms run on, in double and in single precision; valid as long as the model lives.
   model_view<double> view() const { return double_.view(nq_, nv_, pose_numbers_); }
   model_view<float> view_single() const { return single_.view(nq_, nv_, pose_numbers_); }
+  template <class S> model_view<S> view_in() const {
+    if constexpr (sizeof(S) == sizeof(double))
+      return view();
+    else
+      return view_single();
+  }
 
 private:
   /// Bodies, links and gravity in one precision.
@@ -105,7 +111,7 @@ public:
   std::size_t bytes() const { return bytes_; }
 
   /// nv zeros: no velocity, no acceleration.
-  const double *zero() const { return zero_.data(); }
+  template <class S> const S *zero() const { return static_cast<const S *>(static_cast<const void *>(zero_.data())); }
 
 private:
   static constexpr std::align_val_t alignment{64};

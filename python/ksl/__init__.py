@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 
 from ksl._core import __version__
 from ksl.errors import DescriptionError, DescriptionWarning, FrameError, MotionError
-from ksl.model import Joint, Link, Model, load
+from ksl.mechanism import Joint, Link
+from ksl.model import Model, load
 
 if TYPE_CHECKING:
     from ksl.spatial import Acceleration, Inertia, Momentum, Pose, Twist, Wrench

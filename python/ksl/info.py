@@ -8,10 +8,10 @@ from rich.table import Table
 from rich.text import Text
 from rich.tree import Tree
 
-from ksl.model import Joint, Link, Model
+from ksl.mechanism import Joint, Link, Mechanism
 
 
-def print_info(model: Model, console: Console) -> None:
+def print_info(model: Mechanism, console: Console) -> None:
     """Prints everything that `ksl info` says of a model."""
     moving = len(model.joint_names)
     mass = sum(link.mass for link in model.links)
@@ -29,7 +29,7 @@ def print_info(model: Model, console: Console) -> None:
                 console.print(Text(f"  {line}"))
 
 
-def _tree(model: Model) -> Tree:
+def _tree(model: Mechanism) -> Tree:
     by_parent: dict[str | None, list[Joint]] = {}
     order = {link.name: i for i, link in enumerate(model.links)}
     for joint in sorted(model.joints, key=lambda j: order[j.child]):
@@ -53,7 +53,7 @@ def _span(start: int, size: int) -> str:
     return "" if size == 0 else str(start) if size == 1 else f"{start}–{start + size - 1}"
 
 
-def _joint_table(model: Model) -> Table:
+def _joint_table(model: Mechanism) -> Table:
     table = Table(title="Joints, in the order of q, then the fixed ones", title_justify="left")
     losses = any(j.damping or j.friction for j in model.joints)
     headings = ["joint", "kind", "parent → child", "q", "v", "axis", "lower", "upper", "effort", "velocity"]
@@ -61,6 +61,8 @@ def _joint_table(model: Model) -> Table:
         table.add_column(heading, justify="left" if heading in ("joint", "kind", "parent → child", "axis") else "right")
     for j in model.joints:
         axis = " ".join(f"{x:.4g}" for x in j.axis) if j.has_axis else ""
+        if j.pitch:
+            axis += f", {j.pitch:.4g} m/rad"
         table.add_row(
             Text(j.name), j.kind, Text(f"{j.parent or 'ground'} → {j.child}"), _span(j.q_index, j.nq), _span(j.v_index, j.nv), axis,
             *(_number(x) for x in (j.lower, j.upper, j.effort, j.velocity)),
@@ -69,7 +71,7 @@ def _joint_table(model: Model) -> Table:
     return table
 
 
-def _link_table(model: Model) -> Table:
+def _link_table(model: Mechanism) -> Table:
     table = Table(title="Links with mass: centroid in the link's frame (m), inertia about it (kg m²)", title_justify="left")
     table.add_column("link")
     for heading in ("mass", "x", "y", "z", "Ixx", "Iyy", "Izz", "Ixy", "Iyz", "Izx"):

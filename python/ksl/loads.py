@@ -11,10 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ksl._core import __version__
+from ksl.calls import Calls
 from ksl.errors import MotionError
-from ksl.model import Array, Joint, Model, Order, Point, Side
+from ksl.mechanism import Joint, Mechanism
 from ksl.motion import SPLINE_SAMPLES, Motion, complete, derivative
 from ksl.quantities import JointLoads, PowerBalance, joint_loads, power_round_off, unit
+from ksl.states import Array, Order, Point, Side
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -44,7 +46,7 @@ class Placement:
 class LoadCase:
     """A motion of a model, with what the environment exerts on its links: {link: (n, 6)}."""
 
-    model: Model
+    model: Calls
     motion: Motion
     placement: Placement = Placement()
     external: Mapping[str, Array] = field(default_factory=dict)
@@ -63,7 +65,7 @@ class LoadCase:
             wanted.append(request(p.on, p.at, "joint", "lin_ang", "total", names))
         external = {link: w[rows] for link, w in self.external.items()}
         m = self.motion
-        tau, wrenches = self.model._evaluate(m.q[rows], m.v[rows], m.a[rows], external, wanted)
+        tau, *wrenches = self.model._with_reactions(m.q[rows], m.v[rows], m.a[rows], external, tuple(wanted))
         return Block(rows, m.time[rows], m.v[rows], tau, wrenches[0], wrenches[1], wrenches[-1] if len(wrenches) > 2 else wrenches[0])
 
 
@@ -85,7 +87,7 @@ class Block:
 class TableWriter:
     """Turns blocks into columns: a row for each sample and joint."""
 
-    def __init__(self, model: Model, placement: Placement) -> None:
+    def __init__(self, model: Mechanism, placement: Placement) -> None:
         import pyarrow as pa
 
         self._pa, self._placement = pa, placement
@@ -102,7 +104,7 @@ class TableWriter:
             metadata={"ksl": json.dumps(self._description(model))},
         )
 
-    def _description(self, model: Model) -> dict[str, str]:
+    def _description(self, model: Mechanism) -> dict[str, str]:
         p = self._placement
         return {
             "version": __version__,
@@ -173,13 +175,13 @@ class Curves:
             return None
         kinetic, potential = self.case.model.energy(motion.q, motion.v)
         energy = kinetic + potential
-        supplied = self.case.model._external_power(motion.q, motion.v, external) if external else np.zeros(len(motion.time))
+        supplied = self.case.model.external_power(motion.q, motion.v, external) if external else np.zeros(len(motion.time))
         round_off = power_round_off(motion.time, energy, motion.q, self._largest_effort)
         return PowerBalance(self._drive, supplied, energy, derivative(motion.time, energy), round_off)
 
 
 def wrench_table(
-    model: Model,
+    model: Calls,
     time: ArrayLike,
     q: ArrayLike,
     v: ArrayLike | None = None,
@@ -241,7 +243,7 @@ def _wrenches(link: str, w: ArrayLike, samples: int) -> Array:
     return np.broadcast_to(given, (samples, 6))
 
 
-def exceeded_limits(model: Model, motion: Motion, loads: list[JointLoads]) -> list[str]:
+def exceeded_limits(model: Mechanism, motion: Motion, loads: list[JointLoads]) -> list[str]:
     """A line for each limit of the file that the motion exceeds."""
     lines = []
     for l in loads:

@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ksl._core import QUATERNION_TOLERANCE
 from ksl.errors import MotionError
-from ksl.model import Array, Joint, Model
+from ksl.mechanism import Joint, Mechanism
+from ksl.states import Array
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -54,7 +56,7 @@ def columns_of(joint: Joint) -> tuple[list[str], list[str], list[str]]:
     return [joint.name], [f"{joint.name}.v"], [f"{joint.name}.a"]
 
 
-def read_motion(model: Model, path: str | os.PathLike[str]) -> Motion:
+def read_motion(model: Mechanism, path: str | os.PathLike[str]) -> Motion:
     """Reads a CSV table with `time` and a column for each moving joint (rad or m); `NAME.v` and `NAME.a` if known.
 
     A floating joint has the columns NAME.x .y .z .qx .qy .qz .qw, and for its rates NAME.vx .vy .vz .wx .wy .wz and
@@ -72,7 +74,7 @@ def read_motion(model: Model, path: str | os.PathLike[str]) -> Motion:
     return complete(model, time, q, given, file, 2)
 
 
-def complete(model: Model, time: Array, q: Array, given: list[list[Array | None]], name: str = "motion", first_line: int | None = None) -> Motion:
+def complete(model: Mechanism, time: Array, q: Array, given: list[list[Array | None]], name: str = "motion", first_line: int | None = None) -> Motion:
     """Velocities and accelerations where they are missing; `given` holds for each moving joint [v, a], each (n, nv) or None.
 
     name, first_line: what errors call the motion, and the line of its first sample where it is a file.
@@ -219,7 +221,7 @@ def _continuous_unit(where: Callable[[int], str], joint: Joint, q: Array) -> Arr
     """Quaternions of unit length and without jumps between q and −q."""
     position, quaternion = np.hsplit(q, [-4])
     length = np.linalg.norm(quaternion, axis=1)
-    bad = np.flatnonzero(np.abs(length - 1) > 1e-3)
+    bad = np.flatnonzero(np.abs(length - 1) > QUATERNION_TOLERANCE)
     if len(bad):
         raise MotionError(
             f"{where(bad[0])}: the quaternion of {joint.name} has length {length[bad[0]]:.6g}; "
@@ -324,7 +326,7 @@ def _what_arrow_says(file: str, names: list[str], text: str) -> str:
     return f"{file}: can't be read as CSV ({text}); give `time` and a column for each joint, separated by commas"
 
 
-def _check_columns(model: Model, file: str, table: dict[str, Array]) -> None:
+def _check_columns(model: Mechanism, file: str, table: dict[str, Array]) -> None:
     from difflib import get_close_matches
 
     joints = model.joints[: len(model.joint_names)]
@@ -380,7 +382,7 @@ def _check_finite(file: str, table: dict[str, Array]) -> None:
 WRENCH_COLUMNS = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 
-def read_external(model: Model, path: str | os.PathLike[str], time: Array) -> dict[str, Array]:
+def read_external(model: Mechanism, path: str | os.PathLike[str], time: Array) -> dict[str, Array]:
     """Reads wrenches that the environment exerts on links: {link: (n, 6)}, force first.
 
     The table has `time`, with the samples of the motion, and LINK.fx … LINK.tz (missing components are zero): at the

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksl.model import Array, Joint
+from ksl.mechanism import Joint
+from ksl.states import Array
 
 UNITS = {
     "axial_force": "N",

@@ -17,8 +17,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ksl.model import Array, Joint
+from ksl.mechanism import Joint
 from ksl.quantities import JointLoads, PowerBalance, unit
+from ksl.states import Array
 
 Row = Mapping[str, float | str | None]
 Indices = NDArray[np.intp]

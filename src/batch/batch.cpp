@@ -1,10 +1,12 @@
-#include "ksl/batch.hpp"
+#include "batch/compute_batch.hpp"
 
 #include "batch/threads.hpp"
 #include "engine/kernels.hpp"
+#include "ksl/engine/workspace.hpp"
 
 #include <memory>
 #include <new>
+#include <utility>
 
 namespace ksl {
 namespace {
@@ -27,99 +29,111 @@ std::byte *scratch(std::size_t bytes) {
   return memory.get();
 }
 
-template <class S> struct in_precision;
-template <> struct in_precision<double> {
-  static model_view<double> view(const model &m) { return m.view(); }
-  static const batch_kernels<double> &one() { return kernels().one_double; }
-  static const batch_kernels<double> &lanes() { return kernels().lanes_double; }
-};
-template <> struct in_precision<float> {
-  static model_view<float> view(const model &m) { return m.view_single(); }
-  static const batch_kernels<float> &one() { return kernels().one_float; }
-  static const batch_kernels<float> &lanes() { return kernels().lanes_float; }
-};
-
-/// The states of a batch from k on, n of them.
-template <class S> batch_view<S> part_of(const batch_view<S> &all, std::size_t k, std::size_t n) {
-  batch_view<S> part = all;
-  part.n = n;
-  for (rows_view<const S> batch_view<S>::*rows :
-       {&batch_view<S>::q, &batch_view<S>::v, &batch_view<S>::a, &batch_view<S>::tau, &batch_view<S>::external})
-    part.*rows = rows_from(all.*rows, k);
-  part.out = rows_from(all.out, k);
-  return part;
+/// What the row doesn't name is not passed on.
+template <class S> batch_view<S> as_row_names(const algorithm_row &row, const batch_view<S> &given) {
+  batch_view<S> batch = given;
+  for (const auto &[named, rows] : {std::pair{row.v, &batch.v}, std::pair{row.a, &batch.a}, std::pair{row.tau, &batch.tau}})
+    if (!named)
+      *rows = {};
+  if (row.external == external_use::none)
+    batch.external_n = 0;
+  if (row.request != request_kind::reactions)
+    batch.reactions_n = 0;
+  for (int r = row.results; r < most_results; ++r)
+    batch.result[r] = {};
+  return batch;
 }
 
-/// Runs compute(kernels, view, part, first state, memory) for all parts of a batch on their threads.
-template <class S, class Compute> void run(const model &m, const batch_view<S> &batch, int threads, Compute compute) {
-  const batch_kernels<S> &chosen = batch.n == 1 ? in_precision<S>::one() : in_precision<S>::lanes();
-  const model_view<S> view = in_precision<S>::view(m);
-  const partition parts(batch.n, static_cast<std::size_t>(chosen.lanes), least_states(m.moving_joints()), threads);
-  const std::size_t bytes = compute(chosen, view, batch, std::size_t(0), nullptr);
-  std::byte *memory = scratch(bytes * parts.threads);
-  on_threads(parts, [&](std::size_t first, std::size_t end, std::size_t seat) {
-    compute(chosen, view, part_of(batch, first, end - first), first, memory + bytes * seat);
-  });
+/// Where one state of a batch is computed: its inputs lie apart from where results go, which may be one place in a batch.
+template <class S> struct one_state_memory {
+  void *workspace;
+  S *q, *v, *a, *tau, *wrenches, *unwanted[most_results] = {};
+  int *links;
+  reaction_result<S> *reactions;
+
+  void lay_out(arena &memory, const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t workspace_bytes) {
+    workspace = memory.take<std::byte>(static_cast<int>(workspace_bytes));
+    q = memory.take<S>(m.nq());
+    for (S **numbers : {&v, &a, &tau})
+      *numbers = memory.take<S>(m.nv());
+    wrenches = memory.take<S>(6 * batch.external_n);
+    links = memory.take<int>(batch.external_n);
+    reactions = memory.take<reaction_result<S>>(batch.reactions_n);
+    const algorithm_row &computed = row.variant_of ? *row.variant_of : row; // may have more results
+    for (int r = 0; r < computed.results; ++r)
+      unwanted[r] = batch.result[r].first ? nullptr : memory.take<S>(numbers_of(computed.result[r], m.nv(), batch.links.n));
+  }
+
+  static const S *copy(const rows_view<const S> &rows, std::size_t k, int columns, S *out) {
+    const S *const from = rows.first ? row(rows, k) : nullptr;
+    for (int c = 0; c < columns; ++c)
+      out[c] = from ? from[c] : S(0);
+    return out;
+  }
+
+  /// State k of the batch.
+  state_view<S> load(const model &m, const batch_view<S> &batch, std::size_t k) const {
+    state_view<S> s;
+    s.q = copy(batch.q, k, m.nq(), q), s.v = copy(batch.v, k, m.nv(), v);
+    s.a = copy(batch.a, k, m.nv(), a), s.tau = copy(batch.tau, k, m.nv(), tau);
+    for (int e = 0; e < batch.external_n; ++e) {
+      links[e] = batch.external[e].link;
+      copy(batch.external[e].wrench, k, 6, wrenches + 6 * e);
+    }
+    s.external = {batch.external_n, links, wrenches};
+    s.links = batch.links, s.frame = batch.frame;
+    for (int r = 0; r < batch.reactions_n; ++r)
+      reactions[r] = {&batch.reactions[r].request, ksl::row(batch.reactions[r].out, k)};
+    s.reactions_n = batch.reactions_n, s.reactions = reactions;
+    for (int r = 0; r < most_results; ++r)
+      s.result[r] = batch.result[r].first ? ksl::row(batch.result[r], k) : unwanted[r];
+    return s;
+  }
+};
+
+template <class S> void compute_one(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t k) {
+  const kernels_in<S> &kernel = in_precision<S>(*(kernels().*row.kernels));
+  const model_view<S> view = m.view_in<S>();
+  const std::size_t bytes = kernel.workspace_bytes(view);
+  one_state_memory<S> state;
+  arena measure(nullptr);
+  state.lay_out(measure, row, m, batch, bytes);
+  arena memory(scratch(measure.used()));
+  state.lay_out(memory, row, m, batch, bytes);
+  kernel.state(view, state.workspace, state.load(m, batch, k));
 }
 
 } // namespace
 
 template <class S>
-void inverse_dynamics_batch(const model &m, const batch_view<S> &batch, const std::vector<reaction_rows<S>> &reactions,
-                            int threads) {
-  run(m, batch, threads, [&](const auto &kernels, const auto &view, const batch_view<S> &part, std::size_t k, void *memory) {
-    std::vector<reaction_rows<S>> later;
-    if (k)
-      later = reactions;
-    for (reaction_rows<S> &w : later)
-      w.out = rows_from(w.out, k);
-    const std::vector<reaction_rows<S>> &wanted = k ? later : reactions;
-    return kernels.inverse_dynamics(view, part, static_cast<int>(wanted.size()), wanted.data(), memory);
+void compute_states(const algorithm_row &row, const model &m, const batch_view<S> &given, std::size_t first, std::size_t end) {
+  const batch_view<S> batch = as_row_names(row, given);
+  if (first == end)
+    return;
+  if (end - first == 1)
+    return compute_one(row, m, batch, first);
+  const kernels_in<S> &kernel = in_precision<S>(*(kernels().*row.kernels));
+  const model_view<S> view = m.view_in<S>();
+  kernel.batch(view, batch, first, end, scratch(kernel.batch(view, batch, 0, 0, nullptr)));
+}
+
+template <class S> void compute_batch(const algorithm_row &row, const model &m, const batch_view<S> &given, int threads) {
+  if (given.n < 2)
+    return compute_states(row, m, given, 0, given.n);
+  const batch_view<S> batch = as_row_names(row, given);
+  const kernels_in<S> &kernel = in_precision<S>(*(kernels().*row.kernels));
+  const model_view<S> view = m.view_in<S>();
+  const partition parts(batch.n, static_cast<std::size_t>(kernel.lanes), least_states(m.moving_joints()), threads);
+  const std::size_t bytes = kernel.batch(view, batch, 0, 0, nullptr);
+  std::byte *memory = scratch(bytes * parts.threads);
+  on_threads(parts, [&](std::size_t first, std::size_t end, std::size_t seat) {
+    kernel.batch(view, batch, first, end, memory + bytes * seat);
   });
 }
 
-template <class S> void forward_dynamics_batch(const model &m, const batch_view<S> &batch, int threads) {
-  run(m, batch, threads, [&](const auto &kernels, const auto &view, const batch_view<S> &part, std::size_t, void *memory) {
-    return kernels.forward_dynamics(view, part, memory);
-  });
-}
-
-template <class S> void mass_matrix_batch(const model &m, const batch_view<S> &batch, int threads) {
-  run(m, batch, threads, [&](const auto &kernels, const auto &view, const batch_view<S> &part, std::size_t, void *memory) {
-    return kernels.mass_matrix(view, part, memory);
-  });
-}
-
-template <class S>
-void frame_poses_batch(const model &m, const batch_view<S> &batch, int n, const int *links, int threads) {
-  run(m, batch, threads, [&](const auto &kernels, const auto &view, const batch_view<S> &part, std::size_t, void *memory) {
-    return kernels.frame_poses(view, part, n, links, memory);
-  });
-}
-
-template <class S>
-void energy_batch(const model &m, const batch_view<S> &batch, const rows_view<S> &kinetic, const rows_view<S> &potential,
-                  int threads) {
-  run(m, batch, threads, [&](const auto &kernels, const auto &view, const batch_view<S> &part, std::size_t k, void *memory) {
-    return kernels.energy(view, part, rows_from(kinetic, k), rows_from(potential, k), memory);
-  });
-}
-
-template <class S> void external_power_batch(const model &m, const batch_view<S> &batch, int threads) {
-  run(m, batch, threads, [&](const auto &kernels, const auto &view, const batch_view<S> &part, std::size_t, void *memory) {
-    return kernels.external_power(view, part, memory);
-  });
-}
-
-#define KSL_INSTANTIATE(S)                                                                                             \
-  template void inverse_dynamics_batch(const model &, const batch_view<S> &, const std::vector<reaction_rows<S>> &, int); \
-  template void forward_dynamics_batch(const model &, const batch_view<S> &, int);                                     \
-  template void mass_matrix_batch(const model &, const batch_view<S> &, int);                                          \
-  template void frame_poses_batch(const model &, const batch_view<S> &, int, const int *, int);                        \
-  template void energy_batch(const model &, const batch_view<S> &, const rows_view<S> &, const rows_view<S> &, int);   \
-  template void external_power_batch(const model &, const batch_view<S> &, int);
-KSL_INSTANTIATE(double)
-KSL_INSTANTIATE(float)
-#undef KSL_INSTANTIATE
+template void compute_batch(const algorithm_row &, const model &, const batch_view<double> &, int);
+template void compute_batch(const algorithm_row &, const model &, const batch_view<float> &, int);
+template void compute_states(const algorithm_row &, const model &, const batch_view<double> &, std::size_t, std::size_t);
+template void compute_states(const algorithm_row &, const model &, const batch_view<float> &, std::size_t, std::size_t);
 
 } // namespace ksl

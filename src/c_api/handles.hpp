@@ -16,7 +16,7 @@ struct ksl_model_t {
 struct ksl_data_t {
   const ksl_model_t *model;
   ksl::data data;
-  bool holds_wrenches = false; ///< the last call that wrote to it was inverse dynamics
+  std::size_t holds_wrenches = 0; ///< bytes of a number, if the last call that wrote to it was inverse dynamics; otherwise 0
   std::vector<int> links; ///< child links of the joints of a request: room for all joints
 };
 

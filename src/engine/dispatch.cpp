@@ -1,5 +1,6 @@
 // Chooses the instruction set once.
 #include "batch/array_kernels.hpp"
+#include "engine/kernel_tables.hpp"
 #include "engine/kernels.hpp"
 
 #include "ksl/dynamics.hpp"
@@ -13,8 +14,10 @@
 #endif
 
 #define KSL_DECLARE_TABLES(set)                                                                                        \
-  extern "C" const ksl::kernel_table ksl_kernels_##set;                                                                \
-  extern "C" const ksl::array_kernel_table ksl_array_kernels_##set;
+  KSL_DECLARE_KERNELS(set)                                                                                             \
+  extern "C" const ksl::finite_kernels ksl_finite_##set;                                                               \
+  extern "C" const ksl::array_kernel_table ksl_array_kernels_##set;                                                    \
+  constexpr ksl::kernel_table kernels_##set = KSL_KERNEL_TABLE(set);
 #if defined(__x86_64__)
 KSL_DECLARE_TABLES(x86_64_v2)
 KSL_DECLARE_TABLES(x86_64_v3)
@@ -31,6 +34,7 @@ namespace {
 struct instruction_set_row {
   const char *name;
   const kernel_table *table;
+  const finite_kernels *finite;
   const array_kernel_table *arrays;
   bool (*runs_here)();
 };
@@ -55,18 +59,18 @@ bool has_v4() {
 
 // best first
 constexpr instruction_set_row sets[] = {
-    {"x86-64-v4", &ksl_kernels_x86_64_v4, &ksl_array_kernels_x86_64_v4, has_v4},
-    {"x86-64-v3", &ksl_kernels_x86_64_v3, &ksl_array_kernels_x86_64_v3, has_v3},
-    {"x86-64-v2", &ksl_kernels_x86_64_v2, &ksl_array_kernels_x86_64_v2, has_v2},
+    {"x86-64-v4", &kernels_x86_64_v4, &ksl_finite_x86_64_v4, &ksl_array_kernels_x86_64_v4, has_v4},
+    {"x86-64-v3", &kernels_x86_64_v3, &ksl_finite_x86_64_v3, &ksl_array_kernels_x86_64_v3, has_v3},
+    {"x86-64-v2", &kernels_x86_64_v2, &ksl_finite_x86_64_v2, &ksl_array_kernels_x86_64_v2, has_v2},
 };
 
 #elif defined(__aarch64__)
 
-constexpr instruction_set_row sets[] = {{"neon", &ksl_kernels_neon, &ksl_array_kernels_neon, [] { return true; }}};
+constexpr instruction_set_row sets[] = {{"neon", &kernels_neon, &ksl_finite_neon, &ksl_array_kernels_neon, [] { return true; }}};
 
 #else
 
-constexpr instruction_set_row sets[] = {{"generic", &ksl_kernels_generic, &ksl_array_kernels_generic, [] { return true; }}};
+constexpr instruction_set_row sets[] = {{"generic", &kernels_generic, &ksl_finite_generic, &ksl_array_kernels_generic, [] { return true; }}};
 
 #endif
 
@@ -94,6 +98,7 @@ const instruction_set_row &chosen() {
 } // namespace
 
 const kernel_table &kernels() { return *chosen().table; }
+const finite_kernels &finite_kernels_in_force() { return *chosen().finite; }
 const array_kernel_table &array_kernels() { return *chosen().arrays; }
 const char *instruction_set() { return chosen().name; }
 

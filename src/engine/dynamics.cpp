@@ -1,11 +1,9 @@
-// The C++ calls of dynamics.hpp: a model and a workspace, unpacked for the kernels.
+// The calls of dynamics.hpp that no row of api/algorithms.py gives.
 #include "ksl/dynamics.hpp"
 
-#include "ksl/engine/forward_kinematics.hpp"
-
+#include "engine/compute.hpp"
 #include "load/check.hpp"
 #include "load/urdf.hpp"
-#include "engine/kernels.hpp"
 
 #include <set>
 
@@ -23,59 +21,18 @@ model load(const std::string &urdf_path, const model_options &options, bool mimi
   return model(std::move(robot), options);
 }
 
-void inverse_dynamics(const model &m, data &d, const double *q, const double *v, const double *a, double *tau,
-                      const external_wrenches<double> &external) {
-  kernels().inverse_dynamics(m.view(), d.memory(), q, v, a, external, tau);
+template <class S>
+void reactions(const model &m, data &d, const reaction_request &request, S *out, const external_wrenches<S> &external) {
+  const reaction_result<S> wanted = {&request, out};
+  compute<S>(rows::inverse_dynamics_with_reactions, m, d, {.external = external, .reactions_n = 1, .reactions = &wanted});
 }
-
-void reactions(const model &m, data &d, const reaction_request &request, double *out,
-               const external_wrenches<double> &external) {
-  kernels().reactions(m.view(), d.memory(), external, request, out);
-}
-
-void inverse_dynamics_with_reactions(const model &m, data &d, const double *q, const double *v, const double *a, double *tau,
-                                     const reaction_request &request, double *out,
-                                     const external_wrenches<double> &external) {
-  kernels().inverse_dynamics_with_reactions(m.view(), d.memory(), q, v, a, external, tau, request, out);
-}
-
-void forward_dynamics(const model &m, data &d, const double *q, const double *v, const double *tau, double *a,
-                      const external_wrenches<double> &external) {
-  kernels().forward_dynamics(m.view(), d.memory(), q, v, tau, external, a);
-}
-
-void mass_matrix(const model &m, data &d, const double *q, double *M) {
-  kernels().mass_matrix(m.view(), d.memory(), q, M);
-}
-
-void bias(const model &m, data &d, const double *q, const double *v, double *tau,
-          const external_wrenches<double> &external) {
-  inverse_dynamics(m, d, q, v, d.zero(), tau, external);
-}
-
-void gravity_torque(const model &m, data &d, const double *q, double *tau, const external_wrenches<double> &external) {
-  inverse_dynamics(m, d, q, d.zero(), d.zero(), tau, external);
-}
+template void reactions(const model &, data &, const reaction_request &, double *, const external_wrenches<double> &);
+template void reactions(const model &, data &, const reaction_request &, float *, const external_wrenches<float> &);
 
 SE3<double> frame_pose(const model &m, data &d, const double *q, int link) {
-  double out[16];
-  kernels().frame_poses(m.view(), d.memory(), q, 1, &link, out);
-  return {{out[0], out[4], out[8], out[1], out[5], out[9], out[2], out[6], out[10]}, {out[3], out[7], out[11]}};
-}
-
-void frame_poses(const model &m, data &d, const double *q, int n, const int *links, double *out) {
-  kernels().frame_poses(m.view(), d.memory(), q, n, links, out);
-}
-
-void energy(const model &m, data &d, const double *q, const double *v, double *kinetic, double *potential) {
-  kernels().energy(m.view(), d.memory(), q, v, kinetic, potential);
-}
-
-double external_power(const model &m, data &d, const double *q, const double *v,
-                      const external_wrenches<double> &external) {
-  double power;
-  kernels().external_power(m.view(), d.memory(), q, v, external, &power);
-  return power;
+  double x[16];
+  frame_poses(m, d, q, 1, &link, x);
+  return {{x[0], x[4], x[8], x[1], x[5], x[9], x[2], x[6], x[10]}, {x[3], x[7], x[11]}};
 }
 
 } // namespace ksl

@@ -2,12 +2,8 @@
 // so that the axis is z.
 #include "ksl/model.hpp"
 
-#include "ksl/engine/energy.hpp"
-#include "ksl/engine/forward_dynamics.hpp"
-#include "ksl/engine/mass_matrix.hpp"
-#include "ksl/engine/reactions.hpp"
-
 #include "engine/canonical_axes.hpp"
+#include "engine/largest_workspace.hpp"
 #include "load/check.hpp"
 
 #include <algorithm>
@@ -285,16 +281,6 @@ int model::find_link(const std::string &name) const {
       return static_cast<int>(i);
   return -1;
 }
-
-namespace {
-
-/// Bytes of the largest workspace of one state.
-std::size_t largest_workspace(const model_view<double> &m) {
-  return std::max({workspace_bytes<reactions_workspace<double>>(m), workspace_bytes<forward_dynamics_workspace<double>>(m),
-                   workspace_bytes<mass_matrix_workspace<double>>(m), workspace_bytes<energy_workspace<double>>(m)});
-}
-
-} // namespace
 
 data::data(const model &m)
     : bytes_(largest_workspace(m.view())), memory_(::operator new(bytes_, alignment)), zero_(static_cast<std::size_t>(m.nv())) {

@@ -73,7 +73,10 @@ def test_the_algebra_needs_c_headers_only(path):
     assert not strangers, f"{path.relative_to(ROOT)} includes {sorted(strangers)}; the C algebra depends on nothing but C"
 
 
-@pytest.mark.parametrize("source", ["engine/kernels.cpp", "batch/array_kernels.cpp"])
+KERNELS = ["batch/finite.cpp", "batch/array_kernels.cpp", *(f"engine/algorithms/{f.name}" for f in sorted((SRC / "engine/algorithms").glob("*.cpp")))]
+
+
+@pytest.mark.parametrize("source", KERNELS)
 def test_kernels_include_nothing_that_has_code_of_its_own(source):
     """Inline functions of the standard library would be shared, weakly, between objects of different instruction sets."""
     files = closure(SRC / source)

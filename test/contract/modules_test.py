@@ -9,9 +9,6 @@ import pytest
 
 PYTHON = Path(__file__).resolve().parents[2] / "python"
 
-STILL_THERE = {("ksl.model", "ksl.loads")}
-"""Imports that close a circle.  `Model.loads` calls ksl.loads, which takes its types and the calls from ksl.model."""
-
 
 def module_name(path: Path, folder: Path) -> str:
     parts = path.relative_to(folder).with_suffix("").parts
@@ -62,20 +59,11 @@ def circle(graph: dict[str, set[str]]) -> list[str] | None:
     return None
 
 
-def without(graph: dict[str, set[str]], left_out: set[tuple[str, str]]) -> dict[str, set[str]]:
-    return {name: {other for other in others if (name, other) not in left_out} for name, others in graph.items()}
-
-
 def test_no_circle_of_modules():
     graph = imports(PYTHON)
     assert {"ksl", "ksl._core", "ksl.model", "ksl.spatial", "ksl.cli"} <= graph.keys()
-    found = circle(without(graph, STILL_THERE))
+    found = circle(graph)
     assert found is None, "a circle of modules: " + " is imported by ".join(found)
-
-
-@pytest.mark.parametrize("left", STILL_THERE, ids=" imports ".join)
-def test_what_is_left_out_closes_a_circle(left):
-    assert circle(without(imports(PYTHON), STILL_THERE - {left})), f"take {left} out of STILL_THERE: it closes no circle any more"
 
 
 @pytest.mark.parametrize(

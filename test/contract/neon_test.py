@@ -11,13 +11,16 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = {
-    "engine/kernels.cpp": ["-DKSL_ISA=neon", "-DKSL_TABLE=ksl_kernels_neon"],
+    **{f"engine/algorithms/{f.name}": ["-DKSL_ISA=neon"] for f in sorted((ROOT / "src/engine/algorithms").glob("*.cpp"))},
+    "batch/finite.cpp": ["-DKSL_ISA=neon", "-DKSL_TABLE=ksl_finite_neon"],
     "batch/array_kernels.cpp": ["-DKSL_ISA=neon", "-DKSL_TABLE=ksl_array_kernels_neon", "-fno-math-errno"],
     "engine/dispatch.cpp": [],
     "engine/dynamics.cpp": [],
+    "engine/dynamics_calls.cpp": [],
     "engine/canonical_axes.cpp": [],
     "engine/model.cpp": [],
     "batch/batch.cpp": [],
+    "batch/batch_calls.cpp": [],
     "batch/threads.cpp": [],
     "load/check.cpp": [],
     "load/words.cpp": [],
@@ -56,7 +59,7 @@ int main() {
   ksl::batch_view<double> b;
   b.n = n, b.q = {q.data(), m.nq()}, b.v = {v.data(), m.nv()}, b.a = b.tau = {a.data(), m.nv()};
   const auto show = [&](const char *what, std::size_t width, auto state, auto batch) {
-    b.out = {all.data(), static_cast<std::ptrdiff_t>(width)};
+    b.result[0] = {all.data(), static_cast<std::ptrdiff_t>(width)};
     batch();
     for (std::size_t k = 0; k < n; ++k) {
       state(k);
@@ -68,14 +71,14 @@ int main() {
     }
   };
   show("efforts", nv, [&](std::size_t k) { ksl::inverse_dynamics(m, d, &q[k * nq], &v[k * nv], &a[k * nv], one.data()); },
-       [&] { ksl::inverse_dynamics_batch(m, b, {}, 2); });
+       [&] { ksl::inverse_dynamics_batch(m, b, 2); });
   show("accelerations", nv, [&](std::size_t k) { ksl::forward_dynamics(m, d, &q[k * nq], &v[k * nv], &a[k * nv], one.data()); },
        [&] { ksl::forward_dynamics_batch(m, b, 2); });
   show("masses", nv * nv, [&](std::size_t k) { ksl::mass_matrix(m, d, &q[k * nq], one.data()); }, [&] { ksl::mass_matrix_batch(m, b, 2); });
   const int links[4] = {11, 3, 0, 7};
-  show("poses", 64, [&](std::size_t k) { ksl::frame_poses(m, d, &q[k * nq], 4, links, one.data()); }, [&] { ksl::frame_poses_batch(m, b, 4, links, 2); });
+  show("poses", 64, [&](std::size_t k) { ksl::frame_poses(m, d, &q[k * nq], 4, links, one.data()); }, [&] { b.links = {4, links}, ksl::frame_poses_batch(m, b, 2); });
   show("energies", 2, [&](std::size_t k) { ksl::energy(m, d, &q[k * nq], &v[k * nv], &one[0], &one[1]); },
-       [&] { ksl::energy_batch<double>(m, b, b.out, {b.out.first + 1, 2}, 2); });
+       [&] { b.result[1] = {b.result[0].first + 1, 2}, ksl::energy_batch(m, b, 2); });
   std::fprintf(stderr, "%s\n", ksl::instruction_set());
 }
 """

@@ -8,13 +8,13 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "test" / "algebra"))
 sys.path.insert(0, str(ROOT / "scripts"))
 from functions import bodies, published
-from reference_pages import pages
+from reference_pages import OTHERS, pages
 
 REFERENCE = ROOT / "docs" / "reference"
 
 
 def test_it_is_up_to_date():
-    found = {p.name: p.read_text(encoding="utf-8") for p in REFERENCE.glob("*.md")}
+    found = {p.name: p.read_text(encoding="utf-8") for p in REFERENCE.glob("*.md") if p.name not in OTHERS}
     made = pages()
     assert found.keys() == made.keys(), "run `make docs`"
     assert [name for name in made if found[name] != made[name]] == [], "run `make docs`"

@@ -9,6 +9,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 PROGRAM = """
 #include "ksl/engine/forward_dynamics.hpp"
+#include "ksl/engine/forward_kinematics.hpp"
 #include "ksl/engine/inverse_dynamics.hpp"
 #include "ksl/engine/mass_matrix.hpp"
 

@@ -15,8 +15,12 @@ ROOT = Path(__file__).resolve().parents[2]
 LEVELS = ("x86-64-v2", "x86-64-v3", "x86-64-v4")
 BUILDS = {"release": ["-O3", "-DNDEBUG"], "debug": ["-O0", "-g0"]}
 COMPILERS = ("g++", "clang++")
-TABLES = {"ksl_kernels": "src/engine/kernels.cpp", "ksl_array_kernels": "src/batch/array_kernels.cpp"}
-"""What is compiled once for each level: the table that it exports, and its file."""
+TABLES = {
+    **{f"ksl_kernels_{file.stem}": ("ksl_kernels", f"src/engine/algorithms/{file.name}") for file in sorted((ROOT / "src/engine/algorithms").glob("*.cpp"))},
+    "ksl_finite": ("ksl_kernels", "src/batch/finite.cpp"),
+    "ksl_array_kernels": ("ksl_array_kernels", "src/batch/array_kernels.cpp"),
+}
+"""What is compiled once for each level: the table that it exports, its CMake target, and its file."""
 
 
 def levels(compiler: str, build: str) -> tuple[str, ...]:
@@ -50,9 +54,9 @@ def built(compiler: str) -> Path | None:
 
 def kernel_object(compiler: str, build: str, level: str, table: str, folder: Path, library: Path | None) -> Path:
     """The object out of the folder where its library was built; compiled here where there is none."""
-    name, source = level.replace("-", "_"), TABLES[table]
+    name, (target, source) = level.replace("-", "_"), TABLES[table]
     if library:
-        return library / f"CMakeFiles/{table}_{name}.dir/{source}.o"
+        return library / f"CMakeFiles/{target}_{name}.dir/{source}.o"
     own = [f"-march={level}", f"-DKSL_ISA={name}", f"-DKSL_TABLE={table}_{name}"]
     return compile_object(compiler, BUILDS[build] + own, source, folder / f"{compiler}-{build}-{level}-{table}.o")
 

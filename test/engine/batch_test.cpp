@@ -2,7 +2,8 @@
 #include "ksl/batch.hpp"
 #include "robots.hpp"
 
-#include "batch/lane_kernels.hpp"
+#include "engine/forms.hpp"
+#include "ksl/engine/mass_matrix.hpp"
 
 #include <doctest/doctest.h>
 
@@ -48,7 +49,7 @@ template <class S> struct states {
     b.q = {q.data(), m.nq()};
     b.v = {v.data(), m.nv()};
     b.a = b.tau = {a.data(), m.nv()};
-    b.out = {out.data(), width};
+    b.result[0] = {out.data(), width};
     return b;
   }
 };
@@ -91,12 +92,14 @@ template <class S> positions_and_energies<S> found_in(const ksl::model &m, state
   r.kinetic.assign(n, S(-7)), r.potential = r.kinetic;
   ksl::batch_view<S> b = s.view(m, n, r.poses, pose_numbers);
   b.q = rows_from(b.q, k), b.v = rows_from(b.v, k);
-  ksl::frame_poses_batch(m, b, static_cast<int>(some_links.size()), some_links.data(), threads);
-  ksl::energy_batch<S>(m, b, {r.kinetic.data(), 1}, {r.potential.data(), 1}, threads);
+  b.links = {static_cast<int>(some_links.size()), some_links.data()};
+  ksl::frame_poses_batch(m, b, threads);
+  b.result[0] = {r.kinetic.data(), 1}, b.result[1] = {r.potential.data(), 1};
+  ksl::energy_batch(m, b, threads);
   r.power.assign(n, S(-7));
-  b.out = {r.power.data(), 1};
-  b.external_n = 1, b.external_link = &pushed;
-  b.external = b.q; // any six numbers of each state
+  b.result[0] = {r.power.data(), 1};
+  const ksl::external_rows<S> push = {pushed, b.q}; // any six numbers of each state
+  b.external_n = 1, b.external = &push;
   ksl::external_power_batch(m, b, threads);
   return r;
 }
@@ -141,7 +144,9 @@ TEST_CASE("poses, energies and powers of a batch are those of dynamics.hpp") {
     ksl::energy(m, d, q, v, &kinetic, &potential);
     CHECK(kinetic == all.kinetic[k]);
     CHECK(potential == all.potential[k]);
-    CHECK(ksl::external_power(m, d, q, v, {1, &pushed, q}) == all.power[k]);
+    double power;
+    ksl::external_power(m, d, q, v, &power, {1, &pushed, q});
+    CHECK(power == all.power[k]);
     for (std::size_t i = 0; i < some_links.size(); ++i) {
       const ksl::SE3<double> D = ksl::frame_pose(m, d, q, some_links[i]);
       const double rows[16] = {D.R.m00, D.R.m01, D.R.m02, D.t.x, D.R.m10, D.R.m11, D.R.m12, D.t.y,
@@ -156,9 +161,9 @@ TEST_CASE("the number of threads changes nothing") {
   const std::size_t n = 5000;
   states<double> s(m, n);
   std::vector<double> alone, shared;
-  ksl::inverse_dynamics_batch(m, s.view(m, n, alone, m.nv()), {}, 1);
+  ksl::inverse_dynamics_batch(m, s.view(m, n, alone, m.nv()), 1);
   for (int threads : {0, 2, 3, 7}) {
-    ksl::inverse_dynamics_batch(m, s.view(m, n, shared, m.nv()), {}, threads);
+    ksl::inverse_dynamics_batch(m, s.view(m, n, shared, m.nv()), threads);
     CHECK(shared == alone);
   }
   states<float> single(m, n);
@@ -206,7 +211,7 @@ TEST_CASE("rows may run backwards and lie apart; nothing is written between them
   std::vector<double> straight, spread(n * apart, -7.0);
   ksl::inverse_dynamics_batch(m, s.view(m, n, straight, m.nv()));
   ksl::batch_view<double> b = s.view(m, n, straight, m.nv());
-  b.out = {spread.data() + (n - 1) * apart, -static_cast<std::ptrdiff_t>(apart)};
+  b.result[0] = {spread.data() + (n - 1) * apart, -static_cast<std::ptrdiff_t>(apart)};
   std::vector<double> wanted;
   ksl::inverse_dynamics_batch(m, s.view(m, n, wanted, m.nv()));
   ksl::inverse_dynamics_batch(m, b);
@@ -226,9 +231,11 @@ TEST_CASE("poses and energies too") {
   std::vector<float> poses(n * apart, -7.0f), energies(3 * n, -7.0f), unused;
   ksl::batch_view<float> b = s.view(m, n, unused, 0);
   b.q = {row(b.q, n - 1), -b.q.stride}, b.v = {row(b.v, n - 1), -b.v.stride};
-  b.out = {poses.data(), apart};
-  ksl::frame_poses_batch(m, b, static_cast<int>(some_links.size()), some_links.data());
-  ksl::energy_batch<float>(m, b, {energies.data() + 3 * (n - 1), -3}, {energies.data() + 1, 3});
+  b.result[0] = {poses.data(), apart};
+  b.links = {static_cast<int>(some_links.size()), some_links.data()};
+  ksl::frame_poses_batch(m, b);
+  b.result[0] = {energies.data() + 3 * (n - 1), -3}, b.result[1] = {energies.data() + 1, 3};
+  ksl::energy_batch(m, b);
   for (std::size_t k = 0; k < n; ++k) {
     const float *found = &poses[(n - 1 - k) * apart];
     CHECK(std::equal(found, found + pose_numbers, &wanted.poses[k * pose_numbers]));
@@ -243,7 +250,7 @@ TEST_CASE("no links, no poses") {
   const ksl::model m = tree();
   states<double> s(m, 3);
   std::vector<double> untouched;
-  ksl::frame_poses_batch(m, s.view(m, 3, untouched, 1), 0, nullptr);
+  ksl::frame_poses_batch(m, s.view(m, 3, untouched, 1));
   CHECK(untouched == std::vector<double>(3, -7.0));
 }
 
@@ -273,21 +280,26 @@ TEST_CASE("forward dynamics is the inverse of inverse dynamics, and M a + bias =
 
 TEST_CASE("a mass matrix of other scalars than plain numbers has both triangles, and its zeros") {
   using P = ksl::native_pack<double>;
-  using W = ksl::mass_matrix_workspace<P>;
   const ksl::model m = tree();
   const int size = m.nv() * m.nv();
   const states<double> s(m, 1);
+  using workspace = ksl::mass_matrix_workspace<P>;
   ksl::arena measure(nullptr);
-  ksl::block_workspace<P, W>(measure, m.view(), size, 0);
-  std::vector<double> memory(measure.used() / sizeof(double) + 8, -7.0), expected(static_cast<std::size_t>(size), -7.0);
-  const std::size_t misplaced = reinterpret_cast<std::size_t>(memory.data()) % 64 / sizeof(double);
-  ksl::arena pieces(memory.data() + (misplaced ? 8 - misplaced : 0));
-  const ksl::block_workspace<P, W> w(pieces, m.view(), size, 0);
-  for (int i = 0; i < m.nq(); ++i)
-    w.q[i] = P(s.q[static_cast<std::size_t>(i)]);
-  ksl::mass_matrix(m.view(), w.of_algorithm, w.q, w.result);
+  workspace().lay_out(measure, m.view());
+  std::vector<P> q, result(static_cast<std::size_t>(size), P(-7.0));
+  struct alignas(64) line {
+    std::byte bytes[64];
+  };
+  std::vector<line> memory(measure.used() / sizeof(line));
+  std::vector<double> expected(static_cast<std::size_t>(size), -7.0);
+  ksl::arena pieces(memory.data());
+  workspace w;
+  w.lay_out(pieces, m.view());
+  for (double x : s.q)
+    q.push_back(P(x));
+  ksl::mass_matrix(m.view(), w, q.data(), result.data());
   ksl::data d(m);
   ksl::mass_matrix(m, d, s.q.data(), expected.data());
   for (int k = 0; k < size; ++k)
-    CHECK(w.result[k][0] == expected[static_cast<std::size_t>(k)]);
+    CHECK(result[static_cast<std::size_t>(k)][0] == expected[static_cast<std::size_t>(k)]);
 }

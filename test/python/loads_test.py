@@ -9,7 +9,7 @@ import pytest
 
 import ksl
 from ksl.loads import BLOCK_ROWS, Curves, LoadCase, Placement, exceeded_limits
-from ksl.model import Joint
+from ksl.mechanism import Joint
 from ksl.motion import Motion, complete
 from ksl.quantities import integral, joint_loads, rms, summarise, unit, work
 

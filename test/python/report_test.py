@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from ksl.model import Joint
+from ksl.mechanism import Joint
 from ksl.quantities import PowerBalance, joint_loads, summarise
 from ksl.report import POINTS, ReportInput, decimate, format_number, write_report
 

@@ -52,6 +52,9 @@ class Reference:
         in_q = np.concatenate([np.arange(j["idx_q"], j["idx_q"] + j["nq"]) for j in self.joints])
         self.of_v = {key: data[key][:, in_v] for key in ("v", "a", "rnea", "rnea_fext")}
         self.of_joint = {key: data[key][:, order] for key in ("joint_reaction", "fext", "joint_R", "joint_p")}
+        of_joint = {row: name for name, (row, _) in rows.items()}
+        self.jacobian_joints = [of_joint[int(row)] for row in data["jacobian_joints"]]
+        self.jacobians = {key: data[f"J_{key}"][..., in_v] for key in ("local", "world", "lwa")}
         self.energy = data["kinetic_energy"], data["potential_energy"]
         self.state = data["q"][:, in_q], self.of_v["v"], self.of_v["a"]
         self.children = [self.m.joint(n).child for n in self.m.joint_names]
@@ -125,6 +128,12 @@ def test_poses(r):
         T = r.m.frame_pose(r.state[0], child)
         assert np.abs(T[:, :3, :3] - r.of_joint["joint_R"][:, i]).max() < TOLERANCE, child
         assert np.abs(T[:, :3, 3] - r.of_joint["joint_p"][:, i]).max() < TOLERANCE, child
+
+
+@pytest.mark.parametrize("key, axes, at", [("local", "frame", "frame"), ("world", "world", "world"), ("lwa", "world", "frame")])
+def test_jacobians(r, key, axes, at):
+    found = np.stack([r.m.jacobian(r.state[0], name, axes=axes, at=at) for name in r.jacobian_joints], axis=1)
+    assert error(found, r.jacobians[key]) < TOLERANCE
 
 
 def test_energies(r):

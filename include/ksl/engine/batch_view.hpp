@@ -1,16 +1,51 @@
-// KSL: a batch of states as algorithms see it: row-major arrays, a row a state.
+// KSL: what an algorithm is called with: one state, or a batch of states as row-major arrays, a row a state.
+//
+// All algorithms share these two structs.  Which members one of them reads and writes is said in api/algorithms.py and in
+// docs/reference/dynamics.md; the others are ignored.
 #pragma once
 
+#include "ksl/engine/frame_options.hpp"
 #include "ksl/engine/reactions.hpp"
 
 #include <cstddef>
 
 namespace ksl {
 
+/// Links by index, in the order wanted; one may come twice.
+struct link_list {
+  int n = 0;
+  const int *index = nullptr; ///< (n)
+};
+
+constexpr int most_results = 2; ///< of an algorithm, besides reactions
+
+/// Reactions of one state: 6 numbers for each joint of the request.
+template <class T> struct reaction_result {
+  const reaction_request *request = nullptr;
+  T *out = nullptr;
+};
+
+/// One state.
+template <class T> struct state_view {
+  const T *q = nullptr, *v = nullptr, *a = nullptr, *tau = nullptr;
+  external_wrenches<T> external = {};
+  link_list links = {};
+  frame_options frame = {};
+  int reactions_n = 0;
+  const reaction_result<T> *reactions = nullptr; ///< (reactions_n)
+  T *result[most_results] = {};                  ///< in the order in which the algorithm lists them
+};
+
 /// Rows of numbers; stride is the distance between two rows, in numbers.
 template <class S> struct rows_view {
   S *first = nullptr;
   std::ptrdiff_t stride = 0;
+};
+
+/// What the environment exerts on one link: a row is a wrench (linear first, at the link's origin, in the link's axes).
+template <class S> struct external_rows {
+  int link = 0;
+  rows_view<const S> wrench;
 };
 
 /// Reactions that are wanted of every state: a row holds request.n × 6 numbers.
@@ -22,11 +57,14 @@ template <class S> struct reaction_rows {
 /// n states.  Inputs without rows are zero; results without rows are not wanted.
 template <class S> struct batch_view {
   std::size_t n = 0;
-  rows_view<const S> q, v, a, tau;
+  rows_view<const S> q = {}, v = {}, a = {}, tau = {};
   int external_n = 0;
-  const int *external_link = nullptr; ///< (external_n)
-  rows_view<const S> external;        ///< a row: external_n × 6
-  rows_view<S> out;                   ///< efforts, accelerations, mass matrices: what the algorithm computes
+  const external_rows<S> *external = nullptr; ///< (external_n)
+  link_list links = {};
+  frame_options frame = {};
+  int reactions_n = 0;
+  const reaction_rows<S> *reactions = nullptr; ///< (reactions_n)
+  rows_view<S> result[most_results] = {};      ///< in the order in which the algorithm lists them
 };
 
 inline namespace KSL_ISA {
@@ -36,7 +74,7 @@ template <class S> S *row(const rows_view<S> &rows, std::size_t k) {
   return rows.first + static_cast<std::ptrdiff_t>(k) * rows.stride;
 }
 
-/// The same rows from k on; nothing stays nothing.
+/// The same rows from k on; absent rows stay absent.
 template <class S> rows_view<S> rows_from(const rows_view<S> &rows, std::size_t k) {
   return rows.first ? rows_view<S>{row(rows, k), rows.stride} : rows_view<S>{};
 }

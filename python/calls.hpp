@@ -1,0 +1,446 @@
+// Every algorithm from Python: one way in, and the only place where arguments are checked.
+//
+// Arrays that can be read as they are go straight to the kernels: of one precision, with equal leading shapes and rows at one
+// distance.  Others are converted by ksl.states, and then go the same way.
+#pragma once
+
+#include "array.hpp"
+#include "without_gil.hpp"
+
+#include "batch/compute_batch.hpp"
+#include "batch/threads.hpp"
+#include "engine/kernels.hpp"
+#include "ksl/dynamics.hpp"
+#include "ksl/engine/quaternion_tolerance.hpp"
+
+#include <atomic>
+#include <climits>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace calls {
+
+/// Which links, by index, in the order wanted: kept by ksl.requests, so that a call converts no list.
+struct link_request {
+  std::vector<int> index;
+  ksl::frame_options frame; ///< how what is asked of one link is expressed
+};
+
+/// Which reactions, and how they are expressed.
+struct reactions_request {
+  std::vector<int> links;
+  ksl::reaction_request request;
+};
+
+/// A ValueError.
+[[noreturn]] inline void refuse(const std::string &sentence) { throw nb::value_error(sentence.c_str()); }
+
+inline std::string text_of(nb::handle object) { return nb::str(object).c_str(); }
+inline std::string class_name(nb::handle object) { return text_of(object.type().attr("__name__")); }
+
+/// 0 is all cores.
+inline int thread_count(nb::handle threads) {
+  if (threads.is_none() || PyObject_Not(threads.ptr()) == 1)
+    return 0;
+  const nb::object whole = nb::steal(PyNumber_Index(threads.ptr()));
+  if (!whole.is_valid())
+    nb::raise_python_error();
+  int overflow = 0;
+  const long n = PyLong_AsLongAndOverflow(whole.ptr(), &overflow);
+  if (overflow < 0 || (!overflow && n < 0))
+    refuse("threads=" + text_of(whole) + "; expected how many threads to use at most, or None or 0 for all cores");
+  return overflow || n > INT_MAX ? INT_MAX : static_cast<int>(n);
+}
+
+/// An argument: q, v, a, tau, or the wrench on a link.
+struct argument {
+  nb::object object;
+  const char *name = nullptr; ///< null: a wrench
+  int columns = 0;
+  nb::object link_name = {};
+  int link = -1;
+  row_array array = {};
+
+  /// As sentences call it.
+  std::string text() const { return name ? name : "external[" + std::string(nb::repr(link_name).c_str()) + "]"; }
+  std::string short_text() const { return name ? name : text_of(link_name); }
+
+  bool is_array() const { return PyArray_CheckExact(object.ptr()); }
+  void read() { array = {object, columns, 1}; }
+};
+
+/// The checks of numbers, and the computation, run in parts that stay in the inner caches.
+constexpr std::size_t cached_bytes = 64 << 10;
+/// Fewer are computed while the interpreter's lock is held: to release it takes 50 ns.
+constexpr std::size_t states_worth_releasing = 32;
+
+inline bool finite(const double *x, std::size_t n) { return ksl::finite_kernels_in_force().in_double(x, n); }
+inline bool finite(const float *x, std::size_t n) { return ksl::finite_kernels_in_force().in_float(x, n); }
+
+/// Rows [first, end) hold finite numbers; no rows hold none.
+template <class S> bool finite(const ksl::rows_view<const S> &rows, int columns, std::size_t first, std::size_t end) {
+  const std::size_t width = static_cast<std::size_t>(columns);
+  if (!rows.first)
+    return true;
+  if (rows.stride == columns)
+    return finite(row(rows, first), (end - first) * width);
+  for (std::size_t k = first; k < end; ++k)
+    if (!finite(row(rows, k), width))
+      return false;
+  return true;
+}
+
+/// Calls found(joint, state) for quaternions of the rows [first, end) that are not of unit length, until it returns false.
+template <class S, class Found>
+void check_quaternions(const ksl::model &m, const ksl::rows_view<const S> &q, std::size_t first, std::size_t end, Found found) {
+  for (int j = 0; j < m.moving_joints() && m.nq() != m.nv(); ++j) {
+    const ksl::joint_row &joint = m.joints()[static_cast<std::size_t>(j)];
+    const int quaternion = ksl::row_of(joint.kind).quaternion;
+    for (std::size_t k = first; k < end && quaternion >= 0; ++k)
+      if (const S *x = row(q, k) + joint.q_index + quaternion; !ksl::is_unit_quaternion(x) && !found(joint, k, x))
+        return;
+  }
+}
+
+/// One call of an algorithm.
+class call {
+public:
+  call(const ksl::algorithm_row &row, const ksl::model &m, nb::handle q, nb::handle v, nb::handle x, nb::handle external,
+       nb::handle request)
+      : row_(row), m_(m), external_(nb::borrow(external)) {
+    inputs_.reserve(3);
+    inputs_.push_back({nb::borrow(q), "q", m.nq()});
+    if (row.v)
+      inputs_.push_back({nb::borrow(v), "v", m.nv()});
+    if (row.a || row.tau)
+      inputs_.push_back({nb::borrow(x), row.a ? "a" : "tau", m.nv()});
+    read_request(request);
+  }
+
+  nb::object run(nb::handle out, nb::handle threads) {
+    const int most = thread_count(threads);
+    ksl::kernels(); // refuses an unusable KSL_ISA here, and not on another thread
+    if (!take_external() || !all_of([](const argument &x) { return x.is_array(); }))
+      convert();
+    check_shapes();
+    if (!readable<double>() && !readable<float>())
+      rearrange();
+    return readable<double>() ? run_in<double>(out, most) : run_in<float>(out, most);
+  }
+
+private:
+  template <class Condition> bool all_of(Condition condition) const {
+    for (const std::vector<argument> *arguments : {&inputs_, &wrenches_})
+      for (const argument &x : *arguments)
+        if (!condition(x))
+          return false;
+    return true;
+  }
+  template <class Step> void for_each(Step step) {
+    for (std::vector<argument> *arguments : {&inputs_, &wrenches_})
+      for (argument &x : *arguments)
+        step(x);
+  }
+
+  void read_request(nb::handle request) {
+    const auto add = [&](nb::handle one) { reactions_.push_back(&nb::cast<const reactions_request &>(one).request); };
+    if (row_.request == ksl::request_kind::reactions && PyTuple_Check(request.ptr()))
+      for (nb::handle one : nb::borrow<nb::tuple>(request))
+        add(one);
+    else if (row_.request == ksl::request_kind::reactions)
+      add(request);
+    else if (row_.request != ksl::request_kind::none)
+      links_ = &nb::cast<const link_request &>(request);
+    if ((row_.request == ksl::request_kind::link || row_.request == ksl::request_kind::frame) && links_->index.size() != 1)
+      refuse("expected one link or joint");
+  }
+
+  /// {link name: wrench}; false where that is no plain dict.  Subclasses of dict may override item access.
+  bool take_external() {
+    if (row_.external == ksl::external_use::none || external_.is_none())
+      return true;
+    if (!PyDict_CheckExact(external_.ptr()))
+      return false;
+    const nb::list items = nb::steal<nb::list>(PyDict_Items(external_.ptr())); // other threads may change the dict
+    wrenches_.clear();
+    for (nb::handle item : items)
+      wrenches_.push_back({nb::borrow(PyTuple_GET_ITEM(item.ptr(), 1)), nullptr, 6, nb::borrow(PyTuple_GET_ITEM(item.ptr(), 0)), -1});
+    return true;
+  }
+
+  /// What is no array becomes one (ksl.states.as_arrays).
+  void convert() {
+    nb::list given;
+    for (const argument &x : inputs_)
+      given.append(x.object);
+    const nb::tuple made = nb::cast<nb::tuple>(nb::module_::import_("ksl.states").attr("as_arrays")(given, external_));
+    for (std::size_t i = 0; i < inputs_.size(); ++i)
+      inputs_[i].object = made[0][i];
+    external_ = made[1];
+    take_external();
+  }
+
+  /// Arrays in their full leading shape, contiguous and of one precision (ksl.states.as_rows); wrenches apart from all others.
+  void rearrange() {
+    nb::list inputs, wrenches, leading;
+    for (const argument &x : inputs_)
+      inputs.append(x.object);
+    for (const argument &x : wrenches_)
+      wrenches.append(x.object);
+    for (int i = 0; i < leading_.axes; ++i)
+      leading.append(leading_.length[i]);
+    const nb::tuple made = nb::cast<nb::tuple>(nb::module_::import_("ksl.states").attr("as_rows")(inputs, wrenches, nb::tuple(leading)));
+    for (std::size_t i = 0; i < inputs_.size(); ++i)
+      inputs_[i].object = made[0][i];
+    for (std::size_t i = 0; i < wrenches_.size(); ++i)
+      wrenches_[i].object = made[1][i];
+    for_each([](argument &x) { x.read(); });
+    rearranged_ = true;
+  }
+
+  /// Reads the arrays: real numbers, rows as wide as they must be, links of the model, leading shapes that go together.
+  void check_shapes() {
+    for_each([](argument &x) {
+      x.read();
+      if (x.array.kind() == 'c')
+        refuse(x.text() + " is complex (" + x.array.type() + "); expected real numbers: .real takes the real parts");
+    });
+    for_each([](argument &x) {
+      if (x.array.axes() > 0 && x.array.length(x.array.axes() - 1) == x.columns)
+        return;
+      const std::string numbers = x.name ? std::string(x.name[0] == 'q' ? "nq" : "nv") + " numbers for each state" : "force, then moment";
+      const std::string columns = std::to_string(x.columns);
+      refuse(x.text() + " has shape " + x.array.shape() + "; expected (…, " + columns + ")" + ": " + numbers);
+    });
+    for (argument &x : wrenches_)
+      x.link = link_of(x.link_name);
+    leading_ = inputs_[0].array.leading();
+    for_each([&](argument &x) {
+      if (!x.array.has_leading(leading_) && !leading_.broadcast(x.array.leading()))
+        refuse_leading_shapes();
+    });
+  }
+
+  int link_of(nb::handle name) const {
+    Py_ssize_t size = 0;
+    const char *const text = PyUnicode_CheckExact(name.ptr()) ? PyUnicode_AsUTF8AndSize(name.ptr(), &size) : nullptr;
+    const int link = text ? m_.find_link(std::string(text, static_cast<std::size_t>(size))) : -1;
+    if (link >= 0)
+      return link;
+    PyErr_Clear();
+    std::string known;
+    for (const ksl::link_description &l : m_.links())
+      known += (known.empty() ? "" : ", ") + l.name;
+    const ksl::robot_description &robot = m_.description();
+    refuse((robot.name.empty() ? robot.file : robot.name) + ": no link named " + nb::repr(name).c_str() + "; known: " + known);
+  }
+
+  [[noreturn]] void refuse_leading_shapes() {
+    std::string found;
+    for_each([&](argument &x) { found += (found.empty() ? "" : ", ") + x.short_text() + " " + x.array.shape(); });
+    refuse("leading shapes don't broadcast: " + found);
+  }
+
+  template <class S> bool readable() const {
+    return all_of([&](const argument &x) { return x.array.readable<S>() && x.array.has_leading(leading_); });
+  }
+
+  /// The shape of result r: those of the row, then one for each request for reactions.
+  leading_shape shape_of(std::size_t r) const {
+    leading_shape shape = leading_;
+    const auto add = [&](int n) { shape.length[shape.axes++] = n; };
+    if (r >= static_cast<std::size_t>(row_.results)) {
+      add(reactions_[r - static_cast<std::size_t>(row_.results)]->n), add(6);
+      return shape;
+    }
+    const ksl::result_row &result = row_.result[r];
+    for (int i = 0; i < result.axes; ++i)
+      add(ksl::length_of(result.shape[i], m_.nv(), link_count()));
+    return shape;
+  }
+  int link_count() const { return links_ ? static_cast<int>(links_->index.size()) : 0; }
+
+  /// New arrays, or those that the caller gives.
+  template <class S> void take_results(nb::handle out) {
+    const std::size_t n = static_cast<std::size_t>(row_.results) + reactions_.size();
+    const bool several = n > 1, given = !out.is_none();
+    if (several && given && !((PyTuple_Check(out.ptr()) || PyList_Check(out.ptr())) && nb::len(out) == n))
+      refuse("out is " + class_name(out) + "; expected " + (n == 2 ? "two" : std::to_string(n)) + " arrays, (" + result_names() + ")");
+    for (std::size_t r = 0; r < n; ++r) {
+      leading_shape shape = shape_of(r);
+      nb::object array = !given ? nb::steal(PyArray_SimpleNew(shape.axes, shape.length, numpy_type<S>)) : several ? nb::object(out[r]) : nb::borrow(out);
+      if (!array.is_valid())
+        nb::raise_python_error();
+      if (given)
+        check_out<S>(array, shape);
+      int columns = 1;
+      for (int i = leading_.axes; i < shape.axes; ++i)
+        columns *= static_cast<int>(shape.length[i]);
+      results_.push_back({array, columns, shape.axes - leading_.axes});
+      arrays_.push_back(std::move(array));
+    }
+  }
+  std::string result_names() const {
+    std::string names;
+    for (int r = 0; r < row_.results; ++r)
+      names += std::string(r ? ", " : "") + row_.result[r].name;
+    return names;
+  }
+
+  template <class S> void check_out(nb::handle out, const leading_shape &wanted) const {
+    const char *const dtype = sizeof(S) == 8 ? "float64" : "float32";
+    std::string found = class_name(out);
+    if (PyArray_Check(out.ptr())) {
+      const auto array = reinterpret_cast<PyArrayObject *>(out.ptr());
+      const row_array whole(out, 1, 0);
+      if (PyArray_TYPE(array) == numpy_type<S> && PyArray_ISCARRAY(array) && whole.has_leading(wanted))
+        return;
+      found = whole.type() + " " + whole.shape();
+    }
+    refuse("out is " + found + "; expected a C-contiguous, aligned, writeable " + dtype + " array of shape " +
+           ::text_of(wanted.length, wanted.axes));
+  }
+
+  /// A state is read before its result is written: a result may be an argument, but then row on row.
+  void check_overlaps() {
+    const auto spared = [&](const argument &x) {
+      for (const row_array &result : results_)
+        if (x.name ? !result.spares(x.array) : !result.apart_from(x.array))
+          return false;
+      return true;
+    };
+    if (!all_of(spared) && !rearranged_)
+      rearrange(); // copies what does not lie side by side
+    for_each([&](argument &x) {
+      if (!spared(x)) {
+        const std::string name = x.text();
+        refuse("out overlaps " + name + ", which would be overwritten before it is read; give out=" + name + " itself or memory apart from it");
+      }
+    });
+    for (std::size_t r = 1; r < results_.size(); ++r)
+      if (!results_[r].apart_from(results_[r - 1]))
+        refuse("out: " + result_names() + " overlap; give each memory of its own");
+  }
+
+  template <class S> nb::object run_in(nb::handle out, int threads) {
+    take_results<S>(out);
+    check_overlaps();
+    std::vector<ksl::external_rows<S>> external;
+    std::vector<ksl::reaction_rows<S>> reactions;
+    const ksl::batch_view<S> batch = batch_of(external, reactions);
+    if (!compute(batch, threads))
+      refuse_numbers(batch);
+    return arrays_.size() == 1 ? arrays_[0] : nb::object(nb::tuple(nb::cast(arrays_)));
+  }
+
+  template <class S>
+  ksl::batch_view<S> batch_of(std::vector<ksl::external_rows<S>> &external, std::vector<ksl::reaction_rows<S>> &reactions) const {
+    ksl::batch_view<S> batch;
+    batch.n = static_cast<std::size_t>(leading_.states());
+    std::size_t i = 0;
+    batch.q = inputs_[i++].array.template rows<const S>();
+    for (const auto &[read, rows] : {std::pair{row_.v, &batch.v}, std::pair{row_.a, &batch.a}, std::pair{row_.tau, &batch.tau}})
+      if (read)
+        *rows = inputs_[i++].array.template rows<const S>();
+    for (const argument &x : wrenches_)
+      external.push_back({x.link, x.array.template rows<const S>()});
+    batch.external_n = static_cast<int>(external.size()), batch.external = external.data();
+    if (links_)
+      batch.links = {link_count(), links_->index.data()}, batch.frame = links_->frame;
+    const std::size_t own = static_cast<std::size_t>(row_.results);
+    for (std::size_t r = 0; r < own; ++r)
+      batch.result[r] = results_[r].template rows<S>();
+    for (std::size_t r = 0; r < reactions_.size(); ++r)
+      reactions.push_back({*reactions_[r], results_[own + r].template rows<S>()});
+    batch.reactions_n = static_cast<int>(reactions.size()), batch.reactions = reactions.data();
+    return batch;
+  }
+
+  /// Whether the numbers of the states [first, end) are those of states.
+  template <class S> bool acceptable(const ksl::batch_view<S> &batch, std::size_t first, std::size_t end) const {
+    bool well = finite(batch.q, m_.nq(), first, end) && finite(batch.v, m_.nv(), first, end) &&
+                finite(batch.a, m_.nv(), first, end) && finite(batch.tau, m_.nv(), first, end);
+    for (int e = 0; e < batch.external_n; ++e)
+      well = well && finite(batch.external[e].wrench, 6, first, end);
+    check_quaternions(m_, batch.q, first, end, [&](const auto &...) { return well = false; });
+    return well;
+  }
+
+  /// Checks each part right before it is computed, while its numbers are in the caches: one pass over memory instead of two.
+  /// Where a result takes an argument's place, all are checked first, so that nothing is written where something is wrong.
+  template <class S> bool compute(const ksl::batch_view<S> &batch, int threads) const {
+    bool in_place = false;
+    for (const row_array &result : results_)
+      in_place = in_place || !all_of([&](const argument &x) { return result.apart_from(x.array); });
+    const auto check = [&](std::size_t first, std::size_t end) { return acceptable(batch, first, end); };
+    const auto run = [&](std::size_t first, std::size_t end) { return ksl::compute_states(row_, m_, batch, first, end), true; };
+    std::optional<without_gil> released;
+    if (batch.n >= states_worth_releasing)
+      released.emplace();
+    if (in_place)
+      return for_parts<S>(batch.n, threads, check) && for_parts<S>(batch.n, threads, run);
+    return for_parts<S>(batch.n, threads, [&](std::size_t first, std::size_t end) { return check(first, end) && run(first, end); });
+  }
+
+  /// Calls step(first, end) for all states, some at a time, on several threads, until one returns false.
+  template <class S, class Step> bool for_parts(std::size_t n, int threads, Step step) const {
+    const std::size_t bytes = sizeof(S) * static_cast<std::size_t>(1 + m_.nq() + 2 * m_.nv());
+    const std::size_t some = (1 + cached_bytes / 64 / bytes) * 64;
+    std::atomic<bool> well{true}, no_memory{false};
+    const ksl::partition parts(n, some, ksl::least_states(m_.moving_joints()), threads);
+    ksl::on_threads(parts, [&](std::size_t first, std::size_t end, std::size_t) {
+      for (std::size_t k = first; k < end && well.load(std::memory_order_relaxed); k += some)
+        try {
+          if (!step(k, end - k < some ? end : k + some))
+            well.store(false, std::memory_order_relaxed);
+        } catch (const std::bad_alloc &) { // may not leave a thread
+          no_memory.store(true);
+          well.store(false);
+        }
+    });
+    if (no_memory.load())
+      throw std::bad_alloc();
+    return well.load();
+  }
+
+  /// Says which number is not finite, or which quaternion is not of unit length.
+  template <class S> [[noreturn]] void refuse_numbers(const ksl::batch_view<S> &batch) {
+    for_each([&](argument &x) {
+      const ksl::rows_view<const S> rows = x.array.rows<const S>();
+      for (std::size_t k = 0; k < batch.n; ++k)
+        for (int c = 0; c < x.columns; ++c)
+          if (const S number = row(rows, k)[c]; !std::isfinite(number)) {
+            const char *const value = std::isnan(number) ? "nan" : number > 0 ? "inf" : "-inf";
+            refuse(x.text() + "[" + leading_.index_of(static_cast<npy_intp>(k)) + std::to_string(c) + "] is " + value + "; every number must be finite");
+          }
+    });
+    check_quaternions(m_, batch.q, 0, batch.n, [](const ksl::joint_row &joint, std::size_t k, const S *x) -> bool {
+      char length[32];
+      std::snprintf(length, sizeof length, "%.6g", ksl::quaternion_length(x));
+      refuse(joint.name + ": quaternion of state " + std::to_string(k) + " has length " + length + "; expected a unit quaternion [qx qy qz qw]");
+    });
+    refuse("the arguments changed while they were read; other threads must not write to them during a call");
+  }
+
+  const ksl::algorithm_row &row_;
+  const ksl::model &m_;
+  std::vector<argument> inputs_, wrenches_;
+  nb::object external_;
+  const link_request *links_ = nullptr;
+  std::vector<const ksl::reaction_request *> reactions_;
+  leading_shape leading_;
+  bool rearranged_ = false;
+  std::vector<nb::object> arrays_; ///< results
+  std::vector<row_array> results_;
+};
+
+/// The result of an algorithm, or a tuple of them.  v and x (a or tau) are None where the algorithm has no such input.
+inline nb::object run(const ksl::algorithm_row &row, const ksl::model &m, nb::handle q, nb::handle v, nb::handle x,
+                      nb::handle external, nb::handle request, nb::handle out, nb::handle threads) {
+  return call(row, m, q, v, x, external, request).run(out, threads);
+}
+
+} // namespace calls

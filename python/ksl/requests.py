@@ -1,0 +1,138 @@
+"""What calls ask for by name, as the compiled calls take it: links, joints, and how wrenches are expressed.
+
+Requests are kept: to work one out takes longer than the dynamics of a state.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ksl import _core
+from ksl.mechanism import Mechanism
+from ksl.states import Point
+
+REQUESTS_KEPT = 64
+
+_PLAIN_NUMBERS = frozenset((float, int))
+_pack_three = struct.Struct("3d").pack
+
+
+class Requests(Mechanism):
+    """A mechanism, with the requests that were made to it."""
+
+    def __init__(self, core: _core.Model) -> None:
+        self._requests: dict[tuple[object, ...], _core.Request] = {}
+        self._link_lists: dict[tuple[object, ...] | str | None, _core.Links] = {}
+        super().__init__(core)
+
+    def _links_of(self, names: Iterable[str] | None) -> _core.Links:
+        """What these names in `frame_poses` ask for; kept, since to look them up takes longer than the poses of a state."""
+        key = names if names is None or isinstance(names, (str, tuple)) else tuple(names)
+        links = self._link_lists.get(key)
+        if links is None:
+            wanted = self.link_names if key is None else [key] if isinstance(key, str) else key
+            links = _core.Links([self._index(self._frame_index, name, "link or joint") for name in wanted])
+            self._keep_links(key, links)
+        return links
+
+    def _keep_links(self, key: tuple[object, ...] | str | None, links: _core.Links) -> None:
+        if len(self._link_lists) >= REQUESTS_KEPT:  # names that change from call to call
+            self._link_lists.clear()
+        self._link_lists[key] = links
+
+    def _frame_of(self, name: str, axes: str, at: str, order: str) -> _core.Links:
+        """One link, and how a motion of its frame is expressed."""
+        key = (name, (axes, at, order))
+        try:
+            request = self._link_lists.get(key)
+        except TypeError:  # a list, say, instead of a word: refused below
+            request = None
+        if request is None:
+            request = _core.Links(
+                [self._index(self._frame_index, name, "link or joint")],
+                world_axes=one_of(axes, "axes", "frame", "world") == "world",
+                at_world=one_of(at, "at", "frame", "world") == "world",
+                angular_first=one_of(order, "order", "lin_ang", "ang_lin") == "ang_lin",
+            )
+            self._keep_links(key, request)
+        return request
+
+    def _frame(self, name: str, what: str) -> tuple[_core.Frame, int]:
+        if name in ("joint", "world"):
+            return getattr(_core.Frame, name), -1
+        if not isinstance(name, str) or name not in self._link_index:
+            raise ValueError(f"{what}={name!r}: expected 'joint', 'world' or a link of {self.name or self.file}: {', '.join(self._link_index)}")
+        return _core.Frame.link, self._link_index[name]
+
+    def _request(self, on: str, at: Point, axes: str, order: str, part: str, joints: Iterable[str] | None) -> _core.Request:
+        """What these keywords of `reactions` ask for; kept, since to work it out takes longer than the dynamics of a state."""
+        if joints is not None and not isinstance(joints, (str, tuple)):
+            joints = tuple(joints)
+        point = at if isinstance(at, str) else _offset_key(at)
+        key = (on, point, axes, order, part, joints)
+        try:
+            request = self._requests.get(key)
+        except TypeError:  # a list, say, instead of a name: refused below
+            request = point = None
+        if request is None:
+            request = self._new_request(on, at, axes, order, part, joints)
+            if point is not None:
+                if len(self._requests) >= REQUESTS_KEPT:  # a point that changes from call to call
+                    self._requests.clear()
+                self._requests[key] = request
+        return request
+
+    def _new_request(self, on: str, at: Point, axes: str, order: str, part: str, joints: tuple[str, ...] | str | None) -> _core.Request:
+        offset: Sequence[float] = (0.0, 0.0, 0.0)
+        if not isinstance(at, str):
+            offset, at = three_numbers(at, "at"), "joint"
+        at_frame, at_link = self._frame(at, "at")
+        axes_frame, axes_link = self._frame(axes, "axes")
+        names = self.joint_names if joints is None else [joints] if isinstance(joints, str) else list(joints)
+        return _core.Request(
+            links=[self._link_index[self.joint(name).child] for name in names],
+            part=getattr(_core.Part, one_of(part, "part", "total", "constraint", "actuation")),
+            on=getattr(_core.Side, one_of(on, "on", "child", "parent")),
+            at=at_frame,
+            at_link=at_link,
+            offset=list(offset),
+            axes=axes_frame,
+            axes_link=axes_link,
+            angular_first=one_of(order, "order", "lin_ang", "ang_lin") == "ang_lin",
+        )
+
+
+def one_of(value: str, what: str, *known: str) -> str:
+    if value not in known:
+        raise ValueError(f"{what}={value!r}; expected one of {', '.join(repr(k) for k in known)}")
+    return value
+
+
+def three_numbers(x: ArrayLike, what: str) -> tuple[float, float, float]:
+    try:
+        v = np.asarray(x)
+        v = v.astype(float) if v.dtype.kind != "c" else np.empty(0)
+    except (TypeError, ValueError):
+        v = np.empty(0)
+    if v.shape != (3,) or not np.isfinite(v).all():
+        raise ValueError(f"{what} needs three finite numbers, found {x!r}")
+    return float(v[0]), float(v[1]), float(v[2])
+
+
+def _offset_key(at: Any) -> bytes | None:
+    """Tells offsets apart, zeros of either sign too; None where only `three_numbers` can tell what they are."""
+    numbers = at.tolist() if type(at) is np.ndarray else at
+    if type(numbers) not in (list, tuple) or len(numbers) != 3:
+        return None
+    x, y, z = numbers
+    if type(x) not in _PLAIN_NUMBERS or type(y) not in _PLAIN_NUMBERS or type(z) not in _PLAIN_NUMBERS:
+        return None
+    try:
+        return _pack_three(x, y, z)
+    except struct.error:  # an integer beyond all doubles
+        return None

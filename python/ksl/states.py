@@ -1,0 +1,39 @@
+"""States as users give them: the types of arguments, and their conversion to arrays that the compiled calls read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.floating]
+External = Mapping[str, ArrayLike]
+Side = Literal["child", "parent"]
+Order = Literal["lin_ang", "ang_lin"]
+Expressed = Literal["frame", "world"]
+Part = Literal["total", "constraint", "actuation"]
+Point = str | Sequence[float]
+"""'joint', 'world', a link's name, or three numbers: an offset from the joint's origin in the joint's axes, m."""
+
+
+def as_arrays(inputs: list[ArrayLike], external: External | None) -> tuple[list[NDArray[Any]], dict[str, NDArray[Any]]]:
+    """The same as arrays of NumPy, whatever they hold; the compiled calls say what does not fit."""
+    return [_array(x) for x in inputs], {name: _array(wrench) for name, wrench in (external or {}).items()}
+
+
+def as_rows(inputs: list[NDArray[Any]], wrenches: list[NDArray[Any]], leading: tuple[int, ...]) -> tuple[list[Array], list[Array]]:
+    """Arrays in their full leading shape, contiguous and of one precision: float32 where all are, otherwise float64.
+
+    Wrenches are always copied: a result may lie where they were.
+    """
+    single = all(x.dtype.newbyteorder("=") == np.float32 for x in (*inputs, *wrenches))
+    dtype = np.float32 if single else np.float64
+    rows = [np.require(np.broadcast_to(x, (*leading, x.shape[-1])), dtype, ["C", "A"]) for x in inputs]
+    return rows, [np.array(np.broadcast_to(w, (*leading, 6)), dtype, order="C") for w in wrenches]
+
+
+def _array(x: Any) -> NDArray[Any]:
+    """Of NumPy, which doesn't look for objects that offer DLPack and nothing else."""
+    return np.from_dlpack(x) if hasattr(x, "__dlpack__") and not hasattr(x, "__array__") else np.asarray(x)

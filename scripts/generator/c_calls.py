@@ -1,0 +1,128 @@
+"""C calls: ksl/engine_calls.h and their definitions; one state and batches, in double and (suffix f) in float."""
+
+from generator.rows import ALGORITHMS, MARK, WIDTH, Algorithm, call, comment, has, sentence
+
+SCALARS = {"double": "", "float": "f"}
+REQUEST = {"links": ["int links_n", "const int *links"], "link": ["int link"], "frame": ["int link", "const ksl_frame_options_t *options"],
+           "reactions": ["int n", "const int *joints", "const ksl_reaction_options_t *options"]}  # fmt: skip
+
+
+def results(row: Algorithm) -> list[str]:
+    return [result.name for result in row.results] + (["wrenches"] if row.request == "reactions" else [])
+
+
+def state_arguments(row: Algorithm, scalar: str) -> list[str]:
+    """Model and workspace, inputs, external wrenches, results, and before the last one what is asked for."""
+    out = [f"{scalar} *{name}" for name in results(row)]
+    request = [a.replace("links_n", "n") for a in REQUEST.get(row.request, [])]
+    external = [f"const ksl_external{SCALARS[scalar]}_t *external"] if row.external else []
+    inputs = [f"const {scalar} *{name}" for name in row.inputs]
+    return ["const ksl_model_t *model", "ksl_data_t *data", *inputs, *external, *out[:-1], *request, out[-1]]
+
+
+def batch_arguments(row: Algorithm, scalar: str, external: bool) -> list[str]:
+    """The same without workspace, and with a stride for each array."""
+    out = [(f"{scalar} *{name}", f"ptrdiff_t {name}_stride") for name in results(row)]
+    request = [a.replace("int n", "int joints_n") for a in REQUEST.get(row.request, [])]
+    inputs = [a for name in row.inputs for a in (f"const {scalar} *{name}", f"ptrdiff_t {name}_stride")]
+    wrenches = [f"const ksl_external_rows{SCALARS[scalar]}_t *external"] if external else []
+    before = [a for pair in out[:-1] for a in pair]
+    return ["const ksl_model_t *model", "size_t n", *inputs, *wrenches, *before, *request, *out[-1], "int threads"]
+
+
+def batches(row: Algorithm) -> list[tuple[str, bool]]:
+    """Names of a row's batch calls, and whether they take external wrenches."""
+    if row.external == "optional":
+        return [(f"ksl_{row.name}_batch", False), (f"ksl_{row.name}_external_batch", True)]
+    return [(f"ksl_{row.name}_batch", bool(row.external))]
+
+
+def declarations(row: Algorithm) -> str:
+    lines = [comment(sentence(row) + ("  external may be NULL." if row.external == "optional" else ""), "    ", "/** ", " */", WIDTH)]
+    for scalar, suffix in SCALARS.items():
+        if has(row, "c"):
+            lines.append(call(f"KSL_EXPORT ksl_status_t ksl_{row.name}{suffix}(", state_arguments(row, scalar), ");"))
+    for scalar, suffix in SCALARS.items():
+        for name, external in batches(row):
+            lines.append(call(f"KSL_EXPORT ksl_status_t {name}{suffix}(", batch_arguments(row, scalar, external), ");"))
+    return "\n".join(lines)
+
+
+def state_definition(row: Algorithm, scalar: str) -> str:
+    members = [f".{name} = {name}" for name in ("q", "v", "a", "tau") if name in row.inputs]
+    members += {"links": [".links = {n, links}"], "link": [".links = {1, &link}"], "frame": [".links = {1, &link}"]}.get(row.request, [])
+    members += [f".result = {{{', '.join(r.name for r in row.results)}}}"]
+    arguments = ["model", "data", "{" + ", ".join(members) + "}"]
+    arguments += ["external"] if row.external else ["no_external"]
+    arguments += {"reactions": ["n", "joints", "options", "wrenches"], "frame": ["options"]}.get(row.request, [])
+    opening = call(f"ksl_status_t ksl_{row.name}{SCALARS[scalar]}(", state_arguments(row, scalar), ") {")
+    return f"{opening}\n" + call(f"  return state_call<rows::{row.name}, {scalar}>(", arguments, ");") + "\n}\n"
+
+
+def batch_definition(row: Algorithm, scalar: str, name: str, external: bool) -> str:
+    members = [".n = n", *(f".{x} = {{{x}, {x}_stride}}" for x in ("q", "v", "a", "tau") if x in row.inputs)]
+    members += {"links": [".links = {links_n, links}"], "link": [".links = {1, &link}"], "frame": [".links = {1, &link}"]}.get(row.request, [])
+    members += [f".result = {{{', '.join(f'{{{r.name}, {r.name}_stride}}' for r in row.results)}}}"]
+    arguments = [f"rows::{row.name}", "model", "{" + ", ".join(members) + "}", "external" if external else "no_external_rows", "threads"]
+    arguments += {"reactions": ["joints_n", "joints", "options", f"rows_view<{scalar}>{{wrenches, wrenches_stride}}"],
+                  "frame": ["0", "nullptr", "nullptr", f"rows_view<{scalar}>{{}}", "options"]}.get(row.request, [])  # fmt: skip
+    opening = call(f"ksl_status_t {name}{SCALARS[scalar]}(", batch_arguments(row, scalar, external), ") {")
+    return f"{opening}\n" + call(f"  return batch_call<{scalar}>(", arguments, ");") + "\n}\n"
+
+
+def definitions(row: Algorithm) -> str:
+    out = [state_definition(row, scalar) for scalar in SCALARS if has(row, "c")]
+    return "\n".join(out + [batch_definition(row, scalar, name, external) for scalar in SCALARS for name, external in batches(row)])
+
+
+HEADER = """\
+/* {mark}
+
+   Algorithms from C; included by ksl/engine.h, which has the types, and says how external wrenches and reactions are given.
+
+   One state: the workspace is data.  Arrays hold one state's numbers, which are checked.  Names with the suffix f are the
+   same in single precision.
+
+   _batch: n states at once, in lanes and on `threads` threads (0: all cores).  Arrays are row-major: a row a state, strides
+   in numbers between rows, negative ones too.  No workspace is passed; memory is kept for each calling thread.  Results are
+   the bits of the one-state calls.  Numbers are not checked: a NaN spoils its own state only.  Where an algorithm takes
+   external wrenches or does without, _external_batch is the call that takes them. */
+#ifndef KSL_ENGINE_CALLS_H
+#define KSL_ENGINE_CALLS_H
+
+#include "ksl/types.h"
+
+#include <stddef.h>
+
+KSL_BEGIN_C
+
+{declarations}
+
+KSL_END_C
+
+#endif
+"""
+
+SOURCE = """\
+// {mark}
+//
+// The calls of ksl/engine_calls.h.
+#include "c_api/calls.hpp"
+
+using namespace ksl::c_api;
+using ksl::rows_view;
+namespace rows = ksl::rows;
+
+extern "C" {{
+
+{definitions}
+}} // extern "C"
+"""
+
+
+def files() -> dict[str, str]:
+    wanted = [row for row in ALGORITHMS if has(row, "c batch")]
+    return {
+        "include/ksl/engine_calls.h": HEADER.format(mark=MARK, declarations="\n\n".join(map(declarations, wanted))),
+        "src/c_api/engine_calls.cpp": SOURCE.format(mark=MARK, definitions="\n".join(map(definitions, wanted))),
+    }

@@ -1,0 +1,124 @@
+"""C++ calls: one state (ksl/dynamics.hpp) and batches (ksl/batch.hpp), each in double and float."""
+
+import re
+
+from generator.rows import ALGORITHMS, MARK, Algorithm, call, comment, has, kernels_of, sentence
+
+
+def request_arguments(row: Algorithm) -> list[str]:
+    return {"links": ["int n", "const int *links"], "link": ["int link"], "frame": ["int link", "const frame_options &how"], "reactions": ["const reaction_request &request"]}.get(row.request, [])
+
+
+def arguments(row: Algorithm, default: bool) -> list[str]:
+    """Of one state: inputs, results, what is asked for right before the last result, external wrenches."""
+    results = [f"S *{result.name}" for result in row.results] + (["S *reactions"] if row.request == "reactions" else [])
+    external = {"": [], "required": ["const external_wrenches<S> &external"]}.get(
+        row.external, ["const external_wrenches<S> &external" + (" = {}" if default else "")]
+    )
+    return ["const model &m", "data &d", *(f"const S *{name}" for name in row.inputs), *results[:-1], *request_arguments(row), results[-1], *external]
+
+
+def members(row: Algorithm) -> list[str]:
+    """Of the state_view, in its own order."""
+    inputs = {name: name for name in row.inputs} | {name: "zero" for name in kernels_of(row).inputs if name not in row.inputs}
+    out = [f".{name} = {inputs[name]}" for name in ("q", "v", "a", "tau") if name in inputs]
+    out += [".external = external"] if row.external else []
+    out += {"links": [".links = {n, links}"], "link": [".links = {1, &link}"], "frame": [".links = {1, &link}", ".frame = how"], "reactions": [".reactions_n = 1", ".reactions = &wanted"]}.get(row.request, [])
+    return out + [f".result = {{{', '.join(result.name for result in row.results)}}}"]
+
+
+def of_one_state(row: Algorithm) -> str:
+    text = comment(sentence(row) + "  No allocation.", "/// ")
+    return f"{text}\n" + call(f"template <class S>\nKSL_EXPORT void {row.name}(", arguments(row, True), ");")
+
+
+def definition_of_one_state(row: Algorithm) -> str:
+    lines = []
+    if row.request == "reactions":
+        lines.append("const reaction_result<S> wanted = {&request, reactions};")
+    if set(kernels_of(row).inputs) - set(row.inputs):
+        lines.append("const S *const zero = d.template zero<S>();")
+    lines.append(call(f"  compute<S>(rows::{row.name}, m, d, {{", members(row), "});").strip())
+    body = "".join(f"  {line}\n" for line in lines)
+    opening = call(f"template <class S>\nvoid {row.name}(", arguments(row, False), ") {")
+    return f"{opening}\n{body}}}\n"
+
+
+def instantiation_of_one_state(row: Algorithm, scalar: str) -> str:
+    types = ", ".join(re.sub(r"\w+$", "", argument).strip() for argument in arguments(row, False))
+    types = re.sub(r"\bS\b", scalar, types)
+    return call(f"template void {row.name}<{scalar}>(", types.split(", "), ");")
+
+
+def of_batch(row: Algorithm) -> str:
+    reads = [f"batch.{name}" for name in row.inputs] + (["batch.external"] if row.external else [])
+    reads += {"links": ["batch.links"], "link": ["batch.links (one)"], "frame": ["batch.links (one)", "batch.frame"], "reactions": ["batch.reactions"]}.get(row.request, [])
+    what = {"nv": "nv", "links": "links.n"}
+    shapes = [" × ".join(what.get(n, str(n)) for n in result.shape) or "1" for result in row.results]
+    writes = [f"{result.name} into batch.result[{i}] (rows of {shapes[i]})" for i, result in enumerate(row.results)]
+    writes += ["the reactions (rows of request.n × 6)"] if row.request == "reactions" else []
+    text = f"{sentence(row)}  Reads {', '.join(reads)}; writes {', '.join(writes)}."
+    return comment(text, "/// ") + f"\ntemplate <class S> KSL_EXPORT void {row.name}_batch(const model &m, const batch_view<S> &batch, int threads = 0);"
+
+
+HEADER = """\
+// {mark}
+//
+// {what}
+#pragma once
+
+#include "{include}"
+
+namespace ksl {{
+
+{declarations}
+
+}} // namespace ksl
+"""
+
+SOURCE = """\
+// {mark}
+//
+// {what}
+{includes}
+
+namespace ksl {{
+
+{definitions}
+{instantiations}
+
+}} // namespace ksl
+"""
+
+BATCH = """\
+template <class S> void {name}_batch(const model &m, const batch_view<S> &batch, int threads) {{
+  compute_batch(rows::{name}, m, batch, threads);
+}}
+template void {name}_batch(const model &, const batch_view<double> &, int);
+template void {name}_batch(const model &, const batch_view<float> &, int);
+"""
+
+
+def files() -> dict[str, str]:
+    single = [row for row in ALGORITHMS if has(row, "c++")]
+    batch = [row for row in ALGORITHMS if has(row, "c++ batch")]
+    return {
+        "include/ksl/dynamics_calls.hpp": HEADER.format(
+            mark=MARK, what="Algorithms on one state; included by ksl/dynamics.hpp.  S: double or float.", include="ksl/engine/batch_view.hpp",
+            declarations="\n\n".join(map(of_one_state, single)),
+        ).replace('#include "ksl/engine/batch_view.hpp"', '#include "ksl/engine/batch_view.hpp"\n#include "ksl/model.hpp"'),
+        "include/ksl/batch_calls.hpp": HEADER.format(
+            mark=MARK, what="Algorithms on batches; included by ksl/batch.hpp.  S: double or float.", include="ksl/engine/batch_view.hpp",
+            declarations="\n\n".join(map(of_batch, batch)),
+        ).replace('#include "ksl/engine/batch_view.hpp"', '#include "ksl/engine/batch_view.hpp"\n#include "ksl/model.hpp"'),
+        "src/engine/dynamics_calls.cpp": SOURCE.format(
+            mark=MARK, what="The calls of ksl/dynamics_calls.hpp: a model and a workspace, unpacked for the kernels.",
+            includes='#include "engine/compute.hpp"\n#include "ksl/dynamics.hpp"',
+            definitions="\n".join(map(definition_of_one_state, single)),
+            instantiations="\n".join(instantiation_of_one_state(row, scalar) for row in single for scalar in ("double", "float")),
+        ),
+        "src/batch/batch_calls.cpp": SOURCE.format(
+            mark=MARK, what="The calls of ksl/batch_calls.hpp.", includes='#include "batch/compute_batch.hpp"\n#include "ksl/batch.hpp"',
+            definitions="\n".join(BATCH.format(name=row.name) for row in batch), instantiations="",
+        ).replace("\n\n\n} // namespace", "\n} // namespace"),
+    }

@@ -1,0 +1,156 @@
+"""Kernels: a file for each algorithm, the rows as the library sees them, and the tables of the instruction sets."""
+
+from generator.rows import ALGORITHMS, COMPUTING, MARK, Algorithm, Result, kernels_of
+
+EXTENTS = {4: "four", 6: "six", "nv": "nv", "links": "links"}
+
+
+def engine_call(row: Algorithm, function: str) -> str:
+    """The engine's function on a state_view."""
+    arguments = [f"s.{name}" for name in row.inputs]
+    arguments += {"links": ["s.links.n", "s.links.index"], "link": ["s.links.index[0]"], "frame": ["s.links.index[0]", "s.frame"]}.get(row.request, [])
+    arguments += ["s.external"] if row.external else []
+    arguments += [f"s.result[{i}]" for i in range(len(row.results))]
+    return f"{function}(model, w, {', '.join(arguments)});"
+
+
+STEP = """\
+  template <class T>
+  static void {name}(const model_view<scalar_of<T>> &model, const workspace<T> &w, const state_view<T> &s) {{
+    {call}
+  }}
+"""
+
+KERNEL = """\
+// {mark}
+#include "engine/forms.hpp"
+#include "ksl/engine/{header}"
+
+namespace ksl {{
+inline namespace KSL_ISA {{
+
+struct {name}_algorithm {{
+  static constexpr algorithm_row row = {{
+{row}  }};
+  using form = forms::{form}<{name}_algorithm>;
+  template <class T> using workspace = {workspace}<T>;
+{steps}}};
+
+}} // namespace KSL_ISA
+}} // namespace ksl
+
+KSL_KERNELS({name}) = ksl::kernels_of<ksl::{name}_algorithm>;
+"""
+
+
+def kernel(row: Algorithm) -> str:
+    steps = {
+        "efforts_and_reactions": {},
+        "symmetric_matrix": {"compute": row.name, "upper_triangle": f"elements_of_{row.name}"},
+    }.get(row.form, {"compute": row.name})
+    text = "".join("\n" + STEP.format(name=name, call=engine_call(row, function)) for name, function in steps.items())
+    row_lines = "".join(f"      {line},\n" for line in row_members(row))
+    return KERNEL.format(mark=MARK, row=row_lines, header=row.header, name=row.name, form=row.form, workspace=workspace(row), steps=text)
+
+
+def result_row(result: Result) -> str:
+    extents = ", ".join(f"extent::{EXTENTS[n]}" for n in result.shape)
+    return f'{{"{result.name}", {len(result.shape)}, {{{extents}}}}}'
+
+
+def row_members(row: Algorithm) -> list[str]:
+    flags = [f".{name} = {'true' if name in row.inputs else 'false'}" for name in ("v", "a", "tau")]
+    return [
+        f'.name = "{row.name}"',
+        ", ".join(flags),
+        f".external = external_use::{row.external or 'none'}",
+        f".request = request_kind::{row.request or 'none'}",
+        f".results = {len(row.results)}",
+        f".result = {{{', '.join(map(result_row, row.results))}}}",
+    ]
+
+
+def row_text(row: Algorithm) -> str:
+    """As the library sees it, with its kernels; an algorithm's own file needs no others, so that a new row compiles no kernel anew."""
+    lines = row_members(row) + [f".kernels = &kernel_table::{kernels_of(row).name}"]
+    lines += [f".variant_of = &{row.variant_of}"] if row.variant_of else []
+    return f"constexpr algorithm_row {row.name} = {{\n" + "".join(f"    {line},\n" for line in lines) + "};\n"
+
+
+ROWS = """\
+// {mark}
+#pragma once
+
+#include "engine/algorithm.hpp"
+
+namespace ksl {{
+
+/// The kernels of one instruction set.
+struct kernel_table {{
+{members}}};
+
+namespace rows {{
+
+{rows}
+constexpr const algorithm_row *all[] = {{{all}}};
+
+}} // namespace rows
+}} // namespace ksl
+"""
+
+TABLES = """\
+// {mark}
+//
+// Of an instruction set: what its objects export, and the table that is put together from that.
+#pragma once
+
+#include "engine/algorithm_rows.hpp"
+
+#define KSL_DECLARE_KERNELS(set) \\
+{declarations}
+
+#define KSL_KERNEL_TABLE(set) \\
+  {{ \\
+{initialisers}
+  }}
+"""
+
+
+LARGEST = """\
+// {mark}
+#pragma once
+
+{includes}
+
+#include <algorithm>
+
+namespace ksl {{
+
+/// Bytes of the largest workspace of one state.
+inline std::size_t largest_workspace(const model_view<double> &m) {{
+  return std::max({{
+{sizes}
+  }});
+}}
+
+}} // namespace ksl
+"""
+
+
+def workspace(row: Algorithm) -> str:
+    return row.workspace or f"{row.name}_workspace"
+
+
+def files() -> dict[str, str]:
+    out = {f"src/engine/algorithms/{row.name}.cpp": kernel(row) for row in COMPUTING}
+    members = "".join(f"  const algorithm_kernels *{row.name};\n" for row in COMPUTING)
+    variants = [row for row in ALGORITHMS if row.variant_of]
+    rows, names = "\n".join(map(row_text, [*COMPUTING, *variants])), ", ".join(f"&{row.name}" for row in ALGORITHMS)
+    out["src/engine/algorithm_rows.hpp"] = ROWS.format(mark=MARK, members=members, rows=rows, all=names)
+    declarations = " \\\n".join(f'  extern "C" const ksl::algorithm_kernels ksl_kernels_{row.name}_##set;' for row in COMPUTING)
+    initialisers = " \\\n".join(f"    .{row.name} = &ksl_kernels_{row.name}_##set," for row in COMPUTING) + " \\"
+    out["src/engine/kernel_tables.hpp"] = TABLES.format(mark=MARK, declarations=declarations, initialisers=initialisers)
+    includes = "\n".join(f'#include "ksl/engine/{header}"' for header in sorted({row.header for row in COMPUTING}))
+    sizes = "\n".join(f"      workspace_bytes<{workspace(row)}<double>>(m)," for row in COMPUTING)
+    out["src/engine/largest_workspace.hpp"] = LARGEST.format(mark=MARK, includes=includes, sizes=sizes)
+    return out

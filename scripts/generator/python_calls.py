@@ -1,0 +1,124 @@
+"""Python methods (ksl.calls), and what nanobind's stub of ksl._core can't know of the compiled calls."""
+
+import textwrap
+
+from generator.rows import ALGORITHMS, MARK, Algorithm, has
+
+WIDTH = 160
+
+REQUEST = {
+    "": ("", "None"),
+    "link": ("name: str", "self._links_of((name,))"),
+    "frame": (
+        'name: str, axes: Expressed = "frame", at: Expressed = "frame", order: Order = "lin_ang"',
+        "self._frame_of(name, axes, at, order)",
+    ),
+    "links": ("names: Iterable[str] | None = None", "self._links_of(names)"),
+    "reactions": (
+        'on: Side = "child", at: Point = "joint", axes: str = "joint", order: Order = "lin_ang", part: Part = "total", joints: Iterable[str] | None = None',
+        "self._request(on, at, axes, order, part, joints)",
+    ),
+}
+
+ALIASES = {"inverse_dynamics": "rnea", "forward_dynamics": "aba", "mass_matrix": "crba"}
+
+METHOD = '''\
+    def {name}(
+        {arguments}
+    ) -> {result}:
+        """{summary}
+{paragraphs}
+        """
+        return self._core.{compiled}({passed})
+'''
+
+
+def several(row: Algorithm) -> bool:
+    return len(row.results) > 1
+
+
+def method(row: Algorithm) -> str:
+    array = "tuple[" + ", ".join("Array" for _ in row.results) + "]" if several(row) else "Array"
+    keywords, request = REQUEST[row.request]
+    external = {"optional": "external: External | None = None", "required": "external: External"}.get(row.external, "")
+    arguments = ["self", *(f"{name}: ArrayLike" for name in row.inputs), external, keywords, f"out: {array} | None = None", "threads: int | None = None"]
+    line = ", ".join(filter(None, arguments))
+    third = next((name for name in ("a", "tau") if name in row.inputs), "None")
+    passed = ["q", "v" if "v" in row.inputs else "None", third, "external" if row.external else "None", request, "out", "threads"]
+    text = METHOD.format(
+        name=row.name, arguments=line, result=array, summary=row.summary, compiled=row.name, passed=", ".join(passed),
+        paragraphs=textwrap.indent("\n" + row.python.strip(), "        ", lambda l: l.strip() != ""),
+    )  # fmt: skip
+    one_line = f"    def {row.name}({line}) -> {array}:"
+    if len(one_line) <= WIDTH:
+        text = one_line + text[text.index(f"    ) -> {array}:") + len(f"    ) -> {array}:") :]
+    elif len(line) + 8 > WIDTH:
+        text = text.replace(f"        {line}\n", "".join(f"        {argument},\n" for argument in line.split(", ")))
+    return text
+
+
+CALLS = '''\
+# {mark}
+"""Algorithms over arrays with any leading shape."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from numpy.typing import ArrayLike
+
+from ksl import _core
+from ksl.requests import Requests
+from ksl.states import Array, Expressed, External, Order, Part, Point, Side
+
+
+class Calls(Requests):
+    """A method for each algorithm."""
+
+    def _with_reactions(self, q: ArrayLike, v: ArrayLike, a: ArrayLike, external: External | None, requests: tuple[_core.Request, ...]) -> tuple[Array, ...]:
+        """Efforts and, for each request, reactions, in one pass over the states."""
+        return self._core.inverse_dynamics_with_reactions(q, v, a, external, requests, None, None)
+
+{methods}
+{aliases}
+'''
+
+STUB = '''\
+# {mark}
+# What nanobind's stub of ksl._core can't know: calls that exist in two precisions take whatever ksl.states can convert.
+
+^_core\\.__prefix__$:
+    from typing import Any
+    import numpy
+    from numpy.typing import NDArray
+
+{calls}
+Model\\.(joints|links)$:
+    @property
+    def \\1(self) -> list[dict[str, Any]]: ...
+
+^_core\\.__suffix__$:
+    __version__: str
+    QUATERNION_TOLERANCE: float
+'''
+
+COMPILED = '''\
+Model\\.{name}$:
+    def {name}(self, q: Any, v: Any, x: Any, external: Any, request: {request}, out: Any, threads: int | None) -> {result}: ...
+'''
+
+
+def compiled(row: Algorithm) -> str:
+    array = "NDArray[numpy.floating]"
+    result = f"tuple[{array}, ...]" if row.request == "reactions" and row.results else f"tuple[{', '.join(array for _ in row.results)}]" if several(row) else array
+    request = {"": "None", "reactions": "Request | tuple[Request, ...]"}.get(row.request, "Links")
+    return COMPILED.format(name=row.name, request=request, result=result)
+
+
+def files() -> dict[str, str]:
+    methods = "\n".join(method(row) for row in ALGORITHMS if has(row, "python"))
+    aliases = "\n".join(f"    {alias} = {name}" for name, alias in ALIASES.items())
+    return {
+        "python/ksl/calls.py": CALLS.format(mark=MARK, methods=methods, aliases=aliases),
+        "python/core_stub.txt": STUB.format(mark=MARK, calls="\n".join(map(compiled, ALGORITHMS))),
+    }

@@ -1,0 +1,63 @@
+"""The reference page of all algorithms: docs/reference/dynamics.md."""
+
+from generator.rows import ALGORITHMS, MARK, Algorithm, has, kernels_of, sentence, shape
+
+PAGE = """\
+# Dynamics
+
+<!-- {mark} -->
+
+Every algorithm, from C++ (`ksl/dynamics.hpp`, `ksl/batch.hpp`), C (`ksl/engine.h`) and Python (`ksl.Model`). Numbers are SI,
+six-vectors linear first. q has nq numbers; v, a and tau have nv.
+
+* **C++**, one state: `NAME(model, data, inputs…, results…)`, S is double or float. Batches: `NAME_batch(model, batch, threads)`;
+  `batch_view` says where rows are.
+* **C**, one state: `ksl_NAME(model, data, inputs…, external, results…)`. Batches: `ksl_NAME_batch(model, n, …, threads)`, with a
+  stride behind each array; where external wrenches are optional, `ksl_NAME_external_batch` takes them. The suffix `f` is
+  single precision.
+* **Python**: `model.NAME(inputs…, external, …, out, threads)`, any leading shape.
+
+All faces give the same bits; a test holds them against each other.
+
+| algorithm | inputs | results | external wrenches | C++ | C | Python |
+|---|---|---|---|---|---|---|
+{rows}
+
+{sections}"""
+
+SECTION = """\
+## {name}
+
+{text}
+"""
+
+
+def mark_of(row: Algorithm, face: str) -> str:
+    one, batch = has(row, face) and face in row.faces, has(row, f"{face} batch")
+    return "one, batch" if one else "batch" if batch else ""
+
+
+def table_row(row: Algorithm) -> str:
+    results = [f"{r.name}{shape(r)}" for r in row.results] + (["wrenches (joints, 6)"] if row.request == "reactions" else [])
+    external = row.external or "none"
+    faces = f"{mark_of(row, 'c++')} | {mark_of(row, 'c')} | {'yes' if has(row, 'python') else ''}"
+    return f"| [{row.name}](#{row.name}) | {', '.join(row.inputs)} | {', '.join(results)} | {external} | {faces} |"
+
+
+def section(row: Algorithm) -> str:
+    lines = [sentence(row).replace(".  ", ". ")]
+    request = {
+        "links": "It is asked for links, by index or name.",
+        "link": "It is asked for one link.",
+        "frame": "It is asked for one link's frame; `axes` and `at` say in whose axes and about whose origin, `order` in what order the six numbers are.",
+        "reactions": "It is asked for joints; part, side, point, axes and order of the wrenches are options.",
+    }.get(row.request, "")
+    lines += [request] if request else []
+    lines += [f"Computed by `{kernels_of(row).name}`."] if row.variant_of else []
+    lines += [f"`{r.name}`{shape(r)}: {r.text}." for r in row.results]
+    return SECTION.format(name=row.name, text="\n\n".join(lines))
+
+
+def files() -> dict[str, str]:
+    page = PAGE.format(mark=MARK, rows="\n".join(map(table_row, ALGORITHMS)), sections="\n".join(map(section, ALGORITHMS)))
+    return {"docs/reference/dynamics.md": page}

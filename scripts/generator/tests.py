@@ -1,0 +1,72 @@
+"""The test that holds the faces of C++ and C against each other (Python's are in test/python/algorithms_test.py)."""
+
+from generator.c_calls import SCALARS, batches
+from generator.rows import ALGORITHMS, MARK, Algorithm, call, has
+
+REQUEST_CPP = {"links": ["3", "s.r.links.data()"], "frame": ["s.r.links[0]", "{}"], "link": ["s.r.links[0]"], "reactions": ["s.r.request"]}
+REQUEST_C = {"links": ["3", "s.r.links.data()"], "frame": ["s.r.links[0]", "nullptr"], "link": ["s.r.links[0]"],
+             "reactions": ["s.r.request.n", "s.r.joints.data()", "nullptr"]}  # fmt: skip
+
+
+def results(row: Algorithm) -> list[str]:
+    return [f"s.result[{i}]" for i in range(len(row.results))] + (["s.wrenches"] if row.request == "reactions" else [])
+
+
+def cpp(row: Algorithm) -> str:
+    out = results(row)
+    arguments = ["s.r.m", "s.r.d", *(f"s.{name}" for name in row.inputs), *out[:-1], *REQUEST_CPP.get(row.request, []), out[-1]]
+    return call(f"    ksl::{row.name}(", arguments + (["s.external"] if row.external else []), ");")
+
+
+def c(row: Algorithm, suffix: str) -> str:
+    out = results(row)
+    external = ["&s.c_external"] if row.external else []
+    arguments = ["s.r.c_model", "s.r.c_data", *(f"s.{name}" for name in row.inputs), *external, *out[:-1], *REQUEST_C.get(row.request, []), out[-1]]
+    return call(f"    CHECK(ksl_{row.name}{suffix}(", arguments, ") == KSL_OK);")
+
+
+def c_batch(row: Algorithm, suffix: str) -> str:
+    strided = lambda rows: [f"{rows}.first", f"{rows}.stride"]
+    out = [strided(f"s.batch.result[{i}]") for i in range(len(row.results))] + ([strided("s.batch.reactions->out")] if row.request == "reactions" else [])
+    inputs = [a for name in row.inputs for a in strided(f"s.batch.{name}")]
+    before = [a for pair in out[:-1] for a in pair]
+    name, external = batches(row)[-1]
+    arguments = ["s.r.c_model", "s.n", *inputs, *(["&s.external"] if external else []), *before, *REQUEST_C.get(row.request, []), *out[-1], "s.threads"]
+    return call(f"    CHECK({name}{suffix}(", arguments, ") == KSL_OK);")
+
+
+CASE = """\
+TEST_CASE("{name}: C++ and C, one state and batches, in {scalar}") {{
+  const auto cpp = [](faces::one<{scalar}> &s) {{
+{cpp}
+  }};
+  const auto c = [](faces::one<{scalar}> &s) {{
+{c}
+  }};
+  const auto cpp_batch = [](faces::many<{scalar}> &s) {{
+    ksl::{name}_batch(s.r.m, s.batch, s.threads);
+  }};
+  const auto c_batch = [](faces::many<{scalar}> &s) {{
+{c_batch}
+  }};
+  faces::agree<{scalar}>(ksl::rows::{name}, cpp, c, cpp_batch, c_batch);
+}}
+"""
+
+TEST = """\
+// {mark}
+//
+// Every algorithm: what its faces in C++ and C give is the same to the bit.
+#include "faces.hpp"
+
+{cases}"""
+
+
+def files() -> dict[str, str]:
+    rows = [row for row in ALGORITHMS if has(row, "c++")]
+    cases = [
+        CASE.format(name=row.name, scalar=scalar, cpp=cpp(row), c=c(row, suffix), c_batch=c_batch(row, suffix))
+        for row in rows
+        for scalar, suffix in SCALARS.items()
+    ]
+    return {"test/engine/algorithms_test.cpp": TEST.format(mark=MARK, cases="\n".join(cases))}

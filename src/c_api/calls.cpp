@@ -1,0 +1,136 @@
+#include "c_api/calls.hpp"
+
+#include "ksl/engine/quaternion_tolerance.hpp"
+
+#include <cmath>
+
+namespace ksl::c_api {
+
+template <class S> void require_finite(const S *x, int n, const char *name) {
+  require(x || n == 0, "q, v, a, tau and other arrays must not be null");
+  for (int i = 0; i < n; ++i)
+    if (!std::isfinite(x[i]))
+      throw bad_argument(std::string(name) + "[" + std::to_string(i) + "] is not a finite number");
+}
+
+template <class S> void require_position(const model &m, const S *q) {
+  require_finite(q, m.nq(), "q");
+  for (int i = 0; i < m.moving_joints(); ++i) {
+    const joint_row &j = m.joints()[static_cast<std::size_t>(i)];
+    const int quaternion = row_of(j.kind).quaternion;
+    if (quaternion >= 0 && !is_unit_quaternion(q + j.q_index + quaternion))
+      throw bad_argument("q: the quaternion [qx qy qz qw] of " + j.name + " is not of unit length");
+  }
+}
+
+void require_workspace(const ksl_model_t *m, const ksl_data_t *d) {
+  require(m && d, "model and data must not be null");
+  require(d->model == m, "this workspace was made for another model; make one with ksl_data_create for each model");
+}
+
+namespace {
+
+/// n links that wrenches act on.
+void require_external(const ksl_model_t *m, int n, const int *link, const void *wrench) {
+  require(n >= 0 && (n == 0 || (link && wrench)), "external needs n links and n wrenches");
+  for (int k = 0; k < n; ++k)
+    require(link[k] >= 0 && link[k] < ksl_model_links(m), "external names a link out of range");
+}
+
+wrench_frame frame_of(const ksl_model_t *m, ksl_frame_t frame, int link) {
+  require(frame != KSL_LINK || (link >= 0 && link < ksl_model_links(m)), "at_link or axes_link is out of range");
+  return static_cast<wrench_frame>(frame);
+}
+
+} // namespace
+
+template <class S> external_wrenches<S> external_of(const ksl_model_t *m, const typename c_types<S>::external *external) {
+  if (!external || external->n == 0)
+    return {};
+  require_external(m, external->n, external->link, external->wrench);
+  require_finite(external->wrench->at, 6 * external->n, "external wrench");
+  return {external->n, external->link, external->wrench->at};
+}
+
+reaction_request request_of(const ksl_model_t *m, std::vector<int> &links, int n, const int *joints,
+                            const ksl_reaction_options_t *options) {
+  require(n >= 0 && n <= ksl_model_joints(m) && (joints || n == 0), "n must be between 0 and the number of joints");
+  links.resize(static_cast<std::size_t>(ksl_model_joints(m)));
+  for (int k = 0; k < n; ++k) {
+    require(joints[k] >= 0 && joints[k] < ksl_model_joints(m), "a joint is out of range");
+    links[static_cast<std::size_t>(k)] = m->model.joints()[static_cast<std::size_t>(joints[k])].link;
+  }
+  reaction_request r;
+  r.n = n;
+  r.link = links.data();
+  if (options) {
+    const auto known = [](int value, int last) { return value >= 0 && value <= last; };
+    require(known(options->part, KSL_ACTUATION) && known(options->on, KSL_ON_PARENT) && known(options->at, KSL_LINK) &&
+                known(options->axes, KSL_LINK) && known(options->order, KSL_ANGULAR_FIRST),
+            "part, on, at, axes and order must be values of their enumerations");
+    r.part = static_cast<wrench_part>(options->part);
+    r.on = static_cast<wrench_side>(options->on);
+    r.at = frame_of(m, options->at, options->at_link);
+    r.at_link = options->at_link;
+    require_finite(options->offset, 3, "offset");
+    for (int i = 0; i < 3; ++i)
+      r.offset[i] = options->offset[i];
+    r.axes = frame_of(m, options->axes, options->axes_link);
+    r.axes_link = options->axes_link;
+    r.angular_first = options->order == KSL_ANGULAR_FIRST;
+  }
+  return r;
+}
+
+frame_options frame_options_of(const ksl_frame_options_t *options) {
+  if (!options)
+    return {};
+  const auto known = [](int value) { return value == 0 || value == 1; };
+  require(known(options->axes) && known(options->at) && known(options->order), "axes, at and order must be values of their enumerations");
+  return {static_cast<expressed_in>(options->axes), static_cast<expressed_in>(options->at), options->order == KSL_ANGULAR_FIRST};
+}
+
+template <class S>
+ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_view<S> batch,
+                        const typename c_types<S>::external_of_batch *external, int threads, int joints_n, const int *joints,
+                        const ksl_reaction_options_t *options, const rows_view<S> &wrenches, const ksl_frame_options_t *frame) {
+  return guarded([&] {
+    require(m, "model and arrays must not be null");
+    batch.frame = frame_options_of(frame);
+    if (row.request != request_kind::none && row.request != request_kind::reactions)
+      require_links(m, batch.links.n, batch.links.index);
+    const bool any = batch.n > 0;
+    require(!any || (batch.q.first && (batch.v.first || !row.v) && (batch.a.first || !row.a) && (batch.tau.first || !row.tau)),
+            "model and arrays must not be null");
+    for (int r = 0; r < row.results && any; ++r)
+      require_result(batch.result[r].first, numbers_of(row.result[r], m->model.nv(), batch.links.n), row.result[r].name);
+    require_result(wrenches.first, any ? joints_n : 0, "wrenches");
+    std::vector<external_rows<S>> exerted;
+    if (external) {
+      require_external(m, external->n, external->link, any ? static_cast<const void *>(external->wrench) : "");
+      for (int e = 0; e < external->n; ++e)
+        exerted.push_back({external->link[e], {external->wrench + 6 * e, external->stride}});
+      batch.external_n = external->n, batch.external = exerted.data();
+    }
+    std::vector<int> links;
+    reaction_rows<S> wanted;
+    if (row.request == request_kind::reactions) {
+      wanted = {request_of(m, links, joints_n, joints, options), wrenches};
+      batch.reactions_n = 1, batch.reactions = &wanted;
+    }
+    compute_batch(row, m->model, batch, threads);
+  });
+}
+
+#define KSL_INSTANTIATE(S)                                                                                             \
+  template void require_position(const model &, const S *);                                                            \
+  template void require_finite(const S *, int, const char *);                                                          \
+  template external_wrenches<S> external_of(const ksl_model_t *, const c_types<S>::external *);                        \
+  template ksl_status_t batch_call(const algorithm_row &, const ksl_model_t *, batch_view<S>,                          \
+                                   const c_types<S>::external_of_batch *, int, int, const int *,                       \
+                                   const ksl_reaction_options_t *, const rows_view<S> &, const ksl_frame_options_t *);
+KSL_INSTANTIATE(double)
+KSL_INSTANTIATE(float)
+#undef KSL_INSTANTIATE
+
+} // namespace ksl::c_api

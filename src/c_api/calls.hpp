@@ -1,0 +1,115 @@
+// Calls of algorithms from C: arguments are checked as their row says, then handed on.
+#pragma once
+
+#include "batch/compute_batch.hpp"
+#include "c_api/handles.hpp"
+#include "engine/compute.hpp"
+
+#include <array>
+
+namespace ksl::c_api {
+
+template <class S> struct c_types;
+template <> struct c_types<double> {
+  using external = ksl_external_t;
+  using external_of_batch = ksl_external_rows_t;
+};
+template <> struct c_types<float> {
+  using external = ksl_externalf_t;
+  using external_of_batch = ksl_external_rowsf_t;
+};
+
+/// What calls without external wrenches pass on.
+struct absent {
+  template <class T> operator const T *() const { return nullptr; }
+};
+constexpr absent no_external{}, no_external_rows{};
+
+/// n finite numbers; the message names the first that is not.
+template <class S> void require_finite(const S *x, int n, const char *name);
+
+/// Finite, and quaternions of unit length.
+template <class S> void require_position(const model &m, const S *q);
+
+/// A workspace made for this model.
+void require_workspace(const ksl_model_t *m, const ksl_data_t *d);
+
+template <class S> external_wrenches<S> external_of(const ksl_model_t *m, const typename c_types<S>::external *external);
+
+/// The request for reactions through n joints; `links` gets their child links.
+reaction_request request_of(const ksl_model_t *m, std::vector<int> &links, int n, const int *joints,
+                            const ksl_reaction_options_t *options);
+
+/// options may be null.
+frame_options frame_options_of(const ksl_frame_options_t *options);
+
+/// Where a result goes, if it has any numbers.
+inline void require_result(const void *out, int numbers, const char *name) {
+  if (!out && numbers > 0)
+    throw bad_argument(std::string(name) + " must not be null");
+}
+
+/// What of a row's arguments is checked for one state: a workspace that fits, results, numbers.  Inputs that the row lacks are
+/// zero.
+template <const algorithm_row &row, class S> void check_state(const ksl_model_t *m, ksl_data_t *d, state_view<S> &s) {
+  const int nv = m->model.nv();
+  if constexpr (row.request != request_kind::none && row.request != request_kind::reactions)
+    require_links(m, s.links.n, s.links.index);
+  for (int r = 0; r < row.results; ++r)
+    require_result(s.result[r], numbers_of(row.result[r], nv, s.links.n), row.result[r].name);
+  require_position(m->model, s.q);
+  const auto input = [&](bool read, const S *&numbers, const char *name) {
+    if (read)
+      require_finite(numbers, nv, name);
+    else
+      numbers = d->data.template zero<S>();
+  };
+  input(row.v, s.v, "v");
+  input(row.a, s.a, "a");
+  input(row.tau, s.tau, "tau");
+}
+
+/// One state in the caller's workspace.
+template <const algorithm_row &row, class S>
+ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s, const typename c_types<S>::external *external,
+                        const ksl_frame_options_t *options = nullptr) {
+  return guarded([&] {
+    require_workspace(m, d);
+    if constexpr (row.request == request_kind::frame)
+      s.frame = frame_options_of(options);
+    check_state<row>(m, d, s);
+    if constexpr (row.external != external_use::none)
+      s.external = external_of<S>(m, external);
+    d->holds_wrenches = 0;
+    compute<S>(row, m->model, d->data, s);
+    if constexpr (row.kernels == rows::inverse_dynamics.kernels && row.a)
+      d->holds_wrenches = sizeof(S);
+  });
+}
+
+/// The same with reactions.
+template <const algorithm_row &row, class S>
+ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s, const typename c_types<S>::external *external,
+                        int n, const int *joints, const ksl_reaction_options_t *options, S *wrenches) {
+  return guarded([&] {
+    require_workspace(m, d);
+    require_result(wrenches, n, "wrenches");
+    check_state<row>(m, d, s);
+    s.external = external_of<S>(m, external);
+    const reaction_request request = request_of(m, d->links, n, joints, options);
+    const reaction_result<S> wanted = {&request, wrenches};
+    s.reactions_n = 1, s.reactions = &wanted;
+    d->holds_wrenches = 0;
+    compute<S>(row, m->model, d->data, s);
+    d->holds_wrenches = sizeof(S);
+  });
+}
+
+/// A batch.
+template <class S>
+ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_view<S> batch,
+                        const typename c_types<S>::external_of_batch *external, int threads, int joints_n = 0,
+                        const int *joints = nullptr, const ksl_reaction_options_t *options = nullptr,
+                        const rows_view<S> &wrenches = {}, const ksl_frame_options_t *frame = nullptr);
+
+} // namespace ksl::c_api

@@ -1,0 +1,104 @@
+// Forms of results that are not just computed whole and then stored (whole_results in engine/kernel.hpp): where storing in
+// another way is faster.  A row of api/algorithms.py names its form.
+#pragma once
+
+#include "engine/kernel.hpp"
+
+namespace ksl {
+inline namespace KSL_ISA {
+namespace forms {
+
+/// A symmetric n × n matrix of packs, of which the upper triangle is given.
+template <class T, int W>
+void store_symmetric(const pack<T, W> *upper, int n, int valid, T *rows, std::ptrdiff_t stride) {
+  const pack<T, W> *element = upper;
+  int row = 0, column = 0;
+  const auto next = [&]() -> const pack<T, W> & { // down the column to the diagonal, then along the row
+    const pack<T, W> &x = *element;
+    element += column < row ? n : 1;
+    if (++column == n)
+      column = 0, element = upper + ++row;
+    return x;
+  };
+  store_next<T, W>(next, n * n, valid, rows, stride);
+}
+
+/// A symmetric matrix (nv, nv): lanes hold its upper triangle only, from Algorithm::upper_triangle.
+template <class Algorithm> struct symmetric_matrix : whole_results<Algorithm> {
+  template <class P> struct lanes {
+    P *matrix;
+    bool cleared = false;
+
+    void lay_out(arena &memory, const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &) {
+      matrix = memory.take<P>(model.nv * model.nv);
+    }
+    void compute(const model_view<scalar_of<P>> &model, const typename Algorithm::template workspace<P> &w, state_view<P> &s, const block<P> &b) {
+      for (int i = 0; i < model.nv * model.nv && !cleared; ++i)
+        matrix[i] = P(scalar_of<P>(0)); // what is zero by the shape of the tree is so in every block
+      cleared = true;
+      s.result[0] = matrix;
+      Algorithm::upper_triangle(model, w, s);
+      const rows_view<scalar_of<P>> &rows = b.batch.result[0];
+      store_symmetric(matrix, model.nv, b.valid, row(rows, b.k), rows.stride);
+    }
+  };
+};
+
+/// Poses (links, 4, 4): each matrix stays in registers until it is stored.
+template <class Algorithm> struct poses_of_links : whole_results<Algorithm> {
+  template <class P> struct lanes {
+    void lay_out(arena &, const model_view<scalar_of<P>> &, const batch_view<scalar_of<P>> &) {}
+    void compute(const model_view<scalar_of<P>> &model, const typename Algorithm::template workspace<P> &w, state_view<P> &s, const block<P> &b) {
+      const rows_view<scalar_of<P>> &rows = b.batch.result[0];
+      scalar_of<P> *out = row(rows, b.k);
+      forward_kinematics(model, w, s.q);
+      for (int i = 0; i < s.links.n; ++i, out += 16) {
+        P matrix[16];
+        write_matrix(link_pose(model, w.in_world, s.links.index[i]), matrix);
+        store_rows<16>(matrix, b.valid, out, rows.stride);
+      }
+    }
+  };
+};
+
+constexpr reaction_request no_reactions{};
+
+/// Efforts, and for each request its reactions.  Those of the first request are written as inverse dynamics finds them.
+/// Without q, the reactions are those of the state that inverse dynamics computed last in the same workspace.
+template <class Algorithm> struct efforts_and_reactions {
+  template <class T>
+  static void state(const model_view<scalar_of<T>> &model, const typename Algorithm::template workspace<T> &w, const state_view<T> &s) {
+    const bool any = s.reactions_n > 0;
+    if (s.q)
+      inverse_dynamics_with_reactions(model, w, s.q, s.v, s.a, s.external, s.result[0], any ? *s.reactions->request : no_reactions,
+                                      any ? s.reactions->out : nullptr);
+    for (int r = s.q ? 1 : 0; r < s.reactions_n; ++r)
+      reactions(model, w, s.external, *s.reactions[r].request, s.reactions[r].out);
+  }
+
+  template <class P> struct lanes {
+    P *tau, *found;
+
+    void lay_out(arena &memory, const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch) {
+      int most = 0;
+      for (int r = 0; r < batch.reactions_n; ++r)
+        most = most > batch.reactions[r].request.n ? most : batch.reactions[r].request.n;
+      tau = memory.take<P>(model.nv);
+      found = memory.take<P>(6 * most);
+    }
+    void compute(const model_view<scalar_of<P>> &model, const typename Algorithm::template workspace<P> &w, state_view<P> &s, const block<P> &b) {
+      const reaction_rows<scalar_of<P>> *wanted = b.batch.reactions;
+        inverse_dynamics_with_reactions(model, w, s.q, s.v, s.a, s.external, tau, b.batch.reactions_n ? wanted->request : no_reactions, found);
+      b.store(tau, model.nv, b.batch.result[0]);
+      for (int r = 0; r < b.batch.reactions_n; ++r) {
+        if (r > 0)
+          reactions(model, w, s.external, wanted[r].request, found);
+        b.store(found, 6 * wanted[r].request.n, wanted[r].out);
+      }
+    }
+  };
+};
+
+} // namespace forms
+} // namespace KSL_ISA
+} // namespace ksl

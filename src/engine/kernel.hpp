@@ -1,0 +1,161 @@
+// The kernels of an algorithm for one instruction set, made from what its row says: one state, and states in lanes.
+// Included by src/engine/algorithms/, each of which is compiled once for each set.  No std containers here: their code
+// would be shared, weakly, between the sets.
+#pragma once
+
+#include "batch/transpose.hpp"
+#include "engine/algorithm.hpp"
+#include "ksl/engine/workspace.hpp"
+
+namespace ksl {
+inline namespace KSL_ISA {
+
+/// Rows of one state in a lane: a row is what it is.
+template <class S> void load_rows(const S *row, std::ptrdiff_t, int columns, int, S *out) {
+  for (int c = 0; c < columns; ++c)
+    out[c] = row[c];
+}
+template <class S> void store_rows(const S *in, int columns, int, S *row, std::ptrdiff_t) {
+  for (int c = 0; c < columns; ++c)
+    row[c] = in[c];
+}
+
+/// Some states of a batch: those from k on, `valid` of them, one in each lane.
+template <class P> struct block {
+  using S = scalar_of<P>;
+  const batch_view<S> &batch;
+  std::size_t k;
+  int valid;
+
+  /// Rows into lanes; zeros where there are none.
+  void load(const rows_view<const S> &rows, int columns, P *out) const {
+    if (rows.first)
+      return load_rows(row(rows, k), rows.stride, columns, valid, out);
+    for (int i = 0; i < columns; ++i)
+      out[i] = P(S(0));
+  }
+  /// Lanes into rows, where they are wanted.
+  void store(const P *in, int columns, const rows_view<S> &rows) const {
+    if (rows.first)
+      store_rows(in, columns, valid, row(rows, k), rows.stride);
+  }
+};
+
+namespace forms {
+
+/// The usual form: results are computed whole and then stored.  Other forms are in engine/forms.hpp.
+template <class Algorithm> struct whole_results {
+  template <class T> static void state(const model_view<scalar_of<T>> &model, const typename Algorithm::template workspace<T> &w, const state_view<T> &s) {
+    Algorithm::compute(model, w, s);
+  }
+
+  /// Lanes of results, and how a block is computed with them.
+  template <class P> struct lanes {
+    P *result[most_results];
+
+    void lay_out(arena &memory, const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch) {
+      for (int r = 0; r < Algorithm::row.results; ++r)
+        result[r] = memory.take<P>(numbers_of(Algorithm::row.result[r], model.nv, batch.links.n));
+    }
+    void compute(const model_view<scalar_of<P>> &model, const typename Algorithm::template workspace<P> &w, state_view<P> &s, const block<P> &b) {
+      for (int r = 0; r < Algorithm::row.results; ++r)
+        s.result[r] = result[r];
+      Algorithm::compute(model, w, s);
+      for (int r = 0; r < Algorithm::row.results; ++r)
+        b.store(result[r], numbers_of(Algorithm::row.result[r], model.nv, b.batch.links.n), b.batch.result[r]);
+    }
+  };
+};
+
+} // namespace forms
+
+template <class Algorithm, class S> std::size_t state_workspace_bytes(const model_view<S> &model) {
+  arena measure(nullptr);
+  typename Algorithm::template workspace<S>().lay_out(measure, model);
+  return measure.used();
+}
+
+template <class Algorithm, class S> void one_state(const model_view<S> &model, void *memory, const state_view<S> &s) {
+  arena pieces(memory);
+  typename Algorithm::template workspace<S> w;
+  w.lay_out(pieces, model);
+  Algorithm::form::state(model, w, s);
+}
+
+/// Inputs of a block in lanes.
+template <class Algorithm, class P> struct input_lanes {
+  static constexpr algorithm_row row = Algorithm::row;
+  P *q, *v, *a, *tau, *external;
+  int *external_link;
+
+  void lay_out(arena &memory, const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch) {
+    q = memory.take<P>(model.nq);
+    v = memory.take<P>(row.v ? model.nv : 0);
+    a = memory.take<P>(row.a ? model.nv : 0);
+    tau = memory.take<P>(row.tau ? model.nv : 0);
+    external = memory.take<P>(row.external != external_use::none ? 6 * batch.external_n : 0);
+    external_link = memory.take<int>(row.external != external_use::none ? batch.external_n : 0);
+  }
+
+  state_view<P> load(const model_view<scalar_of<P>> &model, const block<P> &b) const {
+    state_view<P> s;
+    s.q = q, s.links = b.batch.links, s.frame = b.batch.frame;
+    b.load(b.batch.q, model.nq, q);
+    if constexpr (row.v)
+      s.v = v, b.load(b.batch.v, model.nv, v);
+    if constexpr (row.a)
+      s.a = a, b.load(b.batch.a, model.nv, a);
+    if constexpr (row.tau)
+      s.tau = tau, b.load(b.batch.tau, model.nv, tau);
+    if constexpr (row.external != external_use::none) {
+      for (int e = 0; e < b.batch.external_n; ++e) {
+        external_link[e] = b.batch.external[e].link;
+        b.load(b.batch.external[e].wrench, 6, external + 6 * e);
+      }
+      s.external = {b.batch.external_n, external_link, external};
+    }
+    return s;
+  }
+};
+
+/// A batch, block after block: a block's workspace stays in the inner caches.
+template <class Algorithm, class P>
+std::size_t states_in_lanes(const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch, std::size_t first,
+                            std::size_t end, void *memory) {
+  constexpr std::size_t lanes = sizeof(P) / sizeof(scalar_of<P>);
+  arena pieces(memory);
+  typename Algorithm::template workspace<P> w;
+  input_lanes<Algorithm, P> inputs;
+  typename Algorithm::form::template lanes<P> results;
+  w.lay_out(pieces, model);
+  inputs.lay_out(pieces, model, batch);
+  results.lay_out(pieces, model, batch);
+  for (std::size_t k = first; memory && k < end; k += lanes) {
+    const block<P> b = {batch, k, static_cast<int>(end - k < lanes ? end - k : lanes)};
+    state_view<P> s = inputs.load(model, b);
+    results.compute(model, w, s, b);
+  }
+  return pieces.used();
+}
+
+template <class Algorithm, class S>
+constexpr kernels_in<S> kernels_in_precision = {
+    .lanes = native_lanes<S>,
+    .workspace_bytes = state_workspace_bytes<Algorithm, S>,
+    .state = one_state<Algorithm, S>,
+    .batch = states_in_lanes<Algorithm, native_pack<S>>,
+};
+
+template <class Algorithm>
+constexpr algorithm_kernels kernels_of = {
+    .in_double = kernels_in_precision<Algorithm, double>,
+    .in_float = kernels_in_precision<Algorithm, float>,
+};
+
+} // namespace KSL_ISA
+} // namespace ksl
+
+/// The symbol of an algorithm's kernels for the set that is compiled for: what an object exports, and nothing else.
+#define KSL_KERNELS_OF_SET(name, set) ksl_kernels_##name##_##set
+#define KSL_KERNELS_IN(name, set) KSL_KERNELS_OF_SET(name, set)
+#define KSL_KERNELS(name) extern "C" const ksl::algorithm_kernels KSL_KERNELS_IN(name, KSL_ISA)

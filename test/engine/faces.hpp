@@ -1,0 +1,213 @@
+// Holds the faces of an algorithm against each other: C++ and C, one state and batches, lanes, threads, strides, no states.
+#pragma once
+
+#include "engine/algorithm_rows.hpp"
+#include "ksl/batch.hpp"
+#include "ksl/engine.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace faces {
+
+/// A robot for C++ and for C, floating, with what calls ask for: two pushed links, three links, all moving joints.
+struct robot {
+  ksl::model m;
+  ksl::data d{m};
+  ksl_model_t *c_model = nullptr;
+  ksl_data_t *c_data = nullptr;
+  std::vector<int> pushed{7, 3}, links{5, 2, 5}, joints, joint_links;
+  ksl::reaction_request request;
+
+  explicit robot(const std::string &path) : m(load(path)) {
+    ksl_model_options_t options = ksl_model_options();
+    options.floating_base = true;
+    REQUIRE(ksl_model_load(path.c_str(), &options, &c_model) == KSL_OK);
+    REQUIRE(ksl_data_create(c_model, &c_data) == KSL_OK);
+    for (int i = 0; i < m.moving_joints(); ++i)
+      joints.push_back(i), joint_links.push_back(m.joints()[static_cast<std::size_t>(i)].link);
+    request.n = static_cast<int>(joints.size()), request.link = joint_links.data();
+  }
+  ~robot() {
+    ksl_data_free(c_data);
+    ksl_model_free(c_model);
+  }
+  robot(const robot &) = delete;
+
+  static ksl::model load(const std::string &path) {
+    ksl::model_options options;
+    options.floating_base = true;
+    return ksl::load(path, options);
+  }
+};
+
+template <class S> struct c_types;
+template <> struct c_types<double> {
+  using external = ksl_external_t;
+  using external_rows = ksl_external_rows_t;
+  using coscrew = ksl_coscrew_t;
+};
+template <> struct c_types<float> {
+  using external = ksl_externalf_t;
+  using external_rows = ksl_external_rowsf_t;
+  using coscrew = ksl_coscrewf_t;
+};
+
+/// One state, as the calls take it.
+template <class S> struct one {
+  robot &r;
+  const S *q, *v, *a, *tau;
+  ksl::external_wrenches<S> external;
+  typename c_types<S>::external c_external;
+  S *result[ksl::most_results];
+  S *wrenches;
+};
+
+/// A batch, as C takes it.
+template <class S> struct many {
+  robot &r;
+  std::size_t n;
+  ksl::batch_view<S> batch;
+  typename c_types<S>::external_rows external;
+  int threads;
+};
+
+/// Results of n states side by side, reactions last.
+template <class S> struct results {
+  std::vector<std::vector<S>> numbers;
+  bool operator==(const results &) const = default;
+};
+
+template <class S> class check {
+public:
+  check(const ksl::algorithm_row &row, robot &r, std::size_t n) : row_(row), r_(r), n_(n) {
+    std::mt19937 random(5);
+    std::uniform_real_distribution<S> number(S(-2), S(2));
+    for (auto [numbers, width] : {std::pair{&q_, r.m.nq()}, {&v_, r.m.nv()}, {&x_, r.m.nv()}, {&w_, 12}}) {
+      numbers->resize(n * static_cast<std::size_t>(width));
+      std::generate(numbers->begin(), numbers->end(), [&] { return number(random); });
+    }
+    for (std::size_t k = 0; k < n; ++k) {
+      S *const x = &q_[k * static_cast<std::size_t>(r.m.nq()) + 3], length = std::sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3]);
+      std::for_each(x, x + 4, [&](S &c) { c /= length; });
+    }
+  }
+
+  /// State after state, by a call for one state.
+  template <class Call> results<S> states(Call call) {
+    results<S> found = room(n_, 0);
+    for (std::size_t k = 0; k < n_; ++k) {
+      const S *const wrench = &w_[12 * k];
+      one<S> s{r_, at(q_, r_.m.nq(), k), at(v_, r_.m.nv(), k), at(x_, r_.m.nv(), k), at(x_, r_.m.nv(), k), {2, r_.pushed.data(), wrench},
+               {2, r_.pushed.data(), reinterpret_cast<const typename c_types<S>::coscrew *>(wrench)}, {}, nullptr};
+      for (int i = 0; i < row_.results; ++i)
+        s.result[i] = &found.numbers[static_cast<std::size_t>(i)][k * width(i)];
+      if (row_.request == ksl::request_kind::reactions)
+        s.wrenches = &found.numbers.back()[k * width(row_.results)];
+      call(s);
+    }
+    return found;
+  }
+
+  /// The first `count` states as a batch, rows `gap` numbers apart, backwards if asked for.
+  template <class Call> results<S> batch(Call call, std::size_t count, int threads, std::size_t gap = 0, bool backwards = false) {
+    results<S> found = room(count, gap);
+    ksl::batch_view<S> b;
+    b.n = count;
+    const auto rows = [&](const auto &x, int columns) -> ksl::rows_view<const S> { return direction(x.data(), columns, count, backwards); };
+    b.q = rows(q_, r_.m.nq()), b.v = rows(v_, r_.m.nv()), b.a = b.tau = rows(x_, r_.m.nv());
+    const auto w = rows(w_, 12);
+    const ksl::external_rows<S> external[2] = {{r_.pushed[0], w}, {r_.pushed[1], {w.first + 6, w.stride}}};
+    b.external_n = 2, b.external = external;
+    b.links = {static_cast<int>(row_.request == ksl::request_kind::links ? r_.links.size() : 1), r_.links.data()};
+    const auto out = [&](int i) {
+      return direction(found.numbers[static_cast<std::size_t>(i)].data(), static_cast<int>(width(i) + gap), count, backwards);
+    };
+    for (int i = 0; i < row_.results; ++i)
+      b.result[i] = out(i);
+    ksl::reaction_rows<S> wanted{r_.request, {}};
+    if (row_.request == ksl::request_kind::reactions) {
+      wanted.out = out(row_.results);
+      b.reactions_n = 1, b.reactions = &wanted;
+    }
+    many<S> all{r_, count, b, {2, r_.pushed.data(), w.first, w.stride}, threads};
+    call(all);
+    return without_gaps(found, count, gap);
+  }
+
+  /// The first `count` states of what was found.
+  results<S> first(const results<S> &all, std::size_t count) const {
+    results<S> part;
+    for (std::size_t i = 0; i < all.numbers.size(); ++i)
+      part.numbers.emplace_back(all.numbers[i].begin(), all.numbers[i].begin() + static_cast<std::ptrdiff_t>(count * width(static_cast<int>(i))));
+    return part;
+  }
+
+private:
+  std::size_t width(int i) const {
+    const int links = row_.request == ksl::request_kind::links ? static_cast<int>(r_.links.size()) : 1;
+    return static_cast<std::size_t>(i < row_.results ? numbers_of(row_.result[i], r_.m.nv(), links) : 6 * r_.request.n);
+  }
+  results<S> room(std::size_t n, std::size_t gap) const {
+    results<S> made;
+    for (int i = 0; i < row_.results + (row_.request == ksl::request_kind::reactions); ++i)
+      made.numbers.emplace_back(n * (width(i) + gap) + 1, S(-7));
+    return made;
+  }
+  /// Gaps, and what lies behind the last row, must not have been written.
+  results<S> without_gaps(const results<S> &found, std::size_t count, std::size_t gap) const {
+    results<S> rows = room(count, 0);
+    for (std::size_t i = 0; i < found.numbers.size(); ++i) {
+      const std::size_t w = width(static_cast<int>(i));
+      CHECK(found.numbers[i].back() == S(-7));
+      for (std::size_t k = 0; k < count; ++k) {
+        const auto row = found.numbers[i].begin() + static_cast<std::ptrdiff_t>(k * (w + gap));
+        std::copy_n(row, w, rows.numbers[i].begin() + static_cast<std::ptrdiff_t>(k * w));
+        CHECK(std::count(row + static_cast<std::ptrdiff_t>(w), row + static_cast<std::ptrdiff_t>(w + gap), S(-7)) == static_cast<std::ptrdiff_t>(gap));
+      }
+      rows.numbers[i].resize(count * w);
+    }
+    return rows;
+  }
+  template <class E> static ksl::rows_view<E> direction(E *first, int stride, std::size_t n, bool backwards) {
+    return backwards && n ? ksl::rows_view<E>{first + static_cast<std::ptrdiff_t>(n - 1) * stride, -stride} : ksl::rows_view<E>{first, stride};
+  }
+  static const S *at(const std::vector<S> &x, int width, std::size_t k) { return &x[k * static_cast<std::size_t>(width)]; }
+
+  const ksl::algorithm_row &row_;
+  robot &r_;
+  std::size_t n_;
+  std::vector<S> q_, v_, x_, w_; // x_: a or tau
+};
+
+/// All faces of one algorithm in one precision.
+template <class S, class Cpp, class C, class CppBatch, class CBatch>
+void agree(const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_batch, CBatch c_batch) {
+  static robot r(KSL_EXAMPLES "/robots/panda.urdf");
+  constexpr std::size_t n = 700; // more than one part of a batch
+  check<S> faces(row, r, n);
+  results<S> expected = faces.states(cpp);
+  for (std::vector<S> &x : expected.numbers)
+    x.pop_back(); // the number that nobody writes
+  results<S> from_c = faces.states(c);
+  for (std::vector<S> &x : from_c.numbers) {
+    CHECK(x.back() == S(-7));
+    x.pop_back();
+  }
+  CHECK(from_c == expected);
+  for (std::size_t count : {0, 1, 2, 7, 8, 9, 15, 16, 17, 33, 700})
+    for (int threads : {1, 3}) {
+      CAPTURE(count);
+      CHECK(faces.batch(cpp_batch, count, threads) == faces.first(expected, count));
+      CHECK(faces.batch(c_batch, count, threads) == faces.first(expected, count));
+      CHECK(faces.batch(cpp_batch, count, threads, 3) == faces.first(expected, count));
+      CHECK(faces.batch(c_batch, count, threads, 3, true) == faces.first(expected, count));
+    }
+}
+
+} // namespace faces

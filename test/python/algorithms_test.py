@@ -1,0 +1,186 @@
+"""Every algorithm of api/algorithms.py: all its faces give the same bits.
+
+Python is held against C (one state, and batches), in double and float, with and without external wrenches.  Batches of any
+size are their states; threads, `out=`, strides and leading shapes change nothing; no states give no results.  The faces of
+C++ are held against those of C by test/engine/algorithms_test.cpp.
+"""
+
+import ctypes
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from random_states import random_states
+
+import ksl
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "api"))
+from algorithms import ALGORITHMS  # noqa: E402
+
+ROWS = [row for row in ALGORITHMS if "python" in row.faces]
+C_ROWS = [row for row in ROWS if "c" in row.faces or "c batch" in row.faces]
+PUSHED = ["panda_link7", "panda_link3"]
+LINKS = ["panda_link5", "panda_link2", "panda_link5"]
+PRECISIONS = {np.float64: ("", ctypes.c_double), np.float32: ("f", ctypes.c_float)}
+
+
+def inputs(m, row, *leading, dtype=np.float64):
+    """The arguments of a row, by name."""
+    q, v, x = (x.astype(dtype) for x in random_states(m, np.random.default_rng(7), *leading))
+    given = {"q": q, "v": v, "a": x, "tau": x}
+    arguments = {name: given[name] for name in row.inputs}
+    arguments |= {"link": {"name": LINKS[0]}, "frame": {"name": LINKS[0]}, "links": {"names": LINKS}}.get(row.request, {})
+    if row.external:
+        rng = np.random.default_rng(8)
+        arguments["external"] = {name: rng.normal(size=(*leading, 6)).astype(dtype) for name in PUSHED}
+    return arguments
+
+
+def python(m, row, arguments, **keywords):
+    """Results, always as a list."""
+    found = getattr(m, row.name)(**arguments, **keywords)
+    return list(found) if isinstance(found, tuple) else [found]
+
+
+def part(arguments, index):
+    """Some of the states of a call."""
+    take = lambda x: x[index] if isinstance(x, np.ndarray) else x
+    return {k: {n: take(w) for n, w in x.items()} if isinstance(x, dict) else take(x) for k, x in arguments.items()}
+
+
+def same(found, expected):
+    return all(x.dtype == y.dtype and np.array_equal(x, y) for x, y in zip(found, expected, strict=True))
+
+
+@pytest.mark.parametrize("dtype", PRECISIONS)
+@pytest.mark.parametrize("row", ROWS, ids=lambda r: r.name)
+def test_a_batch_of_any_size_is_its_states(arm, row, dtype):
+    arguments = inputs(arm, row, 37, dtype=dtype)
+    whole = python(arm, row, arguments)
+    assert all(x.dtype == dtype for x in whole)
+    for n in (0, 1, 2, 7, 8, 9, 17, 37):
+        assert same(python(arm, row, part(arguments, slice(n))), [x[:n] for x in whole])
+    for k in (0, 18, 36):
+        assert same(python(arm, row, part(arguments, k)), [x[k] for x in whole])
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda r: r.name)
+def test_layouts_threads_and_out_change_nothing(arm, row):
+    arguments = inputs(arm, row, 3000)
+    whole = python(arm, row, arguments, threads=1)
+    for threads in (None, 2, 5):
+        assert same(python(arm, row, arguments, threads=threads), whole)
+    assert same(python(arm, row, part(arguments, slice(None, None, -3))), [x[::-3] for x in whole])
+    grid = {k: {n: w.reshape(50, 60, 6) for n, w in x.items()} if isinstance(x, dict) else x.reshape(50, 60, -1) if isinstance(x, np.ndarray) else x
+            for k, x in arguments.items()}  # fmt: skip
+    assert same(python(arm, row, grid), [x.reshape(50, 60, *x.shape[1:]) for x in whole])
+    out = [np.full_like(x, np.nan) for x in whole]
+    found = python(arm, row, arguments, out=tuple(out) if len(out) > 1 else out[0])
+    assert all(x is y for x, y in zip(found, out, strict=True)) and same(out, whole)
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda r: r.name)
+def test_float_is_near_double(arm, row):
+    double, single = (python(arm, row, inputs(arm, row, 50, dtype=dtype)) for dtype in PRECISIONS)
+    for x, y in zip(single, double, strict=True):
+        loss = 1e4 if row.name == "forward_dynamics" else 50  # the condition of a mass matrix
+        assert np.abs(x - y).max() < 2e-7 * loss * max(1.0, np.abs(y).max()) and not np.array_equal(x, y)
+
+
+@pytest.mark.parametrize("row", [row for row in ROWS if row.external == "optional"], ids=lambda r: r.name)
+def test_external_wrenches_count(arm, row):
+    arguments = inputs(arm, row, 5)
+    pushed = python(arm, row, arguments)
+    free = python(arm, row, arguments | {"external": None})
+    assert not any(np.array_equal(x, y) for x, y in zip(pushed, free, strict=True))
+    zero = {name: np.zeros(6) for name in PUSHED}
+    assert same(python(arm, row, arguments | {"external": zero}), free)
+
+
+# C
+
+
+class ExternalRows(ctypes.Structure):
+    _fields_ = [("n", ctypes.c_int), ("link", ctypes.c_void_p), ("wrench", ctypes.c_void_p), ("stride", ctypes.c_ssize_t)]
+
+
+class External(ctypes.Structure):
+    _fields_ = [("n", ctypes.c_int), ("link", ctypes.c_void_p), ("wrench", ctypes.c_void_p)]
+
+
+@pytest.fixture(scope="module")
+def library():
+    path = os.environ.get("KSL_LIBRARY")
+    assert path, "KSL_LIBRARY names the library that make test builds"
+    loaded = ctypes.CDLL(path)
+    loaded.ksl_error_message.restype = ctypes.c_char_p
+    return loaded
+
+
+class Options(ctypes.Structure):
+    _fields_ = [("floating_base", ctypes.c_bool), ("rest", ctypes.c_char * 63)]
+
+
+class Loaded:
+    """A model of the C library."""
+
+    def __init__(self, library, m: ksl.Model) -> None:
+        self.library, self.m, self.model, self.data = library, m, ctypes.c_void_p(), ctypes.c_void_p()
+        library.ksl_model_options.restype = Options
+        options = library.ksl_model_options()
+        options.floating_base = m.nq != m.nv
+        self.check(library.ksl_model_load(m.file.encode(), ctypes.byref(options), ctypes.byref(self.model)))
+        self.check(library.ksl_data_create(self.model, ctypes.byref(self.data)))
+
+    def check(self, status: int) -> None:
+        assert status == 0, self.library.ksl_error_message()
+
+    def links(self, names):
+        return np.array([self.m.link_names.index(n) for n in names], np.int32)
+
+    def call(self, row, arguments, dtype, batch: bool):
+        """Results of a batch, or of one state."""
+        n = len(arguments["q"]) if batch else 1
+        suffix, kept = PRECISIONS[dtype][0], []
+        states = lambda x: x.reshape(n, -1)
+        keep = lambda x: (kept.append(np.ascontiguousarray(x)), kept[-1].ctypes.data)[1]
+        strided = lambda x: [ctypes.c_void_p(keep(states(x))), ctypes.c_ssize_t(states(x).shape[1])] if batch else [ctypes.c_void_p(keep(x))]
+        given = [a for name in row.inputs for a in strided(arguments[name])]
+        external = arguments.get("external") or {}
+        if row.external:
+            link, wrench = keep(self.links(external)), keep(np.stack([states(w) for w in external.values()], axis=1))
+            shape = ExternalRows(len(external), link, wrench, 6 * len(external)) if batch else External(len(external), link, wrench)
+            given.append(ctypes.byref(shape))
+        request = []
+        if row.request == "links":
+            request = [len(LINKS), ctypes.c_void_p(keep(self.links(LINKS)))]
+        elif row.request == "frame":
+            request = [int(self.links(LINKS[:1])[0]), None]
+        elif row.request == "reactions":
+            joints = np.arange(len(self.m.joint_names), dtype=np.int32)
+            request = [len(joints), ctypes.c_void_p(keep(joints)), None]
+        expected = [np.empty(x.shape, dtype) for x in python(self.m, row, arguments)]
+        results = [a for x in expected for a in ([ctypes.c_void_p(x.ctypes.data), ctypes.c_ssize_t(x.size // n)] if batch else [ctypes.c_void_p(x.ctypes.data)])]
+        last = -2 if batch else -1
+        given += [*results[:last], *request, *results[last:]]
+        external_batch = "_external" if row.external == "optional" and batch else ""
+        function = getattr(self.library, f"ksl_{row.name}{external_batch}{'_batch' if batch else ''}{suffix}")
+        if batch:
+            self.check(function(self.model, ctypes.c_size_t(n), *given, 2))
+        else:
+            self.check(function(self.model, self.data, *given))
+        return expected
+
+
+@pytest.mark.parametrize("dtype", PRECISIONS)
+@pytest.mark.parametrize("row", C_ROWS, ids=lambda r: r.name)
+def test_c_gives_the_bits_of_python(arm, library, row, dtype):
+    loaded = Loaded(library, arm)
+    arguments = inputs(arm, row, 21, dtype=dtype)
+    whole = python(arm, row, arguments)
+    assert same(loaded.call(row, arguments, dtype, batch=True), whole)
+    if "c" in row.faces:
+        for k in (0, 20):
+            assert same(loaded.call(row, part(arguments, k), dtype, batch=False), [x[k] for x in whole])
