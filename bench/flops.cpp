@@ -20,6 +20,14 @@ template <> struct ksl::scalar_of_trait<counting> { using type = double; };
 
 namespace {
 
+/// Flops of a sine and cosine within fast_range.
+int count_pair() {
+  counting sine, cosine;
+  counting::reset();
+  ksl::sine_cosine_in_fast_range(counting(0.5), sine, cosine);
+  return counting::flops;
+}
+
 using numbers = std::vector<counting>;
 
 /// Flops of compute(model, workspace, q, v, a, out).
@@ -30,7 +38,8 @@ template <class Workspace, class Compute> int count(const ksl::model &m, Compute
   const ksl::owned_workspace<Workspace> w(model);
   counting::reset();
   compute(model, *w, q.data(), v.data(), v.data(), out.data());
-  return counting::flops + counting::roots;
+  const int flops = counting::flops + counting::roots, pairs = counting::sines / 2;
+  return flops + pairs * count_pair();
 }
 
 void print(const char *name, const ksl::model &m) {

@@ -40,6 +40,8 @@ nb::dict joint_dict(const ksl::model &m, const ksl::joint_row &j) {
   d["v_index"] = j.v_index;
   d["axis"] = std::array<double, 3>{j.axis.x, j.axis.y, j.axis.z};
   d["pitch"] = j.pitch;
+  if (const int quaternion = ksl::row_of(j.kind).quaternion; quaternion >= 0)
+    d["quaternion"] = quaternion;
   if (j.description >= 0) {
     const ksl::joint_description &file = m.description().joints[static_cast<std::size_t>(j.description)];
     d["lower"] = file.lower;

@@ -8,6 +8,8 @@
 
 #if defined(__AVX__)
 #include <immintrin.h>
+#elif defined(__SSE2__)
+#include <emmintrin.h>
 #endif
 
 namespace ksl {
@@ -110,6 +112,46 @@ template <> KSL_LANES void store_first(const native_pack<float> &x, float *to, i
   _mm512_mask_storeu_ps(to, n >= 16 ? static_cast<__mmask16>(65535) : static_cast<__mmask16>((1u << n) - 1), x.lanes);
 }
 #endif
+
+/// Is |a| ≤ b in every lane, and no lane NaN?  A bool, to branch on.  b ≥ 0.
+KSL_LANES bool magnitudes_at_most(double a, double b) { return __builtin_fabs(a) <= b; }
+KSL_LANES bool magnitudes_at_most(float a, float b) { return __builtin_fabsf(a) <= b; }
+
+/// By the bits: those of magnitudes are ordered as the magnitudes are, with infinities and NaN above.
+template <class T, int W> KSL_LANES bool magnitudes_at_most(pack<T, W> a, T b) {
+  using integers = typename pack<T, W>::mask;
+  integers magnitude, limit;
+  const pack<T, W> all_b(b);
+  __builtin_memcpy(&magnitude, &a, sizeof a);
+  __builtin_memcpy(&limit, &all_b, sizeof a);
+  if constexpr (sizeof(T) == 8)
+    magnitude &= 0x7fffffffffffffff;
+  else
+    magnitude &= 0x7fffffff;
+#if defined(__AVX512F__)
+  if constexpr (sizeof a == 64 && sizeof(T) == 8)
+    return _mm512_cmpgt_epi64_mask((__m512i)magnitude, (__m512i)limit) == 0;
+  if constexpr (sizeof a == 64 && sizeof(T) == 4)
+    return _mm512_cmpgt_epi32_mask((__m512i)magnitude, (__m512i)limit) == 0;
+#endif
+  const integers beyond = magnitude > limit;
+#if defined(__AVX__)
+  if constexpr (sizeof a == 32 && sizeof(T) == 8)
+    return _mm256_movemask_pd((__m256d)beyond) == 0;
+  if constexpr (sizeof a == 32 && sizeof(T) == 4)
+    return _mm256_movemask_ps((__m256)beyond) == 0;
+#endif
+#if defined(__SSE2__)
+  if constexpr (sizeof a == 16 && sizeof(T) == 8)
+    return _mm_movemask_pd((__m128d)beyond) == 0;
+  if constexpr (sizeof a == 16 && sizeof(T) == 4)
+    return _mm_movemask_ps((__m128)beyond) == 0;
+#endif
+  auto any = beyond[0];
+  for (int i = 1; i < W; ++i)
+    any |= beyond[i];
+  return any == 0;
+}
 
 /// The scalar that a type's lanes hold: itself, or a pack's.
 template <class T> struct scalar_of_trait { using type = T; };

@@ -61,6 +61,8 @@ def _joint_table(model: Mechanism) -> Table:
         table.add_column(heading, justify="left" if heading in ("joint", "kind", "parent → child", "axis") else "right")
     for j in model.joints:
         axis = " ".join(f"{x:.4g}" for x in j.axis) if j.has_axis else ""
+        if j.pitch:
+            axis += f", {j.pitch:.4g} m/rad"
         table.add_row(
             Text(j.name), j.kind, Text(f"{j.parent or 'ground'} → {j.child}"), _span(j.q_index, j.nq), _span(j.v_index, j.nv), axis,
             *(_number(x) for x in (j.lower, j.upper, j.effort, j.velocity)),

@@ -29,6 +29,8 @@ class Joint:
     """Unit vector in the joint's frame; zero for kinds without one axis."""
     pitch: float = 0.0
     """Advance along the axis, m/rad, positive for a right-handed screw; of helical joints."""
+    quaternion: int | None = None
+    """Where among its nq numbers a unit quaternion [qx qy qz qw] begins: 0 of spherical joints, 3 of floating ones."""
     lower: float | None = None
     upper: float | None = None
     effort: float | None = None

@@ -25,10 +25,12 @@ SPLINE_SAMPLES = 6
 CONTRADICTION = 0.05
 """Given rates that differ by more than this share of the largest are said to contradict what they are the rates of."""
 
-FLOATING_POSITION = ("x", "y", "z", "qx", "qy", "qz", "qw")
-FLOATING_VELOCITY = ("vx", "vy", "vz", "wx", "wy", "wz")
-FLOATING_ACCELERATION = ("ax", "ay", "az", "bx", "by", "bz")
-"""Columns of a floating joint: pose in the world; twist in the body's frame, linear then angular; its componentwise derivative."""
+POSITION = ("x", "y", "z")
+QUATERNION = ("qx", "qy", "qz", "qw")
+VELOCITY = ("vx", "vy", "vz", "wx", "wy", "wz")
+ACCELERATION = ("ax", "ay", "az", "bx", "by", "bz")
+"""Columns of joints with a quaternion: pose in the joint's frame; twist in the child's frame, linear then angular; its
+componentwise derivative.  A spherical joint has the quaternion and the angular parts alone."""
 
 
 @dataclass(frozen=True)
@@ -47,8 +49,9 @@ class Motion:
 
 def columns_of(joint: Joint) -> tuple[list[str], list[str], list[str]]:
     """Names of a joint's columns: positions, velocities, accelerations."""
-    if joint.kind == "floating":
-        position, velocity, acceleration = ([f"{joint.name}.{c}" for c in group] for group in (FLOATING_POSITION, FLOATING_VELOCITY, FLOATING_ACCELERATION))
+    if joint.quaternion is not None:
+        groups = (POSITION[: joint.quaternion] + QUATERNION, VELOCITY[-joint.nv :], ACCELERATION[-joint.nv :])
+        position, velocity, acceleration = ([f"{joint.name}.{c}" for c in group] for group in groups)
         return position, velocity, acceleration
     return [joint.name], [f"{joint.name}.v"], [f"{joint.name}.a"]
 
@@ -92,7 +95,7 @@ def complete(model: Mechanism, time: Array, q: Array, given: list[list[Array | N
     q = q.copy()
     for joint, (joint_v, joint_a) in zip(joints, given, strict=True):
         rows, cols = slice(joint.q_index, joint.q_index + joint.nq), slice(joint.v_index, joint.v_index + joint.nv)
-        if joint.kind == "floating":
+        if joint.quaternion is not None:
             q[:, rows] = _continuous_unit(where, joint, q[:, rows])
         with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused
             v[:, cols], a[:, cols] = _finite_rates(where, joint, time, q[:, rows], joint_v, joint_a)
@@ -118,8 +121,8 @@ def _rates(joint: Joint, time: Array, q: Array, v: Array | None, a: Array | None
         return v, a
     if v is not None:
         return v, derivative(time, v)
-    if joint.kind == "floating":
-        found_v, found_a = _floating_rates(time, q)
+    if joint.quaternion is not None:
+        found_v, found_a = _rates_of_poses(time, q)
         return found_v, found_a if a is None else a
     from scipy.interpolate import make_interp_spline
 
@@ -158,7 +161,7 @@ def _contradictions(joint: Joint, time: Array, q: Array, v: Array, given_v: Arra
         if at is None or given is None or found is None:
             continue
         k, c = at
-        unit = ("m" if joint.kind == "prismatic" or (joint.kind == "floating" and c < 3) else "rad") + ("/s" if of == "position" else "/s²")
+        unit = ("m" if joint.kind == "prismatic" or columns[c].endswith(("vx", "vy", "vz", "ax", "ay", "az")) else "rad") + ("/s" if of == "position" else "/s²")
         changes = f"the {of} of {joint.name} changes at {found[k, c]:.4g} {unit}"
         lines.append(f"{columns[c]} at {time[k]:.6g} s is {given[k, c]:.4g} {unit}, but {changes}; check the column")
     return lines
@@ -176,8 +179,8 @@ def _largest_contradiction(time: Array, given: Array, found: Array, floor: float
     integral = np.abs(integral[width:] - integral[:-width])
     mean = np.where(integral > floor, integral / (time[width:] - time[:-width])[:, None], 0.0)
     largest = np.maximum(np.abs(given), np.abs(found)).max(axis=0)
-    if off.shape[1] == 6:  # components share the scale of their vector
-        largest = np.repeat(largest.reshape(2, 3).max(axis=1), 3)
+    if off.shape[1] > 1:  # components share the scale of their vector
+        largest = np.repeat(largest.reshape(-1, 3).max(axis=1), 3)
     share = np.divide(mean, largest, out=np.zeros_like(mean), where=largest > 0)
     start, column = np.unravel_index(int(np.argmax(share)), share.shape)
     if not share[start, column] > CONTRADICTION:
@@ -185,17 +188,19 @@ def _largest_contradiction(time: Array, given: Array, found: Array, floor: float
     return int(start) + int(np.argmax(np.abs(off[start : start + width + 1, column]))), int(column)
 
 
-def _floating_rates(time: Array, q: Array) -> tuple[Array, Array]:
-    """Twist in the body's frame and its componentwise derivative, from splines through position and quaternion.
+def _rates_of_poses(time: Array, q: Array) -> tuple[Array, Array]:
+    """Twist in the body's frame and its componentwise derivative, from splines through quaternion and position, if there is one.
 
     The spline is of unit length only at the samples: n′ = q · q′ corrects for that.
     """
-    position, quaternion = q[:, :3], q[:, 3:]
-    p1, p2 = derivative(time, position), derivative(time, position, 2)
+    position, quaternion = np.hsplit(q, [-4])
     q1, q2 = derivative(time, quaternion), derivative(time, quaternion, 2)
     growth = np.sum(quaternion * q1, axis=1, keepdims=True)
     w = 2 * _vector_part(quaternion, q1)
     dw = 2 * _vector_part(quaternion, q2) - 2 * growth * w
+    if not position.shape[1]:
+        return w, dw
+    p1, p2 = derivative(time, position), derivative(time, position, 2)
     v = _into_body(quaternion, p1)
     dv = _into_body(quaternion, p2) - np.cross(w, v)
     return np.hstack([v, w]), np.hstack([dv, dw])
@@ -214,16 +219,17 @@ def _into_body(q: Array, x: Array) -> Array:
 
 def _continuous_unit(where: Callable[[int], str], joint: Joint, q: Array) -> Array:
     """Quaternions of unit length and without jumps between q and −q."""
-    length = np.linalg.norm(q[:, 3:], axis=1)
+    position, quaternion = np.hsplit(q, [-4])
+    length = np.linalg.norm(quaternion, axis=1)
     bad = np.flatnonzero(np.abs(length - 1) > QUATERNION_TOLERANCE)
     if len(bad):
         raise MotionError(
             f"{where(bad[0])}: the quaternion of {joint.name} has length {length[bad[0]]:.6g}; "
             f"expected a unit quaternion in the columns {joint.name}.qx … .qw"
         )
-    unit = q[:, 3:] / length[:, None]
+    unit = quaternion / length[:, None]
     turn = np.where(np.sum(unit[1:] * unit[:-1], axis=1) < 0, -1.0, 1.0)
-    return np.hstack([q[:, :3], unit * np.concatenate([[1.0], np.cumprod(turn)])[:, None]])
+    return np.hstack([position, unit * np.concatenate([[1.0], np.cumprod(turn)])[:, None]])
 
 
 def _read_table(file: str) -> dict[str, Array]:
@@ -347,7 +353,8 @@ def _check_columns(model: Mechanism, file: str, table: dict[str, Array]) -> None
         position, *rates = columns_of(joint)
         for c in position:
             if c not in table:
-                what = "its pose (position in m, unit quaternion)" if joint.kind == "floating" else "its positions (rad or m)"
+                pose = "its pose (position in m, unit quaternion)" if joint.quaternion else "its orientation (a unit quaternion)"
+                what = "its positions (rad or m)" if joint.quaternion is None else pose
                 raise MotionError(f"{file}:1: no column {c!r} for joint {joint.name}; add {what} at every sample")
         for group in rates:
             if any(c in table for c in group) and not all(c in table for c in group):

@@ -31,6 +31,7 @@ template <> struct ksl::math<counting> {
   static counting fabs(counting x) { return counting(std::fabs(x.value)); }
   static counting sin(counting x) { return counting::sines++, counting(std::sin(x.value)); }
   static counting cos(counting x) { return counting::sines++, counting(std::cos(x.value)); }
+  static void sine_cosine(counting x, counting &sine, counting &cosine) { sine = sin(x), cosine = cos(x); }
   static counting atan2(counting y, counting x) {
     return counting::arctangents++, counting(std::atan2(y.value, x.value));
   }

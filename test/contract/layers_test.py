@@ -20,7 +20,7 @@ LAYERS = [
 """Lowest first; a file belongs to the first pattern that fits."""
 
 C_HEADERS = {"math.h", "stdarg.h", "float.h", "stdbool.h", "stddef.h", "stdint.h", "string.h", "stdlib.h", "stdio.h", "assert.h"}
-NO_CODE_OF_THEIR_OWN = {"cfloat", "concepts", "cstddef", "cstdint", "cstring", "float.h", "math.h", "stdbool.h", "stddef.h", "stdint.h", "string.h", "immintrin.h"}
+NO_CODE_OF_THEIR_OWN = {"cfloat", "concepts", "cstddef", "cstdint", "cstring", "float.h", "math.h", "stdbool.h", "stddef.h", "stdint.h", "string.h", "emmintrin.h", "immintrin.h"}
 
 
 def layer(path: Path) -> int:

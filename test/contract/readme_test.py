@@ -10,6 +10,9 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "test" / "algebra"))
+from library import find
+
 LANGUAGES = ("sh", "python", "c", "cpp")
 SETS_UP = re.compile(r"^make (demo|test|bench)", re.MULTILINE)
 """Blocks with these set up the whole project; they are what runs the tests."""
@@ -56,10 +59,11 @@ def run_c(code: str, folder: Path) -> None:
 
 
 def run_cpp(code: str, folder: Path) -> None:
-    """With g++ and clang++, without a warning."""
+    """With g++ and clang++, without a warning; with the library where the example loads a model."""
     (folder / "example.cpp").write_text(code)
+    linked = [find(), f"-Wl,-rpath,{find().parent}"] if "ksl/dynamics.hpp" in code else []
     for compiler in ("g++", "clang++"):
-        run([compiler, "-std=c++20", "-Wall", "-Wextra", "-Werror", "-I", ROOT / "include", "example.cpp", "-o", "example"], folder)
+        run([compiler, "-std=c++20", "-Wall", "-Wextra", "-Werror", "-I", ROOT / "include", "example.cpp", *linked, "-o", "example"], folder)
         assert run([folder / "example"], folder).stdout, "the example prints nothing"
 
 

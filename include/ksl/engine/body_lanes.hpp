@@ -6,16 +6,11 @@
 #pragma once
 
 #include "ksl/engine/model.hpp"
+#include "ksl/engine/scalar.hpp"
 #include "ksl/engine/spread.hpp"
 
 namespace ksl {
 inline namespace KSL_ISA {
-
-/// Is T a plain number?  Then bodies can lie in lanes.
-template <class T> inline constexpr bool is_number = false;
-template <class T> inline constexpr bool is_number<const T> = is_number<T>;
-template <> inline constexpr bool is_number<double> = true;
-template <> inline constexpr bool is_number<float> = true;
 
 /// Room for n numbers in whole registers of any instruction set.
 constexpr int padded(int n) { return (n + 15) / 16 * 16; }

@@ -1,13 +1,17 @@
-// KSL: sine and cosine together, one kernel for every scalar and every width.
+// KSL: sine and cosine together, one kernel for plain numbers and packs of every width.
 //
-// The angle is reduced to hi + lo, |hi| ≤ π/4, by multiples of π/2: in double by three parts whose products with
-// |k| < 2²⁰ are exact (Cody and Waite 1980), in float by parts of which each difference x − k part is rounded once.  Then
-// the polynomials of K. C. Ng (fdlibm, double) or S. Moshier (Cephes, float).  Error below 1 ulp for |x| ≤ 10⁶
-// (test/engine/sine_cosine_test.cpp); beyond, digits are lost as |x| grows, and where none is left (beyond about 10¹⁵ in
-// double, 6·10⁶ in float) both are NaN.
+// The angle is reduced to hi + lo, |hi| ≤ π/4, by multiples of π/2.  Up to fast_range that takes a few operations in lanes:
+// in double by three parts of π/2 whose products with k are exact (Cody and Waite 1980), in float by parts of which each
+// difference x − k part is rounded once.  A register that holds a larger angle takes a branch: its lanes are computed one by
+// one, and large angles reduced with as many bits of 2/π as they need (large_angle.hpp).  Then the polynomials of K. C. Ng
+// (fdlibm, double) or S. Moshier (Cephes, float).
+//
+// The error is below 1 unit in the last place for every finite angle, in double and in float
+// (test/engine/sine_cosine_test.py); of infinities and NaN both results are NaN.
 #pragma once
 
-#include "ksl/pack.hpp"
+#include "ksl/engine/large_angle.hpp"
+#include "ksl/engine/scalar.hpp"
 
 #include <cstddef>
 
@@ -18,6 +22,7 @@ inline namespace KSL_ISA {
 template <class S> struct trigonometry;
 
 template <> struct trigonometry<double> {
+  static constexpr double fast_range = 262144.0; ///< 2¹⁸: beyond, hi may be too small for the bits that three parts leave
   static constexpr double two_over_pi = 6.36619772367581382433e-01;
   static constexpr double half_pi[3] = {1.57079632673412561417e+00, 6.07710050630396597660e-11, 2.02226624879595063154e-21};
   static constexpr double round = 6755399441055744.0; ///< 1.5 × 2⁵²: adding and taking it off rounds to an integer
@@ -28,6 +33,7 @@ template <> struct trigonometry<double> {
 };
 
 template <> struct trigonometry<float> {
+  static constexpr float fast_range = 262144.0f;
   static constexpr float two_over_pi = 6.36619772367581382433e-01f;
   static constexpr float half_pi[3] = {0x1.921fb6p+0f, -0x1.777a5cp-25f, -0x1.ee59dap-50f}; ///< 24 bits each
   static constexpr float round = 12582912.0f; ///< 1.5 × 2²³
@@ -116,23 +122,68 @@ template <class S, int W> KSL_LANES void turn_by_quarters(pack<S, W> k, pack<S, 
   __builtin_memcpy(&c, &cosine_bits, sizeof n);
 }
 
-/// sine and cosine of x, by select and never by branch.
-template <class T> KSL_LANES void sine_cosine(T x, T &sine, T &cosine) {
-  using S = scalar_of<T>;
-  using C = trigonometry<S>;
-  const reduced_angle<T> r = reduce(x, S());
-  const T one = T(S(1)), half = T(S(0.5));
-
+/// Sine and cosine of a reduced angle.
+template <class T> KSL_LANES void sine_cosine_of_reduced(const reduced_angle<T> &r, T &sine, T &cosine) {
+  using C = trigonometry<scalar_of<T>>;
+  const T one = T(1), half = T(0.5);
   const T z = r.hi * r.hi, half_z = half * z;
-  const T s = r.hi + (z * r.hi * polynomial<T>(C::sine, z) + (r.lo - half_z * r.lo));
+  sine = r.hi + (z * r.hi * polynomial<T>(C::sine, z) + (r.lo - half_z * r.lo));
   const T v = one - half_z;
-  const T c = v + (((one - v) - half_z) + (z * z * polynomial<T>(C::cosine, z) - r.hi * r.lo));
-
-  const auto reducible = z < one;
-  const T none = T(S(__builtin_nan("")));
-  sine = math<T>::select(reducible, s, none);
-  cosine = math<T>::select(reducible, c, none);
+  cosine = v + (((one - v) - half_z) + (z * z * polynomial<T>(C::cosine, z) - r.hi * r.lo));
   turn_by_quarters(r.k, sine, cosine);
+}
+
+/// sine and cosine of x, |x| ≤ fast_range, by select and never by branch.
+template <class T> KSL_LANES void sine_cosine_in_fast_range(T x, T &sine, T &cosine) {
+  sine_cosine_of_reduced(reduce(x, scalar_of<T>()), sine, cosine);
+}
+
+/// The same of any x, and NaN of what is no number.  Out of line, so that the common way keeps its registers.
+template <class S> __attribute__((noinline, cold)) void sine_cosine_of_any(S x, S &sine, S &cosine) {
+  if (math<S>::fabs(x) <= trigonometry<S>::fast_range) { // another lane of the register is large
+    sine_cosine_in_fast_range(x, sine, cosine);
+  } else if (x - x == S(0)) {
+    const reduced_large_angle large = reduce_large(static_cast<double>(x));
+    const S hi = static_cast<S>(large.numerator), unit = static_cast<S>(large.unit);
+    const S lo = static_cast<S>(large.numerator - static_cast<std::int64_t>(hi));
+    sine_cosine_of_reduced<S>({static_cast<S>(large.quarters), hi * unit, lo * unit}, sine, cosine);
+  } else {
+    sine = cosine = x - x;
+  }
+}
+template <class S, int W>
+__attribute__((noinline, cold)) void sine_cosine_of_any(const pack<S, W> &x, pack<S, W> &sine, pack<S, W> &cosine) {
+  for (int i = 0; i < W; ++i) {
+    S s, c;
+    sine_cosine_of_any(x[i], s, c);
+    sine.set(i, s), cosine.set(i, c);
+  }
+}
+
+/// sine and cosine of x, for every x.
+template <class T>
+  requires(is_number<T> || is_pack<T>)
+KSL_LANES void sine_cosine(T x, T &sine, T &cosine) {
+  const bool in_range = magnitudes_at_most(x, trigonometry<scalar_of<T>>::fast_range);
+  T s, c;
+  sine_cosine_in_fast_range(x, s, c);
+  if (!in_range) [[unlikely]] {
+    T angle = x, any_s, any_c; // only these need an address
+    sine_cosine_of_any(angle, any_s, any_c);
+    s = any_s, c = any_c;
+  }
+  sine = s, cosine = c;
+}
+
+/// The same of any other scalar, by its own function.
+template <class T>
+  requires(!is_number<T> && !is_pack<T>)
+void sine_cosine(const T &x, T &sine, T &cosine) {
+  static_assert(has_sine_cosine<T>, "this scalar has no sine and cosine of its own: "
+                                    "give it math<T>::sine_cosine(angle, sine, cosine) (docs/scalars.md)");
+  static_assert(scalar<T>, "this type is no scalar for KSL: ksl/engine/scalar.hpp lists what is asked (docs/scalars.md)");
+  if constexpr (has_sine_cosine<T>)
+    math<T>::sine_cosine(x, sine, cosine);
 }
 
 } // namespace KSL_ISA
