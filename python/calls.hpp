@@ -167,7 +167,7 @@ private:
     const nb::list items = nb::steal<nb::list>(PyDict_Items(external_.ptr())); // other threads may change the dict
     wrenches_.clear();
     for (nb::handle item : items)
-      wrenches_.push_back({nb::borrow(PyTuple_GET_ITEM(item.ptr(), 1)), nullptr, 6, nb::borrow(PyTuple_GET_ITEM(item.ptr(), 0)), -1});
+      wrenches_.push_back({nb::borrow(PyTuple_GET_ITEM(item.ptr(), 1)), nullptr, 6, nb::borrow(PyTuple_GET_ITEM(item.ptr(), 0))});
     return true;
   }
 
@@ -192,7 +192,8 @@ private:
       wrenches.append(x.object);
     for (int i = 0; i < leading_.axes; ++i)
       leading.append(leading_.length[i]);
-    const nb::tuple made = nb::cast<nb::tuple>(nb::module_::import_("ksl.states").attr("as_rows")(inputs, wrenches, nb::tuple(leading)));
+    const nb::object as_rows = nb::module_::import_("ksl.states").attr("as_rows");
+    const nb::tuple made = nb::cast<nb::tuple>(as_rows(inputs, wrenches, nb::tuple(leading)));
     for (std::size_t i = 0; i < inputs_.size(); ++i)
       inputs_[i].object = made[0][i];
     for (std::size_t i = 0; i < wrenches_.size(); ++i)
@@ -211,9 +212,10 @@ private:
     for_each([](argument &x) {
       if (x.array.axes() > 0 && x.array.length(x.array.axes() - 1) == x.columns)
         return;
-      const std::string numbers = x.name ? std::string(x.name[0] == 'q' ? "nq" : "nv") + " numbers for each state" : "force, then moment";
-      const std::string columns = std::to_string(x.columns);
-      refuse(x.text() + " has shape " + x.array.shape() + "; expected (…, " + columns + ")" + ": " + numbers);
+      const char *const numbers = !x.name               ? "force, then moment"
+                                  : x.name[0] == 'q' ? "nq numbers for each state"
+                                                     : "nv numbers for each state";
+      refuse(x.text() + " has shape " + x.array.shape() + "; expected (…, " + std::to_string(x.columns) + "): " + numbers);
     });
     for (argument &x : wrenches_)
       x.link = link_of(x.link_name);
@@ -268,10 +270,15 @@ private:
     const std::size_t n = static_cast<std::size_t>(row_.results) + reactions_.size();
     const bool several = n > 1, given = !out.is_none();
     if (several && given && !((PyTuple_Check(out.ptr()) || PyList_Check(out.ptr())) && nb::len(out) == n))
-      refuse("out is " + class_name(out) + "; expected " + (n == 2 ? "two" : std::to_string(n)) + " arrays, (" + result_names() + ")");
+      refuse("out is " + class_name(out) + "; expected " + (n == 2 ? "two" : std::to_string(n)) + " arrays, (" +
+             result_names() + ")");
     for (std::size_t r = 0; r < n; ++r) {
       leading_shape shape = shape_of(r);
-      nb::object array = !given ? nb::steal(PyArray_SimpleNew(shape.axes, shape.length, numpy_type<S>)) : several ? nb::object(out[r]) : nb::borrow(out);
+      nb::object array;
+      if (given)
+        array = several ? nb::object(out[r]) : nb::borrow(out);
+      else
+        array = nb::steal(PyArray_SimpleNew(shape.axes, shape.length, numpy_type<S>));
       if (!array.is_valid())
         nb::raise_python_error();
       if (given)
@@ -317,7 +324,8 @@ private:
     for_each([&](argument &x) {
       if (!spared(x)) {
         const std::string name = x.text();
-        refuse("out overlaps " + name + ", which would be overwritten before it is read; give out=" + name + " itself or memory apart from it");
+        refuse("out overlaps " + name + ", which would be overwritten before it is read; give out=" + name +
+               " itself or memory apart from it");
       }
     });
     for (std::size_t r = 1; r < results_.size(); ++r)
@@ -376,13 +384,17 @@ private:
     for (const row_array &result : results_)
       in_place = in_place || !all_of([&](const argument &x) { return result.apart_from(x.array); });
     const auto check = [&](std::size_t first, std::size_t end) { return acceptable(batch, first, end); };
-    const auto run = [&](std::size_t first, std::size_t end) { return ksl::compute_states(row_, m_, batch, first, end), true; };
+    const auto run = [&](std::size_t first, std::size_t end) {
+      ksl::compute_states(row_, m_, batch, first, end);
+      return true;
+    };
+    const auto both = [&](std::size_t first, std::size_t end) { return check(first, end) && run(first, end); };
     std::optional<without_gil> released;
     if (batch.n >= states_worth_releasing)
       released.emplace();
     if (in_place)
       return for_parts<S>(batch.n, threads, check) && for_parts<S>(batch.n, threads, run);
-    return for_parts<S>(batch.n, threads, [&](std::size_t first, std::size_t end) { return check(first, end) && run(first, end); });
+    return for_parts<S>(batch.n, threads, both);
   }
 
   /// Calls step(first, end) for all states, some at a time, on several threads, until one returns false.
@@ -414,13 +426,15 @@ private:
         for (int c = 0; c < x.columns; ++c)
           if (const S number = row(rows, k)[c]; !std::isfinite(number)) {
             const char *const value = std::isnan(number) ? "nan" : number > 0 ? "inf" : "-inf";
-            refuse(x.text() + "[" + leading_.index_of(static_cast<npy_intp>(k)) + std::to_string(c) + "] is " + value + "; every number must be finite");
+            const std::string index = leading_.index_of(static_cast<npy_intp>(k)) + std::to_string(c);
+            refuse(x.text() + "[" + index + "] is " + value + "; every number must be finite");
           }
     });
     check_quaternions(m_, batch.q, 0, batch.n, [](const ksl::joint_row &joint, std::size_t k, const S *x) -> bool {
       char length[32];
       std::snprintf(length, sizeof length, "%.6g", ksl::quaternion_length(x));
-      refuse(joint.name + ": quaternion of state " + std::to_string(k) + " has length " + length + "; expected a unit quaternion [qx qy qz qw]");
+      refuse(joint.name + ": quaternion of state " + std::to_string(k) + " has length " + length +
+             "; expected a unit quaternion [qx qy qz qw]");
     });
     refuse("the arguments changed while they were read; other threads must not write to them during a call");
   }

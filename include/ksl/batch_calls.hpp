@@ -11,55 +11,66 @@ namespace ksl {
 /// Joint efforts tau (nv) for q (nq), v (nv), a (nv), under gravity and external wrenches, by the recursive
 /// Newton–Euler algorithm (Featherstone, RBDA 2008, table 5.1).  O(bodies).  Reads batch.q, batch.v, batch.a,
 /// batch.external; writes tau into batch.result[0] (rows of nv).
-template <class S> KSL_EXPORT void inverse_dynamics_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+template <class S>
+KSL_EXPORT void inverse_dynamics_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Joint efforts tau (nv) and the reactions of the joints that are asked for, for q (nq), v (nv), a (nv), under gravity
 /// and external wrenches: what the parent side exerts on the child side through each joint.  Those of moving joints in
 /// their own frames are written as inverse dynamics finds them, which costs less than two calls.  Reads batch.q,
 /// batch.v, batch.a, batch.external, batch.reactions; writes tau into batch.result[0] (rows of nv), the reactions (rows
 /// of request.n × 6).
-template <class S> KSL_EXPORT void inverse_dynamics_with_reactions_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+template <class S>
+KSL_EXPORT void inverse_dynamics_with_reactions_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Reactions of the joints that are asked for, for q (nq), v (nv), a (nv), under gravity and external wrenches: the
 /// wrench that the parent side exerts on the child side through each joint, whole or its constraint or actuation part
 /// (Coscrews page, (7)–(9)).  Reads batch.q, batch.v, batch.a, batch.external, batch.reactions; writes the reactions
 /// (rows of request.n × 6).
-template <class S> KSL_EXPORT void reactions_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+template <class S>
+KSL_EXPORT void reactions_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Accelerations a (nv) for q (nq), v (nv) and joint efforts tau (nv), under gravity and external wrenches, by the
 /// articulated-body algorithm (Featherstone, RBDA 2008, table 7.1).  O(bodies).  Reads batch.q, batch.v, batch.tau,
 /// batch.external; writes a into batch.result[0] (rows of nv).
-template <class S> KSL_EXPORT void forward_dynamics_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+template <class S>
+KSL_EXPORT void forward_dynamics_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Mass matrix M (nv, nv), row-major, both triangles, for q (nq), by the composite-rigid-body algorithm (Featherstone,
 /// RBDA 2008, section 6.2): tau = M a + bias.  O(bodies × depth).  Reads batch.q; writes M into batch.result[0] (rows
 /// of nv × nv).
-template <class S> KSL_EXPORT void mass_matrix_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+template <class S>
+KSL_EXPORT void mass_matrix_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Efforts tau (nv) that hold velocities v (nv) at q (nq) without acceleration: inverse dynamics with a = 0.
 /// O(bodies).  Reads batch.q, batch.v, batch.external; writes tau into batch.result[0] (rows of nv).
-template <class S> KSL_EXPORT void bias_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+template <class S>
+KSL_EXPORT void bias_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Efforts tau (nv) that hold the mechanism at rest at q (nq): inverse dynamics with v = a = 0.  O(bodies).  Reads
 /// batch.q, batch.external; writes tau into batch.result[0] (rows of nv).
-template <class S> KSL_EXPORT void gravity_torque_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+template <class S>
+KSL_EXPORT void gravity_torque_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Poses poses (links, 4, 4) of links' frames in the world, m, each matrix row-major, for q (nq).  A link may come
 /// twice.  All are computed from one walk over the bodies: O(bodies + links).  Reads batch.q, batch.links; writes poses
 /// into batch.result[0] (rows of links.n × 4 × 4).
-template <class S> KSL_EXPORT void frame_poses_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+template <class S>
+KSL_EXPORT void frame_poses_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Kinetic and potential energy, J, for q (nq) and v (nv); the latter zero with every centroid at the world's origin.
 /// O(bodies).  Reads batch.q, batch.v; writes kinetic into batch.result[0] (rows of 1), potential into batch.result[1]
 /// (rows of 1).
-template <class S> KSL_EXPORT void energy_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+template <class S>
+KSL_EXPORT void energy_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Power of external wrenches, W, for q (nq) and v (nv): the sum of f · v of the links that they act on.  O(bodies).
 /// Reads batch.q, batch.v, batch.external; writes power into batch.result[0] (rows of 1).
-template <class S> KSL_EXPORT void external_power_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+template <class S>
+KSL_EXPORT void external_power_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Jacobian J (6, nv) of a link's frame, row-major, for q (nq): J v is the frame's twist.  O(depth + bodies).  Reads
 /// batch.q, batch.links (one), batch.frame; writes J into batch.result[0] (rows of 6 × nv).
-template <class S> KSL_EXPORT void jacobian_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+template <class S>
+KSL_EXPORT void jacobian_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 } // namespace ksl

@@ -6,7 +6,12 @@ from generator.rows import ALGORITHMS, MARK, Algorithm, call, comment, has, kern
 
 
 def request_arguments(row: Algorithm) -> list[str]:
-    return {"links": ["int n", "const int *links"], "link": ["int link"], "frame": ["int link", "const frame_options &how"], "reactions": ["const reaction_request &request"]}.get(row.request, [])
+    return {
+        "links": ["int n", "const int *links"],
+        "link": ["int link"],
+        "frame": ["int link", "const frame_options &how"],
+        "reactions": ["const reaction_request &request"],
+    }.get(row.request, [])
 
 
 def arguments(row: Algorithm, default: bool) -> list[str]:
@@ -23,7 +28,12 @@ def members(row: Algorithm) -> list[str]:
     inputs = {name: name for name in row.inputs} | {name: "zero" for name in kernels_of(row).inputs if name not in row.inputs}
     out = [f".{name} = {inputs[name]}" for name in ("q", "v", "a", "tau") if name in inputs]
     out += [".external = external"] if row.external else []
-    out += {"links": [".links = {n, links}"], "link": [".links = {1, &link}"], "frame": [".links = {1, &link}", ".frame = how"], "reactions": [".reactions_n = 1", ".reactions = &wanted"]}.get(row.request, [])
+    out += {
+        "links": [".links = {n, links}"],
+        "link": [".links = {1, &link}"],
+        "frame": [".links = {1, &link}", ".frame = how"],
+        "reactions": [".reactions_n = 1", ".reactions = &wanted"],
+    }.get(row.request, [])
     return out + [f".result = {{{', '.join(result.name for result in row.results)}}}"]
 
 
@@ -52,13 +62,19 @@ def instantiation_of_one_state(row: Algorithm, scalar: str) -> str:
 
 def of_batch(row: Algorithm) -> str:
     reads = [f"batch.{name}" for name in row.inputs] + (["batch.external"] if row.external else [])
-    reads += {"links": ["batch.links"], "link": ["batch.links (one)"], "frame": ["batch.links (one)", "batch.frame"], "reactions": ["batch.reactions"]}.get(row.request, [])
+    reads += {
+        "links": ["batch.links"],
+        "link": ["batch.links (one)"],
+        "frame": ["batch.links (one)", "batch.frame"],
+        "reactions": ["batch.reactions"],
+    }.get(row.request, [])
     what = {"nv": "nv", "links": "links.n"}
     shapes = [" × ".join(what.get(n, str(n)) for n in result.shape) or "1" for result in row.results]
     writes = [f"{result.name} into batch.result[{i}] (rows of {shapes[i]})" for i, result in enumerate(row.results)]
     writes += ["the reactions (rows of request.n × 6)"] if row.request == "reactions" else []
     text = f"{sentence(row)}  Reads {', '.join(reads)}; writes {', '.join(writes)}."
-    return comment(text, "/// ") + f"\ntemplate <class S> KSL_EXPORT void {row.name}_batch(const model &m, const batch_view<S> &batch, int threads = 0);"
+    arguments = ["const model &m", "const batch_view<S> &batch", "int threads = 0"]
+    return comment(text, "/// ") + "\n" + call(f"template <class S>\nKSL_EXPORT void {row.name}_batch(", arguments, ");")
 
 
 HEADER = """\

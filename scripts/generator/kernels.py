@@ -92,7 +92,8 @@ struct kernel_table {{
 namespace rows {{
 
 {rows}
-constexpr const algorithm_row *all[] = {{{all}}};
+constexpr const algorithm_row *all[] = {{
+{all}}};
 
 }} // namespace rows
 }} // namespace ksl
@@ -145,7 +146,7 @@ def files() -> dict[str, str]:
     out = {f"src/engine/algorithms/{row.name}.cpp": kernel(row) for row in COMPUTING}
     members = "".join(f"  const algorithm_kernels *{row.name};\n" for row in COMPUTING)
     variants = [row for row in ALGORITHMS if row.variant_of]
-    rows, names = "\n".join(map(row_text, [*COMPUTING, *variants])), ", ".join(f"&{row.name}" for row in ALGORITHMS)
+    rows, names = "\n".join(map(row_text, [*COMPUTING, *variants])), "".join(f"    &{row.name},\n" for row in ALGORITHMS)
     out["src/engine/algorithm_rows.hpp"] = ROWS.format(mark=MARK, members=members, rows=rows, all=names)
     declarations = " \\\n".join(f'  extern "C" const ksl::algorithm_kernels ksl_kernels_{row.name}_##set;' for row in COMPUTING)
     initialisers = " \\\n".join(f"    .{row.name} = &ksl_kernels_{row.name}_##set," for row in COMPUTING) + " \\"

@@ -110,7 +110,9 @@ Model\\.{name}$:
 
 def compiled(row: Algorithm) -> str:
     array = "NDArray[numpy.floating]"
-    result = f"tuple[{array}, ...]" if row.request == "reactions" and row.results else f"tuple[{', '.join(array for _ in row.results)}]" if several(row) else array
+    result = f"tuple[{', '.join(array for _ in row.results)}]" if several(row) else array
+    if row.request == "reactions" and row.results:
+        result = f"tuple[{array}, ...]"
     request = {"": "None", "reactions": "Request | tuple[Request, ...]"}.get(row.request, "Links")
     return COMPILED.format(name=row.name, request=request, result=result)
 

@@ -143,7 +143,20 @@ constexpr algorithm_row frame_pose = {
     .variant_of = &frame_poses,
 };
 
-constexpr const algorithm_row *all[] = {&inverse_dynamics, &inverse_dynamics_with_reactions, &reactions, &forward_dynamics, &mass_matrix, &bias, &gravity_torque, &frame_pose, &frame_poses, &energy, &external_power, &jacobian};
+constexpr const algorithm_row *all[] = {
+    &inverse_dynamics,
+    &inverse_dynamics_with_reactions,
+    &reactions,
+    &forward_dynamics,
+    &mass_matrix,
+    &bias,
+    &gravity_torque,
+    &frame_pose,
+    &frame_poses,
+    &energy,
+    &external_power,
+    &jacobian,
+};
 
 } // namespace rows
 } // namespace ksl

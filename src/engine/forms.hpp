@@ -32,7 +32,8 @@ template <class Algorithm> struct symmetric_matrix : whole_results<Algorithm> {
     void lay_out(arena &memory, const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &) {
       matrix = memory.take<P>(model.nv * model.nv);
     }
-    void compute(const model_view<scalar_of<P>> &model, const typename Algorithm::template workspace<P> &w, state_view<P> &s, const block<P> &b) {
+    void compute(const model_view<scalar_of<P>> &model, const workspace_of<Algorithm, P> &w, state_view<P> &s,
+                 const block<P> &b) {
       for (int i = 0; i < model.nv * model.nv && !cleared; ++i)
         matrix[i] = P(scalar_of<P>(0)); // what is zero by the shape of the tree is so in every block
       cleared = true;
@@ -48,7 +49,8 @@ template <class Algorithm> struct symmetric_matrix : whole_results<Algorithm> {
 template <class Algorithm> struct poses_of_links : whole_results<Algorithm> {
   template <class P> struct lanes {
     void lay_out(arena &, const model_view<scalar_of<P>> &, const batch_view<scalar_of<P>> &) {}
-    void compute(const model_view<scalar_of<P>> &model, const typename Algorithm::template workspace<P> &w, state_view<P> &s, const block<P> &b) {
+    void compute(const model_view<scalar_of<P>> &model, const workspace_of<Algorithm, P> &w, state_view<P> &s,
+                 const block<P> &b) {
       const rows_view<scalar_of<P>> &rows = b.batch.result[0];
       scalar_of<P> *out = row(rows, b.k);
       forward_kinematics(model, w, s.q);
@@ -67,7 +69,7 @@ constexpr reaction_request no_reactions{};
 /// Without q, the reactions are those of the state that inverse dynamics computed last in the same workspace.
 template <class Algorithm> struct efforts_and_reactions {
   template <class T>
-  static void state(const model_view<scalar_of<T>> &model, const typename Algorithm::template workspace<T> &w, const state_view<T> &s) {
+  static void state(const model_view<scalar_of<T>> &model, const workspace_of<Algorithm, T> &w, const state_view<T> &s) {
     const bool any = s.reactions_n > 0;
     if (s.q)
       inverse_dynamics_with_reactions(model, w, s.q, s.v, s.a, s.external, s.result[0], any ? *s.reactions->request : no_reactions,
@@ -86,9 +88,11 @@ template <class Algorithm> struct efforts_and_reactions {
       tau = memory.take<P>(model.nv);
       found = memory.take<P>(6 * most);
     }
-    void compute(const model_view<scalar_of<P>> &model, const typename Algorithm::template workspace<P> &w, state_view<P> &s, const block<P> &b) {
+    void compute(const model_view<scalar_of<P>> &model, const workspace_of<Algorithm, P> &w, state_view<P> &s,
+                 const block<P> &b) {
       const reaction_rows<scalar_of<P>> *wanted = b.batch.reactions;
-        inverse_dynamics_with_reactions(model, w, s.q, s.v, s.a, s.external, tau, b.batch.reactions_n ? wanted->request : no_reactions, found);
+        inverse_dynamics_with_reactions(model, w, s.q, s.v, s.a, s.external, tau,
+                                      b.batch.reactions_n ? wanted->request : no_reactions, found);
       b.store(tau, model.nv, b.batch.result[0]);
       for (int r = 0; r < b.batch.reactions_n; ++r) {
         if (r > 0)

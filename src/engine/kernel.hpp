@@ -41,11 +41,15 @@ template <class P> struct block {
   }
 };
 
+/// The workspace of an algorithm over T.
+template <class Algorithm, class T> using workspace_of = typename Algorithm::template workspace<T>;
+
 namespace forms {
 
 /// The usual form: results are computed whole and then stored.  Other forms are in engine/forms.hpp.
 template <class Algorithm> struct whole_results {
-  template <class T> static void state(const model_view<scalar_of<T>> &model, const typename Algorithm::template workspace<T> &w, const state_view<T> &s) {
+  template <class T>
+  static void state(const model_view<scalar_of<T>> &model, const workspace_of<Algorithm, T> &w, const state_view<T> &s) {
     Algorithm::compute(model, w, s);
   }
 
@@ -57,7 +61,8 @@ template <class Algorithm> struct whole_results {
       for (int r = 0; r < Algorithm::row.results; ++r)
         result[r] = memory.take<P>(numbers_of(Algorithm::row.result[r], model.nv, batch.links.n));
     }
-    void compute(const model_view<scalar_of<P>> &model, const typename Algorithm::template workspace<P> &w, state_view<P> &s, const block<P> &b) {
+    void compute(const model_view<scalar_of<P>> &model, const workspace_of<Algorithm, P> &w, state_view<P> &s,
+                 const block<P> &b) {
       for (int r = 0; r < Algorithm::row.results; ++r)
         s.result[r] = result[r];
       Algorithm::compute(model, w, s);
@@ -71,13 +76,13 @@ template <class Algorithm> struct whole_results {
 
 template <class Algorithm, class S> std::size_t state_workspace_bytes(const model_view<S> &model) {
   arena measure(nullptr);
-  typename Algorithm::template workspace<S>().lay_out(measure, model);
+  workspace_of<Algorithm, S>().lay_out(measure, model);
   return measure.used();
 }
 
 template <class Algorithm, class S> void one_state(const model_view<S> &model, void *memory, const state_view<S> &s) {
   arena pieces(memory);
-  typename Algorithm::template workspace<S> w;
+  workspace_of<Algorithm, S> w;
   w.lay_out(pieces, model);
   Algorithm::form::state(model, w, s);
 }
@@ -124,7 +129,7 @@ std::size_t states_in_lanes(const model_view<scalar_of<P>> &model, const batch_v
                             std::size_t end, void *memory) {
   constexpr std::size_t lanes = sizeof(P) / sizeof(scalar_of<P>);
   arena pieces(memory);
-  typename Algorithm::template workspace<P> w;
+  workspace_of<Algorithm, P> w;
   input_lanes<Algorithm, P> inputs;
   typename Algorithm::form::template lanes<P> results;
   w.lay_out(pieces, model);
