@@ -29,7 +29,7 @@ inline std::string text_of(const npy_intp *shape, int axes) {
 /// A leading shape, that of states.  Of the lengths only those that count are written: there is room for many.
 struct leading_shape {
   int axes = 0;
-  npy_intp length[NPY_MAXDIMS];
+  npy_intp length[NPY_MAXDIMS + 4]; // and the axes of a result
 
   leading_shape() = default;
   leading_shape(const npy_intp *lengths, int n) : axes(n) { std::copy_n(lengths, n, length); }

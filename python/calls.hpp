@@ -43,7 +43,10 @@ inline std::string class_name(nb::handle object) { return text_of(object.type().
 
 /// 0 is all cores.
 inline int thread_count(nb::handle threads) {
-  if (threads.is_none() || PyObject_Not(threads.ptr()) == 1)
+  const int none = threads.is_none() ? 1 : PyObject_Not(threads.ptr());
+  if (none < 0)
+    nb::raise_python_error();
+  if (none)
     return 0;
   const nb::object whole = nb::steal(PyNumber_Index(threads.ptr()));
   if (!whole.is_valid())

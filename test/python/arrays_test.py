@@ -194,3 +194,22 @@ def test_an_unknown_instruction_set_is_said_with_the_known_ones(examples, q):
     )
     assert run.returncode == 1 and run.stderr.splitlines()[-1].startswith("RuntimeError: ")
     assert "KSL_ISA=x86-64-v9 is no instruction set that runs here; known: " in run.stderr
+
+
+def test_more_axes_than_a_result_can_have_are_refused(arm):
+    """The result of an algorithm may have two axes more than its arguments, and NumPy has a largest number of axes."""
+    most = 64 if np.lib.NumpyVersion(np.__version__) >= "2.0.0" else 32
+    q = np.zeros((*[1] * (most - 1), arm.nq))
+    if arm.nq != arm.nv:
+        q[..., 6] = 1
+    assert arm.gravity_torque(q).ndim == most
+    for call in (arm.mass_matrix, arm.frame_poses):
+        with pytest.raises(ValueError, match="dimension"):
+            call(q)
+
+
+def test_no_count_of_threads(arm):
+    q = np.zeros((3, arm.nq)) if arm.nq == arm.nv else np.tile([0, 0, 0, 0, 0, 0, 1, *[0] * 7], (3, 1)).astype(float)
+    with pytest.raises(ValueError, match="ambiguous"):
+        arm.gravity_torque(q, threads=np.array([1, 2]))
+    assert np.array_equal(arm.gravity_torque(q, threads=10**30), arm.gravity_torque(q))
