@@ -225,14 +225,14 @@ bench_joint describe_joint(const ksl::model &m, int i) {
     A::SE3_inverted(&joint_frame(m, j.parent), &in_parent);
   }
   A::product_dd(&in_parent, &view.body[body].placement, &D);
-  double after[2] = {view.body[body].after.sine, view.body[body].after.cosine};
-  A::product_drdrz(&D.R, after, &D.R);
+  double theta0[2] = {view.body[body].theta0.sine, view.body[body].theta0.cosine};
+  A::product_drdrz(&D.R, theta0, &D.R);
   A::product_dd(&D, &joint_frame(m, i), &D);
   const double R[9] = {D.R.m00, D.R.m01, D.R.m02, D.R.m10, D.R.m11, D.R.m12, D.R.m20, D.R.m21, D.R.m22};
   std::copy(R, R + 9, j.rotation);
   j.position[0] = D.t.x, j.position[1] = D.t.y, j.position[2] = D.t.z;
   j.axis[0] = row.axis.x, j.axis[1] = row.axis.y, j.axis[2] = row.axis.z;
-  put_inertia(view.body[body].inertia, joint_frame(m, i), j);
+  put_inertia(ksl::own_inertia<double>(view, body), joint_frame(m, i), j);
   return j;
 }
 
