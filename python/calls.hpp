@@ -99,13 +99,11 @@ template <class S> bool finite(const ksl::rows_view<const S> &rows, int columns,
 /// Calls found(joint, state) for quaternions of the rows [first, end) that are not of unit length, until it returns false.
 template <class S, class Found>
 void check_quaternions(const ksl::model &m, const ksl::rows_view<const S> &q, std::size_t first, std::size_t end, Found found) {
-  for (int j = 0; j < m.moving_joints() && m.nq() != m.nv(); ++j) {
-    const ksl::joint_row &joint = m.joints()[static_cast<std::size_t>(j)];
-    const int quaternion = ksl::row_of(joint.kind).quaternion;
-    for (std::size_t k = first; k < end && quaternion >= 0; ++k)
-      if (const S *x = row(q, k) + joint.q_index + quaternion; !ksl::is_unit_quaternion(x) && !found(joint, k, x))
+  for (const ksl::model::quaternion_in_q &quaternion : m.quaternions())
+    for (std::size_t k = first; k < end; ++k)
+      if (const S *x = row(q, k) + quaternion.q_index; !ksl::is_unit_quaternion(x) &&
+                                                       !found(m.joints()[static_cast<std::size_t>(quaternion.joint)], k, x))
         return;
-  }
 }
 
 /// One call of an algorithm.

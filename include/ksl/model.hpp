@@ -55,6 +55,13 @@ public:
   const std::vector<joint_row> &joints() const { return joints_; }
   int moving_joints() const { return moving_joints_; }
 
+  /// A unit quaternion [x y z w] in q: where it begins, and whose it is.
+  struct quaternion_in_q {
+    int q_index;
+    int joint; ///< index into joints()
+  };
+  const std::vector<quaternion_in_q> &quaternions() const { return quaternions_; }
+
   /// Links, parents first.  `links()[i].name` and its inertia, payload included.
   const std::vector<link_description> &links() const { return links_; }
 
@@ -92,6 +99,7 @@ private:
 
   robot_description description_;
   std::vector<joint_row> joints_;
+  std::vector<quaternion_in_q> quaternions_;
   std::vector<link_description> links_;
   arrays<double> double_;
   arrays<float> single_;

@@ -15,12 +15,10 @@ template <class S> void require_finite(const S *x, int n, const char *name) {
 
 template <class S> void require_position(const model &m, const S *q) {
   require_finite(q, m.nq(), "q");
-  for (int i = 0; i < m.moving_joints(); ++i) {
-    const joint_row &j = m.joints()[static_cast<std::size_t>(i)];
-    const int quaternion = row_of(j.kind).quaternion;
-    if (quaternion >= 0 && !is_unit_quaternion(q + j.q_index + quaternion))
-      throw bad_argument("q: the quaternion [qx qy qz qw] of " + j.name + " is not of unit length");
-  }
+  for (const model::quaternion_in_q &quaternion : m.quaternions())
+    if (!is_unit_quaternion(q + quaternion.q_index))
+      throw bad_argument("q: the quaternion [qx qy qz qw] of " + m.joints()[static_cast<std::size_t>(quaternion.joint)].name +
+                         " is not of unit length");
 }
 
 void require_workspace(const ksl_model_t *m, const ksl_data_t *d) {

@@ -136,6 +136,8 @@ private:
     m_.nq_ += row_of(row.kind).nq;
     m_.nv_ += row_of(row.kind).nv;
     m_.pose_numbers_ += row_of(row.kind).pose_numbers;
+    if (const int quaternion = row_of(row.kind).quaternion; quaternion >= 0)
+      m_.quaternions_.push_back({row.q_index + quaternion, static_cast<int>(m_.joints_.size())});
     m_.joints_.push_back(std::move(row));
     add_welded_link(description_link, parent, pose, static_cast<int>(m_.double_.bodies.size()) - 1);
     m_.double_.links.back().carried_by_moving_joint = true;

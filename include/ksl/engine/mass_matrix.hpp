@@ -26,6 +26,17 @@ template <class T> struct mass_matrix_workspace {
   }
 };
 
+/// What joint j, of any kind but the fastest, feels of a momentum at `origin`.
+template <class T>
+KSL_LANES void set_ancestor(const body<scalar_of<T>> &b, const mass_matrix_workspace<T> &w, int j, const vec3<T> &origin,
+                                    const coscrew<T> &momentum, index column, symmetric_matrix<T> M) {
+  by_slower_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
+    T felt[joint<K>::nv];
+    effort_in_base<K>(b, w.rotation, j, about_point(w.axis[j].origin, origin, momentum), felt);
+    for_each_coordinate<joint<K>::nv>([&](auto k) KSL_INLINED { M.set(b.v_index + k, column, felt[k]); });
+  });
+}
+
 /// Column `column` of M, and the row left of the joint's own elements: what the joints that carry joint i feel of a momentum
 /// about its origin and in its axes.
 template <class T>
@@ -33,31 +44,22 @@ KSL_LANES void set_ancestors(const model_view<scalar_of<T>> &model, const mass_m
                              index column, symmetric_matrix<T> M) {
   const mat3x3<T> R = w.rotation[i];
   algebra<T>::product_CoAdrc(&R, &momentum, &momentum);
-  const auto about = [&](int j) KSL_INLINED { return about_point(w.axis[j].origin, w.axis[i].origin, momentum); };
+  const vec3<T> origin = w.axis[i].origin;
   index written = model.body[i].v_index; // columns from here on are written
   for (int j = model.body[i].parent; j > 0;) {
     const body<scalar_of<T>> &b = model.body[j];
     M.clear(column, b.v_index + b.nv, written);
     if (only_turns(b.kind)) // rows are neighbours down to the first of the chain
-      for (index k = j, row = b.v_index; k >= b.chain_start; --k, --row)
-        M.set(row, column, joint_column<true, false, T>{w.axis[k].z, T(0)}.effort(about(k)));
+      for (index k = j, row = b.v_index; k >= b.chain_start; --k, --row) {
+        const coscrew<T> p = about_point(w.axis[k].origin, origin, momentum);
+        M.set(row, column, algebra<T>::dot_vv(&w.axis[k].z, &p.ang));
+      }
     else
-      by_slower_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
-        T felt[joint<K>::nv];
-        effort_in_base<K>(b, w.rotation, j, about(j), felt);
-        for_each_coordinate<joint<K>::nv>([&](auto k) KSL_INLINED { M.set(b.v_index + k, column, felt[k]); });
-      });
+      set_ancestor(b, w, j, origin, momentum, column, M);
     written = model.body[b.chain_start].v_index;
     j = model.body[b.chain_start].parent;
   }
   M.clear(column, 0, written);
-}
-
-/// The same, once for all kinds but the fastest: it holds code for every kind of ancestor.
-template <class T>
-[[gnu::noinline]] void set_ancestors_apart(const model_view<scalar_of<T>> &model, const mass_matrix_workspace<T> &w, int i,
-                                           const coscrew<T> &momentum, index column, symmetric_matrix<T> M) {
-  set_ancestors(model, w, i, momentum, column, M);
 }
 
 /// Columns of joint i, and the inertia of its subtree to its parent.
@@ -78,10 +80,8 @@ KSL_LANES void set_columns(const model_view<scalar_of<T>> &model, const mass_mat
   for (int c = 0; c < n; ++c) {
     if (b.parent == 0)
       M.clear(first + c, 0, first);
-    else if (only_turns(K))
-      set_ancestors(model, w, i, momentum[c], first + c, M);
     else
-      set_ancestors_apart(model, w, i, momentum[c], first + c, M);
+      set_ancestors(model, w, i, momentum[c], first + c, M);
     M.clear(first + c, b.v_end, M.n);
   }
 }
