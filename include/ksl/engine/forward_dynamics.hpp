@@ -118,8 +118,9 @@ KSL_LANES void accelerate(const body<scalar_of<T>> &b, const forward_dynamics_wo
   } else {
     for_each_coordinate<joint<K>::nv>([&](auto k) KSL_INLINED {
       const coordinate_state<T> &s = w.coordinate[b.v_index + k];
-      dv[k] = s.D_inverse * (s.u - A::dot_cs(&s.U, &a));
-      joint<K>::template column<k>(b, w.rotation, i).add(dv[k], a);
+      const T acceleration = s.D_inverse * (s.u - A::dot_cs(&s.U, &a));
+      joint<K>::template column<k>(b, w.rotation, i).add(acceleration, a);
+      dv[k] = acceleration;
     });
     w.acceleration[i] = a;
   }

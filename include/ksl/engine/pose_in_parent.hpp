@@ -27,15 +27,15 @@ template <class T> struct pose_workspace {
   }
 };
 
-/// Sines and cosines of all joint rotations about z.
-template <class T>
-void sines_and_cosines(const model_view<scalar_of<T>> &model, const pose_workspace<T> &w, const T *q) {
+/// Sines and cosines of all joint rotations about z, each by compute(angle, sine, cosine).
+template <class T, class Compute>
+KSL_LANES void rotations_about_z(const model_view<scalar_of<T>> &model, const pose_workspace<T> &w, const T *q, Compute compute) {
   for (int i = 1; i < model.bodies; ++i) {
     const int k = model.body[i].angle_index;
     if (k < 0)
       continue;
     plane_rotation<T> a;
-    sine_cosine(q[k], a.sine, a.cosine);
+    compute(q[k], a.sine, a.cosine);
     a = product(a, spread<T>(model.body[i].theta0));
     w.sine[k] = a.sine, w.cosine[k] = a.cosine;
   }
@@ -43,18 +43,34 @@ void sines_and_cosines(const model_view<scalar_of<T>> &model, const pose_workspa
 
 /// The same for plain doubles, with the joints in the lanes; of numbers that are no angles, too, which costs less than
 /// choosing.
-template <>
-inline void sines_and_cosines<double>(const model_view<double> &model, const pose_workspace<double> &w, const double *q) {
+template <class Compute>
+KSL_LANES void rotations_about_z(const model_view<double> &model, const pose_workspace<double> &w, const double *q, Compute compute) {
   using P = native_pack<double>;
   for (int i = model.first_angle; i < model.angles_end; i += native_lanes<double>) {
     plane_rotation<P> a, theta0;
     __builtin_memcpy(&theta0.sine, model.theta0_sine + i, sizeof(P));
     __builtin_memcpy(&theta0.cosine, model.theta0_cosine + i, sizeof(P));
-    sine_cosine(load_first(q + i, model.nq - i), a.sine, a.cosine);
+    compute(load_first(q + i, model.nq - i), a.sine, a.cosine);
     a = product(a, theta0);
     __builtin_memcpy(w.sine + i, &a.sine, sizeof(P));
     __builtin_memcpy(w.cosine + i, &a.cosine, sizeof(P));
   }
+}
+
+/// Sines and cosines of all joint rotations about z.  Angles within the fast range, nearly all, are computed without a branch
+/// for each; if one lies outside, all are computed again.
+template <class T> void sines_and_cosines(const model_view<scalar_of<T>> &model, const pose_workspace<T> &w, const T *q) {
+  const auto any = []<class P>(const P &x, P &sine, P &cosine) { sine_cosine(x, sine, cosine); };
+  if constexpr (is_number<T> || is_pack<T>) {
+    bool in_range = true;
+    rotations_about_z(model, w, q, [&]<class P>(const P &x, P &sine, P &cosine) KSL_INLINED {
+      in_range &= magnitudes_at_most(x, trigonometry<scalar_of<P>>::fast_range);
+      sine_cosine_in_fast_range(x, sine, cosine);
+    });
+    if (in_range) [[likely]]
+      return;
+  }
+  rotations_about_z(model, w, q, any);
 }
 
 /// The inertia of a body in other axes, about the same origin.  90 flops.
