@@ -29,6 +29,13 @@ KSL_EXPORT const char *ksl_error_message(void);
 /** Name of the instruction set whose kernels run (x86-64-v3, say); NULL where KSL_ISA names none that runs here. */
 KSL_EXPORT const char *ksl_instruction_set(void);
 
+/** A point mass fixed to a link. */
+typedef struct ksl_payload_t {
+  const char *link; /**< its name */
+  double mass;      /**< kg, not negative */
+  double point[3];  /**< in the link's frame, m */
+} ksl_payload_t;
+
 /** How a file becomes a model.  Start from ksl_model_options(). */
 typedef struct ksl_model_options_t {
   bool floating_base;     /**< the root link floats: first joint floating_base (floating_root where the file has one of that name),
@@ -37,9 +44,11 @@ typedef struct ksl_model_options_t {
   bool strict;            /**< an inertia that no body can have, or a moving link with geometry and no mass, is an error */
   bool masses_optional;   /**< a robot whose links move and have no mass is read, for kinematics, instead of being refused */
   double gravity[3];      /**< m/s², world axes */
+  int payloads_n;
+  const ksl_payload_t *payloads; /**< (payloads_n), read by ksl_model_load alone; several may be on one link */
 } ksl_model_options_t;
 
-/** Fixed base, mimic refused, not strict, masses needed, gravity (0, 0, −9.81). */
+/** Fixed base, mimic refused, not strict, masses needed, gravity (0, 0, −9.81), no payload. */
 KSL_EXPORT ksl_model_options_t ksl_model_options(void);
 
 /** Reads a URDF file; options may be NULL.  Free the model with ksl_model_free. */

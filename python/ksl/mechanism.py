@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
-
 import numpy as np
 
 from ksl import _core
@@ -17,7 +15,8 @@ class Joint:
     """A joint as the file gives it; limits that the file leaves out are None.  SI units."""
 
     name: str
-    kind: Literal["fixed", "revolute", "continuous", "prismatic", "helical", "spherical", "floating"]
+    kind: str
+    """fixed, revolute, continuous, prismatic, helical, spherical or floating."""
     parent: str | None
     """Link on the parent side; None is the ground."""
     child: str

@@ -26,6 +26,20 @@ ksl_status_t reactions_of_last_state(const ksl_model_t *m, ksl_data_t *d, int n,
   });
 }
 
+std::vector<ksl::payload> payloads_of(const ksl_model_options_t &options) {
+  require(options.payloads_n >= 0 && (options.payloads || options.payloads_n == 0), "payloads_n must say how many payloads there are");
+  std::vector<ksl::payload> payloads;
+  for (int i = 0; i < options.payloads_n; ++i) {
+    const ksl_payload_t &p = options.payloads[i];
+    require(p.link, "a payload names no link");
+    require_finite(&p.mass, 1, "payload mass");
+    require(p.mass >= 0, "the mass of a payload is negative");
+    require_finite(p.point, 3, "payload point");
+    payloads.push_back({p.link, p.mass, {p.point[0], p.point[1], p.point[2]}});
+  }
+  return payloads;
+}
+
 } // namespace
 
 extern "C" {
@@ -38,7 +52,7 @@ const char *ksl_instruction_set(void) {
   return name;
 }
 
-ksl_model_options_t ksl_model_options(void) { return {false, false, false, false, {0, 0, -9.81}}; }
+ksl_model_options_t ksl_model_options(void) { return {false, false, false, false, {0, 0, -9.81}, 0, nullptr}; }
 
 ksl_status_t ksl_model_load(const char *urdf_path, const ksl_model_options_t *options, ksl_model_t **model) {
   return guarded([&] {
@@ -49,6 +63,7 @@ ksl_status_t ksl_model_load(const char *urdf_path, const ksl_model_options_t *op
     ksl::model_options how;
     how.floating_base = o.floating_base;
     how.gravity = {o.gravity[0], o.gravity[1], o.gravity[2]};
+    how.payloads = payloads_of(o);
     *model = new ksl_model_t{ksl::load(urdf_path, how, o.mimic_independent, o.strict, o.masses_optional)};
   });
 }

@@ -225,6 +225,36 @@ static void test_masses(const char *folder) {
   ksl_model_free(m);
 }
 
+/* A pendulum of 1.3 kg at 0.7 m carries 2 kg at 0.5 m below its hand: it is held level by the moments of both weights. */
+static void test_payload(const char *path) {
+  const ksl_payload_t load[2] = {{"hand", 1.5, {0, 0, -0.5}}, {"hand", 0.5, {0, 0, -0.5}}};
+  ksl_model_options_t options = ksl_model_options();
+  CHECK(options.payloads_n == 0);
+  options.payloads_n = 2, options.payloads = load;
+  ksl_model_t *m = NULL;
+  ksl_data_t *d = NULL;
+  CHECK(ksl_model_load(path, &options, &m) == KSL_OK && ksl_data_create(m, &d) == KSL_OK);
+  if (!m || !d)
+    return;
+  const double level = -acos(0.0);
+  double tau, M;
+  CHECK(ksl_gravity_torque(m, d, &level, NULL, &tau) == KSL_OK);
+  CHECK(close_to(fabs(tau), 9.81 * (1.3 * 0.7 + 2 * 1.2)));
+  CHECK(ksl_mass_matrix(m, d, &level, &M) == KSL_OK);
+  CHECK(close_to(M, 1.3 * 0.7 * 0.7 + 2 * 1.2 * 1.2));
+  ksl_data_free(d);
+  ksl_model_free(m);
+  ksl_payload_t wrong = {"nobody", 1, {0, 0, 0}};
+  options.payloads_n = 1, options.payloads = &wrong;
+  CHECK_REFUSED(ksl_model_load(path, &options, &m), KSL_BAD_DESCRIPTION, "no link nobody to carry the payload");
+  wrong.link = "hand", wrong.mass = -1;
+  CHECK_REFUSED(ksl_model_load(path, &options, &m), KSL_BAD_ARGUMENT, "negative");
+  wrong.mass = NAN;
+  CHECK_REFUSED(ksl_model_load(path, &options, &m), KSL_BAD_ARGUMENT, "payload mass");
+  options.payloads = NULL;
+  CHECK_REFUSED(ksl_model_load(path, &options, &m), KSL_BAD_ARGUMENT, "payloads_n");
+}
+
 static void test_files(const char *folder, const char *path) {
   ksl_model_t *m = (ksl_model_t *)&failures;
   CHECK_REFUSED(ksl_model_load("/nowhere/robot.urdf", NULL, &m), KSL_BAD_DESCRIPTION, "/nowhere/robot.urdf");
@@ -375,6 +405,7 @@ int main(int argc, char **argv) {
   fclose(f);
   test_pendulum(path);
   test_options(path);
+  test_payload(path);
   test_masses(argv[2]);
   test_files(argv[2], path);
   test_sample_robot(sample);
