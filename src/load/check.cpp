@@ -1,5 +1,6 @@
 #include "load/check.hpp"
 
+#include "ksl/engine/joints.hpp"
 #include "load/words.hpp"
 
 #include <algorithm>
@@ -58,6 +59,9 @@ void check_numbers(const robot_description &robot) {
                  ", negative; a mass is zero or more, in kg");
   }
   for (const joint_description &joint : robot.joints) {
+    const joint_kind_row row = row_of(joint.kind);
+    if (row.has_pitch && !(joint.pitch && std::isfinite(*joint.pitch)))
+      refuse(robot, joint.at, "joint " + joint.name + ": a " + row.name + " joint needs a finite pitch, in metres for each radian");
     const mat3x3<double> &R = joint.placement.R;
     const vec3<double> &t = joint.placement.t, &axis = joint.axis;
     const double all[] = {R.m00, R.m10, R.m20, R.m01, R.m11,  R.m21,  R.m02, R.m12,

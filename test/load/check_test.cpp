@@ -105,6 +105,16 @@ TEST_CASE("names") {
   CHECK(check_tree(robot) == 0);
 }
 
+TEST_CASE("a helical joint has a pitch") {
+  robot_description robot = robot_of(2, {{0, 1}});
+  robot.joints[0].kind = joint_kind::helical;
+  check_message(refusal(robot), {"joint j0: a helical joint needs a finite pitch", "metres for each radian"});
+  robot.joints[0].pitch = std::numeric_limits<double>::infinity();
+  check_message(refusal(robot), {"needs a finite pitch"});
+  robot.joints[0].pitch = 0.002;
+  CHECK(check_tree(robot) == 0);
+}
+
 TEST_CASE("numbers that no mechanism has") {
   robot_description robot = robot_of(2, {{0, 1}});
   robot.links[1].inertia.m = -2;

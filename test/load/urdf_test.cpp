@@ -86,7 +86,7 @@ TEST_CASE("every kind of joint") {
 
 TEST_CASE("the pitch of a helical joint is read in metres a revolution and kept in metres a radian") {
   const joint_description joint = joint_with("helical", "<axis xyz=\"0 0 2\"/><screw_thread_pitch value=\"-0.005\"/>");
-  CHECK(std::fabs(joint.pitch - -0.005 / (2 * std::acos(-1.0))) < 1e-19);
+  CHECK(std::fabs(*joint.pitch - -0.005 / (2 * std::acos(-1.0))) < 1e-19);
   CHECK(joint.axis.z == 1);
   check_unused(read(robot_with("spherical", "<axis xyz=\"0 0 1\"/><screw_thread_pitch value=\"1\"/>")),
                {"joint j: axis, screw_thread_pitch (no effect on a spherical joint)"});

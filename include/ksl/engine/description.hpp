@@ -42,7 +42,7 @@ struct joint_description {
   int parent = -1, child = -1;   ///< indices into robot_description::links
   SE3<double> placement{};       ///< the joint's frame (the child link's at q = 0) in the parent link's frame
   vec3<double> axis{1, 0, 0};    ///< unit vector in the joint's frame; for kinds that have one (joint_kind_row)
-  double pitch = 0;              ///< m/rad; for kinds that have one
+  optional_number pitch;         ///< m/rad; for kinds that have one (joint_kind_row), which must give it
   optional_number lower, upper;  ///< rad or m
   optional_number effort;        ///< N m or N
   optional_number velocity;      ///< rad/s or m/s

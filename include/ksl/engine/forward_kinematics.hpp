@@ -44,7 +44,7 @@ void forward_kinematics(const model_view<scalar_of<T>> &model, const forward_kin
     if (only_turns(b.kind)) {
       if (b.parent != i - 1)
         last = w.in_world[b.parent];
-      last = composed(last, joint<joint_kind::revolute>::computed_pose(b, w.pose, q));
+      last = composed(last, joint<turning>::computed_pose(b, w.pose, q));
       w.in_world[i] = last;
     } else { // through memory, so that the fast path has its registers
       by_slower_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {

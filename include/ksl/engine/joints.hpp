@@ -51,6 +51,7 @@ concept moving_joint = described_joint<J> && requires(const body<double> &b, con
 
 /// Do bodies on such a joint only turn about their axis?  Most do; algorithms have a fast path for them.
 constexpr bool only_turns(joint_kind kind) { return kind == joint_kind::revolute || kind == joint_kind::continuous; }
+inline constexpr joint_kind turning = joint_kind::revolute; ///< how all of them move
 
 /// step.operator()<K>() for the kind of a body's joint.  Each kind gets code of its own, since values that are merged after a
 /// switch are spilled (docs/decisions/0006-bodies-in-lanes.md).
