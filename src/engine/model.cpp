@@ -155,7 +155,7 @@ private:
     b.chain_start = chain_start(kind, parent);
     b.pose_index = m_.pose_numbers_;
     b.link = link;
-    b.is_base = parent == 0 && row.nv == 6;
+    b.is_base = parent == 0 && row.is_free;
     b.no_offset = true;
     b.placement = placement;
     b.offset = b.alpha = b.theta0 = no_rotation;

@@ -17,7 +17,7 @@ KSL_LANES vec3<T> place(const body<scalar_of<T>> &b, const pose_workspace<T> &po
                         const T *q, mat3x3<T> &R) {
   const auto D = joint<K>::computed_pose(b, pose, q);
   vec3<T> offset = {T(0), T(0), T(0)};
-  if (joint<K>::nv < 6 || !b.is_base) { // the axes of what floats on the ground are those of the base
+  if (!joint<K>::is_free || !b.is_base) { // the axes of what floats on the ground are those of the base
     algebra<T>::product_drv(&R, &D.t, &offset);
     D.rotate_axes(R);
   }

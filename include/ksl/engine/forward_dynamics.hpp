@@ -45,7 +45,7 @@ void start_articulated(const model_view<scalar_of<T>> &model, const forward_dyna
     w.offset[i] = offset;
     body_motion<T> m = w.motion[b.parent];
     m.acceleration = acceleration_at(m, offset);
-    if constexpr (joint<K>::nv == 6)
+    if constexpr (joint<K>::is_free)
       if (b.is_base) { // it floats on the ground, and its axes are those of the base from here on
         const auto D = joint<K>::kept_pose(b, w.pose);
         D.to_body(m.acceleration);
@@ -74,7 +74,7 @@ KSL_LANES void pass_to_parent(const body<scalar_of<T>> &b, const forward_dynamic
   using algebra = ksl::algebra<T>;
   in_place<articulated_inertia, T> A(w.A, i);
   coscrew<T> p = w.wrench[i];
-  if constexpr (joint<K>::nv == 6) { // a free joint passes its effort on, and nothing else
+  if constexpr (joint<K>::is_free) { // a free joint passes its effort on, and nothing else
     const mat3x3<T> R = w.rotation[i];
     coscrew<T> effort = {{tau[0], tau[1], tau[2]}, {tau[3], tau[4], tau[5]}}, rest;
     algebra::product_CoAdrc(&R, &effort, &effort);
@@ -109,7 +109,7 @@ KSL_LANES void accelerate(const body<scalar_of<T>> &b, const forward_dynamics_wo
   using A = algebra<T>;
   screw<T> a; // as if the joint did not accelerate
   A::product_Adtinvs(&w.offset[i], &w.acceleration[b.parent], &a);
-  if constexpr (joint<K>::nv == 6) {
+  if constexpr (joint<K>::is_free) {
     const mat3x3<T> R = w.rotation[i];
     A::subtract_ss(&w.acceleration[i], &a, &a);
     A::product_Adrinvs(&R, &a, &a);

@@ -36,8 +36,9 @@ void jacobian(const model_view<scalar_of<T>> &model, const jacobian_workspace<T>
     algebra<T>::product_dinvd(&target, &w.in_world[i], &D);
     by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
       for_each_coordinate<joint<K>::nv>([&](auto k) KSL_INLINED {
-        T rates[joint<K>::nv] = {};
-        rates[k] = T(1);
+        T rates[joint<K>::nv];
+        for (int c = 0; c < joint<K>::nv; ++c)
+          rates[c] = T(c == k ? 1 : 0);
         screw<T> s = joint<K>::twist(b, rates);
         algebra<T>::product_Ads(&D, &s, &s);
         T *const lin = J + first * nv + b.v_index + k, *const ang = J + (3 - first) * nv + b.v_index + k;

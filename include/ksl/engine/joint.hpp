@@ -25,6 +25,7 @@ struct joint_kind_row {
   bool has_axis;          ///< is its motion along or about one axis, which the description gives
   bool has_pitch;         ///< does the description give an advance along the axis, m/rad
   bool has_limits;        ///< can its position have bounds
+  bool is_free;           ///< does it leave its child all six freedoms
   bool has_angle;         ///< does its position begin with an angle about the axis
   int quaternion;         ///< where in its position a unit quaternion [x y z w] begins; −1: none
   int pose_numbers;       ///< how many numbers of its child's pose change with its position, beside a turn about the axis

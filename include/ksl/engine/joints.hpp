@@ -27,6 +27,7 @@ concept described_joint = requires(const double *q, double *out) {
   { J::has_axis } -> std::convertible_to<bool>;
   { J::has_pitch } -> std::convertible_to<bool>;
   { J::has_limits } -> std::convertible_to<bool>;
+  { J::is_free } -> std::convertible_to<bool>;
   { J::has_angle } -> std::convertible_to<bool>;
   { J::quaternion } -> std::convertible_to<int>;
   { J::pose_numbers } -> std::convertible_to<int>;
@@ -99,7 +100,7 @@ inline constexpr joint_kind joint_kinds[] = {joint_kind::fixed,   joint_kind::re
 constexpr joint_kind_row row_of(joint_kind kind) {
   return with_joint(kind, [kind]<class J>(J) -> joint_kind_row {
     static_assert(described_joint<J>);
-    return {kind, J::name, J::other_name, J::nq, J::nv, J::has_axis, J::has_pitch, J::has_limits, J::has_angle, J::quaternion, J::pose_numbers};
+    return {kind, J::name, J::other_name, J::nq, J::nv, J::has_axis, J::has_pitch, J::has_limits, J::is_free, J::has_angle, J::quaternion, J::pose_numbers};
   });
 }
 

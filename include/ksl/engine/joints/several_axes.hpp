@@ -12,7 +12,7 @@ template <int... coordinates> struct several_axes_joint {
   static constexpr int nv = sizeof...(coordinates);
   static constexpr int coordinate[nv] = {coordinates...};
   static constexpr const char *other_name = nullptr;
-  static constexpr bool has_axis = false, has_pitch = false, has_limits = false, has_angle = false;
+  static constexpr bool has_axis = false, has_pitch = false, has_limits = false, has_angle = false, is_free = nv == 6;
   static constexpr bool slides = ((coordinates < 3) || ...), turns = ((coordinates >= 3) || ...);
 
   /// S q̇
