@@ -172,12 +172,21 @@ private:
     return true;
   }
 
+  /// What a function of ksl.states makes of arguments.
+  template <class... Objects> static nb::tuple converted(const char *function, const Objects &...arguments) {
+    const nb::object found = nb::module_::import_("ksl.states").attr(function);
+    PyObject *const made = call_python(found.ptr(), arguments.ptr()...);
+    if (!made)
+      nb::raise_python_error();
+    return nb::cast<nb::tuple>(nb::steal<nb::object>(made));
+  }
+
   /// What is no array becomes one (ksl.states.as_arrays).
   void convert() {
     nb::list given;
     for (const argument &x : inputs_)
       given.append(x.object);
-    const nb::tuple made = nb::cast<nb::tuple>(nb::module_::import_("ksl.states").attr("as_arrays")(given, external_));
+    const nb::tuple made = converted("as_arrays", given, external_);
     for (std::size_t i = 0; i < inputs_.size(); ++i)
       inputs_[i].object = made[0][i];
     external_ = made[1];
@@ -193,8 +202,7 @@ private:
       wrenches.append(x.object);
     for (int i = 0; i < leading_.axes; ++i)
       leading.append(leading_.length[i]);
-    const nb::object as_rows = nb::module_::import_("ksl.states").attr("as_rows");
-    const nb::tuple made = nb::cast<nb::tuple>(as_rows(inputs, wrenches, nb::tuple(leading)));
+    const nb::tuple made = converted("as_rows", inputs, wrenches, nb::tuple(leading));
     for (std::size_t i = 0; i < inputs_.size(); ++i)
       inputs_[i].object = made[0][i];
     for (std::size_t i = 0; i < wrenches_.size(); ++i)

@@ -99,7 +99,6 @@ Model\\.(joints|links)$:
 
 ^_core\\.__suffix__$:
     __version__: str
-    QUATERNION_TOLERANCE: float
 '''
 
 COMPILED = '''\
