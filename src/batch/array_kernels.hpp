@@ -26,7 +26,8 @@ struct array_kernel_table {
 #undef KSL_MEMBER_2
 };
 
-/// The table in force; chosen at the first call.  Throws std::runtime_error for an unusable KSL_ISA.
+/// The table of the instruction set in use, which is chosen at the first call.  Throws std::runtime_error for an unusable
+/// KSL_ISA.
 const array_kernel_table &array_kernels();
 
 /// Whether packs of half a register are faster here than full ones.
