@@ -47,10 +47,10 @@ def table_row(row: Algorithm) -> str:
 def section(row: Algorithm) -> str:
     lines = [sentence(row).replace(".  ", ". ")]
     request = {
-        "links": "It is asked for links, by index or name.",
-        "link": "It is asked for one link.",
-        "frame": "It is asked for one link's frame; `axes` and `at` say in whose axes and about whose origin, `order` in what order the six numbers are.",
-        "reactions": "It is asked for joints; part, side, point, axes and order of the wrenches are options.",
+        "links": "Request: links, by index or name.",
+        "link": "Request: one link.",
+        "frame": "Request: one link's frame. `axes` and `at` say in whose axes and about whose origin the motion is expressed, `order` gives the order of its six numbers.",
+        "reactions": "Request: joints. Part, side, point, axes and order of the wrenches are options.",
     }.get(row.request, "")
     lines += [request] if request else []
     lines += [f"Computed by `{kernels_of(row).name}`."] if row.variant_of else []
