@@ -49,7 +49,7 @@ def section(row: Algorithm) -> str:
     request = {
         "links": "Request: links, by index or name.",
         "link": "Request: one link.",
-        "frame": "Request: one link's frame. `axes` and `at` say in whose axes and about whose origin the motion is expressed, `order` gives the order of its six numbers.",
+        "frame": "Request: one link's frame. `axes` and `at` give the axes and the origin of its motion, `order` the order of the six numbers.",
         "reactions": "Request: joints. Part, side, point, axes and order of the wrenches are options.",
     }.get(row.request, "")
     lines += [request] if request else []
