@@ -1,5 +1,5 @@
-"""One row for each algorithm.  scripts/generate.py makes from it: kernels, C++ and C calls, the Python method, the reference
-page, and the test that holds all of them against each other.
+"""One row for each algorithm.  From it scripts/generate.py makes the kernels, the C++ and C calls, the Python method, the
+reference page, and the test that compares them with each other.
 
 A new algorithm is a header in include/ksl/engine/ and a row here; CONTRIBUTING.md says what the header must define.
 """
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 class Result:
     """A result: its name in C and C++, its shape, and what it is.
 
-    shape: numbers, or "nv", or "links": how many links are asked for.  Empty: one number.
+    shape: for each axis a number, "nv", or "links" (how many links are requested).  Empty: one number.
     """
 
     name: str
@@ -25,14 +25,14 @@ class Result:
 class Algorithm:
     """The row of an algorithm.
 
-    name: of every call; of the engine's function NAME(model, workspace, inputs, [external,] [links,] results) too, unless
-    there is another form.  The workspace is NAME_workspace, unless given.
+    name: the name of every call, and of the engine's function NAME(model, workspace, inputs, [external,] [links,] results),
+    unless another form is given.  The workspace is NAME_workspace, unless given.
     inputs: of q (nq), v, a and tau (nv).  external: wrenches on links are "optional" or "required".
     request: "links" (how many, which), "link" (one), "frame" (link, and how its motion is expressed), or
     "reactions" (joints, and how their wrenches are expressed).
-    form: how results get from lanes to rows, a struct of src/engine/forms.hpp.
-    variant_of: the algorithm that computes this one, where inputs that this one doesn't have are zero.
-    faces: the languages that have a call of their own; what they lack is written by hand, or is private.
+    form: how results are stored from lanes to rows, a struct of src/engine/forms.hpp.
+    variant_of: the algorithm that computes this one, with zeros for the inputs that this one doesn't have.
+    faces: the languages for which a call is generated.  Other calls are written by hand, or are private.
     text: one sentence for C, C++ and the reference; {tau}, {q} … stand for names with shapes.
     python: the docstring of the method, after its first line.
     """
@@ -94,8 +94,8 @@ Raises ValueError for shapes that don't fit and numbers that are complex or not 
         faces=("c++", "c"),
         summary="Joint efforts, and the wrench through each joint, in one pass.",
         text="Joint efforts {tau} and the reactions of the joints that are asked for, for {q}, {v}, {a}, under gravity and external "
-        "wrenches: what the parent side exerts on the child side through each joint.  Those of moving joints in their own frames are "
-        "written as inverse dynamics finds them, which costs less than two calls.",
+        "wrenches: what the parent side exerts on the child side through each joint.  Reactions of moving joints in their own frames "
+        "are written during the backward pass of inverse dynamics, which costs less than two calls.",
     ),
     Algorithm(
         name="reactions",

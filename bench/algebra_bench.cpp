@@ -1,14 +1,14 @@
-// Spatial algebra, time of one item in double precision, for arrays that lie in the cache: `algebra_bench`.
+// Time per item of spatial algebra in double precision, for arrays that fit into the cache: `algebra_bench`.
 //
 //   hand     the fastest plain C that we could write by hand: restrict pointers, scalars, a loop over the items
 //   inline   a loop over the C functions of ksl.h
-//            (clang 14 makes gathers of most of these loops, which costs up to three times as much with AVX-512: both
-//            forms forbid it where they are faster so)
+//            (clang 14 vectorises most of these loops with gathers, which costs up to three times as much with AVX-512:
+//            both forms forbid it where that is faster)
 //   array    one call of ksl/arrays.h on the same arrays
-//   blocks   algebra<native_pack<double>> on data that lies in blocks of packs already
+//   blocks   algebra<native_pack<double>> on data that is stored as packs already
 //
-// Variants take turns, so that a change of the processor's speed hits all of them alike; figures are medians of many
-// turns, and ratios are medians of the ratios within a turn.  Then large arrays against the speed of copying memory.
+// The variants run in turns, so that changes of the processor's speed affect all of them equally.  Figures are medians over
+// many turns, and ratios are medians of the ratios within a turn.  At the end, large arrays are compared with memcpy.
 #include "ksl/arrays.h"
 #include "ksl/dynamics.hpp"
 #include "ksl/ksl.h"
@@ -38,7 +38,7 @@ double median(std::vector<double> x) {
   return x[x.size() / 2];
 }
 
-// By hand.  a, b and out are packed rows.
+// By hand.  a, b and out are contiguous rows.
 #if defined(__clang__)
 #define NO_GATHERS _Pragma("clang loop vectorize(disable)")
 #else
@@ -252,7 +252,7 @@ void in_cache() {
   std::printf("inline/hand: mark <= 1; gains are over the faster of hand and inline: marks array >= 1.5, blocks >= 2\n\n");
 }
 
-/// Bytes that an operation reads and writes a second, over those of memcpy on as many bytes.
+/// Bytes per second that an operation reads and writes, relative to memcpy on as many bytes.
 void in_memory(std::size_t n) {
   std::printf("%zu items from memory, medians of 31 turns\n", n);
   const std::vector<double> D = random_numbers(12 * n), c = random_numbers(6 * n);

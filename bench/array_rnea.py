@@ -1,12 +1,12 @@
-"""Inverse dynamics of a fixed-base robot with revolute joints as one would write it with arrays: a loop over bodies, all
-states at once in each line.  The same lines run with NumPy and with JAX; that is what KSL is measured beside."""
+"""Inverse dynamics of a fixed-base robot with revolute joints, written with arrays: a loop over bodies, in which each line
+computes all states at once.  The same code runs with NumPy and with JAX, and is compared with KSL."""
 
 from types import ModuleType
 from typing import Any
 
 
 def parameters(model: Any) -> list[dict[str, Any]]:
-    """What the recursion needs of each body, from a Pinocchio model: parent, placement, axis, mass, centroid, inertia."""
+    """The data of each body that the recursion needs, from a Pinocchio model: parent, placement, axis, mass, centroid, inertia."""
     import numpy as np
 
     axes = dict(zip("XYZ", np.eye(3)))

@@ -14,7 +14,7 @@ struct settings {
   double least_seconds = 1.5;
   bool batch = true;
   std::string json;
-  std::filesystem::path home; ///< folder of this program: peers/ and robots.txt lie there
+  std::filesystem::path home; ///< folder of this program, which contains peers/ and robots.txt
 };
 
 [[noreturn]] void usage() {
@@ -86,7 +86,7 @@ std::pair<std::string, bool> find_robot(const settings &s, const std::string &ro
 
 double ns(const entry *e) { return e ? median(e->times) : NAN; }
 
-/// A number, or a dash where there is none.
+/// A number, or a dash if there is none.
 std::string cell(double x, const char *format = "%.2f") {
   char text[32] = "-";
   if (!std::isnan(x))
@@ -94,7 +94,7 @@ std::string cell(double x, const char *format = "%.2f") {
   return text;
 }
 
-/// Ratios are of the library that gcc built.
+/// Ratios are those of the library built with gcc.
 void print_row(const contest &c, const std::string &robot, const std::string &operation) {
   const double gcc = ns(c.best("KSL, gcc", operation)), clang = ns(c.best("KSL, clang", operation));
   const entry *rival = c.best("Pinocchio", operation);
@@ -116,7 +116,7 @@ void print_head(const settings &s) {
               "x Pin", "x whl", "x MuJ", "x KDL", "batch", "x Pin", "float", "x dbl", "2 thr", "best Pinocchio is");
 }
 
-/// Peak rates, measured once in each turn, so that they see the same machine; and how fast memory is copied.
+/// Peak rates and the speed of memcpy, measured once in each turn, so that they see the same state of the machine.
 struct peaks {
   std::map<std::string, std::vector<double>> rates;
 

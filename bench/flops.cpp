@@ -1,12 +1,12 @@
-// How many additions, multiplications and divisions each algorithm does for one state, counted by running it on a
-// scalar that counts: `flops NAME=PATH[:floating]...` prints JSON.  Sines and cosines are counted as the polynomials
-// that they are.
+// Counts the additions, multiplications and divisions of each algorithm for one state, by running it with a counting
+// scalar: `flops NAME=PATH[:floating]...` prints JSON.  Sines and cosines are counted as the operations of their
+// polynomials.
 #include "algebra/counting.hpp"
 
 #include "ksl/dynamics.hpp"
 #include "ksl/pack.hpp"
 
-/// Models hold plain numbers, from which the counting ones are made: as for packs.
+/// Models hold plain numbers, which are converted to counting ones, as for packs.
 template <> struct ksl::scalar_of_trait<counting> { using type = double; };
 
 #include "ksl/engine/forward_dynamics.hpp"

@@ -1,4 +1,4 @@
-// What the machine can do at most: multiplications and additions, and bytes copied.
+// Peak rates of the machine: multiplications and additions, and bytes copied.
 #pragma once
 
 #include <chrono>
@@ -10,8 +10,8 @@ inline double seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-/// Time that this thread has run: on an idle machine the same as what has passed, on a shared one without what others
-/// took.
+/// Processor time of this thread.  On an idle machine it is the elapsed time; on a shared one, the time of other programs is
+/// not included.
 inline double own_seconds() {
   timespec t;
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
@@ -29,13 +29,13 @@ typedef double double_vector __attribute__((vector_size(register_bytes)));
 typedef float float_vector __attribute__((vector_size(register_bytes)));
 template <class V> constexpr int lanes_of = register_bytes / static_cast<int>(sizeof(V{}[0]));
 
-/// The same number, of which the compiler knows nothing.
+/// Returns the number, hiding its value from the optimiser.
 template <class T> T opaque(T x) {
   volatile T hidden = x;
   return hidden;
 }
 
-/// Flops a second of fused multiply-adds on chains that don't wait for each other.
+/// Flops per second of fused multiply-adds in independent chains.
 template <class V> double fused_rate() {
   constexpr int chains = 12, turns = 4000, lanes = lanes_of<V>;
   const V a = V{} + opaque(0.999f), b = V{} + opaque(1e-3f);
@@ -50,11 +50,11 @@ template <class V> double fused_rate() {
   }
   const double time = own_seconds() - start;
   for (const V &chain : x)
-    opaque(chain[0]); // so that the loop is not left out
+    opaque(chain[0]); // so that the loop is not optimised away
   return 2.0 * lanes * chains * turns / time;
 }
 
-/// The same of multiplications and additions in equal numbers, none of them fused.
+/// The same for multiplications and additions in equal numbers, none of them fused.
 template <class V> double unfused_rate() {
   constexpr int chains = 8, turns = 4000, lanes = lanes_of<V>;
   const V a = V{} + opaque(0.999f), b = V{} + opaque(1e-3f);
@@ -75,7 +75,7 @@ template <class V> double unfused_rate() {
   return 2.0 * lanes * chains * turns / time;
 }
 
-/// Bytes read and written a second by memcpy on arrays that no cache holds.
+/// Bytes read and written per second by memcpy on arrays larger than the caches.
 inline double copy_rate() {
   constexpr size_t bytes = size_t(96) << 20;
   static std::vector<char> from(bytes, 1), to(bytes, 2);

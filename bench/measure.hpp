@@ -1,4 +1,4 @@
-// Agreement first, then times: every peer evaluates the same states, in turn.
+// Checks that the libraries agree, then measures times.  All peers evaluate the same states, in turns.
 #pragma once
 
 #include "limits.hpp"
@@ -20,8 +20,8 @@ struct entry {
   void *self;
   int operation;
   size_t n;                  ///< states in one run
-  double error = 0;          ///< greatest difference from the witness, relative to the largest number of a state
-  std::vector<double> times; ///< ns a state, one for each repetition
+  double error = 0;          ///< greatest difference from the reference, relative to the largest number of a state
+  std::vector<double> times; ///< ns per state, one for each repetition
 
   const bench_operation &op() const { return peer->operation[operation]; }
 };
@@ -57,11 +57,11 @@ public:
       peer->destroy(self);
   }
 
-  /// Compares all results; false, and says so, where two libraries don't agree.  One state is compared with the first
-  /// peer that is not KSL, batches with KSL's one-state results, which have been compared then.
+  /// Compares all results; prints a message and returns false if two libraries don't agree.  One-state results are compared
+  /// with the first peer that is not KSL, batches with KSL's one-state results, which have been compared before.
   bool agree() {
     bool good = true;
-    std::erase_if(entries, [&](const entry &e) { // a peer leaves results alone that it has no algorithm for
+    std::erase_if(entries, [&](const entry &e) { // a peer doesn't write results for which it has no algorithm
       return nothing(results(e));
     });
     for (entry &e : entries) {
@@ -80,8 +80,9 @@ public:
     return good;
   }
 
-  /// Times: every entry once in each repetition, right after an untimed run that brings its code and data back.  There
-  /// are more repetitions than asked for where they take less than some seconds: a machine has slow moments.
+  /// Measures times.  Each repetition runs every entry once, right after an untimed run that loads its code and data into the
+  /// caches.  If they take less than some seconds, there are more repetitions than requested, since a machine may be slow for
+  /// a while.
   void measure(int repetitions, double least_seconds, const std::function<void()> &in_each_turn) {
     const double begin = seconds();
     for (int r = 0; r < repetitions || seconds() - begin < least_seconds; ++r) {
@@ -96,7 +97,7 @@ public:
     }
   }
 
-  /// Of a library's ways to do an operation the fastest; null where there is none.
+  /// The fastest variant of an operation in a library; null if there is none.
   const entry *best(const std::string &library, const std::string &operation, int batch = 0, int single = 0,
                     int threads = 1) const {
     const entry *found = nullptr;
@@ -129,7 +130,7 @@ private:
     return forward ? ordinary * std::fmax(1, std::pow(model_.joints / 100.0, 4)) : ordinary;
   }
 
-  /// Efforts that give the accelerations of the states: forward dynamics then has ordinary numbers to work on.
+  /// Efforts that give the accelerations of the states, so that forward dynamics gets realistic numbers.
   void fill_efforts(const bench_peer &peer) {
     for (states *s : {&few_, &many_}) {
       const bench_states view = s->view();
@@ -169,7 +170,7 @@ private:
         witnesses_.push_back({key, peer, rows});
         return rows;
       }
-    if (e.op().name[0] == 'a') // efforts were made from accelerations: these must come back
+    if (e.op().name[0] == 'a') // efforts were computed from accelerations, which must be reproduced
       return batch ? many_.a : few_.a;
     return {};
   }
@@ -184,7 +185,7 @@ private:
     return rows;
   }
 
-  /// The worst state of all; of forward dynamics in float the middle one, since states may be ill-conditioned.
+  /// The error of the worst state; for forward dynamics in float the median, since states may be ill-conditioned.
   double difference(const entry &e, const std::vector<double> &found, const std::vector<double> &expected) const {
     const size_t width = found.size() / e.n;
     std::vector<double> each;

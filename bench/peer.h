@@ -1,9 +1,9 @@
-// What a library must offer to be measured here: a C ABI, so that libraries built by different compilers with different
-// options can be loaded into one process and take turns.
+// The interface that a library must have to be measured: a C ABI, so that libraries built by different compilers with different
+// options can be loaded into one process and run in turns.
 //
 // Every peer gets the same model as flat arrays and the same states, and gives results in one common layout: SI units,
 // joints in the order of the model, six-vectors linear first, a floating base with q = [x y z qx qy qz qw] and
-// v = [linear, angular] in the body's frame.  Conversions are done before and after what is timed.
+// v = [linear, angular] in the body's frame.  Conversions are not part of the timed runs.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@ extern "C" {
 
 enum bench_joint_kind { bench_revolute, bench_prismatic, bench_floating };
 
-/// A joint and the body that it carries: what is welded to it is lumped in.
+/// A joint and the body that it carries, including all links welded to it.
 struct bench_joint {
   int kind;
   int parent;         ///< joint; −1: the world
@@ -32,16 +32,16 @@ struct bench_model {
   double gravity[3];
 };
 
-/// n states, a row a state.
+/// n states, a row for each state.
 struct bench_states {
   size_t n;
   const double *q, *v, *a, *tau;
 };
 
-/// What can be timed.  name: rnea, aba, crba, fk, reactions (rnea with the wrench through every joint).
+/// An operation that can be timed.  name: rnea, aba, crba, fk, reactions (rnea with the wrench through every joint).
 struct bench_operation {
   const char *name;
-  const char *variant; ///< a convention or a way to do it; of one peer and name the fastest counts
+  const char *variant; ///< a convention or method; for each peer and name the fastest one counts
   int batch;           ///< whole batch in one call, or a loop over single states
   int single;          ///< float
   int threads;
@@ -53,12 +53,12 @@ struct bench_peer {
   const char *version;
   int operations;
   const bench_operation *operation;
-  /// A model with room for results, or null where this library can't hold it.  States are copied.
+  /// Creates a model with memory for results; null if the library doesn't support the model.  States are copied.
   void *(*create)(const bench_model *, const bench_states *few, const bench_states *many);
   void (*destroy)(void *);
   /// Evaluates an operation for all few states (or many, for batches).  out: null, or rows of results.
   void (*run)(void *, int operation, double *out);
-  /// Bytes of workspace for each state in flight; 0 where unknown.
+  /// Bytes of workspace for each state computed at a time; 0 if unknown.
   size_t (*state_bytes)(void *);
 };
 

@@ -1,4 +1,4 @@
-// Peers as shared objects: found in a folder, loaded so that none sees another's symbols.
+// Loads peers, the shared objects in a folder, so that none sees another's symbols.
 #pragma once
 
 #include "peer.h"
@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-/// A symbol of a shared object, or the end of the program.
+/// A symbol of a shared object; ends the program if it is missing.
 template <class Function> Function *symbol(const std::string &path, const char *name) {
   void *library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
   void *found = library ? dlsym(library, name) : nullptr;

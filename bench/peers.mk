@@ -1,5 +1,5 @@
 # The libraries that KSL is measured beside, each as a shared object with the C ABI of peer.h: make -f bench/peers.mk
-# Everything lies in one fixed place.  A failed compilation fails the whole.
+# Everything is built in one fixed folder.  A failed compilation fails the whole.
 
 OUT := build/bench
 VENV := $(OUT)/venv
@@ -7,7 +7,7 @@ SITE := $(VENV)/site
 PREFIX := $(SITE)/cmeel.prefix
 PEERS := $(OUT)/peers
 
-# No common symbols between peers: what is in one stays in it.
+# Peers share no symbols with each other.
 FLAGS := -std=c++20 -O3 -DNDEBUG -fPIC -shared -fvisibility=hidden -fvisibility-inlines-hidden -MMD -MP
 LINK := -Wl,-Bsymbolic -Wl,--exclude-libs,ALL -Wl,--no-undefined
 PINOCCHIO := -w -isystem $(PREFIX)/include -isystem $(PREFIX)/include/pinocchio/deprecated -isystem /usr/include/eigen3 \

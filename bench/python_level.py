@@ -1,4 +1,4 @@
-"""What a Python user gets: `python_level.py BENCH_DIR JSON`, run with the Python that has KSL.
+"""Times of calls from Python: `python_level.py BENCH_DIR JSON`, run with the Python that has KSL.
 
 Peers come from the benchmark's own environment.  All take turns in one process; results are compared before.
 """
@@ -101,7 +101,7 @@ def robot(name: str, path: str, floating: bool) -> dict[str, Any]:
 
 
 def array_programs(m: ksl.Model, model: Any, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> dict[str, Callable[[], object]]:
-    """The recursion over whole arrays, with NumPy and, where it is installed, with JAX; both on all cores that they take."""
+    """The recursion over whole arrays, with NumPy and, if installed, with JAX; both on as many cores as they use."""
     import array_rnea
 
     bodies = array_rnea.parameters(model)

@@ -41,7 +41,7 @@ def joint(i: int, parent: int, rng: random.Random) -> str:
 
 
 def mechanism(name: str, bodies: int, branching: bool) -> str:
-    """Chains hang body on body; in trees each body carries two."""
+    """In chains each body carries one other body, in trees two."""
     rng = random.Random(bodies + branching)
     parts = ['<link name="l0"/>']
     for i in range(1, bodies + 1):

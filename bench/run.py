@@ -24,7 +24,7 @@ BATCHES = [1, 4, 16, 64, 256, 1024, 4096, 16384, 65536]
 
 
 class Bench:
-    """The programs in a build folder, and where their figures go."""
+    """The programs in a build folder, and the files for their figures."""
 
     def __init__(self, build: Path) -> None:
         self.build, self.parts = build.resolve(), build.resolve() / "parts"

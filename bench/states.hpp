@@ -1,4 +1,4 @@
-// Random states of a model, each different, so that nothing is predicted.
+// Random states of a model, all different, so that branch prediction can't learn them.
 #pragma once
 
 #include "peer.h"

@@ -11,7 +11,7 @@ BEGIN, END = "<!-- figures: make bench-plots -->", "<!-- end of figures -->"
 
 
 def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """Columns are as wide as their widest cell, so that it can be read unrendered."""
+    """A Markdown table with aligned columns, which can be read unrendered."""
     lines = [list(head), *map(list, rows)]
     widths = [max(len(line[i]) for line in lines) for i in range(len(lines[0]))]
     text = ["| " + " | ".join(c.ljust(w) if i == 0 else c.rjust(w) for i, (c, w) in enumerate(zip(line, widths))) + " |" for line in lines]
@@ -20,7 +20,7 @@ def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
 
 
 def best(robot: Results, library: str, operation: str, batch: int = 0, single: int = 0, threads: int = 1) -> Results | None:
-    """The fastest of a library's ways, or of one peer's."""
+    """The fastest variant of a library, or of one peer."""
     wanted = [
         t
         for t in robot["times"]

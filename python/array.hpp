@@ -1,4 +1,4 @@
-// NumPy arrays as rows of numbers: one row for each state.
+// Access to NumPy arrays as rows of numbers, one row for each state.
 #pragma once
 
 #define NPY_NO_DEPRECATED_API NPY_1_23_API_VERSION
@@ -26,10 +26,11 @@ inline std::string text_of(const npy_intp *shape, int axes) {
   return text + ")";
 }
 
-/// A leading shape, that of states.  Of the lengths only those that count are written: there is room for many.
+/// A leading shape: the axes over states.  There is room for as many axes as NumPy allows; only the first `axes` lengths are
+/// initialised and copied, since a call makes many of these.
 struct leading_shape {
   int axes = 0;
-  npy_intp length[NPY_MAXDIMS + 4]; // and the axes of a result
+  npy_intp length[NPY_MAXDIMS + 4]; // 4 more for the axes of a result
 
   leading_shape() = default;
   leading_shape(const npy_intp *lengths, int n) : axes(n) { std::copy_n(lengths, n, length); }
@@ -46,14 +47,14 @@ struct leading_shape {
       n *= length[i];
     return n;
   }
-  /// Where state k is: "1, 2, ", or nothing for one state.
+  /// The index of state k as text, "1, 2, "; empty if there are no leading axes.
   std::string index_of(npy_intp k) const {
     std::string text;
     for (int i = axes - 1; i >= 0; k /= length[i--])
       text = std::to_string(k % length[i]) + ", " + text;
     return text;
   }
-  /// As NumPy broadcasts; false where it can't.
+  /// Broadcasts as NumPy does; false if the shapes don't fit.
   bool broadcast(const leading_shape &other) {
     leading_shape both;
     both.axes = std::max(axes, other.axes);
@@ -68,7 +69,8 @@ struct leading_shape {
   }
 };
 
-/// An array with one row of `columns` numbers for each state, in so many of its last axes; it must outlive this.  Or none.
+/// A view of an array, which must outlive it.  The last row_axes axes are a row of `columns` numbers; the axes before them run
+/// over states.  Or no array (None).
 class row_array {
 public:
   row_array() = default;
@@ -88,7 +90,8 @@ public:
     return axes() - row_axes_ == shape.axes && std::equal(shape.length, shape.length + shape.axes, PyArray_DIMS(array_));
   }
 
-  /// Are its numbers of this type, where the processor reads them, and rows of neighbours at one distance?
+  /// Can the array be read as it is?  Its numbers must be of type S, aligned and in native byte order, rows contiguous, and the
+  /// distance between rows constant.
   template <class S> bool readable() const {
     if (PyArray_TYPE(array_) != numpy_type<S> || !PyArray_ISBEHAVED_RO(array_))
       return false;
@@ -109,14 +112,15 @@ public:
     return end <= other_begin || other_end <= begin;
   }
 
-  /// Whether rows written here leave the rows of `other` alone that are still to be read: memory apart, or row on row.
+  /// Whether writing rows here does not overwrite rows of `other` that are still to be read.  So it is if their memory doesn't
+  /// overlap, or if each row lies exactly on the row of the same state.
   bool spares(const row_array &other) const {
     return apart_from(other) ||
            (PyArray_DATA(array_) == PyArray_DATA(other.array_) && columns_ == other.columns_ && row_distance() == other.row_distance());
   }
 
 private:
-  /// Bytes from row to row; none where it is not always the same.
+  /// Distance between rows in bytes; empty if it is not constant.
   std::optional<npy_intp> row_distance() const {
     npy_intp distance = columns_ * PyArray_ITEMSIZE(array_), rows = 1;
     for (int i = axes() - row_axes_ - 1; i >= 0; --i) {
@@ -131,7 +135,7 @@ private:
     return distance;
   }
 
-  /// From its first byte in memory to behind its last; of no numbers nothing.
+  /// The range of memory that the array occupies, [first byte, one past the last); empty for no numbers.
   std::pair<const char *, const char *> extent() const {
     const char *const first = PyArray_BYTES(array_);
     const npy_intp states = leading().states(), row = columns_ * PyArray_ITEMSIZE(array_);

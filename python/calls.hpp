@@ -1,7 +1,7 @@
-// Every algorithm from Python: one way in, and the only place where arguments are checked.
+// Calls of all algorithms from Python.  This is the only place where arguments are checked.
 //
-// Arrays that can be read as they are go straight to the kernels: of one precision, with equal leading shapes and rows at one
-// distance.  Others are converted by ksl.states, and then go the same way.
+// Arrays that can be read as they are go straight to the kernels: they must have one precision, equal leading shapes and a
+// constant distance between rows.  Others are first converted by ksl.states.
 #pragma once
 
 #include "array.hpp"
@@ -23,25 +23,25 @@
 
 namespace calls {
 
-/// Which links, by index, in the order wanted: kept by ksl.requests, so that a call converts no list.
+/// Links by index, in the order wanted.  ksl.requests keeps these objects, so that calls need not convert lists.
 struct link_request {
   std::vector<int> index;
-  ksl::frame_options frame; ///< how what is asked of one link is expressed
+  ksl::frame_options frame; ///< how the motion of a single link is expressed
 };
 
-/// Which reactions, and how they are expressed.
+/// Joints whose reactions are wanted, and how these are expressed.
 struct reactions_request {
   std::vector<int> links;
   ksl::reaction_request request;
 };
 
-/// A ValueError.
+/// Raises ValueError.
 [[noreturn]] inline void refuse(const std::string &sentence) { throw nb::value_error(sentence.c_str()); }
 
 inline std::string text_of(nb::handle object) { return nb::str(object).c_str(); }
 inline std::string class_name(nb::handle object) { return text_of(object.type().attr("__name__")); }
 
-/// 0 is all cores.
+/// The argument `threads`; 0 means all cores.
 inline int thread_count(nb::handle threads) {
   const int none = threads.is_none() ? 1 : PyObject_Not(threads.ptr());
   if (none < 0)
@@ -67,7 +67,7 @@ struct argument {
   int link = -1;
   row_array array = {};
 
-  /// As sentences call it.
+  /// Its name in messages.
   std::string text() const { return name ? name : "external[" + std::string(nb::repr(link_name).c_str()) + "]"; }
   std::string short_text() const { return name ? name : text_of(link_name); }
 
@@ -75,15 +75,15 @@ struct argument {
   void read() { array = {object, columns, 1}; }
 };
 
-/// The checks of numbers, and the computation, run in parts that stay in the inner caches.
+/// Numbers are checked and then computed in parts of this size, which stay in the inner caches in between.
 constexpr std::size_t cached_bytes = 64 << 10;
-/// Fewer are computed while the interpreter's lock is held: to release it takes 50 ns.
+/// Fewer states than this are computed with the interpreter's lock held, since releasing it takes 50 ns.
 constexpr std::size_t states_worth_releasing = 32;
 
 inline bool finite(const double *x, std::size_t n) { return ksl::finite_kernels_in_force().in_double(x, n); }
 inline bool finite(const float *x, std::size_t n) { return ksl::finite_kernels_in_force().in_float(x, n); }
 
-/// Rows [first, end) hold finite numbers; no rows hold none.
+/// Are the numbers of the rows [first, end) finite?  True if there are no rows.
 template <class S> bool finite(const ksl::rows_view<const S> &rows, int columns, std::size_t first, std::size_t end) {
   const std::size_t width = static_cast<std::size_t>(columns);
   if (!rows.first)
@@ -123,7 +123,7 @@ public:
 
   nb::object run(nb::handle out, nb::handle threads) {
     const int most = thread_count(threads);
-    ksl::kernels(); // refuses an unusable KSL_ISA here, and not on another thread
+    ksl::kernels(); // raises the error of an unusable KSL_ISA here and not on another thread
     if (!take_external() || !all_of([](const argument &x) { return x.is_array(); }))
       convert();
     check_shapes();
@@ -159,13 +159,13 @@ private:
       refuse("expected one link or joint");
   }
 
-  /// {link name: wrench}; false where that is no plain dict.  Subclasses of dict may override item access.
+  /// Takes {link name: wrench}.  Returns false if it is not exactly a dict; subclasses of dict may override item access.
   bool take_external() {
     if (row_.external == ksl::external_use::none || external_.is_none())
       return true;
     if (!PyDict_CheckExact(external_.ptr()))
       return false;
-    const nb::list items = nb::steal<nb::list>(PyDict_Items(external_.ptr())); // other threads may change the dict
+    const nb::list items = nb::steal<nb::list>(PyDict_Items(external_.ptr())); // a copy, since other threads may change the dict
     wrenches_.clear();
     for (nb::handle item : items)
       wrenches_.push_back({nb::borrow(PyTuple_GET_ITEM(item.ptr(), 1)), nullptr, 6, nb::borrow(PyTuple_GET_ITEM(item.ptr(), 0))});
@@ -181,7 +181,7 @@ private:
     return nb::cast<nb::tuple>(nb::steal<nb::object>(made));
   }
 
-  /// What is no array becomes one (ksl.states.as_arrays).
+  /// Converts arguments that are not arrays (ksl.states.as_arrays).
   void convert() {
     nb::list given;
     for (const argument &x : inputs_)
@@ -193,7 +193,8 @@ private:
     take_external();
   }
 
-  /// Arrays in their full leading shape, contiguous and of one precision (ksl.states.as_rows); wrenches apart from all others.
+  /// Converts arrays to their full leading shape, contiguous and of one precision (ksl.states.as_rows).  Wrenches are always
+  /// copied, since a result may lie in their memory.
   void rearrange() {
     nb::list inputs, wrenches, leading;
     for (const argument &x : inputs_)
@@ -211,7 +212,7 @@ private:
     rearranged_ = true;
   }
 
-  /// Reads the arrays: real numbers, rows as wide as they must be, links of the model, leading shapes that go together.
+  /// Checks the arrays: real numbers, the right length of rows, known links, and leading shapes that can be broadcast.
   void check_shapes() {
     for_each([](argument &x) {
       x.read();
@@ -259,7 +260,7 @@ private:
     return all_of([&](const argument &x) { return x.array.readable<S>() && x.array.has_leading(leading_); });
   }
 
-  /// The shape of result r: those of the row, then one for each request for reactions.
+  /// The shape of result r.  The results of the algorithm's row come first, then one for each request for reactions.
   leading_shape shape_of(std::size_t r) const {
     leading_shape shape = leading_;
     const auto add = [&](int n) { shape.length[shape.axes++] = n; };
@@ -274,7 +275,7 @@ private:
   }
   int link_count() const { return links_ ? static_cast<int>(links_->index.size()) : 0; }
 
-  /// New arrays, or those that the caller gives.
+  /// Creates arrays for the results, or takes those in `out`.
   template <class S> void take_results(nb::handle out) {
     const std::size_t n = static_cast<std::size_t>(row_.results) + reactions_.size();
     const bool several = n > 1, given = !out.is_none();
@@ -320,7 +321,8 @@ private:
            ::text_of(wanted.length, wanted.axes));
   }
 
-  /// A state is read before its result is written: a result may be an argument, but then row on row.
+  /// Checks that results don't overwrite arguments that are still needed.  Each state is read before its result is written, so a
+  /// result may share memory with an argument if their rows coincide.
   void check_overlaps() {
     const auto spared = [&](const argument &x) {
       for (const row_array &result : results_)
@@ -329,7 +331,7 @@ private:
       return true;
     };
     if (!all_of(spared) && !rearranged_)
-      rearrange(); // copies what does not lie side by side
+      rearrange(); // copies wrenches, and arguments that are not contiguous
     for_each([&](argument &x) {
       if (!spared(x)) {
         const std::string name = x.text();
@@ -376,7 +378,7 @@ private:
     return batch;
   }
 
-  /// Whether the numbers of the states [first, end) are those of states.
+  /// Are the numbers of the states [first, end) finite, and quaternions of unit length?
   template <class S> bool acceptable(const ksl::batch_view<S> &batch, std::size_t first, std::size_t end) const {
     bool well = finite(batch.q, m_.nq(), first, end) && finite(batch.v, m_.nv(), first, end) &&
                 finite(batch.a, m_.nv(), first, end) && finite(batch.tau, m_.nv(), first, end);
@@ -386,8 +388,8 @@ private:
     return well;
   }
 
-  /// Checks each part right before it is computed, while its numbers are in the caches: one pass over memory instead of two.
-  /// Where a result takes an argument's place, all are checked first, so that nothing is written where something is wrong.
+  /// Checks each part right before it is computed, while its numbers are in the caches; this saves a second pass over memory.
+  /// If a result is written over an argument, all parts are checked first, so that an error leaves the argument unchanged.
   template <class S> bool compute(const ksl::batch_view<S> &batch, int threads) const {
     bool in_place = false;
     for (const row_array &result : results_)
@@ -406,7 +408,7 @@ private:
     return for_parts<S>(batch.n, threads, both);
   }
 
-  /// Calls step(first, end) for all states, some at a time, on several threads, until one returns false.
+  /// Calls step(first, end) for all states, in parts and on several threads, until one call returns false.
   template <class S, class Step> bool for_parts(std::size_t n, int threads, Step step) const {
     const std::size_t bytes = sizeof(S) * static_cast<std::size_t>(1 + m_.nq() + 2 * m_.nv());
     const std::size_t some = (1 + cached_bytes / 64 / bytes) * 64;
@@ -417,7 +419,7 @@ private:
         try {
           if (!step(k, end - k < some ? end : k + some))
             well.store(false, std::memory_order_relaxed);
-        } catch (const std::bad_alloc &) { // may not leave a thread
+        } catch (const std::bad_alloc &) { // an exception must not leave the thread
           no_memory.store(true);
           well.store(false);
         }
@@ -427,7 +429,7 @@ private:
     return well.load();
   }
 
-  /// Says which number is not finite, or which quaternion is not of unit length.
+  /// Raises the error that names the number that is not finite, or the quaternion that is not of unit length.
   template <class S> [[noreturn]] void refuse_numbers(const ksl::batch_view<S> &batch) {
     for_each([&](argument &x) {
       const ksl::rows_view<const S> rows = x.array.rows<const S>();
@@ -460,7 +462,8 @@ private:
   std::vector<row_array> results_;
 };
 
-/// The result of an algorithm, or a tuple of them.  v and x (a or tau) are None where the algorithm has no such input.
+/// Runs an algorithm and returns its result, or a tuple of results.  v and x (a or tau) are None if the algorithm has no such
+/// input.
 inline nb::object run(const ksl::algorithm_row &row, const ksl::model &m, nb::handle q, nb::handle v, nb::handle x,
                       nb::handle external, nb::handle request, nb::handle out, nb::handle threads) {
   return call(row, m, q, v, x, external, request).run(out, threads);

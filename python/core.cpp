@@ -26,7 +26,7 @@ ksl::model load(const std::string &path, bool floating_base, bool mimic_independ
   return ksl::load(path, options, mimic_independent, strict, masses_optional);
 }
 
-/// What `ksl info` prints of a joint; limits that the file leaves out are None.
+/// What `ksl info` prints about a joint.  Limits that the file doesn't give are None.
 nb::dict joint_dict(const ksl::model &m, const ksl::joint_row &j) {
   nb::dict d;
   d["name"] = j.name;
@@ -64,7 +64,7 @@ nb::dict link_dict(const ksl::link_description &l) {
   return d;
 }
 
-/// A method for each algorithm; ksl.calls gives them their keywords and what they say.
+/// Adds a method for each algorithm.  The methods of ksl.calls wrap them, with keywords and docstrings.
 void add_calls(nb::class_<ksl::model> &model) {
   for (const ksl::algorithm_row *row : ksl::rows::all)
     model.def(
@@ -89,7 +89,7 @@ NB_MODULE(_core, module) {
   });
 
 #ifdef NDEBUG
-  nb::set_leak_warnings(false); // a daemon thread in a call holds its model to the end: no leak
+  nb::set_leak_warnings(false); // a daemon thread in a call keeps its model until the program ends, which is no leak
 #endif
 
   module.attr("__version__") = KSL_VERSION;

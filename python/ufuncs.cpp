@@ -1,5 +1,5 @@
-// ksl._ufuncs: the array functions of ksl/arrays.h as NumPy generalised ufuncs.  ksl.ufuncs is what people import.  It lies in
-// the file of ksl._core: ksl/_ufuncs.py takes it from there.
+// ksl._ufuncs: the array functions of ksl/arrays.h as NumPy generalised ufuncs.  Users import ksl.ufuncs.  This module is
+// compiled into the file of ksl._core; ksl/_ufuncs.py loads it from there.
 #define NPY_NO_DEPRECATED_API NPY_1_23_API_VERSION
 #define NPY_TARGET_VERSION NPY_1_23_API_VERSION
 #include <Python.h>
@@ -21,7 +21,7 @@ namespace {
 
 enum operand_type { screw, coscrew, vec3, mat3x3, SE3, inertia, spatial_inertia, real };
 
-/// Numbers of an item, and the core dimensions that NumPy sees: rows of `last` numbers.
+/// An operand type: how many numbers an item has, the length of its last axis, and its core dimensions in NumPy's terms.
 struct shape_row { int numbers, last; const char *core, *meaning; };
 constexpr shape_row shapes[] = {
     {6, 6, "(6)", "(6), a screw, linear first: twist (v, ω)"},
@@ -35,7 +35,7 @@ constexpr shape_row shapes[] = {
 };
 
 struct text_row { const char *name, *text; };
-/// What each computes, its source and cost, as the bodies in include/ksl/detail state it.
+/// What each function computes, its source and its cost, as stated in include/ksl/detail.
 constexpr text_row texts[] = {
     {"product_Ads", "[Ad](D) s = (R v + t × R ω, R ω): a twist in frame b, expressed in the frame a that D_ab carries to (coscrews (3)). 42 flops."},
     {"product_Adsinv", "−[Ad](D) s. 42 flops."},
@@ -70,13 +70,13 @@ constexpr text_row texts[] = {
     {"SE3_log", "log D: the screw of smallest |ω| whose exponential is D. 83 flops, a root and an arctangent."},
 };
 
-/// One array function; the inner loops below get it as their data.
+/// One array function.  NumPy passes it to the inner loops below as their data.
 struct function_row {
   const char *name;
   int inputs;
   operand_type types[3]; ///< of the inputs, and of the output last
   const char *arguments[2];
-  void (*call_double)(size_t n, double *const *at, const ptrdiff_t *stride, size_t whole); ///< n items of so many
+  void (*call_double)(size_t n, double *const *at, const ptrdiff_t *stride, size_t whole); ///< n items, of `whole` in the call
   void (*call_float)(size_t n, float *const *at, const ptrdiff_t *stride, size_t whole);
 };
 
@@ -89,7 +89,7 @@ const function_row functions[] = {
 };
 constexpr int function_count = sizeof functions / sizeof functions[0];
 
-/// An operand's items where NumPy has them.
+/// An operand's items as they lie in NumPy's memory.
 struct view {
   char *at;
   npy_intp step, row_step, number_step; ///< bytes from item to item, and within one
@@ -98,7 +98,7 @@ struct view {
   template <class T> char *number(npy_intp item, int i) const {
     return at + item * step + i / shape->last * row_step + i % shape->last * number_step;
   }
-  /// Whether the array functions can use it as it is.
+  /// Whether the array functions can use it as it is: aligned, with contiguous items.
   template <class T> bool plain() const {
     constexpr npy_intp size = sizeof(T);
     return step % size == 0 && reinterpret_cast<std::uintptr_t>(at) % alignof(T) == 0 &&
@@ -114,7 +114,7 @@ template <class T> void call(const function_row &f, size_t n, T *const *at, cons
     f.call_float(n, at, stride, whole);
 }
 
-/// A call's operands, as the inner loop finds them.
+/// The operands of one call of the inner loop.
 template <class T> struct operands {
   const function_row &f;
   npy_intp n;
@@ -124,7 +124,7 @@ template <class T> struct operands {
   int count() const { return f.inputs + 1; }
 };
 
-/// Items from `first` on where all operands are plain.
+/// Computes n items from `first` on; all operands are plain.
 template <class T> void plain_range(const operands<T> &all, npy_intp first, npy_intp n) {
   T *at[3];
   ptrdiff_t stride[3];
@@ -135,7 +135,7 @@ template <class T> void plain_range(const operands<T> &all, npy_intp first, npy_
   call<T>(all.f, static_cast<size_t>(n), at, stride, static_cast<size_t>(all.n));
 }
 
-/// Operands that the array functions can't use as they are go through a buffer, some items at a time.
+/// Computes the items [begin, end), some at a time.  Operands that are not plain are copied by way of a buffer.
 template <class T> void buffered_range(const operands<T> &all, npy_intp begin, npy_intp end) {
   constexpr npy_intp some = 64;
   T buffer[3][some * 12];
@@ -164,9 +164,10 @@ template <class T> void buffered_range(const operands<T> &all, npy_intp begin, n
   }
 }
 
-std::atomic<int> threads{0}; ///< at most so many for a large call; 0: all cores
+std::atomic<int> threads{0}; ///< the most threads that a large call may use; 0: all cores
 
-/// Waking a thread may cost as much as ten thousand items.  Threads that work near each other read memory faster: 10 %.
+/// Waking a thread may cost as much as ten thousand items.  Many parts for each thread keep the threads close to each other in
+/// memory, which reads 10 % faster.
 constexpr std::size_t block = 64, least_items = 32768, parts_each = 16;
 
 /// The inner loop.
@@ -200,14 +201,14 @@ PyUFuncGenericFunction loops[] = {loop<float>, loop<double>};
 char types[] = {NPY_FLOAT, NPY_FLOAT, NPY_FLOAT, NPY_DOUBLE, NPY_DOUBLE, NPY_DOUBLE};
 char types_1[] = {NPY_FLOAT, NPY_FLOAT, NPY_DOUBLE, NPY_DOUBLE};
 
-/// What NumPy keeps pointers to, for each function.
+/// Objects of each function that NumPy keeps pointers to.
 struct kept {
   void *data[2];
   std::string signature, doc;
 };
 kept keep[function_count];
 
-/// Signature and docstring; the first line with arguments is NumPy's.
+/// Sets signature and docstring.  NumPy adds the first line, with the arguments.
 void describe(const function_row &f, kept &k) {
   for (const text_row &t : texts)
     if (std::strcmp(t.name, f.name) == 0)
@@ -245,7 +246,7 @@ PyMODINIT_FUNC PyInit__ufuncs() {
   import_array();
   import_umath();
   try {
-    ksl::array_kernels(); // refuses an unusable KSL_ISA here, and not inside a loop
+    ksl::array_kernels(); // raises the error of an unusable KSL_ISA here and not inside a loop
   } catch (const std::exception &e) {
     PyErr_SetString(PyExc_ImportError, e.what());
     return nullptr;

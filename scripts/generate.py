@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Write what follows from api/algorithms.py: kernels, calls, methods, the reference page and the test of all faces.
+"""Write what follows from api/algorithms.py: kernels, calls, methods, the reference page and the test of all interfaces.
 
     scripts/generate.py            writes the files, removes those of algorithms that are gone
     scripts/generate.py --check    says which files differ from what would be written, and ends with status 1
@@ -23,7 +23,7 @@ def files() -> dict[str, str]:
 
 
 def stale() -> list[Path]:
-    """Files in generated folders that no row asks for."""
+    """Files in generated folders that belong to no row."""
     wanted = {ROOT / path for path in files()}
     return sorted(path for folder in FOLDERS for path in (ROOT / folder).glob("*") if path not in wanted)
 

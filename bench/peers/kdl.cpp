@@ -1,5 +1,5 @@
 // Orocos KDL from the distribution: chains with its chain solvers, trees (inverse dynamics only) with its tree solver.
-// It knows no floating base.
+// KDL has no floating base.
 #include "../peer.h"
 
 #include <kdl/chain.hpp>
@@ -94,7 +94,7 @@ void *create(const bench_model *m, const bench_states *few, const bench_states *
 
 void destroy(void *p) { delete static_cast<self *>(p); }
 
-/// False where the solvers for trees have nothing of the kind.
+/// False if the solvers for trees don't have the operation.
 bool evaluate(self &s, int operation, size_t k) {
   if (!s.serial)
     return operation == 0 && s.branched->CartToJnt(s.q[k], s.v[k], s.a[k], s.none_by_name, s.result) >= 0;

@@ -1,5 +1,5 @@
-// KSL behind the C ABI of peer.h; built with gcc and with clang.  Also what turns a robot file into the flat arrays
-// that all peers start from.
+// KSL behind the C ABI of peer.h; built with gcc and with clang.  It also converts a robot file to the flat arrays from which
+// all peers make their models.
 #include "ksl/batch.hpp"
 #include "ksl/dynamics.hpp"
 
@@ -24,7 +24,7 @@ const bench_operation operations[] = {
     {"rnea", "", 1, 1, 2},
 };
 
-/// Rows of states in both precisions, and room for results.
+/// Rows of states in both precisions, and memory for results.
 struct rows {
   size_t n;
   numbers q, v, a, tau, out;
@@ -172,7 +172,7 @@ void run(void *p, int operation, double *out) {
     whole_batch(s, o, s.many.q, s.many.v, s.many.a, s.many.tau, s.many.out, out);
 }
 
-/// Of a lane in double precision; inverse dynamics.
+/// Bytes of workspace per lane in double precision, for inverse dynamics.
 size_t state_bytes(void *p) {
   const self &s = *static_cast<self *>(p);
   const auto &kernel = ksl::kernels().inverse_dynamics->in_double;
@@ -256,5 +256,5 @@ extern "C" __attribute__((visibility("default"))) bool bench_describe(const char
   }
 }
 
-/// The instruction set in force.
+/// The instruction set in use.
 extern "C" __attribute__((visibility("default"))) const char *bench_instruction_set() { return ksl::instruction_set(); }

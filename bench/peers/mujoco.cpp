@@ -1,6 +1,6 @@
-// MuJoCo's C library from its wheel, by the calls that do just what is asked: no collisions, no constraints, no passive
-// forces.  It counts a floating base's velocity in other axes than the rest of us; states and results are turned before
-// and after what is timed.
+// MuJoCo's C library from its wheel.  The calls compute only what is measured: no collisions, no constraints, no passive
+// forces.  MuJoCo expresses a floating base's velocity in other axes; states and results are converted outside the timed
+// runs.
 #include "../peer.h"
 
 #include <mujoco/mujoco.h>
@@ -33,7 +33,7 @@ std::string text(std::initializer_list<double> x) {
 /// A unit quaternion w x y z of a rotation, row-major.
 std::string quaternion(const double R[9]) {
   double q[4], best = 0;
-  for (int k = 0; k < 4; ++k) { // the column that is computed without loss is the longest
+  for (int k = 0; k < 4; ++k) { // the longest column is the one that is computed without cancellation
     const double s[3] = {k == 0 || k == 1 ? 1.0 : -1.0, k == 0 || k == 2 ? 1.0 : -1.0, k == 0 || k == 3 ? 1.0 : -1.0};
     const double square = 1 + s[0] * R[0] + s[1] * R[4] + s[2] * R[8];
     if (square <= best)
@@ -95,7 +95,7 @@ struct self {
   numbers q, v, a, tau, q_given, full, difference;
 };
 
-/// States in MuJoCo's own terms: quaternion w x y z, linear velocity and its derivative in world axes.
+/// States in MuJoCo's conventions: quaternion w x y z, linear velocity and its derivative in world axes.
 void convert(self &s) {
   if (!s.m.floating_base)
     return;
@@ -144,7 +144,7 @@ void destroy(void *p) {
   delete s;
 }
 
-/// Efforts, accelerations or a row of M, back in common terms; q is that of the state as given.
+/// Converts efforts, accelerations or a row of M to the common conventions; q is that of the state as given.
 void put_back(const self &s, size_t k, const double *x, bool acceleration, double *out) {
   std::copy(x, x + s.m.nv, out);
   if (!s.m.floating_base)

@@ -1,4 +1,4 @@
-// Pinocchio through its headers, in the manner of its users: a model of its own joint types, one state at a time.
+// Pinocchio through its headers, as its users call it: a model of its own joint types, one state at a time.
 // Compiled several times (peers.mk): with gcc and clang, with and without Eigen's vectorisation, and against the
 // compiled library of the wheel.
 #include "../peer.h"
@@ -124,7 +124,7 @@ double *put_poses(const self &s, double *out) {
   return out;
 }
 
-/// One evaluation for each state; put copies a result out where one is wanted.
+/// One evaluation for each state; put copies a result if it is wanted.
 template <class Evaluate, class Put> void each(self &s, double *out, Evaluate evaluate, Put put_result) {
   const Eigen::Index nq = s.model.nq, nv = s.model.nv;
   for (size_t k = 0; k < s.n; ++k) {

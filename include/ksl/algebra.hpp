@@ -43,7 +43,7 @@ template <class To, class From> inline To same_layout(const From &from) {
   return to;
 }
 
-/// What the bodies need of a scalar beyond + − × ÷ and comparison.  Specialise for a scalar of your own.
+/// Functions that the bodies need besides + − × ÷ and comparison.  Specialise it for a scalar of your own.
 template <class T> struct math;
 
 template <> struct math<double> {

@@ -15,10 +15,10 @@ template <class S>
 KSL_EXPORT void inverse_dynamics_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Joint efforts tau (nv) and the reactions of the joints that are asked for, for q (nq), v (nv), a (nv), under gravity
-/// and external wrenches: what the parent side exerts on the child side through each joint.  Those of moving joints in
-/// their own frames are written as inverse dynamics finds them, which costs less than two calls.  Reads batch.q,
-/// batch.v, batch.a, batch.external, batch.reactions; writes tau into batch.result[0] (rows of nv), the reactions (rows
-/// of request.n × 6).
+/// and external wrenches: what the parent side exerts on the child side through each joint.  Reactions of moving joints
+/// in their own frames are written during the backward pass of inverse dynamics, which costs less than two calls.
+/// Reads batch.q, batch.v, batch.a, batch.external, batch.reactions; writes tau into batch.result[0] (rows of nv), the
+/// reactions (rows of request.n × 6).
 template <class S>
 KSL_EXPORT void inverse_dynamics_with_reactions_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 

@@ -1,12 +1,12 @@
-// KSL: dual numbers: a value and its derivatives in n directions, carried through every operation by the rules of
-// differentiation.  What an algorithm computes with them is exact but for rounding: no step width is chosen.
+// KSL: dual numbers: a value and its derivatives in n directions.  Every operation applies the rules of differentiation
+// (forward-mode automatic differentiation), so derivatives are exact up to rounding and need no step width.
 //
 //   using T = ksl::dual<1>;
 //   T x = T::variable(0.5, 0);        // the value 0.5, derivative 1 in direction 0
 //   T y = x * x;                      // y.value 0.25, y.derivative[0] 1
 //
-// Every algorithm of the engine and every function of algebra<T> accepts them (docs/scalars.md).  Second derivatives come by
-// nesting: second_order_dual<n>.  Values are those that S alone gives, to the bit.  A sum costs n + 1 operations of S, a product
+// Every algorithm of the engine and every function of algebra<T> accepts them (docs/scalars.md).  Nested duals give second
+// derivatives: second_order_dual<n>.  Values are the same bits as with S alone.  A sum costs n + 1 operations of S, a product
 // 3 n + 1, a quotient 3 n + 2.
 //
 // Source: Griewank and Walther, Evaluating Derivatives (2008), section 3.1.
@@ -25,8 +25,8 @@ template <int n, class S> inline constexpr int innermost_numbers<dual<n, S>> = (
 
 /// A number of type S and its first derivatives in n directions.  S: double, float, a pack, or a dual.
 ///
-/// Where a function has no derivative, the result holds what the rule gives: sqrt and atan2 at zero give infinities or NaN,
-/// fabs at zero takes the derivative of the argument.  Comparisons look at the values alone.
+/// If a function has no derivative at a point, the rule is applied all the same: sqrt and atan2 at zero give infinities or NaN,
+/// fabs at zero gives the derivative of the argument.  Comparisons use the values only.
 template <int n, class S> struct dual {
   static_assert(n > 0, "a dual number has one direction at least");
   using number = scalar_of<S>;
@@ -95,8 +95,8 @@ template <int n, class S> struct dual {
   }
 
 private:
-  /// Algorithms are inlined whole, thousands of operations in a function.  An operation on more numbers than this is a call, so
-  /// that compile times don't grow with n.
+  /// An algorithm is inlined into a single function of thousands of operations.  Operations on more numbers than this are called
+  /// instead of inlined, so that compile times don't grow with n.
 #if defined(__clang__)
   static constexpr int most_inlined = 16;
 #else
@@ -124,7 +124,7 @@ template <int n, class S = double> second_order_dual<n, S> second_order_variable
   return second_order_dual<n, S>::variable(dual<n, S>::variable(x, direction), direction);
 }
 
-/// Models hold plain numbers, of which duals are made as constants.
+/// Models hold plain numbers, which are converted to constant duals.
 template <int n, class S> struct scalar_of_trait<dual<n, S>> { using type = scalar_of<S>; };
 
 template <int n, class S> struct math<dual<n, S>> {

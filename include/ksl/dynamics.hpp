@@ -1,18 +1,19 @@
-// KSL: dynamics for C++ users: the library's kernels, compiled for several instruction sets and chosen once at run time.
-// (The templates in ksl/engine/ are the same algorithms for any scalar, compiled by you.)
+// KSL: dynamics for C++ users: the library's kernels, compiled for several instruction sets, one of which is chosen at run time.
+// (The templates in ksl/engine/ are the same algorithms for any scalar, compiled as part of the user's program.)
 #pragma once
 
 #include "ksl/dynamics_calls.hpp"
 
 namespace ksl {
 
-/// Reads a URDF file.  Throws description_error with file, line, link or joint, fault and mend: also where links move and none
-/// of them has a mass, unless masses_optional.  strict makes errors of the warnings about inertias and masses.
+/// Reads a URDF file.  Throws description_error, whose message names file, line, link or joint, what is wrong and how to mend it.
+/// Moving links of which none has a mass are an error, too, unless masses_optional.  With strict, warnings about inertias and
+/// masses become errors.
 KSL_EXPORT model load(const std::string &urdf_path, const model_options &options = {}, bool mimic_independent = false,
                       bool strict = false, bool masses_optional = false);
 
-/// Reactions of the requested joints into out (request.n, 6), right after inverse_dynamics with the same external
-/// wrenches: other calls write to the workspace.
+/// Reactions of the requested joints into out (request.n, 6).  Call it right after inverse_dynamics with the same external
+/// wrenches: other calls overwrite the workspace.
 template <class S>
 KSL_EXPORT void reactions(const model &m, data &d, const reaction_request &request, S *out,
                           const external_wrenches<S> &external = {});
@@ -20,8 +21,8 @@ KSL_EXPORT void reactions(const model &m, data &d, const reaction_request &reque
 /// Pose of a link's frame in the world for q (nq).
 KSL_EXPORT SE3<double> frame_pose(const model &m, data &d, const double *q, int link);
 
-/// Name of the instruction set whose kernels run: x86-64-v2, x86-64-v3, x86-64-v4, neon or generic.  KSL_ISA in the
-/// environment forces one; throws std::runtime_error where it names none that is known and runs here.
+/// Name of the instruction set in use: x86-64-v2, x86-64-v3, x86-64-v4, neon or generic.  The environment variable KSL_ISA
+/// selects one.  Throws std::runtime_error if it names a set that is unknown or doesn't run here.
 KSL_EXPORT const char *instruction_set();
 
 } // namespace ksl

@@ -15,8 +15,9 @@ KSL_EXPORT void inverse_dynamics(const model &m, data &d, const S *q, const S *v
                                  const external_wrenches<S> &external = {});
 
 /// Joint efforts tau (nv) and the reactions of the joints that are asked for, for q (nq), v (nv), a (nv), under gravity
-/// and external wrenches: what the parent side exerts on the child side through each joint.  Those of moving joints in
-/// their own frames are written as inverse dynamics finds them, which costs less than two calls.  No allocation.
+/// and external wrenches: what the parent side exerts on the child side through each joint.  Reactions of moving joints
+/// in their own frames are written during the backward pass of inverse dynamics, which costs less than two calls.  No
+/// allocation.
 template <class S>
 KSL_EXPORT void inverse_dynamics_with_reactions(const model &m, data &d, const S *q, const S *v, const S *a, S *tau,
                                                 const reaction_request &request, S *reactions,

@@ -1,9 +1,9 @@
 /* KSL: models and dynamics from C.  Link with libksl.
 
    Handles are opaque.  A model is immutable and may be shared between threads; a workspace (ksl_data_t) belongs to one
-   thread and one model.  Only the calls that create something allocate.  Calls that can fail return a status; what went
-   wrong, in one sentence, is in ksl_error_message().  SI units, radians; six-vectors are linear first unless a request says
-   otherwise.  Joints and links are named by index: see ksl_model_joint and ksl_model_link. */
+   thread and one model.  Only the calls that create something allocate memory.  Calls that can fail return a status;
+   ksl_error_message() then describes the error in one sentence.  SI units, radians; six-vectors are linear first unless a
+   request says otherwise.  Joints and links are identified by index: see ksl_model_joint and ksl_model_link. */
 #ifndef KSL_ENGINE_H
 #define KSL_ENGINE_H
 
@@ -23,10 +23,10 @@ typedef enum ksl_status_t {
   KSL_FAILED = 3           /**< anything else: no memory, an unknown KSL_ISA */
 } ksl_status_t;
 
-/** What the last call of this thread that did not return KSL_OK has to say: one sentence, valid until the next one. */
+/** The error message of this thread's last call that did not return KSL_OK: one sentence, valid until the next such call. */
 KSL_EXPORT const char *ksl_error_message(void);
 
-/** Name of the instruction set whose kernels run (x86-64-v3, say); NULL where KSL_ISA names none that runs here. */
+/** Name of the instruction set in use, for example x86-64-v3; NULL if KSL_ISA names one that is unknown or doesn't run here. */
 KSL_EXPORT const char *ksl_instruction_set(void);
 
 /** A point mass fixed to a link. */
@@ -36,13 +36,13 @@ typedef struct ksl_payload_t {
   double point[3];  /**< in the link's frame, m */
 } ksl_payload_t;
 
-/** How a file becomes a model.  Start from ksl_model_options(). */
+/** How a file is made into a model.  Initialise it with ksl_model_options(). */
 typedef struct ksl_model_options_t {
-  bool floating_base;     /**< the root link floats: first joint floating_base (floating_root where the file has one of that name),
+  bool floating_base;     /**< the root link floats: first joint floating_base (floating_root if the file has one of that name),
                                q = [x y z qx qy qz qw], v = [linear, angular] in its frame */
   bool mimic_independent; /**< a moving mimic joint gets a coordinate of its own, instead of being refused */
   bool strict;            /**< an inertia that no body can have, or a moving link with geometry and no mass, is an error */
-  bool masses_optional;   /**< a robot whose links move and have no mass is read, for kinematics, instead of being refused */
+  bool masses_optional;   /**< a robot whose moving links have no mass is accepted, for kinematics, instead of being refused */
   double gravity[3];      /**< m/s², world axes */
   int payloads_n;
   const ksl_payload_t *payloads; /**< (payloads_n), read by ksl_model_load alone; several may be on one link */
@@ -59,7 +59,7 @@ KSL_EXPORT void ksl_model_free(ksl_model_t *model);
 KSL_EXPORT ksl_status_t ksl_data_create(const ksl_model_t *model, ksl_data_t **data);
 KSL_EXPORT void ksl_data_free(ksl_data_t *data);
 
-/** Sizes: numbers in q and in v; joints that move; all joints, fixed ones and `base` included; links. */
+/** Sizes: length of q and of v; number of moving joints, of all joints (fixed ones and `base` included), and of links. */
 KSL_EXPORT int ksl_model_nq(const ksl_model_t *model);
 KSL_EXPORT int ksl_model_nv(const ksl_model_t *model);
 KSL_EXPORT int ksl_model_moving_joints(const ksl_model_t *model);
@@ -70,8 +70,8 @@ KSL_EXPORT int ksl_model_links(const ksl_model_t *model);
 KSL_EXPORT const char *ksl_model_joint_name(const ksl_model_t *model, int joint);
 KSL_EXPORT const char *ksl_model_link_name(const ksl_model_t *model, int link);
 
-/** What is odd in the file (an inertia that no body can have, to a relative 1e-6, say), and what it holds that is not
-    used: line i, NULL after the last. */
+/** Line i of the warnings about a file (for example an inertia that no body can have, to a relative 1e-6), and of the list of
+    contents that KSL doesn't use; NULL after the last. */
 KSL_EXPORT const char *ksl_model_warning(const ksl_model_t *model, int i);
 KSL_EXPORT const char *ksl_model_unused(const ksl_model_t *model, int i);
 
@@ -92,7 +92,7 @@ typedef struct ksl_externalf_t {
   const ksl_coscrewf_t *wrench;
 } ksl_externalf_t;
 
-/** The same for a batch: state k has n wrenches, side by side from wrench + k × stride numbers on, six numbers each. */
+/** The same for a batch: the n wrenches of state k are contiguous, six numbers each, and begin at wrench + k × stride. */
 typedef struct ksl_external_rows_t {
   int n;
   const int *link; /**< (n) */
@@ -134,10 +134,10 @@ typedef struct ksl_frame_options_t {
   ksl_order_t order;
 } ksl_frame_options_t;
 
-/** Reactions through n joints into wrenches (n, 6), right after ksl_inverse_dynamics (or _with_reactions) in the same
-    precision and with the same external wrenches: any other call with this workspace in between is refused, since it
-    writes there.
-    options may be NULL.  The split is made in the joint's frame and then moved by the coadjoint. */
+/** Reactions through n joints into wrenches (n, 6).  Call it right after ksl_inverse_dynamics (or _with_reactions) in the same
+    precision and with the same external wrenches.  After any other call with this workspace it fails, since such calls overwrite
+    the wrenches.  options may be NULL.  The wrench is split in the joint's frame and the part is then transformed by the
+    coadjoint. */
 KSL_EXPORT ksl_status_t ksl_reactions(const ksl_model_t *model, ksl_data_t *data, int n, const int *joints,
                                       const ksl_reaction_options_t *options, const ksl_external_t *external,
                                       double *wrenches);

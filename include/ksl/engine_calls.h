@@ -45,9 +45,9 @@ KSL_EXPORT ksl_status_t ksl_inverse_dynamics_external_batchf(
     int threads);
 
 /** Joint efforts tau (nv) and the reactions of the joints that are asked for, for q (nq), v (nv), a (nv), under
-    gravity and external wrenches: what the parent side exerts on the child side through each joint.  Those of moving
-    joints in their own frames are written as inverse dynamics finds them, which costs less than two calls.  external
-    may be NULL. */
+    gravity and external wrenches: what the parent side exerts on the child side through each joint.  Reactions of
+    moving joints in their own frames are written during the backward pass of inverse dynamics, which costs less than
+    two calls.  external may be NULL. */
 KSL_EXPORT ksl_status_t ksl_inverse_dynamics_with_reactions(const ksl_model_t *model, ksl_data_t *data, const double *q,
                                                             const double *v, const double *a,
                                                             const ksl_external_t *external, double *tau, int n,

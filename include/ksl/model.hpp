@@ -1,4 +1,4 @@
-// KSL: a model that owns its arrays and knows its names, and the workspace for one computation with it.
+// KSL: a model with its arrays and the names of joints and links, and the workspace for one computation with it.
 #pragma once
 
 #include "ksl/engine/model.hpp"
@@ -23,20 +23,20 @@ struct payload {
 
 struct model_options {
   /// The root link floats: a first joint `floating_base` with q = [x y z qx qy qz qw] and v = [linear, angular] in its
-  /// frame.  It is called `floating_root`, and a warning says so, where the description has a joint of that name.
+  /// frame.  If the description has a joint of that name, it is called `floating_root` instead, and a warning says so.
   bool floating_base = false;
   std::array<double, 3> gravity{0, 0, -9.81}; ///< m/s², world axes
   std::vector<payload> payloads;
 };
 
-/// A joint as a user names it.  Every link has just one that carries it; that of a fixed root is `base`, or
-/// `ground` where the description has a joint of that name.
+/// A joint as a user sees it.  Every link is carried by exactly one joint.  For a fixed root it is called `base`, or `ground` if
+/// the description has a joint named `base`.
 struct joint_row {
   std::string name;
   joint_kind kind;
   int link;              ///< the child link
   int parent_link;       ///< −1: the ground
-  int q_index, v_index;  ///< where its numbers begin; −1 for fixed joints
+  int q_index, v_index;  ///< where its numbers in q and v begin; −1 for fixed joints
   vec3<double> axis;     ///< unit vector in the joint's frame; for kinds with one axis
   double pitch;          ///< m/rad; of helical joints
   int description;       ///< index into robot_description::joints; −1 for base and floating_base
@@ -45,7 +45,7 @@ struct joint_row {
 /// A mechanism, immutable after construction, shared between threads.
 class KSL_EXPORT model {
 public:
-  /// Builds the arrays.  Throws description_error where the description is no tree.
+  /// Builds the arrays.  Throws description_error if the description is not a tree.
   explicit model(robot_description robot, const model_options &options = {});
 
   int nq() const { return nq_; }
@@ -55,14 +55,14 @@ public:
   const std::vector<joint_row> &joints() const { return joints_; }
   int moving_joints() const { return moving_joints_; }
 
-  /// A unit quaternion [x y z w] in q: where it begins, and whose it is.
+  /// A unit quaternion [x y z w] in q: where it begins, and the joint that it belongs to.
   struct quaternion_in_q {
     int q_index;
     int joint; ///< index into joints()
   };
   const std::vector<quaternion_in_q> &quaternions() const { return quaternions_; }
 
-  /// Links, parents first.  `links()[i].name` and its inertia, payload included.
+  /// Links, parents first, with name and inertia, payload included.
   const std::vector<link_description> &links() const { return links_; }
 
   /// Index of a name, or −1.
@@ -88,7 +88,7 @@ private:
     std::vector<ksl::body<S>> bodies;
     std::vector<ksl::link<S>> links;
     vec3<S> gravity;
-    std::vector<S> inertia, theta0_sine, theta0_cosine; // side by side
+    std::vector<S> inertia, theta0_sine, theta0_cosine; // contiguous, for lanes
     int first_angle = 0, angles_end = 0;
 
     model_view<S> view(int nq, int nv, int pose_numbers) const {
@@ -108,9 +108,9 @@ private:
   friend class model_builder;
 };
 
-/// Workspace of one computation, the only thing that changes: one piece of memory, as large as the largest workspace of any
-/// algorithm (engine/workspace.hpp).  Allocated here and nowhere else.  One thread, one workspace.  In debug builds fresh
-/// memory is NaN.
+/// The workspace of a computation, and the only object that calls modify.  It is one block of memory, large enough for any
+/// algorithm (engine/workspace.hpp), and is allocated by the constructor only.  Each thread needs a workspace of its own.  In
+/// debug builds fresh memory is NaN.
 class KSL_EXPORT data {
 public:
   explicit data(const model &m);
@@ -118,7 +118,7 @@ public:
   void *memory() { return memory_.get(); }
   std::size_t bytes() const { return bytes_; }
 
-  /// nv zeros: no velocity, no acceleration.
+  /// nv zeros, for calls without velocity or acceleration.
   template <class S> const S *zero() const { return static_cast<const S *>(static_cast<const void *>(zero_.data())); }
 
 private:

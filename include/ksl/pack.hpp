@@ -1,7 +1,7 @@
 // KSL: a pack of lanes is a scalar: algebra<pack<double, 8>> computes eight states at once.
 //
-// Packs sit on the vector types of gcc and clang and are to be used at the instruction set's native width.  Choices are
-// made by select; there is no conversion to bool.
+// Packs are based on the vector types of gcc and clang, and should have the native width of the instruction set.  Conditions
+// are applied by select; there is no conversion to bool.
 #pragma once
 
 #include "ksl/algebra.hpp"
@@ -14,8 +14,8 @@
 
 namespace ksl {
 
-/// The vector type of W lanes, and that of their comparison.  A trait of full specialisations: gcc 12 drops a dependent
-/// vector_size inside a class template.
+/// The vector type of W lanes, and the type of its comparisons.  A trait with full specialisations, since gcc 12 ignores a
+/// dependent vector_size inside a class template.
 template <class T, int W> struct vector_of;
 
 #define KSL_VECTOR_OF(T, W, Integer)                                                                                   \
@@ -36,7 +36,7 @@ KSL_VECTOR_OF(float, 16, int)
 inline namespace KSL_ISA {
 
 #define KSL_LANES __attribute__((always_inline)) inline
-#define KSL_INLINED __attribute__((always_inline)) ///< of lambdas: a call per body would cost a tenth of it
+#define KSL_INLINED __attribute__((always_inline)) ///< for lambdas: calls instead would make inner loops a tenth slower
 
 /// W numbers of type T; arithmetic is elementwise.
 template <class T, int W> struct pack {
@@ -64,7 +64,7 @@ template <class T, int W> struct pack {
   friend KSL_LANES mask operator==(pack a, pack b) { return a.lanes == b.lanes; }
 };
 
-/// How many lanes of T the instruction set that is compiled for holds in a register.
+/// Size of a register of the instruction set that is compiled for.
 #if defined(__AVX512F__)
 inline constexpr int vector_bytes = 64;
 #elif defined(__AVX__)
@@ -75,8 +75,8 @@ inline constexpr int vector_bytes = 16;
 template <class T> inline constexpr int native_lanes = vector_bytes / static_cast<int>(sizeof(T));
 template <class T> using native_pack = pack<T, native_lanes<T>>;
 
-/// The first n numbers of `from`, zeros in other lanes; n may be more than there are lanes.  Reads no other memory, and
-/// makes no way through memory, where a register would wait for the parts that were stored there.
+/// The first n numbers of `from`, zeros in other lanes; n may be more than there are lanes.  Reads no other memory.  Doesn't copy
+/// by way of a buffer, which avoids a store-to-load stall.
 template <class T> KSL_LANES native_pack<T> load_first(const T *from, int n) {
   native_pack<T> x(T(0));
   if (n >= native_lanes<T>)
@@ -88,7 +88,7 @@ template <class T> KSL_LANES native_pack<T> load_first(const T *from, int n) {
   return x;
 }
 
-/// Writes the first n lanes, or all if n is more.
+/// Stores the first n lanes, or all if n is larger.
 template <class T> KSL_LANES void store_first(const native_pack<T> &x, T *to, int n) {
   if (n >= native_lanes<T>)
     __builtin_memcpy(to, &x, sizeof x);
@@ -113,11 +113,11 @@ template <> KSL_LANES void store_first(const native_pack<float> &x, float *to, i
 }
 #endif
 
-/// Is |a| ≤ b in every lane, and no lane NaN?  A bool, to branch on.  b ≥ 0.
+/// Is |a| ≤ b in every lane, and no lane NaN?  b ≥ 0.  Returns a bool for branches.
 KSL_LANES bool magnitudes_at_most(double a, double b) { return __builtin_fabs(a) <= b; }
 KSL_LANES bool magnitudes_at_most(float a, float b) { return __builtin_fabsf(a) <= b; }
 
-/// By the bits: those of magnitudes are ordered as the magnitudes are, with infinities and NaN above.
+/// Compares bit patterns as integers: they are ordered as the magnitudes are, with infinities and NaN above.
 template <class T, int W> KSL_LANES bool magnitudes_at_most(pack<T, W> a, T b) {
   using integers = typename pack<T, W>::mask;
   integers magnitude, limit;
@@ -164,7 +164,7 @@ template <class T, int W> struct math<pack<T, W>> {
 
   static KSL_LANES P select(typename P::mask condition, P a, P b) { return condition ? a.lanes : b.lanes; }
   static KSL_LANES P fabs(P x) { return select(x < P(T(0)), -x, x); }
-  static KSL_LANES P sqrt(P x) { return each(x, math<T>::sqrt); } // the compilers make one instruction of it
+  static KSL_LANES P sqrt(P x) { return each(x, math<T>::sqrt); } // compiled to one instruction
   static P atan2(P y, P x) {
     P out;
     for (int i = 0; i < W; ++i)

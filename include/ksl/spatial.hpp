@@ -1,16 +1,17 @@
-// KSL: spatial values that refuse nonsense: pose, twist, acceleration, wrench, momentum, rigid_inertia over any scalar.
+// KSL: spatial values with checked kinds and frames: pose, twist, acceleration, wrench, momentum, rigid_inertia over any scalar.
 //
 //     struct world; struct tool;
 //     ksl::pose<double, world, tool> X;                  // carries coordinates of tool to world
 //     ksl::wrench<double, tool> f;
 //     double power = dot(X * f, v_world);                // v_world: ksl::twist<double, world>
 //
-// Only what physics has compiles.  A wrench and a twist don't add, two wrenches have no product, a pose isn't scaled; a
-// vector in frame C meets neither a vector in frame B nor a pose that carries B to A.  Frames are types, empty or only
-// declared, and cost nothing; whoever names none has everything in the one frame `unnamed`, which mixes with no other.
+// Only operations with a physical meaning compile.  A wrench and a twist can't be added, two wrenches have no product, a pose
+// can't be scaled.  A vector in frame C can't be combined with a vector in frame B, nor with a pose that carries B to A.  Frames
+// are types, empty or only declared, and cost nothing.  Values without a frame are in the frame `unnamed`, which can't be
+// combined with any other.
 //
-// Each type has the members, the size and the layout of its plain struct (ksl/algebra.hpp): `plain()` is that struct,
-// and the constructor from it is explicit.  Both are the doors to the rest of the algebra.
+// Each type has the members, the size and the layout of its plain struct (ksl/algebra.hpp).  `plain()` returns that struct, and
+// the constructor from it is explicit; they give access to the rest of the algebra.
 #pragma once
 
 #include "ksl/algebra.hpp"
@@ -26,7 +27,7 @@ inline namespace KSL_ISA {
 
 #define KSL_VALUE __attribute__((always_inline)) inline
 
-/// What screws and coscrews do alike, under one name.
+/// Operations that screws and coscrews have in common, under one name.
 struct screw_operations {
   template <class T> using plain = ksl::screw<T>;
   template <class T> KSL_VALUE static void add(const screw<T> &a, const screw<T> &b, screw<T> &o) {
@@ -98,11 +99,11 @@ public:
   using plain_type::ang;
   using plain_type::lin;
 
-  /// Six numbers without a value, as in the plain struct; `{}` makes them zero.
+  /// Uninitialised, as the plain struct; `{}` gives zeros.
   spatial_vector() = default;
   KSL_VALUE spatial_vector(const vec3<T> &linear, const vec3<T> &angular) : plain_type{linear, angular} {}
   KSL_VALUE explicit spatial_vector(const plain_type &numbers) : plain_type(numbers) {}
-  /// The same numbers never silently become another kind's, or another frame's; `named<F>()` and `plain()` do it aloud.
+  /// There is no implicit conversion to another kind or frame; `named<F>()` and `plain()` convert explicitly.
   template <class K, class G> explicit spatial_vector(const spatial_vector<K, T, G> &) = delete;
   spatial_vector(const spatial_vector &) = default;
   spatial_vector &operator=(const spatial_vector &) = default;
@@ -161,16 +162,16 @@ public:
   using plain_type::R;
   using plain_type::t;
 
-  /// Twelve numbers without a value; `identity()` is a pose.
+  /// Uninitialised; `identity()` returns the identity.
   pose() = default;
-  /// The first is taken to be a rotation.
+  /// R must be a rotation; this is not checked.
   KSL_VALUE pose(const mat3x3<T> &rotation, const vec3<T> &translation) : plain_type{rotation, translation} {}
   KSL_VALUE explicit pose(const plain_type &numbers) : plain_type(numbers) {}
   template <class C, class D> explicit pose(const pose<T, C, D> &) = delete;
   pose(const pose &) = default;
   pose &operator=(const pose &) = default;
 
-  /// Frame B where frame A is.
+  /// The identity: frame B coincides with frame A.
   KSL_VALUE static pose identity() {
     pose o;
     algebra<T>::SE3_setIdentity(&o);

@@ -38,7 +38,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> object:
-    """Spatial vectors are loaded when they are first asked for: models do without them."""
+    """Loads the spatial types when they are first used, since models don't need them."""
     if name in __all__:
         from ksl import spatial
 

@@ -1,4 +1,4 @@
-"""The array functions, out of the file that holds the dynamics: both then work on the same threads."""
+"""The array functions, loaded from the file of ksl._core, so that both use the same threads."""
 
 import sys
 from importlib.machinery import ExtensionFileLoader
@@ -8,4 +8,4 @@ from ksl import _core
 
 _spec = spec_from_file_location(__name__, _core.__file__, loader=ExtensionFileLoader(__name__, _core.__file__))
 assert _spec
-sys.modules[__name__] = module_from_spec(_spec)  # who imports this one gets that one
+sys.modules[__name__] = module_from_spec(_spec)  # an import of this module gives the compiled one

@@ -1,4 +1,4 @@
-"""The command line.  Imported by ksl.__main__ where the extra `loads` is installed."""
+"""The command line.  Imported by ksl.__main__ if the extra `loads` is installed."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ class Commands(TyperGroup):
     def main(self, *args: Any, **options: Any) -> Any:
         for stream in (sys.stdout, sys.stderr):
             if hasattr(stream, "reconfigure"):
-                stream.reconfigure(errors="replace")  # "?" for what the encoding lacks, rather than no output
+                stream.reconfigure(errors="replace")  # "?" for characters that the encoding lacks, rather than no output
         try:
             try:
                 return super().main(*args, **options)
             finally:
-                if sys.stdout is not None:  # as it is where the shell has closed it
+                if sys.stdout is not None:  # None if the shell has closed it
                     sys.stdout.flush()  # an error at the end of the interpreter would be Python's to report
         except BrokenPipeError:  # nobody reads what is printed: as any command
             discard_output()
@@ -75,7 +75,7 @@ def unwritable(error: OSError) -> str:
 
 
 def discard_output() -> None:
-    """Sends to nowhere what standard output still buffers: Python would try to write it again at its end, and exit with 120."""
+    """Discards what standard output still buffers.  Otherwise Python would try to write it again at exit, and end with status 120."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, sys.stdout.fileno())
     os.close(nowhere)

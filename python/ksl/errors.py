@@ -1,17 +1,17 @@
-"""What can go wrong with files, and what is only worth a warning."""
+"""Errors and warnings about files."""
 
 
 class DescriptionError(ValueError):
-    """A robot file that can't be read or describes no mechanism: names file, line, link or joint, fault and mend."""
+    """A robot file can't be read or describes no mechanism.  Names file, line, link or joint, what is wrong and how to mend it."""
 
 
 class MotionError(ValueError):
-    """A motion that can't be used: names the file, the line or column, the fault and the mend."""
+    """A motion can't be used.  Names the file, the line or column, what is wrong and how to mend it."""
 
 
 class DescriptionWarning(UserWarning):
-    """What is odd in a robot file, and used all the same: an inertia that no rigid body can have, a moving link without mass, an encoding that was guessed."""
+    """Suspicious content of a robot file that is used all the same: an impossible inertia, a moving link without mass, a guessed encoding."""
 
 
 class FrameError(ValueError):
-    """Two spatial values whose frames don't meet: names the operation and both frames."""
+    """Two spatial values whose frames don't match.  Names the operation and both frames."""

@@ -1,4 +1,4 @@
-"""What a robot file holds, as text: the tree, joints, limits, masses, gravity, and what is not used."""
+"""The contents of a robot file as text: the tree, joints, limits, masses, gravity, and unused contents."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ksl.mechanism import Joint, Link, Mechanism
 
 
 def print_info(model: Mechanism, console: Console) -> None:
-    """Prints everything that `ksl info` says of a model."""
+    """Prints everything that `ksl info` shows of a model."""
     moving = len(model.joint_names)
     mass = sum(link.mass for link in model.links)
     console.print(Text(f"{model.name} ({model.file})", style="bold"))

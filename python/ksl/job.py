@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 SummaryRow = dict[str, "float | str | None"]
 
 RESULTS = ("wrenches.parquet", "wrenches.csv", "summary.csv", "report.html")
-"""Files that a run may write; those it doesn't write are removed, for they belong to an earlier run."""
+"""Files that a run may write.  Those that it doesn't write are removed, since they are from an earlier run."""
 
 
 def run_loads(case: LoadCase, motion_file: str, directory: Path, with_csv: bool, console: Console) -> None:
@@ -53,7 +53,7 @@ def run_loads(case: LoadCase, motion_file: str, directory: Path, with_csv: bool,
 
 
 def _write_wrenches(case: LoadCase, motion_file: str, curves: Curves, stage: Path, with_csv: bool, advance: Callable[[int], None]) -> None:
-    """Computes block after block; a second thread writes the one before."""
+    """Computes block after block, while a second thread writes the previous one."""
     import pyarrow.csv
     import pyarrow.parquet
 
@@ -84,7 +84,7 @@ def _write_wrenches(case: LoadCase, motion_file: str, curves: Curves, stage: Pat
 
 
 def _check_block(case: LoadCase, motion_file: str, block: Block) -> None:
-    """Refuses results beyond what numbers can hold: numbers of the motion, of external wrenches or of the robot that are finite but huge."""
+    """Refuses results that overflow, because numbers of the motion, of external wrenches or of the robot are finite but huge."""
     power = block.tau * block.v
     for x in (block.total, block.constraint, block.in_joint_axes):
         if not np.isfinite(x).all():
@@ -98,7 +98,7 @@ def _check_block(case: LoadCase, motion_file: str, block: Block) -> None:
 
 
 def _check_summary(motion_file: str, rows: list[SummaryRow], balance: PowerBalance | None) -> None:
-    """Squares, integrals and energies may overflow where wrenches don't."""
+    """Refuses a summary that overflows: squares, integrals and energies may overflow even if wrenches don't."""
     for row in rows:
         for name, value in row.items():
             if isinstance(value, float) and not np.isfinite(value):
@@ -115,7 +115,7 @@ def _overflow(motion_file: str, joint: str, where: str, what: str) -> MotionErro
 
 
 def _plain(schema: pa.Schema) -> pa.Schema:
-    """A schema with words spelled out, as CSV needs."""
+    """The schema with plain strings instead of dictionaries, as CSV needs."""
     import pyarrow as pa
 
     return pa.schema([pa.field(f.name, pa.string() if pa.types.is_dictionary(f.type) else f.type) for f in schema])
@@ -130,7 +130,7 @@ def _write_summary(path: Path, rows: list[SummaryRow]) -> None:
 
 
 def _notes(case: LoadCase, curves: Curves) -> list[str]:
-    """What the user should know: differentiated and contradicting rates, limits exceeded, inertias that can't be, content not used."""
+    """Notes for the user: rates that were differentiated or contradict, exceeded limits, impossible inertias, unused content."""
     unused = [f"in the file and not used: {line}" for line in case.model.unused]
     return [*case.motion.differentiated, *case.motion.contradictions, *exceeded_limits(case.model, case.motion, curves.loads), *case.model.warnings, *unused]
 
@@ -165,7 +165,7 @@ def _write_report(path: Path, case: LoadCase, motion_file: str, curves: Curves, 
 
 
 WRENCH = {"axial_force": "axial", "radial_force": "radial", "bending_moment": "bending", "axial_moment": "about axis"}
-"""Columns of the wrench of a joint with an axis, and their heads."""
+"""Columns and headings for the wrench of a joint with an axis."""
 
 
 def _print_summary(console: Console, rows: list[SummaryRow], placement: Placement) -> None:

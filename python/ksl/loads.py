@@ -1,4 +1,4 @@
-"""Every wrench along a motion: the table, the curves, the power balance.  What `ksl loads` writes comes from here."""
+"""Every wrench along a motion: the table, the curves, the power balance.  `ksl loads` writes these results."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Placement:
 
 @dataclass(frozen=True)
 class LoadCase:
-    """A motion of a model, with what the environment exerts on its links: {link: (n, 6)}."""
+    """A motion of a model, with the wrenches that the environment exerts on its links: {link: (n, 6)}."""
 
     model: Calls
     motion: Motion
@@ -52,7 +52,7 @@ class LoadCase:
     external: Mapping[str, Array] = field(default_factory=dict)
 
     def blocks(self) -> Iterator[Block]:
-        """All samples in order, as many at a time as make about BLOCK_ROWS rows."""
+        """All samples in order, in blocks of about BLOCK_ROWS rows of the table."""
         samples = max(1, BLOCK_ROWS // len(self.model.joints))
         for start in range(0, len(self.motion.time), samples):
             yield self._block(slice(start, start + samples))
@@ -71,21 +71,21 @@ class LoadCase:
 
 @dataclass(frozen=True)
 class Block:
-    """Results of some samples, joints in the order of `Model.joints`."""
+    """Results for some samples, with joints in the order of `Model.joints`."""
 
     rows: slice
     time: Array
     v: Array
     tau: Array
     total: Array
-    """(n, joints, 6) as the placement asks."""
+    """(n, joints, 6), expressed as the placement says."""
     constraint: Array
     in_joint_axes: Array
     """The total at the placement's point and side, but in the joint's axes, linear first."""
 
 
 class TableWriter:
-    """Turns blocks into columns: a row for each sample and joint."""
+    """Converts blocks to columns of the table, with a row for each sample and joint."""
 
     def __init__(self, model: Mechanism, placement: Placement) -> None:
         import pyarrow as pa
@@ -142,7 +142,7 @@ class TableWriter:
 
 @dataclass
 class Curves:
-    """Collects from blocks what the summary and the report show; wrenches themselves are not kept."""
+    """Collects from blocks the curves of the summary and the report.  The wrenches themselves are not kept."""
 
     case: LoadCase
     loads: list[JointLoads] = field(default_factory=list)
@@ -158,7 +158,7 @@ class Curves:
             self.loads.append(JointLoads(joint, {name: np.empty(n) for name in empty.wrench}, speed, effort))
 
     def add(self, block: Block) -> None:
-        """Takes over the samples `block.rows`; each sample is wanted once, in any order."""
+        """Adds the samples `block.rows`; each sample must be added once, in any order."""
         for i, collected in enumerate(self.loads):
             part = joint_loads(collected.joint, block.in_joint_axes[:, i], None, None)
             for name, x in part.wrench.items():
@@ -169,7 +169,7 @@ class Curves:
         self._largest_effort = max(self._largest_effort, float(np.max(np.abs(block.tau), initial=0.0)))
 
     def power_balance(self) -> PowerBalance | None:
-        """After all blocks; None where the samples are too few to differentiate the energy."""
+        """The power balance, after all blocks; None if there are too few samples to differentiate the energy."""
         motion, external = self.case.motion, self.case.external
         if len(motion.time) < SPLINE_SAMPLES:
             return None
@@ -223,7 +223,7 @@ def wrench_table(
 
 
 def _real(name: str, x: ArrayLike) -> Array:
-    """Numbers as float64; complex ones, whose imaginary part would be lost, are refused."""
+    """Converts numbers to float64.  Complex ones are refused, since their imaginary part would be lost."""
     try:
         given = np.asarray(x)
         if given.dtype.kind != "c":
@@ -234,7 +234,7 @@ def _real(name: str, x: ArrayLike) -> Array:
 
 
 def _wrenches(link: str, w: ArrayLike, samples: int) -> Array:
-    """(n, 6) of what may be one wrench for all samples."""
+    """Converts to (n, 6); one wrench may be given for all samples."""
     given = _real(f"external[{link!r}]", w)
     if given.shape not in ((6,), (1, 6), (samples, 6)):
         raise MotionError(f"external[{link!r}] has shape {given.shape}; expected ({samples}, 6), a wrench for each sample, or (6): force, then moment")

@@ -12,7 +12,7 @@ from ksl.states import Array
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint as the file gives it; limits that the file leaves out are None.  SI units."""
+    """A joint as the file gives it.  Limits that the file doesn't give are None.  SI units."""
 
     name: str
     kind: str
@@ -29,7 +29,7 @@ class Joint:
     pitch: float = 0.0
     """Advance along the axis, m/rad, positive for a right-handed screw; of helical joints."""
     quaternion: int | None = None
-    """Where among its nq numbers a unit quaternion [qx qy qz qw] begins: 0 of spherical joints, 3 of floating ones."""
+    """Index, within its nq numbers, at which a unit quaternion [qx qy qz qw] begins: 0 for spherical joints, 3 for floating ones."""
     lower: float | None = None
     upper: float | None = None
     effort: float | None = None
@@ -63,9 +63,9 @@ class Mechanism:
         self.name: str = core.name
         self.file: str = core.file
         self.nq: int = core.nq
-        """Numbers in q."""
+        """Length of q."""
         self.nv: int = core.nv
-        """Numbers in v, a and tau."""
+        """Length of v, a and tau."""
         self.gravity: Array = np.array(core.gravity)
         """m/s², in world axes; read-only."""
         self.gravity.setflags(write=False)
@@ -76,9 +76,9 @@ class Mechanism:
         )
         """Parents first."""
         self.unused: tuple[str, ...] = tuple(core.unused)
-        """What the file holds and nothing here uses, a line each."""
+        """Contents of the file that KSL doesn't use, a line for each kind."""
         self.warnings: tuple[str, ...] = tuple(core.warnings)
-        """What is odd in the file, a line each: inertias that no rigid body can have, moving links without mass, names of link and condition."""
+        """Suspicious contents of the file, a line each: inertias that no rigid body can have, moving links without mass.  Names link and condition."""
         self._moving = core.moving_joints
         self._joint_index = {joint.name: i for i, joint in enumerate(self.joints)}
         self._link_index = {link.name: i for i, link in enumerate(self.links)}
@@ -104,7 +104,7 @@ class Mechanism:
 
     @property
     def fixed_joint_names(self) -> list[str]:
-        """The fixed joints in file order of the walk, then `base`: the ground on a fixed root."""
+        """The fixed joints, depth first and in file order, then `base`, which connects a fixed root with the ground."""
         return [joint.name for joint in self.joints[self._moving :]]
 
     @property

@@ -19,15 +19,15 @@ if TYPE_CHECKING:
     import pyarrow
 
 _Arguments = tuple[str, bool, bool, bool, list[float], list[tuple[str, float, list[float]]], bool]
-"""Of `_core.load`: what a model is made from."""
+"""Arguments of `_core.load`, from which a model is made."""
 
 
 class Model(Calls):
     """A mechanism, immutable.  Made by :func:`load`.
 
-    A pickle holds the arguments of `load`, the path made absolute: where it is read (in a worker of `multiprocessing`,
-    say) the file is read again, and ValueError raised where its joints or links are no longer the same.  A copy, deep
-    or not, is the model itself.
+    A pickle contains the arguments of `load`, with an absolute path.  Unpickling, for example in a worker of
+    `multiprocessing`, reads the file again, and raises ValueError if its joints or links have changed.  A copy, deep or
+    not, is the model itself.
     """
 
     def __init__(self, core: _core.Model, arguments: _Arguments) -> None:
@@ -44,7 +44,7 @@ class Model(Calls):
         return _reloaded, (self._arguments, self._fingerprint())
 
     def _fingerprint(self) -> str:
-        """Tells models apart that have other joints or links."""
+        """Differs between models that differ in joints or links."""
         import hashlib
 
         return hashlib.sha256(repr((self.joints, self.links)).encode()).hexdigest()
@@ -71,15 +71,15 @@ def load(
 ) -> Model:
     """Reads a URDF file.
 
-    floating_base: the root link floats; the first joint is then `floating_base` (`floating_root`, with a warning, where the
+    floating_base: the root link floats; the first joint is then `floating_base` (`floating_root`, with a warning, if the
     file has a joint of that name).
     mimic: None refuses a moving joint that mimics another; "independent" gives it a coordinate of its own.
     strict: an inertia that no rigid body can have, or a moving link with geometry and no mass, is an error instead of a
     :class:`DescriptionWarning`.
     gravity: in world axes, m/s².
     payloads: {link name: (mass in kg, point in the link's frame in m)}: point masses fixed to links.
-    masses: None refuses a robot whose links move and have no mass, none of them; "optional" reads it, for kinematics.
-    Raises :class:`DescriptionError` with file, line, link or joint, fault and mend.
+    masses: None refuses a robot none of whose moving links has a mass; "optional" accepts it, for kinematics.
+    Raises :class:`DescriptionError`, which names file, line, link or joint, what is wrong and how to mend it.
     """
     if mimic is not None:
         one_of(mimic, "mimic", "independent")
@@ -94,7 +94,7 @@ def load(
 
 
 def _reloaded(arguments: _Arguments, fingerprint: str) -> Model:
-    """The model of a pickle; its warnings were given when it was loaded first."""
+    """Loads the model of a pickle, without warnings, which were given when it was first loaded."""
     model = Model(_core.load(*arguments), arguments)
     if model._fingerprint() != fingerprint:
         raise ValueError(f"{model.file}: joints or links have changed since the model was pickled; load the file again")

@@ -23,7 +23,7 @@ SPLINE_SAMPLES = 6
 """A quintic needs six samples."""
 
 CONTRADICTION = 0.05
-"""Given rates that differ by more than this share of the largest are said to contradict what they are the rates of."""
+"""Given rates contradict the samples if they differ from the derivative by more than this share of the largest rate."""
 
 POSITION = ("x", "y", "z")
 QUATERNION = ("qx", "qy", "qz", "qw")
@@ -75,7 +75,7 @@ def read_motion(model: Mechanism, path: str | os.PathLike[str]) -> Motion:
 
 
 def complete(model: Mechanism, time: Array, q: Array, given: list[list[Array | None]], name: str = "motion", first_line: int | None = None) -> Motion:
-    """Velocities and accelerations where they are missing; `given` holds for each moving joint [v, a], each (n, nv) or None.
+    """Computes missing velocities and accelerations.  `given` has [v, a] for each moving joint, each (n, nv) or None.
 
     name, first_line: what errors call the motion, and the line of its first sample where it is a file.
     """
@@ -97,7 +97,7 @@ def complete(model: Mechanism, time: Array, q: Array, given: list[list[Array | N
         rows, cols = slice(joint.q_index, joint.q_index + joint.nq), slice(joint.v_index, joint.v_index + joint.nv)
         if joint.quaternion is not None:
             q[:, rows] = _continuous_unit(where, joint, q[:, rows])
-        with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused
+        with np.errstate(over="ignore", invalid="ignore"):  # numbers that are not finite are refused later
             v[:, cols], a[:, cols] = _finite_rates(where, joint, time, q[:, rows], joint_v, joint_a)
             contradictions += _contradictions(joint, time, q[:, rows], v[:, cols], joint_v, joint_a)
         how = "accelerations" if joint_v is not None else "velocities" if joint_a is not None else "velocities and accelerations"
@@ -145,7 +145,7 @@ def _finite_rates(where: Callable[[int], str], joint: Joint, time: Array, q: Arr
 
 
 def _contradictions(joint: Joint, time: Array, q: Array, v: Array, given_v: Array | None, given_a: Array | None) -> list[str]:
-    """A line where the given velocities are not the derivatives of the positions, and one for accelerations and velocities."""
+    """Lines for given velocities that are not the derivatives of the positions, and for accelerations and velocities likewise."""
     if len(time) < SPLINE_SAMPLES:
         return []
     try:
@@ -168,7 +168,7 @@ def _contradictions(joint: Joint, time: Array, q: Array, v: Array, given_v: Arra
 
 
 def _largest_contradiction(time: Array, given: Array, found: Array, floor: float) -> tuple[int, int] | None:
-    """Sample and column where given rates differ most from those found, or None where the difference says nothing.
+    """Sample and column at which given rates differ most from the derivatives, or None if the difference is not significant.
 
     Means over windows are compared, not samples: noise of the positions and corners of the rates, both large in the
     found rates of a few samples, have a mean near zero.  Windows whose integrals differ by less than `floor` are at rest.
@@ -252,7 +252,7 @@ def _read_table(file: str) -> dict[str, Array]:
         try:
             table = read(threads=True)
         except pa.ArrowInvalid:
-            table = read(threads=False)  # fails again, and now knows in which row
+            table = read(threads=False)  # fails again, and then reports the row
     except pa.ArrowInvalid as e:
         raise MotionError(_what_arrow_says(file, names, str(e))) from None
     except OSError as e:

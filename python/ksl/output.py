@@ -1,4 +1,4 @@
-"""Result files that appear whole or not at all."""
+"""Result files that are written completely or not at all."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from pathlib import Path
 
 
 class OutputError(OSError):
-    """Results that can't be written: names the folder, the fault and the mend."""
+    """Results can't be written.  Names the folder, what is wrong and how to mend it."""
 
 
 @contextmanager
 def staged(directory: Path, results: Collection[str] = ()) -> Iterator[Path]:
-    """A hidden folder in `directory`; when the block ends well its files are renamed into `directory`.
+    """A hidden folder in `directory`.  If the block ends without an exception, its files are moved into `directory`.
 
     Files of the names `results` that the block did not write are then removed: they would be those of an earlier run.
     What fails on the way leaves `directory` as it was, absent if it was absent.  Raises OutputError: before the block
@@ -52,7 +52,7 @@ def staged(directory: Path, results: Collection[str] = ()) -> Iterator[Path]:
 
 
 def _stage(directory: Path, results: Collection[str], made: list[Path]) -> Path:
-    """Makes `directory` where it is missing, adds to `made` what that took, and gives an empty folder in it."""
+    """Creates `directory` if it is missing, adds the folders created to `made`, and returns an empty folder in it."""
     for folder in (*reversed(directory.parents), directory):
         if not os.path.lexists(folder):
             folder.mkdir()

@@ -1,4 +1,4 @@
-"""What a joint's wrench means to who sizes it: curves over time, their peaks and means, and the power balance."""
+"""Quantities for sizing joints: loads over time, their peaks and means, and the power balance."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ UNITS = {
     "moment": "N m",
     "power": "W",
 }
-"""Of all quantities but effort and speed, whose units are those of the joint: see `unit`."""
+"""Units of all quantities but effort and speed, whose units depend on the kind of joint: see `unit`."""
 
 
 def unit(quantity: str, kind: str) -> str:
@@ -40,13 +40,13 @@ class JointLoads:
     (across it), bending_moment (across), axial_moment (signed, about the line through the point along the axis).
     Otherwise force and moment, magnitudes."""
     speed: Array | None
-    """Of joints with one coordinate, rad/s or m/s."""
+    """Speed of joints with one coordinate, rad/s or m/s."""
     effort: Array | None
-    """Of the drive, N m or N: the transmitted effort Sᵀ f of the joint, whatever point, side or axes are chosen."""
+    """Effort of the drive, N m or N: the transmitted effort Sᵀ f of the joint.  Independent of the chosen point, side and axes."""
 
     @property
     def power(self) -> Array | None:
-        """Of the transmitted effort, W."""
+        """Power of the transmitted effort, W."""
         return None if self.effort is None or self.speed is None else self.effort * self.speed
 
 
@@ -61,36 +61,36 @@ class PowerBalance:
     energy_rate: Array
     """Its derivative, from a spline through the samples: independent of the dynamics."""
     round_off: float = 0.0
-    """Powers up to it, W, may come from rounding alone; see `power_round_off`."""
+    """Power that rounding errors alone may cause, W; see `power_round_off`."""
 
     @property
     def residual(self) -> Array:
-        """Drive + external − energy rate, (n), W: zero where the efforts belong to the motion."""
+        """Drive + external − energy rate, (n), W; zero if the efforts are those of the motion."""
         return self.drive + self.external - self.energy_rate
 
     @property
     def largest_power(self) -> float:
-        """Of those that enter the balance, W."""
+        """The largest power that enters the balance, W."""
         return max(float(np.max(np.abs(x))) for x in (self.drive, self.external, self.energy_rate))
 
     @property
     def at_rest(self) -> bool:
-        """No power but round-off: nothing moves, or what moves takes no power."""
+        """No power except rounding errors: nothing moves, or the motion takes no power."""
         return self.largest_power <= self.round_off
 
     @property
     def relative_residual(self) -> float:
-        """Largest residual over the largest power that enters the balance, or over `round_off` where that is larger."""
+        """Largest residual divided by the largest power that enters the balance, or by `round_off` if that is larger."""
         scale = max(self.largest_power, self.round_off)
         return float(np.max(np.abs(self.residual))) / scale if scale > 0 else 0.0
 
 
 ROUND_OFF_OF_ENERGY = 1e-12
-"""Of the energies that enter, some thousand units in the last place: that of sums over bodies, and the spline's gain."""
+"""Relative error of the energies, some thousand units in the last place: rounding of sums over bodies, amplified by the spline."""
 
 
 def power_round_off(time: Array, energy: Array, q: Array, largest_effort: float) -> float:
-    """Power, W, that rounding alone can feign in a power balance of samples at `time` (n).
+    """Power, W, that rounding alone can cause in a power balance of samples at `time` (n).
 
     An energy E (n) is rounded by u |E|, which differentiation divides by a time step; a position q (n, nq) by u |q|,
     which makes a speed u |q| / dt, and against the largest effort a power.  E alone would not do: it may be zero by the
@@ -122,7 +122,7 @@ def integral(time: Array, x: Array) -> float:
 
 
 def rms(time: Array, x: Array) -> float:
-    """Root of the time mean of x²: samples count by the time they stand for."""
+    """Root of the time mean of x²; samples are weighted by the duration they represent."""
     return float(np.sqrt(integral(time, x * x) / (time[-1] - time[0])))
 
 

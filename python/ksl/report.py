@@ -1,4 +1,4 @@
-"""report.html: one page that opens with no network: every curve, its peaks, and the power balance that proves them."""
+"""report.html: one page that needs no network, with all curves, their peaks, and the power balance as a check."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ from ksl.states import Array
 Row = Mapping[str, float | str | None]
 Indices = NDArray[np.intp]
 Groups = list[tuple[str, list[tuple[str, str]]]]
-"""Columns of a table: the heads of groups, and in each (head, key of the row)."""
+"""Columns of a table: headings of groups, and for each group (heading, key of the row)."""
 
 POINTS = 2000
-"""Of a decimated curve, about."""
+"""Approximate number of points of a decimated curve."""
 ROUND_OFF = 1e-9
 """Loads, speeds and powers below it, in SI units, are shown as zero."""
 LARGE_RESIDUAL = 1e-2
-"""Of the largest power: from here on the page says what may be wrong."""
+"""Residual, relative to the largest power, from which on the page explains what may be wrong."""
 FAR_START = 1000
-"""Durations away from zero, a motion's times (those of a clock) are shown from its first sample."""
+"""If times begin later than this many durations (times of a clock), they are shown relative to the first sample."""
 STILL = 1e-6
-"""Of its size: a path that varies by no more is drawn as a point."""
+"""A path that varies by no more than this, relative to its size, is drawn as a point."""
 TOO_FEW = "too few samples to differentiate the energy"
 AT_REST = "no power but round-off: nothing moves, or what moves takes no power"
 FEW_NOTES = 8
-"""Up to here the notes are unfolded."""
+"""Up to this number, notes are shown unfolded."""
 
 LABELS = {
     "axial_force": "axial force",
@@ -56,7 +56,7 @@ LABELS = {
 
 @dataclass(frozen=True)
 class ReportInput:
-    """What a report shows."""
+    """The contents of a report."""
 
     title: str
     facts: list[tuple[str, str]]
@@ -69,7 +69,7 @@ class ReportInput:
     """(n), s."""
     joints: list[JointLoads]
     balance: PowerBalance | None
-    """None where the samples are too few to differentiate the energy."""
+    """None if there are too few samples to differentiate the energy."""
 
 
 def write_report(path: str | os.PathLike[str], report: ReportInput) -> None:
@@ -104,14 +104,14 @@ def decimate(*curves: Array, points: int = POINTS) -> Indices:
     starts = np.arange(0, n, size)
     kept = [np.array([0, n - 1])]
     for x in curves:
-        # the last bucket is filled up with its last value, which argmin and argmax find at its first place
+        # the last bucket is padded with its last value; argmin and argmax return the first position of a value
         buckets = np.pad(x, (0, len(starts) * size - n), mode="edge").reshape(-1, size)
         kept += [starts + buckets.argmin(axis=1), starts + buckets.argmax(axis=1)]
     return np.unique(np.concatenate(kept))
 
 
 def format_number(x: float | str | None, digits: int = 4) -> str:
-    """Significant digits, plain from 0.001 up to 100,000 and with an exponent that three divides elsewhere."""
+    """Formats with significant digits: plain from 0.001 up to 100,000, elsewhere with an exponent that is a multiple of three."""
     if x is None or isinstance(x, str) or not math.isfinite(x):
         return "–" if not isinstance(x, str) else x
     if abs(x) < ROUND_OFF:
@@ -221,7 +221,7 @@ class _Page:
         if np.any(b.external):
             sides |= {"external": b.external, "drive + external": b.drive + b.external}
         residual = b.residual
-        if b.at_rest:  # curves of round-off would look like some
+        if b.at_rest:  # curves of rounding errors would look like results
             sides, residual = {name: np.zeros_like(x) for name, x in sides.items()}, np.zeros_like(residual)
         powers = self._time_chart("Power of both sides", [_Panel("Power, W", sides, emphasis=True)])
         rest = self._time_chart("Residual, and energy", [_Panel("Residual, W", {"residual": residual}), _Panel("Energy, J", {"energy": b.energy})])
@@ -255,7 +255,7 @@ class _Page:
         return chart + self._time_chart("Moment", [_Panel("Moment, N m", {"moment": moment})])
 
     def _axis_charts(self, loads: JointLoads) -> str:
-        """The drive's effort has a panel of its own: its limit is none of the moment about another point than the joint's origin."""
+        """The drive's effort has a panel of its own, since its limit doesn't apply to moments about points other than the joint's origin."""
         joint, curves = loads.joint, {name: _quiet(x) for name, x in loads.wrench.items()}
         slides = joint.kind == "prismatic"
         forces = [_Panel("Force, N", {"axial": curves["axial_force"], "radial": curves["radial_force"]})]
@@ -288,14 +288,14 @@ class _Page:
         """One curve over another: a path in their plane, within the rectangle of limits."""
         keep = decimate(x[1], y[1], points=2 * POINTS)
         if all(math.isfinite(_peak(z)) and np.ptp(z) <= STILL * _peak(z) for z in (x[1], y[1])):
-            keep = keep[:1]  # a point is drawn by a marker, where a line would be nothing
+            keep = keep[:1]  # a single point needs a marker, since a line would be invisible
         abscissa = {"label": x[0], "data": _packed(x[1][keep]), "limit": limits[0]}
         panel = _Panel(y[0], {title: y[1]}, limits[1])
         dashed = "limits" if all(limits) else "limit of the speed" if limits[0] else "limit of the effort" if limits[1] else ""
         return self._figure(title, dashed, {"time": self._packed_time(keep), "x": abscissa, "panels": [panel.packed(keep)]})
 
     def _packed_time(self, keep: Indices) -> str:
-        """Since the first sample: single precision would not hold the seconds since 1970."""
+        """Times since the first sample, since single precision can't represent seconds since 1970."""
         return _packed(self.report.time[keep] - self.report.time[0])
 
     def _figure(self, title: str, dashed: str, chart: dict[str, Any]) -> str:
@@ -313,7 +313,7 @@ class _Panel:
     limit: float | None = None
     """Drawn on both sides of zero."""
     emphasis: bool = False
-    """The first curve is drawn broad, for others to lie upon it."""
+    """The first curve is drawn wide, so that others drawn over it leave it visible."""
 
     def packed(self, keep: Indices) -> dict[str, Any]:
         curves = [{"name": name, "data": _packed(x[keep])} for name, x in self.curves.items()]
@@ -335,7 +335,7 @@ def _columns(kind: str) -> list[tuple[str, Groups]]:
 
 
 def _edge(column: int) -> str:
-    """The first column of a group has a rule on its left."""
+    """CSS class of a cell: the first column of a group has a line on its left."""
     return ' class="first"' if column == 0 else ""
 
 
@@ -372,7 +372,7 @@ def _range(joint: Joint, unit: str) -> str:
 
 
 def _near(limit: float | None, curve: Array | None, factor: float) -> float | None:
-    """A limit to draw: one so far off that it would flatten the curve is left out."""
+    """A limit to draw; None if it is so far away that it would flatten the curve."""
     if limit is None or curve is None:
         return None
     return limit if 0 < limit <= factor * _peak(curve) else None
@@ -391,7 +391,7 @@ def _peak(x: Array) -> float:
 
 
 def _quiet(x: Array) -> Array:
-    """Zero instead of nothing but round-off."""
+    """Replaces pure rounding errors by zero."""
     return np.zeros_like(x) if _peak(x) < ROUND_OFF else x
 
 
@@ -405,7 +405,7 @@ def _packed(x: Array) -> str:
 
 
 def _inline(script: str) -> str:
-    """JavaScript that can stand in an HTML page: nothing in its strings ends the element or opens a comment."""
+    """Escapes JavaScript for an HTML page, so that no string in it ends the element or opens a comment."""
     return script.replace("</script", "<\\/script").replace("<!--", "<\\!--")
 
 

@@ -1,6 +1,6 @@
-"""What calls ask for by name, as the compiled calls take it: links, joints, and how wrenches are expressed.
+"""Requests by name, converted for the compiled calls: links, joints, and how wrenches are expressed.
 
-Requests are kept: to work one out takes longer than the dynamics of a state.
+Requests are cached, since making one takes longer than the dynamics of a state.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _pack_three = struct.Struct("3d").pack
 
 
 class Requests(Mechanism):
-    """A mechanism, with the requests that were made to it."""
+    """A mechanism with a cache of its requests."""
 
     def __init__(self, core: _core.Model) -> None:
         self._requests: dict[tuple[object, ...], _core.Request] = {}
@@ -31,7 +31,7 @@ class Requests(Mechanism):
         super().__init__(core)
 
     def _links_of(self, names: Iterable[str] | None) -> _core.Links:
-        """What these names in `frame_poses` ask for; kept, since to look them up takes longer than the poses of a state."""
+        """The request for `frame_poses` of these names.  Cached, since looking names up takes longer than computing the poses of a state."""
         key = names if names is None or isinstance(names, (str, tuple)) else tuple(names)
         links = self._link_lists.get(key)
         if links is None:
@@ -50,7 +50,7 @@ class Requests(Mechanism):
         key = (name, (axes, at, order))
         try:
             request = self._link_lists.get(key)
-        except TypeError:  # a list, say, instead of a word: refused below
+        except TypeError:  # unhashable, for example a list instead of a word: refused below
             request = None
         if request is None:
             request = _core.Links(
@@ -70,14 +70,14 @@ class Requests(Mechanism):
         return _core.Frame.link, self._link_index[name]
 
     def _request(self, on: str, at: Point, axes: str, order: str, part: str, joints: Iterable[str] | None) -> _core.Request:
-        """What these keywords of `reactions` ask for; kept, since to work it out takes longer than the dynamics of a state."""
+        """The request for `reactions` with these keywords.  Cached, since making it takes longer than the dynamics of a state."""
         if joints is not None and not isinstance(joints, (str, tuple)):
             joints = tuple(joints)
         point = at if isinstance(at, str) else _offset_key(at)
         key = (on, point, axes, order, part, joints)
         try:
             request = self._requests.get(key)
-        except TypeError:  # a list, say, instead of a name: refused below
+        except TypeError:  # unhashable, for example a list instead of a name: refused below
             request = point = None
         if request is None:
             request = self._new_request(on, at, axes, order, part, joints)
@@ -125,7 +125,7 @@ def three_numbers(x: ArrayLike, what: str) -> tuple[float, float, float]:
 
 
 def _offset_key(at: Any) -> bytes | None:
-    """Tells offsets apart, zeros of either sign too; None where only `three_numbers` can tell what they are."""
+    """A key that identifies an offset, with zeros of either sign distinct; None if only `three_numbers` can convert it."""
     numbers = at.tolist() if type(at) is np.ndarray else at
     if type(numbers) not in (list, tuple) or len(numbers) != 3:
         return None

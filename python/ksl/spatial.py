@@ -1,4 +1,4 @@
-"""Spatial values that refuse nonsense: poses, twists, accelerations, wrenches, momenta and inertias over NumPy arrays.
+"""Spatial values with checked frames and kinds: poses, twists, accelerations, wrenches, momenta and inertias over NumPy arrays.
 
     X = ksl.Pose(M, to="world", of="tool")                  # (…, 4, 4); carries coordinates of the tool to the world
     f = ksl.Wrench(x, frame="tool")                         # (…, 6), linear first
@@ -35,10 +35,10 @@ S = TypeVar("S", bound="_SixVector")
 
 
 class _Value:
-    """What all kinds share: numbers with leading axes for the states and fixed last ones."""
+    """Base of all kinds: an array with leading axes for the states and fixed last ones."""
 
     __slots__ = ("_numbers",)
-    __array_ufunc__ = None  # array * value comes to the value, array + value is refused
+    __array_ufunc__ = None  # array * value calls the value's operator, array + value is refused
     __hash__ = None  # type: ignore[assignment]
     _fixed: ClassVar[int]
     """How many of the last axes belong to one value."""
@@ -56,7 +56,7 @@ class _Value:
 
     @property
     def dtype(self) -> np.dtype[np.floating[Any]]:
-        """Of the numbers: float32 or float64."""
+        """Type of the numbers: float32 or float64."""
         return self._numbers.dtype
 
     def __len__(self) -> int:
@@ -65,7 +65,7 @@ class _Value:
         return self.shape[0]
 
     def __getitem__(self: V, index: Any) -> V:
-        """Of the leading axes only; as in NumPy."""
+        """Indexes the leading axes only, as NumPy does."""
         index = index if isinstance(index, tuple) else (index,)
         if not any(i is Ellipsis for i in index):
             index += (Ellipsis,)
@@ -126,13 +126,13 @@ class _Value:
 
 
 class _SixVector(_Value):
-    """Six numbers of one kind, in the axes of a frame and about its origin; made as its kinds are."""
+    """Six numbers in the axes of a frame and about its origin; base of twists, accelerations, wrenches and momenta."""
 
     __slots__ = ("_frame", "_order")
     _fixed = 1
     _doors = ".array (in the order of .order), .lin and .ang"
     _dual: ClassVar[bool]
-    """Wrenches and momenta are, and transform with CoAd; the others with Ad."""
+    """True for wrenches and momenta, which transform with CoAd; the others transform with Ad."""
 
     def __init__(self, x: ArrayLike, *, order: Order = "lin_ang", frame: str | None = None) -> None:
         kind = type(self).__name__
@@ -155,12 +155,12 @@ class _SixVector(_Value):
 
     @property
     def order(self) -> Order:
-        """Of the numbers in `array`: "lin_ang", linear first, or "ang_lin"."""
+        """Order of the numbers in `array`: "lin_ang", linear first, or "ang_lin"."""
         return self._order
 
     @property
     def frame(self) -> str | None:
-        """In whose axes, and about whose origin; None has no name."""
+        """The frame whose axes and origin are used; None if it has no name."""
         return self._frame
 
     @property
@@ -380,7 +380,7 @@ class Inertia(_Value):
         return self._with(self._numbers, frame=_checked_frame(frame, "Inertia.named"))
 
     def __add__(self, other: Inertia) -> Inertia:
-        """Of two bodies welded together; exact to rounding."""
+        """The inertia of two bodies welded together; exact up to rounding."""
         self._meet("+", other)
         return self._with(self._numbers + other._numbers)
 
@@ -456,7 +456,7 @@ class Pose(_Value):
         return cls._made(ufuncs.SE3_exp(twist._linear_first), twist._frame, twist._frame)
 
     def log(self, order: Order = "lin_ang") -> Twist:
-        """The twist of smallest |ω| ≤ π whose exponential has these numbers; of the two at π either.
+        """The twist of smallest |ω| ≤ π whose exponential is this pose; at π either of the two.
 
         Its own numbers are the same in both frames; it is given in frame `to`.  83 flops, a root, an arctangent.
         """
@@ -524,7 +524,7 @@ class Pose(_Value):
             return self._made(ufuncs.product_dd(self._numbers, other._numbers), self._to, other._of)
         if isinstance(other, _SixVector):
             _same_frame(self, "@", other, self._of, other._frame)
-            # with its halves swapped a twist transforms as a wrench does, and the other way round
+            # a twist with its halves swapped transforms like a wrench, and vice versa
             dual = other._dual == (other._order == "lin_ang")
             return other._with((ufuncs.product_CoAdc if dual else ufuncs.product_Ads)(self._numbers, other._numbers), frame=self._to)
         if isinstance(other, Inertia):
@@ -609,7 +609,7 @@ def _blocks(blocks: list[list[Floats]], order: Order) -> Floats:
 
 
 def _floats(x: ArrayLike, fixed: tuple[int, ...], what: str) -> Floats:
-    """An array (…, *fixed) of float32 or float64; that very array where it is one."""
+    """Converts to an array (…, *fixed) of float32 or float64, without a copy if it is one."""
     if isinstance(x, _Value):
         raise TypeError(f"{what} of {x._name()}; expected numbers: {x._doors}")
     try:
@@ -641,7 +641,7 @@ def _all_or_raise(fine: NDArray[np.bool_] | np.bool_, what: str, fault: str) -> 
 
 
 def _factor(value: _SixVector, operation: str, k: ArrayLike, reflected: bool = False) -> Any:
-    """k as something that multiplies (…, 6); a plain number leaves the dtype alone."""
+    """Converts k to a factor for (…, 6).  A Python number doesn't change the dtype."""
     if type(k) in (int, float):
         return k
     if isinstance(k, _Value) or np.asarray(k).dtype.kind not in "fiub":

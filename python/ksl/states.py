@@ -1,4 +1,4 @@
-"""States as users give them: the types of arguments, and their conversion to arrays that the compiled calls read."""
+"""Types of arguments, and their conversion to arrays that the compiled calls can read."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ Point = str | Sequence[float]
 
 
 def as_arrays(inputs: list[ArrayLike], external: External | None) -> tuple[list[NDArray[Any]], dict[str, NDArray[Any]]]:
-    """The same as arrays of NumPy, whatever they hold; the compiled calls say what does not fit."""
+    """Converts arguments to NumPy arrays of any type; the compiled calls check them."""
     return [_array(x) for x in inputs], {name: _array(wrench) for name, wrench in (external or {}).items()}
 
 
 def as_rows(inputs: list[NDArray[Any]], wrenches: list[NDArray[Any]], leading: tuple[int, ...]) -> tuple[list[Array], list[Array]]:
-    """Arrays in their full leading shape, contiguous and of one precision: float32 where all are, otherwise float64.
+    """Arrays in their full leading shape, contiguous and of one precision: float32 if all are, otherwise float64.
 
-    Wrenches are always copied: a result may lie where they were.
+    Wrenches are always copied, since a result may be written into their memory.
     """
     single = all(x.dtype.newbyteorder("=") == np.float32 for x in (*inputs, *wrenches))
     dtype = np.float32 if single else np.float64
@@ -35,5 +35,5 @@ def as_rows(inputs: list[NDArray[Any]], wrenches: list[NDArray[Any]], leading: t
 
 
 def _array(x: Any) -> NDArray[Any]:
-    """Of NumPy, which doesn't look for objects that offer DLPack and nothing else."""
+    """Converts x to a NumPy array; `np.asarray` doesn't recognise objects that support only DLPack."""
     return np.from_dlpack(x) if hasattr(x, "__dlpack__") and not hasattr(x, "__array__") else np.asarray(x)

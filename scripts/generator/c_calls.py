@@ -12,7 +12,7 @@ def results(row: Algorithm) -> list[str]:
 
 
 def state_arguments(row: Algorithm, scalar: str) -> list[str]:
-    """Model and workspace, inputs, external wrenches, results, and before the last one what is asked for."""
+    """Arguments: model and workspace, inputs, external wrenches, results.  What is requested comes before the last result."""
     out = [f"{scalar} *{name}" for name in results(row)]
     request = [a.replace("links_n", "n") for a in REQUEST.get(row.request, [])]
     external = [f"const ksl_external{SCALARS[scalar]}_t *external"] if row.external else []
@@ -21,7 +21,7 @@ def state_arguments(row: Algorithm, scalar: str) -> list[str]:
 
 
 def batch_arguments(row: Algorithm, scalar: str, external: bool) -> list[str]:
-    """The same without workspace, and with a stride for each array."""
+    """Arguments of a batch call: no workspace, and a stride for each array."""
     out = [(f"{scalar} *{name}", f"ptrdiff_t {name}_stride") for name in results(row)]
     request = [a.replace("int n", "int joints_n") for a in REQUEST.get(row.request, [])]
     inputs = [a for name in row.inputs for a in (f"const {scalar} *{name}", f"ptrdiff_t {name}_stride")]

@@ -15,7 +15,7 @@ def request_arguments(row: Algorithm) -> list[str]:
 
 
 def arguments(row: Algorithm, default: bool) -> list[str]:
-    """Of one state: inputs, results, what is asked for right before the last result, external wrenches."""
+    """Arguments for one state: inputs, results, external wrenches.  What is requested comes before the last result."""
     results = [f"S *{result.name}" for result in row.results] + (["S *reactions"] if row.request == "reactions" else [])
     external = {"": [], "required": ["const external_wrenches<S> &external"]}.get(
         row.external, ["const external_wrenches<S> &external" + (" = {}" if default else "")]
@@ -24,7 +24,7 @@ def arguments(row: Algorithm, default: bool) -> list[str]:
 
 
 def members(row: Algorithm) -> list[str]:
-    """Of the state_view, in its own order."""
+    """Initialisers of the members of state_view, in their order."""
     inputs = {name: name for name in row.inputs} | {name: "zero" for name in kernels_of(row).inputs if name not in row.inputs}
     out = [f".{name} = {inputs[name]}" for name in ("q", "v", "a", "tau") if name in inputs]
     out += [".external = external"] if row.external else []

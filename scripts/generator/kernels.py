@@ -6,7 +6,7 @@ EXTENTS = {4: "four", 6: "six", "nv": "nv", "links": "links"}
 
 
 def engine_call(row: Algorithm, function: str) -> str:
-    """The engine's function on a state_view."""
+    """The call of the engine's function with the members of a state_view."""
     arguments = [f"s.{name}" for name in row.inputs]
     arguments += {"links": ["s.links.n", "s.links.index"], "link": ["s.links.index[0]"], "frame": ["s.links.index[0]", "s.frame"]}.get(row.request, [])
     arguments += ["s.external"] if row.external else []
@@ -71,7 +71,8 @@ def row_members(row: Algorithm) -> list[str]:
 
 
 def row_text(row: Algorithm) -> str:
-    """As the library sees it, with its kernels; an algorithm's own file needs no others, so that a new row compiles no kernel anew."""
+    """The row as the library sees it, with its kernels.  An algorithm's own file includes no other rows, so that a new row does not
+    recompile all kernels."""
     lines = row_members(row) + [f".kernels = &kernel_table::{kernels_of(row).name}"]
     lines += [f".variant_of = &{row.variant_of}"] if row.variant_of else []
     return f"constexpr algorithm_row {row.name} = {{\n" + "".join(f"    {line},\n" for line in lines) + "};\n"
@@ -102,7 +103,7 @@ constexpr const algorithm_row *all[] = {{
 TABLES = """\
 // {mark}
 //
-// Of an instruction set: what its objects export, and the table that is put together from that.
+// For each instruction set: declarations of what its object files export, and the table made from them.
 #pragma once
 
 #include "engine/algorithm_rows.hpp"
@@ -127,7 +128,7 @@ LARGEST = """\
 
 namespace ksl {{
 
-/// Bytes of the largest workspace of one state.
+/// Size in bytes of the largest workspace that any algorithm needs for one state.
 inline std::size_t largest_workspace(const model_view<double> &m) {{
   return std::max({{
 {sizes}

@@ -1,4 +1,4 @@
-"""Python methods (ksl.calls), and what nanobind's stub of ksl._core can't know of the compiled calls."""
+"""Python methods (ksl.calls), and types of the compiled calls that nanobind can't derive for the stub of ksl._core."""
 
 import textwrap
 
@@ -85,7 +85,7 @@ class Calls(Requests):
 
 STUB = '''\
 # {mark}
-# What nanobind's stub of ksl._core can't know: calls that exist in two precisions take whatever ksl.states can convert.
+# Types that nanobind can't derive for the stub of ksl._core: the calls take all that ksl.states can convert to arrays.
 
 ^_core\\.__prefix__$:
     from typing import Any

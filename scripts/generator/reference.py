@@ -11,13 +11,13 @@ Every algorithm, from C++ (`ksl/dynamics.hpp`, `ksl/batch.hpp`), C (`ksl/engine.
 six-vectors linear first. q has nq numbers; v, a and tau have nv.
 
 * **C++**, one state: `NAME(model, data, inputs…, results…)`, S is double or float. Batches: `NAME_batch(model, batch, threads)`;
-  `batch_view` says where rows are.
+  `batch_view` has pointers to the rows.
 * **C**, one state: `ksl_NAME(model, data, inputs…, external, results…)`. Batches: `ksl_NAME_batch(model, n, …, threads)`, with a
   stride behind each array; where external wrenches are optional, `ksl_NAME_external_batch` takes them. The suffix `f` is
   single precision.
 * **Python**: `model.NAME(inputs…, external, …, out, threads)`, any leading shape.
 
-All faces give the same bits; a test holds them against each other.
+All languages give the same bits; a test compares them with each other.
 
 | algorithm | inputs | results | external wrenches | C++ | C | Python |
 |---|---|---|---|---|---|---|
@@ -47,10 +47,10 @@ def table_row(row: Algorithm) -> str:
 def section(row: Algorithm) -> str:
     lines = [sentence(row).replace(".  ", ". ")]
     request = {
-        "links": "It is asked for links, by index or name.",
-        "link": "It is asked for one link.",
-        "frame": "It is asked for one link's frame; `axes` and `at` say in whose axes and about whose origin, `order` in what order the six numbers are.",
-        "reactions": "It is asked for joints; part, side, point, axes and order of the wrenches are options.",
+        "links": "Request: links, by index or name.",
+        "link": "Request: one link.",
+        "frame": "Request: one link's frame. `axes` and `at` give the axes and the origin of its motion, `order` the order of the six numbers.",
+        "reactions": "Request: joints. Part, side, point, axes and order of the wrenches are options.",
     }.get(row.request, "")
     lines += [request] if request else []
     lines += [f"Computed by `{kernels_of(row).name}`."] if row.variant_of else []

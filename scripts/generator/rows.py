@@ -1,4 +1,4 @@
-"""The rows of api/algorithms.py, and what all templates share: the marks of generated files, lists of arguments, lines."""
+"""The rows of api/algorithms.py, and what all templates share: the mark of generated files, lists of arguments, line breaks."""
 
 import sys
 import textwrap
@@ -20,17 +20,17 @@ def kernels_of(row: Algorithm) -> Algorithm:
 
 
 def has(row: Algorithm, face: str) -> bool:
-    """Is there a call of this face: "c++", "c++ batch", "c", "c batch", "python"?"""
+    """Does the row have a call in this interface: "c++", "c++ batch", "c", "c batch" or "python"?"""
     return face in row.faces or face.split()[0] in row.faces
 
 
 def shape(result: Result) -> str:
-    """(nv, nv), or nothing for one number."""
+    """The shape as text: "(nv, nv)", or empty for a single number."""
     return f" ({', '.join(str(n) for n in result.shape)})" if result.shape else ""
 
 
 def sentence(row: Algorithm) -> str:
-    """The row's text with names and shapes."""
+    """The row's text, with names and shapes filled in."""
     names = {"q": "q (nq)", **{name: f"{name} (nv)" for name in ("v", "a", "tau")}}
     names |= {r.name: r.name + shape(r) for r in kernels_of(row).results + row.results}
     text = row.text.format(**names)

@@ -1,4 +1,4 @@
-"""The test that holds the faces of C++ and C against each other (Python's are in test/python/algorithms_test.py)."""
+"""The test that compares the C++ and C interfaces with each other (Python: test/python/algorithms_test.py)."""
 
 from generator.c_calls import SCALARS, batches
 from generator.rows import ALGORITHMS, MARK, Algorithm, call, has
@@ -56,7 +56,7 @@ TEST_CASE("{name}: C++ and C, one state and batches, in {scalar}") {{
 TEST = """\
 // {mark}
 //
-// Every algorithm: what its faces in C++ and C give is the same to the bit.
+// Every algorithm gives the same bits by its C++ and its C interface.
 #include "faces.hpp"
 
 {cases}"""

@@ -1,5 +1,5 @@
-// Array functions for one instruction set: W items are read into packs, the algebra does them at once, the results go
-// back to their rows.  Compiled once for each set (CMakeLists.txt), with KSL_ISA naming the set and KSL_TABLE the symbol.
+// Array functions for one instruction set.  W items are read into packs, the algebra computes them at once, and the results
+// are stored back into rows.  Compiled once for each set (CMakeLists.txt), with KSL_ISA naming the set and KSL_TABLE the symbol.
 #include "batch/array_kernels.hpp"
 
 #include "batch/transpose.hpp"
@@ -13,7 +13,7 @@ namespace {
 
 template <class P> using real = P;
 
-/// Whether packs of half a register are used; a constant but for the widest set.
+/// Whether packs of half a register are used.  Known at compile time except for the widest set.
 #if defined(__AVX512F__)
 bool half_packs() { return half_registers(); }
 #else
@@ -23,15 +23,15 @@ bool half_packs() { return half_registers(); }
 /// Numbers in an item of a type.
 template <template <class> class Type> constexpr int numbers = sizeof(Type<char>);
 
-/// Rows of a last block that is not full, or back; the missing ones repeat the last.
+/// Copies the rows of a last block that is not full, in either direction.  Missing rows repeat the last one.
 template <class T> void copy_rows(int columns, int rows, int last, const T *from, ptrdiff_t from_stride, T *to, ptrdiff_t to_stride) {
   for (int i = 0; i < rows; ++i)
     for (int c = 0; c < columns; ++c)
       to[i * to_stride + c] = from[(i < last ? i : last) * from_stride + c];
 }
 
-/// out = f(a, b) for blocks of W items.  same: a is one item for all.  A block is read before the one before it is stored:
-/// a processor looks ahead no further than a block or two, and computes while it waits for the next rows.
+/// out = f(a, b) for blocks of W items.  same: a is one item for all.  Each block is read before the previous one is stored:
+/// out-of-order execution reaches no further than a block or two, and so can compute while the next rows are loaded.
 template <class Function, bool same, class T, int W, template <class> class A, template <class> class B, template <class> class O>
 void blocks_2(size_t blocks, const T *a, ptrdiff_t a_stride, const T *b, ptrdiff_t b_stride, T *out, ptrdiff_t out_stride) {
   using P = pack<T, W>;
@@ -57,7 +57,7 @@ void blocks_2(size_t blocks, const T *a, ptrdiff_t a_stride, const T *b, ptrdiff
   store_rows<numbers<O>>(reinterpret_cast<const P *>(&z), W, out, out_stride);
 }
 
-/// n items, not inlined where they are streamed: that would double the code.
+/// n items.  Not inlined for results that bypass the caches, since that would double the code.
 template <class Function, class T, int W, template <class> class A, template <class> class B, template <class> class O>
 __attribute__((noinline)) void rows_2(size_t n, const T *a, ptrdiff_t a_stride, const T *b, ptrdiff_t b_stride, T *out, ptrdiff_t out_stride) {
   const size_t full = n / W, done = full * W;
@@ -79,10 +79,11 @@ __attribute__((noinline)) void rows_2(size_t n, const T *a, ptrdiff_t a_stride, 
 #if defined(__x86_64__)
 constexpr size_t cache_line = 64;
 
-/// Bytes of a result from which on no cache is expected to keep it until it is read.
+/// Size of a result in bytes from which on no cache is expected to hold it until it is read.
 constexpr size_t large = size_t(8) << 20;
 
-/// As rows_2 for a packed result that is no input.  Its whole lines go past the caches, which need not read them first: 8 to 13 %.
+/// As rows_2, for a contiguous result that is not an input.  Whole cache lines are written by stores that bypass the caches,
+/// which then need not read these lines first.  Saves 8 to 13 %.
 template <class Function, class T, int W, template <class> class A, template <class> class B, template <class> class O>
 void streamed_2(size_t n, const T *a, ptrdiff_t a_stride, const T *b, ptrdiff_t b_stride, T *out) {
   constexpr size_t some = 128;
@@ -131,7 +132,7 @@ void array_2(size_t n, const T *a, ptrdiff_t a_stride, const T *b, ptrdiff_t b_s
   any_size_2<Function, T, native_lanes<T>, A, B, O>(n, a, a_stride, b, b_stride, out, out_stride, whole);
 }
 
-/// The same with one input.
+/// The same for functions of one input.
 template <class Function, class T, int W, template <class> class A, template <class> class O>
 void blocks_1(size_t blocks, const T *a, ptrdiff_t a_stride, T *out, ptrdiff_t out_stride) {
   using P = pack<T, W>;
@@ -169,7 +170,7 @@ void array_1(size_t n, const T *a, ptrdiff_t a_stride, T *out, ptrdiff_t out_str
   rows_1<Function, T, native_lanes<T>, A, O>(n, a, a_stride, out, out_stride);
 }
 
-/// A type for each function, to name it in a template.
+/// A type for each function, for use as a template argument.
 namespace functions {
 #define KSL_FUNCTION_1(name, namef, A, a, O)                                                                           \
   struct name {                                                                                                        \

@@ -8,7 +8,8 @@ namespace ksl {
 
 template <class T> using array_function_1 = void (*)(size_t n, const T *a, ptrdiff_t a_stride, T *out, ptrdiff_t out_stride);
 
-/// whole: items of the call that these n are a part of.  A result too large for the caches goes past them.
+/// whole: how many items the whole call has, of which these n are a part.  It decides whether the result is too large for the
+/// caches; such a result is written by stores that bypass them.
 template <class T>
 using array_function_2 = void (*)(size_t n, const T *a, ptrdiff_t a_stride, const T *b, ptrdiff_t b_stride, T *out,
                                   ptrdiff_t out_stride, size_t whole);
@@ -25,7 +26,8 @@ struct array_kernel_table {
 #undef KSL_MEMBER_2
 };
 
-/// The table in force; chosen at the first call.  Throws std::runtime_error for an unusable KSL_ISA.
+/// The table of the instruction set in use, which is chosen at the first call.  Throws std::runtime_error for an unusable
+/// KSL_ISA.
 const array_kernel_table &array_kernels();
 
 /// Whether packs of half a register are faster here than full ones.

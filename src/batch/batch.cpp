@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t alignment = 64; ///< of workspaces
 
-/// Memory that is kept from call to call, for each thread that calls.
+/// Memory of the calling thread, kept from call to call.
 std::byte *scratch(std::size_t bytes) {
   struct aligned_delete {
     void operator()(std::byte *p) const { ::operator delete(p, std::align_val_t(alignment)); }
@@ -29,7 +29,7 @@ std::byte *scratch(std::size_t bytes) {
   return memory.get();
 }
 
-/// What the row doesn't name is not passed on.
+/// The batch without the inputs and results that the row doesn't name.
 template <class S> batch_view<S> as_row_names(const algorithm_row &row, const batch_view<S> &given) {
   batch_view<S> batch = given;
   for (const auto &[named, rows] : {std::pair{row.v, &batch.v}, std::pair{row.a, &batch.a}, std::pair{row.tau, &batch.tau}})
@@ -44,7 +44,7 @@ template <class S> batch_view<S> as_row_names(const algorithm_row &row, const ba
   return batch;
 }
 
-/// Where one state of a batch is computed: its inputs lie apart from where results go, which may be one place in a batch.
+/// Memory to compute one state of a batch in.  The inputs are copied, since a result may be written in place over an argument.
 template <class S> struct one_state_memory {
   void *workspace;
   S *q, *v, *a, *tau, *wrenches, *unwanted[most_results] = {};
@@ -59,7 +59,7 @@ template <class S> struct one_state_memory {
     wrenches = memory.take<S>(6 * batch.external_n);
     links = memory.take<int>(batch.external_n);
     reactions = memory.take<reaction_result<S>>(batch.reactions_n);
-    const algorithm_row &computed = row.variant_of ? *row.variant_of : row; // may have more results
+    const algorithm_row &computed = row.variant_of ? *row.variant_of : row; // which may have more results
     for (int r = 0; r < computed.results; ++r)
       unwanted[r] = batch.result[r].first ? nullptr : memory.take<S>(numbers_of(computed.result[r], m.nv(), batch.links.n));
   }

@@ -1,4 +1,4 @@
-// Many states: in lanes, and on threads.
+// Runs an algorithm on many states: one state in each lane, ranges of states on several threads.
 #pragma once
 
 #include "engine/algorithm_rows.hpp"
@@ -7,11 +7,11 @@
 namespace ksl {
 
 /// Runs an algorithm on the states of a batch, on at most `threads` threads (0: all cores).  Inputs that the row doesn't name
-/// are zero, results that it doesn't name are not written.  Throws std::bad_alloc, and std::runtime_error for an unusable
-/// KSL_ISA; nothing else.
+/// are taken as zero, and results that it doesn't name are not written.  Throws std::bad_alloc, and std::runtime_error for an
+/// unusable KSL_ISA; nothing else.
 template <class S> void compute_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, int threads);
 
-/// The states [first, end) of it, on this thread.
+/// The same for the states [first, end) of the batch, on the calling thread.
 template <class S>
 void compute_states(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first, std::size_t end);
 

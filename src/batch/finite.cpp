@@ -1,4 +1,4 @@
-// The check for finite numbers, compiled once for each instruction set (CMakeLists.txt).
+// The check for finite numbers.  Compiled once for each instruction set (CMakeLists.txt).
 #include "batch/finite.hpp"
 
 #include "engine/kernels.hpp"

@@ -1,4 +1,4 @@
-// Whether all numbers of an array are finite, a register at a time.
+// Checks whether all numbers of an array are finite, a register at a time.
 #pragma once
 
 #include "ksl/pack.hpp"
@@ -8,12 +8,13 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// No NaN and nothing infinite: zero times such a number is no zero, and neither is a sum that it enters.
+/// True if no number is NaN or infinite.  x · 0 is NaN for NaN and ∞ and zero for all others, so the sum of all products is
+/// zero only if every number is finite.
 template <class S> bool finite(const S *x, std::size_t n) {
   using P = native_pack<S>;
   constexpr std::size_t lanes = native_lanes<S>;
   const P zero(S(0));
-  P sum[4] = {zero, zero, zero, zero}; // they would wait for each other in one
+  P sum[4] = {zero, zero, zero, zero}; // four independent sums hide the latency of an addition
   for (; n >= 4 * lanes; n -= 4 * lanes, x += 4 * lanes)
     for (std::size_t k = 0; k < 4; ++k) {
       P numbers;

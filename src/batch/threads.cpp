@@ -1,4 +1,4 @@
-// The threads that batches are dealt out to: made when first needed, asleep between calls.
+// The pool of worker threads for batches.  They are created when first needed and sleep between calls.
 #include "batch/threads.hpp"
 
 #include <algorithm>
@@ -16,15 +16,15 @@
 namespace ksl {
 namespace {
 
-/// What one call wants done; lives on the caller's stack.
+/// The work of one call; lives on the caller's stack.
 struct job {
   const partition &parts;
   part_function work;
   void *context;
-  std::atomic<std::size_t> next{0};    ///< part
-  std::size_t seats = 1;               ///< taken; the first is the caller's
-  std::atomic<std::size_t> helpers{0}; ///< at work, besides the caller
-  job *other = nullptr;                ///< that is open too
+  std::atomic<std::size_t> next{0};    ///< number of the next part to be computed
+  std::size_t seats = 1;               ///< seats taken so far; seat 0 is the caller's
+  std::atomic<std::size_t> helpers{0}; ///< worker threads at work on it, the caller not counted
+  job *other = nullptr;                ///< next job in the list of open ones
 
   bool has_room() const { return seats < parts.threads && next.load(std::memory_order_relaxed) < parts.parts; }
   bool take_part(std::size_t seat) {
@@ -36,18 +36,19 @@ struct job {
   }
 };
 
-/// How long a thread looks for work, or a caller for the last part, before it sleeps: waking up takes as long.
+/// How long a thread polls for work, or a caller for the last part, before it sleeps.  Waking up takes about as long.
 constexpr std::chrono::microseconds patience{100};
 
-/// Whoever shares the core goes first: it may be the one that is waited for.
+/// Polls until done() or until patience is over.  Yields the core to other threads, since one of them may be the one that is
+/// waited for.
 template <class Done> void look_out(Done done) {
   const auto end = std::chrono::steady_clock::now() + patience;
   while (!done() && std::chrono::steady_clock::now() < end)
     std::this_thread::yield();
 }
 
-/// Whoever calls works too, and could do all of it: nothing is lost but time where no more threads are to be had, where
-/// others keep them busy, or where a part deals out work of its own.
+/// The calling thread works too and can compute all parts alone.  So a call also completes if no threads can be created, if
+/// all of them are busy with other calls, or if a part makes a call of its own.
 class pool {
 public:
   void run(job &j) noexcept {
@@ -57,11 +58,11 @@ public:
     close(j);
     const auto alone = [&] { return j.helpers.load(std::memory_order_relaxed) == 0; };
     look_out(alone);
-    std::unique_lock<std::mutex> lock(mutex_); // helpers touch the job for the last time while they hold it
+    std::unique_lock<std::mutex> lock(mutex_); // helpers access the job for the last time while they hold the mutex
     left_.wait(lock, alone);
   }
 
-  /// Ends the threads.  Calls that come later are done by their callers.
+  /// Ends the threads.  Later calls are computed by their callers alone.
   void stop() noexcept {
     std::vector<std::thread> workers;
     {
@@ -90,7 +91,7 @@ private:
       posted_.notify_one();
   }
 
-  /// Nobody joins it any more.
+  /// Takes a job off the list: no further workers may take parts of it.
   void close(job &j) {
     const std::lock_guard<std::mutex> lock(mutex_);
     job **at = &open_;
@@ -99,7 +100,8 @@ private:
     *at = j.other;
   }
 
-  /// Signals are the caller's: an interrupt must find the thread that waits for it.
+  /// Creates threads up to the number wanted.  They block all signals, so that an interrupt is delivered to the thread of the
+  /// program that waits for it.
   void hire(std::size_t wanted) {
     if (stopping_ || workers_.size() >= wanted)
       return;
@@ -109,7 +111,7 @@ private:
     try {
       while (workers_.size() < wanted)
         workers_.emplace_back(&pool::work, this);
-    } catch (const std::exception &) { // no more threads or memory: so many, then
+    } catch (const std::exception &) { // no more threads or memory: go on with those there are
     }
     pthread_sigmask(SIG_SETMASK, &before, nullptr);
   }
@@ -135,7 +137,7 @@ private:
     }
   }
 
-  /// Until something is posted.
+  /// Waits until a job is posted.
   void wait(std::unique_lock<std::mutex> &lock) {
     const unsigned seen = posts_.load(std::memory_order_relaxed);
     const auto news = [&] { return posts_.load(std::memory_order_relaxed) != seen; };
@@ -156,14 +158,16 @@ private:
   std::atomic<bool> stopping_{false};
 };
 
-/// Is never destroyed: a thread may still call while the program ends.
+/// The pool is never destroyed, since a thread may still make a call while the program ends.
 alignas(pool) unsigned char memory[sizeof(pool)];
 pool &threads_kept() { return *std::launder(reinterpret_cast<pool *>(memory)); }
 
-/// The child of a fork has none of its parent's threads, and locks that nobody will ever open: it begins anew.
+/// Constructs the pool.  A forked child has none of its parent's threads, and a mutex that may stay locked for ever, so it
+/// constructs a new pool in place.
 void begin() { new (memory) pool; }
 
-/// From when the library is loaded to when it is unloaded, or the program ends: no thread may outlive its code.
+/// Exists from when the library is loaded to when it is unloaded or the program ends.  It ends the threads then, since no
+/// thread may outlive its code.
 const struct lifetime {
   lifetime() {
     begin();

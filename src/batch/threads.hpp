@@ -1,33 +1,36 @@
-// Ranges of a batch on several threads, which are kept from call to call.
+// Runs ranges of a batch on several threads.  The threads are kept from call to call.
 #pragma once
 
 #include <cstddef>
 
 namespace ksl {
 
-/// Asked once: the answer takes as long as forty states.
+/// Number of cores.  The system is asked once, since the query takes as long as computing forty states.
 std::size_t all_cores();
 
-/// How n items in whole blocks are dealt out: parts are ranges of blocks, the same for any order of execution.
+/// How n items are divided into parts.  A part is a range of whole blocks, so that the parts do not depend on the order in
+/// which they are executed.
 struct partition {
   std::size_t items = 0;
-  std::size_t items_each = 0; ///< in a part; the last one has what is left
+  std::size_t items_each = 0; ///< in a part; the last part may have fewer
   std::size_t parts = 0;
-  std::size_t threads = 1; ///< at most so many work on it
+  std::size_t threads = 1; ///< at most this many work on it
 
-  /// threads 0: all cores.  A thread has at least `least` items, the work of some ten microseconds: what waking it costs.
-  /// Each gets several parts, so that one which other programs hold up does not hold up all.
+  /// threads 0: all cores.  A thread gets at least `least` items, about ten microseconds of work, which is what waking it
+  /// costs.  There are several parts for each thread, so that the others can take over from a thread that is descheduled.
   partition(std::size_t n, std::size_t block, std::size_t least, int threads, std::size_t parts_each = 4);
 };
 
-/// States that are worth another thread, in any algorithm: inverse dynamics, the fastest, takes about 10 ns for a joint.
+/// How many states make another thread worthwhile, in any algorithm.  Inverse dynamics, the fastest, takes about 10 ns for a
+/// joint.
 constexpr std::size_t least_states(int moving_joints) { return 64 + 4096 / (1 + static_cast<std::size_t>(moving_joints)); }
 
-/// One part: the items [first, end) of it, on a thread that has a seat of its own below partition::threads.
+/// Computes one part, the items [first, end).  `seat` is the number of the executing thread within this call, less than
+/// partition::threads; no two threads at work have the same.
 using part_function = void (*)(void *context, std::size_t first, std::size_t end, std::size_t seat);
 
-/// Calls work(first, end, seat) for all parts, on this thread and on others that have nothing to do; returns when all are
-/// done.  May be called by several threads at once, and from within work.  work must not throw.
+/// Calls work(first, end, seat) for all parts, on this thread and on idle worker threads.  Returns when all parts are done.
+/// May be called by several threads at once, and from within work.  work must not throw.
 void on_threads(const partition &parts, part_function work, void *context) noexcept;
 
 template <class Work> void on_threads(const partition &parts, Work work) {

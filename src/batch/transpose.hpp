@@ -1,16 +1,16 @@
-// Rows of W states to packs and back: lane i of out[c] is column c of row i.
+// Transposes rows of W states into packs and back: lane i of out[c] is column c of row i.
 //
 //   pack<double, 8> q[7];
-//   load_rows(states, stride, 7, 8, q);      // or load_rows<7>(states, stride, 8, q), unrolled whatever the compiler thinks
+//   load_rows(states, stride, 7, 8, q);      // or load_rows<7>(states, stride, 8, q), which is always unrolled
 //   ...
 //   store_rows(q, 7, 8, out, stride);
 //
-// Columns are taken K at a time: vector j takes the K neighbours of the rows j, K + j, 2 K + j, ... into its blocks of K
-// lanes, and the blocks are transposed within the registers.  K is half a register at most, because a half comes from
-// memory to its place for less than a shuffle costs.
+// Columns are taken K at a time.  Vector j holds K consecutive columns of the rows j, K + j, 2 K + j, ..., one row in each of
+// its blocks of K lanes; then the blocks are transposed within the registers.  K is half a register at most, because loading
+// half a register from memory into its place costs less than a shuffle.
 //
-// Exactly the numbers of the valid rows are read and written, aligned or not; lanes that are not valid repeat the last
-// valid row, so that they make no NaN and no exception of their own.  Strides are in scalars and may be negative or zero.
+// Only the numbers of the valid rows are read and written, aligned or not.  Lanes beyond them repeat the last valid row, so
+// that they cause no NaN and no floating-point exception.  Strides are in scalars and may be negative or zero.
 #pragma once
 
 #include "ksl/pack.hpp"
@@ -27,15 +27,15 @@ namespace transposition {
 template <class P> inline constexpr int width_of = 1;
 template <class T, int W> inline constexpr int width_of<pack<T, W>> = W;
 
-/// n neighbours in memory; one is a scalar.
+/// n consecutive numbers in memory, as a vector; a single one is a scalar.
 template <class T, int n> struct chunk_of { using type = typename vector_of<T, n>::type; };
 template <class T> struct chunk_of<T, 1> { using type = T; };
 template <class T, int n> using chunk = typename chunk_of<T, n>::type;
 
-/// Neighbours in memory, wherever they begin.  (gcc copies 16 bytes through two integers where memcpy is used.)
+/// Consecutive numbers in memory, at any alignment.  (With memcpy, gcc copies 16 bytes through two integers.)
 template <class V> struct __attribute__((packed, may_alias)) unaligned { V v; };
 
-/// The numbers 0 … n − 1 as arguments of a template.
+/// The numbers 0 … n − 1 as template arguments.
 template <int... i> struct numbers {};
 template <int n, int... i> struct count_to { using type = typename count_to<n - 1, n - 1, i...>::type; };
 template <int... i> struct count_to<0, i...> { using type = numbers<i...>; };
@@ -53,7 +53,7 @@ template <class V, class H, int... l> KSL_LANES V join(const H &a, const H &b, n
   return V{(l < half ? a[l % half] : b[l % half])...};
 }
 
-// gcc makes shuffles of wide ones, and of taking them apart, where there is an instruction that reads or writes memory.
+// For joining and splitting wide registers gcc emits shuffles, although one instruction can do it and access memory as well.
 #if defined(__AVX__)
 template <class V> KSL_LANES V join(__m128d a, __m128d b, numbers<0, 1, 2, 3>) {
   return _mm256_insertf128_pd(_mm256_castpd128_pd256(a), b, 1);
@@ -71,7 +71,7 @@ template <class V> KSL_LANES V join(__m256 a, __m256 b, numbers<0, 1, 2, 3, 4, 5
 }
 #endif
 
-/// Chunk i of K neighbours, of a vector.
+/// Chunk i of a vector, a chunk being K consecutive lanes.
 template <class C, class V> KSL_LANES C chunk_at(const V &v, int i) {
   return reinterpret_cast<const unaligned<C> *>(&v)[i].v;
 }
@@ -97,7 +97,7 @@ template <int h, class V, int... l> KSL_LANES void swap_halves(V &a, V &b, numbe
   b = high;
 }
 
-/// Transposes the 4 × 4 blocks of four vectors, in the form that costs no more than eight shuffles of four bytes' lanes.
+/// Transposes the 4 × 4 blocks of four vectors of four-byte lanes, by eight shuffles.
 template <class V, int... l> KSL_LANES void transpose_quads(V &a, V &b, V &c, V &d, numbers<l...>) {
   constexpr int W = sizeof...(l);
   const V p = KSL_SHUFFLE(a, b, (l % 4 < 2 ? l : l - 2 + W)...), q = KSL_SHUFFLE(c, d, (l % 4 < 2 ? l : l - 2 + W)...);
@@ -109,7 +109,7 @@ template <class V, int... l> KSL_LANES void transpose_quads(V &a, V &b, V &c, V 
 }
 #undef KSL_SHUFFLE
 
-/// Transposes each of the K × K blocks that K packs hold; those of h × h are done.
+/// Transposes each of the K × K blocks that K packs hold.  Their h × h blocks are transposed already.
 template <int K, int h = 1, class T, int W> KSL_LANES void transpose_blocks(pack<T, W> *v) {
   if constexpr (sizeof(T) == 4 && h == 1 && K >= 4) {
     for (int j = 0; j < K; j += 4)
@@ -123,7 +123,7 @@ template <int K, int h = 1, class T, int W> KSL_LANES void transpose_blocks(pack
   }
 }
 
-/// n lanes from chunks of K neighbours, of the rows first_row, first_row + K, ...
+/// n lanes from chunks of K consecutive numbers of the rows first_row, first_row + K, ...
 template <int n, int K, class T>
 KSL_LANES chunk<T, n> gather(const T *rows, std::ptrdiff_t stride, int first_row, int last_row) {
   if constexpr (n == K) {
@@ -139,7 +139,7 @@ KSL_LANES chunk<T, n> gather(const T *rows, std::ptrdiff_t stride, int first_row
   }
 }
 
-/// The inverse: each chunk to its row; rows after the last are left alone.
+/// The inverse: stores each chunk to its row.  Rows after last_row are not written.
 template <int n, int K, class T>
 KSL_LANES void scatter(const chunk<T, n> &v, T *rows, std::ptrdiff_t stride, int first_row, int last_row) {
   for (int i = 0; i < n / K; ++i) {
@@ -149,7 +149,7 @@ KSL_LANES void scatter(const chunk<T, n> &v, T *rows, std::ptrdiff_t stride, int
   }
 }
 
-/// to = from; a loop would become a call of memcpy, and the vectors would have to lie in memory for it.
+/// to = from, unrolled.  A loop would become a call of memcpy, which forces the vectors into memory.
 template <int K, class P> KSL_LANES void copy(const P *from, P *to) {
   if constexpr (K > 0) {
     copy<K - 1>(from, to);
@@ -166,7 +166,7 @@ KSL_LANES void load_columns(const T *rows, std::ptrdiff_t stride, int last_row, 
   copy<K>(v, out);
 }
 
-/// to = the next K that come.
+/// to = the next K packs that next() returns.
 template <int K, class Next, class P> KSL_LANES void take(Next &next, P *to) {
   if constexpr (K > 0) {
     take<K - 1>(next, to);
@@ -183,13 +183,13 @@ KSL_LANES void store_columns(Next &next, T *rows, std::ptrdiff_t stride, int las
     scatter<W, K, T>(v[j].lanes, rows, stride, j, last_row);
 }
 
-/// The widest chunk: half a register, or where lanes are few, all of it.
+/// The widest chunk: half a register, or a whole register if it has few lanes.
 template <class P>
 inline constexpr int widest = width_of<P> > 2 && sizeof(P) > 16 ? width_of<P> / 2 : width_of<P>;
 
 } // namespace transposition
 
-/// Rows of a number of columns that is known: as below, unrolled.
+/// For a number of columns known at compile time: as below, unrolled.
 template <int columns, class T, int W, int K = transposition::widest<pack<T, W>>>
 KSL_LANES void load_rows(const T *rows, std::ptrdiff_t stride, int valid, pack<T, W> *out) {
   using namespace transposition;
@@ -213,7 +213,7 @@ KSL_LANES void store_rows(const pack<T, W> *in, int valid, T *rows, std::ptrdiff
   }
 }
 
-/// out[c] = column c of W rows, which begin stride scalars apart.  1 ≤ valid ≤ W: lanes from there on repeat the last row.
+/// out[c] = column c of W rows, which begin stride scalars apart.  1 ≤ valid ≤ W; lanes beyond `valid` repeat the last row.
 template <class T, int W, int K = transposition::widest<pack<T, W>>>
 inline void load_rows(const T *rows, std::ptrdiff_t stride, int columns, int valid, pack<T, W> *out) {
   int c = 0;
@@ -228,7 +228,7 @@ inline void load_rows(const T *rows, std::ptrdiff_t stride, int columns, int val
       load_rows<T, W, K / 2>(rows + c, stride, columns - c, valid, out + c);
 }
 
-/// The columns of W rows, one after the other, are what next() returns; only the first `valid` rows are written.
+/// Stores W rows whose columns next() returns, one after the other.  Only the first `valid` rows are written.
 template <class T, int W, int K = transposition::widest<pack<T, W>>, class Next>
 inline void store_next(Next &next, int columns, int valid, T *rows, std::ptrdiff_t stride) {
   int c = 0;

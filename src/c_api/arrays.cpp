@@ -1,9 +1,9 @@
-// The array functions of ksl/arrays.h, by the table of the instruction set in force.
+// The array functions of ksl/arrays.h.  They call the table of the instruction set in use.
 #include "batch/array_kernels.hpp"
 
 namespace {
 
-/// No exception crosses C: an unusable KSL_ISA ends the program, and says why.
+/// Exceptions can't be passed to C, and these functions return no status: an unusable KSL_ISA ends the program with a message.
 const ksl::array_kernel_table &table() noexcept { return ksl::array_kernels(); }
 
 } // namespace

@@ -28,7 +28,7 @@ void require_workspace(const ksl_model_t *m, const ksl_data_t *d) {
 
 namespace {
 
-/// n links that wrenches act on.
+/// Checks the n links that external wrenches act on.
 void require_external(const ksl_model_t *m, int n, const int *link, const void *wrench) {
   require(n >= 0 && (n == 0 || (link && wrench)), "external needs n links and n wrenches");
   for (int k = 0; k < n; ++k)

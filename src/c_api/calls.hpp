@@ -1,4 +1,4 @@
-// Calls of algorithms from C: arguments are checked as their row says, then handed on.
+// Calls of algorithms from C.  Arguments are checked as the algorithm's row says and then passed on.
 #pragma once
 
 #include "batch/compute_batch.hpp"
@@ -19,19 +19,19 @@ template <> struct c_types<float> {
   using external_of_batch = ksl_external_rowsf_t;
 };
 
-/// What calls without external wrenches pass on.
+/// Passed on by calls without external wrenches.
 struct absent {
   template <class T> operator const T *() const { return nullptr; }
 };
 constexpr absent no_external{}, no_external_rows{};
 
-/// n finite numbers; the message names the first that is not.
+/// Checks that n numbers are finite; the message names the first that is not.
 template <class S> void require_finite(const S *x, int n, const char *name);
 
-/// Finite, and quaternions of unit length.
+/// Checks that positions are finite and quaternions have unit length.
 template <class S> void require_position(const model &m, const S *q);
 
-/// A workspace made for this model.
+/// Checks that a workspace was created for this model.
 void require_workspace(const ksl_model_t *m, const ksl_data_t *d);
 
 template <class S> external_wrenches<S> external_of(const ksl_model_t *m, const typename c_types<S>::external *external);
@@ -43,14 +43,14 @@ reaction_request request_of(const ksl_model_t *m, std::vector<int> &links, int n
 /// options may be null.
 frame_options frame_options_of(const ksl_frame_options_t *options);
 
-/// Where a result goes, if it has any numbers.
+/// Checks that a result is not null, unless it has no numbers.
 inline void require_result(const void *out, int numbers, const char *name) {
   if (!out && numbers > 0)
     throw bad_argument(std::string(name) + " must not be null");
 }
 
-/// What of a row's arguments is checked for one state: a workspace that fits, results, numbers.  Inputs that the row lacks are
-/// zero.
+/// Checks the arguments of a row for one state: the workspace, the results and the numbers.  Inputs that the row doesn't have
+/// are taken as zero.
 template <const algorithm_row &row, class S> void check_state(const ksl_model_t *m, ksl_data_t *d, state_view<S> &s) {
   const int nv = m->model.nv();
   if constexpr (row.request != request_kind::none && row.request != request_kind::reactions)
@@ -69,7 +69,7 @@ template <const algorithm_row &row, class S> void check_state(const ksl_model_t 
   input(row.tau, s.tau, "tau");
 }
 
-/// One state in the caller's workspace.
+/// Computes one state in the caller's workspace.
 template <const algorithm_row &row, class S>
 ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s, const typename c_types<S>::external *external,
                         const ksl_frame_options_t *options = nullptr) {
@@ -105,7 +105,7 @@ ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s, co
   });
 }
 
-/// A batch.
+/// Computes a batch.
 template <class S>
 ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_view<S> batch,
                         const typename c_types<S>::external_of_batch *external, int threads, int joints_n = 0,

@@ -1,4 +1,4 @@
-// The C face of models, and the calls that no row of api/algorithms.py gives.
+// The C interface of models, and the calls that are not generated from api/algorithms.py.
 #include "c_api/calls.hpp"
 
 namespace {
@@ -7,7 +7,7 @@ using ksl::c_api::guarded;
 using ksl::c_api::require;
 using ksl::c_api::require_finite;
 
-/// The i-th of some lines, or null.
+/// Line i, or null.
 const char *line(const std::vector<std::string> &lines, int i) {
   return i >= 0 && static_cast<std::size_t>(i) < lines.size() ? lines[static_cast<std::size_t>(i)].c_str() : nullptr;
 }

@@ -1,4 +1,4 @@
-// What all files of the C face share: the handles, and the wall that no exception crosses.
+// What all files of the C interface share: the handles, and the wrapper that turns exceptions into a status.
 #pragma once
 
 #include "ksl/dynamics.hpp"
@@ -16,13 +16,15 @@ struct ksl_model_t {
 struct ksl_data_t {
   const ksl_model_t *model;
   ksl::data data;
-  std::size_t holds_wrenches = 0; ///< bytes of a number, if the last call that wrote to it was inverse dynamics; otherwise 0
-  std::vector<int> links; ///< child links of the joints of a request: room for all joints
+  /// Size of a number in bytes if the last call that wrote to the workspace was inverse dynamics, which reactions need.
+  /// Otherwise 0.
+  std::size_t holds_wrenches = 0;
+  std::vector<int> links; ///< child links of the joints of a request; as long as the list of all joints
 };
 
 namespace ksl::c_api {
 
-/// What the last failed call of this thread has to say.
+/// The message of this thread's last failed call.
 inline std::string &last_message() {
   thread_local std::string message;
   return message;
@@ -32,7 +34,7 @@ struct bad_argument : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Runs a call; an exception becomes a status and a message.
+/// Runs a call and turns an exception into a status and a message.
 template <class Call> ksl_status_t guarded(Call &&call) {
   try {
     call();
@@ -56,7 +58,7 @@ inline void require(bool condition, const char *sentence) {
     throw bad_argument(sentence);
 }
 
-/// n links of the model by index; n may be 0.
+/// Checks n indices of links; n may be 0.
 inline void require_links(const ksl_model_t *m, int n, const int *links) {
   require(n >= 0 && (links || n == 0), "links must not be null, and their number not negative");
   for (int k = 0; k < n; ++k)

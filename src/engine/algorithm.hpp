@@ -1,28 +1,28 @@
-// What the library knows of an algorithm at run time: its row of api/algorithms.py, and its kernels.
+// An algorithm at run time: its row of api/algorithms.py, and its kernels.
 #pragma once
 
 #include "ksl/engine/batch_view.hpp"
 
 namespace ksl {
 
-/// One state.  The kernel lays its workspace out in the memory, which is aligned to 64 bytes.  Inputs that the algorithm
-/// reads are there; results that it writes, too.
+/// Computes one state.  The kernel lays out its workspace in `memory`, which is aligned to 64 bytes.  The inputs that the
+/// algorithm reads and the results that it writes must not be null.
 template <class S> using state_kernel = void (*)(const model_view<S> &, void *memory, const state_view<S> &);
 
-/// The states [first, end) of a batch, one in each lane.  Without memory it computes nothing and returns the bytes of
-/// memory that it needs, aligned to 64.
+/// Computes the states [first, end) of a batch, one in each lane.  Returns the bytes of memory that it needs, aligned to 64;
+/// with null for the memory it computes nothing.
 template <class S>
 using batch_kernel = std::size_t (*)(const model_view<S> &, const batch_view<S> &, std::size_t first, std::size_t end,
                                      void *memory);
 
 template <class S> struct kernels_in {
-  int lanes; ///< states are taken so many at a time
+  int lanes; ///< number of states computed at a time
   std::size_t (*workspace_bytes)(const model_view<S> &); ///< of one state
   state_kernel<S> state;
   batch_kernel<S> batch;
 };
 
-/// The kernels of one algorithm for one instruction set: what its object exports, and nothing else.
+/// The kernels of one algorithm for one instruction set.  This is the only symbol that its object file exports.
 struct algorithm_kernels {
   kernels_in<double> in_double;
   kernels_in<float> in_float;
@@ -30,7 +30,7 @@ struct algorithm_kernels {
 
 struct kernel_table;
 
-/// An extent of a result: a number, or what has so many.
+/// An extent of a result: a fixed number, or the number of velocities or of links.
 enum class extent : unsigned char { four, six, nv, links };
 
 struct result_row {
@@ -39,10 +39,10 @@ struct result_row {
   extent shape[3];  ///< (axes)
 };
 
-/// What external wrenches are to an algorithm.
+/// Whether an algorithm takes external wrenches.
 enum class external_use : unsigned char { none, optional, required };
 
-/// What else an algorithm is asked for: one link, several, one with frame_options, or reactions.
+/// What a call specifies besides numbers: one link, several, one with frame_options, or reactions.
 enum class request_kind : unsigned char { none, link, links, frame, reactions };
 
 /// One row: which inputs an algorithm reads, besides q, and which results it writes.
@@ -54,10 +54,11 @@ struct algorithm_row {
   int results; ///< besides reactions
   result_row result[most_results];
   const algorithm_kernels *kernel_table::*kernels = nullptr;
-  const algorithm_row *variant_of = nullptr; ///< whose kernels these are, where inputs that this row lacks are zero; or null
+  /// The row whose kernels compute this one, with zeros for the inputs that this row lacks; null if it has its own.
+  const algorithm_row *variant_of = nullptr;
 };
 
-inline namespace KSL_ISA { // kernels call them
+inline namespace KSL_ISA { // since kernels call these functions
 
 constexpr int length_of(extent e, int nv, int links) {
   switch (e) {
@@ -69,7 +70,7 @@ constexpr int length_of(extent e, int nv, int links) {
   return 0;
 }
 
-/// The numbers of a result of one state.
+/// How many numbers a result of one state has.
 constexpr int numbers_of(const result_row &result, int nv, int links) {
   int n = 1;
   for (int i = 0; i < result.axes; ++i)

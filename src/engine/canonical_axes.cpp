@@ -13,10 +13,10 @@ using A = algebra<double>;
 /// Sine of the angle between z and the axis of a joint on a body.
 double sine_to_axis(const mat3x3<double> &joint) { return std::hypot(joint.m02, joint.m12); }
 
-/// Less than rounding leaves of a right angle or of none.
+/// A sine below this is zero but for rounding errors.
 constexpr double negligible = 4 * std::numeric_limits<double>::epsilon();
 
-/// By which turn about z, a quarter at most, the axis of a joint comes to lie in the plane of y and z.
+/// The rotation about z, by 90 degrees at most, after which the axis of a joint lies in the plane of y and z.
 plane_rotation<double> rotation_to_axis(const mat3x3<double> &joint) {
   const double sine = sine_to_axis(joint);
   if (sine < negligible)
@@ -25,7 +25,7 @@ plane_rotation<double> rotation_to_axis(const mat3x3<double> &joint) {
   return {sign * joint.m02 / sine, -sign * joint.m12 / sine};
 }
 
-/// D = Rz(turn) D.
+/// D = Rz(r) D.
 void rotate_pose(const plane_rotation<double> &r, SE3<double> &D) {
   double dc[2] = {r.sine, r.cosine};
   SE3<double> about_z = identity;
@@ -47,7 +47,8 @@ void rotate_link(const plane_rotation<double> &r, link<double> &l) {
   }
 }
 
-/// placement = Rz(before) Rx(lean) Rz(…) of a joint, whose body's frame is turned by `chosen` against the joint's.
+/// Factors the placement of a joint into Rz(offset) Rx(alpha) Rz(theta0).  `chosen` is the rotation from the joint's frame to
+/// the body's canonical frame; it becomes part of theta0.
 void take_apart(body<double> &b, const plane_rotation<double> &chosen) {
   mat3x3<double> &R = b.placement.R, rest = R;
   b.offset = rotation_to_axis(R);
@@ -69,7 +70,7 @@ void take_apart(body<double> &b, const plane_rotation<double> &chosen) {
 
 void choose_canonical_axes(std::vector<body<double>> &bodies, std::vector<link<double>> &links) {
   std::vector<plane_rotation<double>> chosen(bodies.size(), no_rotation);
-  for (std::size_t i = bodies.size(); i-- > 1;) { // of several joints on a body the first one decides
+  for (std::size_t i = bodies.size(); i-- > 1;) { // the first joint on a body overwrites the choices of later ones
     const body<double> &b = bodies[i];
     const auto parent = static_cast<std::size_t>(b.parent);
     if (row_of(b.kind).has_axis && row_of(bodies[parent].kind).has_axis && sine_to_axis(b.placement.R) >= negligible)

@@ -1,4 +1,4 @@
-// One state, in the workspace of a caller.
+// Computes one state in a workspace that the caller provides.
 #pragma once
 
 #include "engine/kernels.hpp"
@@ -6,7 +6,7 @@
 
 namespace ksl {
 
-/// Runs an algorithm; inputs that it reads and results that it writes must be there.
+/// Runs an algorithm.  The inputs that it reads and the results that it writes must not be null.
 template <class S> void compute(const algorithm_row &row, const model &m, data &d, const state_view<S> &s) {
   in_precision<S>(*(kernels().*row.kernels)).state(m.view_in<S>(), d.memory(), s);
 }

@@ -1,4 +1,4 @@
-// Chooses the instruction set once.
+// Chooses the instruction set, once, at the first call.
 #include "batch/array_kernels.hpp"
 #include "engine/kernel_tables.hpp"
 #include "engine/kernels.hpp"
@@ -41,7 +41,7 @@ struct instruction_set_row {
 
 #if defined(__x86_64__)
 
-// What gcc and clang both know by name; the rest of level 3 (LZCNT, MOVBE, F16C) is read from cpuid.
+// Features that gcc and clang both know by name.  The rest of level 3 (LZCNT, MOVBE, F16C) is read from cpuid.
 bool has_v2() { return __builtin_cpu_supports("sse4.2") && __builtin_cpu_supports("popcnt"); }
 
 bool has_v3() {
@@ -102,8 +102,9 @@ const finite_kernels &finite_kernels_in_force() { return *chosen().finite; }
 const array_kernel_table &array_kernels() { return *chosen().arrays; }
 const char *instruction_set() { return chosen().name; }
 
-// On processors that take 512 bits in two steps (AMD says so in cpuid: bit 2 is for 256 bits a step, bit 3 for 512),
-// putting eight rows in place costs more than twice what four cost.  KSL_ISA asks for a set as it is, and gets that.
+// Some processors execute 512-bit operations in two steps.  (AMD reports it in cpuid: bit 2 means 256 bits a step, bit 3 means
+// 512.)  On these, transposing eight rows costs more than twice as much as transposing four.  If KSL_ISA is set, full
+// registers are used.
 bool half_registers() {
 #if defined(__x86_64__)
   static const bool half = [] {

@@ -1,4 +1,4 @@
-// The calls of dynamics.hpp that no row of api/algorithms.py gives.
+// The calls of dynamics.hpp that are not generated from api/algorithms.py.
 #include "ksl/dynamics.hpp"
 
 #include "engine/compute.hpp"

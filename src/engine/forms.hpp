@@ -1,5 +1,5 @@
-// Forms of results that are not just computed whole and then stored (whole_results in engine/kernel.hpp): where storing in
-// another way is faster.  A row of api/algorithms.py names its form.
+// Ways to compute and store results that are faster, for some algorithms, than whole_results of engine/kernel.hpp.  A row of
+// api/algorithms.py names the form of its results.
 #pragma once
 
 #include "engine/kernel.hpp"
@@ -8,7 +8,7 @@ namespace ksl {
 inline namespace KSL_ISA {
 namespace forms {
 
-/// A symmetric n × n matrix of packs, of which the upper triangle is given.
+/// Stores a symmetric n × n matrix of packs, given by its upper triangle.
 template <class T, int W>
 void store_symmetric(const pack<T, W> *upper, int n, int valid, T *rows, std::ptrdiff_t stride) {
   const pack<T, W> *element = upper;
@@ -23,7 +23,7 @@ void store_symmetric(const pack<T, W> *upper, int n, int valid, T *rows, std::pt
   store_next<T, W>(next, n * n, valid, rows, stride);
 }
 
-/// A symmetric matrix (nv, nv): lanes hold its upper triangle only, from Algorithm::upper_triangle.
+/// A symmetric matrix (nv, nv).  In lanes only its upper triangle is computed, by Algorithm::upper_triangle.
 template <class Algorithm> struct symmetric_matrix : whole_results<Algorithm> {
   template <class P> struct lanes {
     P *matrix;
@@ -35,7 +35,7 @@ template <class Algorithm> struct symmetric_matrix : whole_results<Algorithm> {
     void compute(const model_view<scalar_of<P>> &model, const workspace_of<Algorithm, P> &w, state_view<P> &s,
                  const block<P> &b) {
       for (int i = 0; i < model.nv * model.nv && !cleared; ++i)
-        matrix[i] = P(scalar_of<P>(0)); // what is zero by the shape of the tree is so in every block
+        matrix[i] = P(scalar_of<P>(0)); // zeros that follow from the shape of the tree are the same in every block
       cleared = true;
       s.result[0] = matrix;
       Algorithm::upper_triangle(model, w, s);
@@ -45,7 +45,7 @@ template <class Algorithm> struct symmetric_matrix : whole_results<Algorithm> {
   };
 };
 
-/// Poses (links, 4, 4): each matrix stays in registers until it is stored.
+/// Poses (links, 4, 4).  Each matrix is kept in registers until it is stored.
 template <class Algorithm> struct poses_of_links : whole_results<Algorithm> {
   template <class P> struct lanes {
     void lay_out(arena &, const model_view<scalar_of<P>> &, const batch_view<scalar_of<P>> &) {}
@@ -65,8 +65,8 @@ template <class Algorithm> struct poses_of_links : whole_results<Algorithm> {
 
 constexpr reaction_request no_reactions{};
 
-/// Efforts, and for each request its reactions.  Those of the first request are written as inverse dynamics finds them.
-/// Without q, the reactions are those of the state that inverse dynamics computed last in the same workspace.
+/// Efforts, and the reactions of each request.  Those of the first request are written during the backward pass of inverse
+/// dynamics.  If q is null, the reactions are those of the state that inverse dynamics computed last in the same workspace.
 template <class Algorithm> struct efforts_and_reactions {
   template <class T>
   static void state(const model_view<scalar_of<T>> &model, const workspace_of<Algorithm, T> &w, const state_view<T> &s) {

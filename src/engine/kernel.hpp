@@ -1,6 +1,6 @@
-// The kernels of an algorithm for one instruction set, made from what its row says: one state, and states in lanes.
-// Included by src/engine/algorithms/, each of which is compiled once for each set.  No std containers here: their code
-// would be shared, weakly, between the sets.
+// The kernels of an algorithm for one instruction set: one state, and states in lanes.  Included by the files of
+// src/engine/algorithms/, each of which is compiled once for each set.  Don't use std containers here: their functions are
+// weak symbols, which the linker would merge between the sets.
 #pragma once
 
 #include "batch/transpose.hpp"
@@ -10,7 +10,7 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// Rows of one state in a lane: a row is what it is.
+/// load_rows and store_rows for a scalar instead of a pack: one row, copied as it is.
 template <class S> void load_rows(const S *row, std::ptrdiff_t, int columns, int, S *out) {
   for (int c = 0; c < columns; ++c)
     out[c] = row[c];
@@ -20,21 +20,21 @@ template <class S> void store_rows(const S *in, int columns, int, S *row, std::p
     row[c] = in[c];
 }
 
-/// Some states of a batch: those from k on, `valid` of them, one in each lane.
+/// The states k, k + 1, ... of a batch, `valid` in number, one in each lane.
 template <class P> struct block {
   using S = scalar_of<P>;
   const batch_view<S> &batch;
   std::size_t k;
   int valid;
 
-  /// Rows into lanes; zeros where there are none.
+  /// Loads rows into lanes; zeros if there are no rows.
   void load(const rows_view<const S> &rows, int columns, P *out) const {
     if (rows.first)
       return load_rows(row(rows, k), rows.stride, columns, valid, out);
     for (int i = 0; i < columns; ++i)
       out[i] = P(S(0));
   }
-  /// Lanes into rows, where they are wanted.
+  /// Stores lanes into rows, if the result is wanted.
   void store(const P *in, int columns, const rows_view<S> &rows) const {
     if (rows.first)
       store_rows(in, columns, valid, row(rows, k), rows.stride);
@@ -53,7 +53,7 @@ template <class Algorithm> struct whole_results {
     Algorithm::compute(model, w, s);
   }
 
-  /// Lanes of results, and how a block is computed with them.
+  /// The results of a block in lanes, and its computation.
   template <class P> struct lanes {
     P *result[most_results];
 
@@ -87,7 +87,7 @@ template <class Algorithm, class S> void one_state(const model_view<S> &model, v
   Algorithm::form::state(model, w, s);
 }
 
-/// Inputs of a block in lanes.
+/// The inputs of a block in lanes.
 template <class Algorithm, class P> struct input_lanes {
   static constexpr algorithm_row row = Algorithm::row;
   P *q, *v, *a, *tau, *external;
@@ -123,7 +123,7 @@ template <class Algorithm, class P> struct input_lanes {
   }
 };
 
-/// A batch, block after block: a block's workspace stays in the inner caches.
+/// Computes a batch block by block, so that the workspace of a block stays in the inner caches.
 template <class Algorithm, class P>
 std::size_t states_in_lanes(const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch, std::size_t first,
                             std::size_t end, void *memory) {
@@ -160,7 +160,7 @@ constexpr algorithm_kernels kernels_of = {
 } // namespace KSL_ISA
 } // namespace ksl
 
-/// The symbol of an algorithm's kernels for the set that is compiled for: what an object exports, and nothing else.
+/// The symbol of an algorithm's kernels for the set that is compiled for.  An object file exports no other.
 #define KSL_KERNELS_OF_SET(name, set) ksl_kernels_##name##_##set
 #define KSL_KERNELS_IN(name, set) KSL_KERNELS_OF_SET(name, set)
 #define KSL_KERNELS(name) extern "C" const ksl::algorithm_kernels KSL_KERNELS_IN(name, KSL_ISA)

@@ -1,4 +1,4 @@
-// The kernels of the instruction set in force.
+// The kernels of the instruction set that is in use.
 #pragma once
 
 #include "engine/algorithm_rows.hpp"
@@ -7,7 +7,8 @@
 
 namespace ksl {
 
-/// The table in force; chosen at the first call.  Throws std::runtime_error for an unusable KSL_ISA.
+/// The table of the instruction set in use, which is chosen at the first call.  Throws std::runtime_error for an unusable
+/// KSL_ISA.
 const kernel_table &kernels();
 
 /// Are all n numbers finite?
@@ -17,7 +18,7 @@ struct finite_kernels {
 };
 const finite_kernels &finite_kernels_in_force();
 
-/// What there is of S among things that exist in both precisions.
+/// The kernels for double or float, by the template argument.
 template <class S> const kernels_in<S> &in_precision(const algorithm_kernels &kernels);
 template <> inline const kernels_in<double> &in_precision<double>(const algorithm_kernels &kernels) { return kernels.in_double; }
 template <> inline const kernels_in<float> &in_precision<float>(const algorithm_kernels &kernels) { return kernels.in_float; }

@@ -13,7 +13,7 @@
 
 namespace ksl {
 
-/// Bytes of the largest workspace of one state.
+/// Size in bytes of the largest workspace that any algorithm needs for one state.
 inline std::size_t largest_workspace(const model_view<double> &m) {
   return std::max({
       workspace_bytes<inverse_dynamics_workspace<double>>(m),

@@ -1,5 +1,5 @@
-// Builds the arrays of a model from a description: links in depth-first order, welded links lumped, joint frames turned
-// so that the axis is z.
+// Builds the arrays of a model from a description.  Links come in depth-first order, links welded by fixed joints are lumped
+// into one body, and joint frames are rotated so that the axis is z.
 #include "ksl/model.hpp"
 
 #include "engine/canonical_axes.hpp"
@@ -17,7 +17,7 @@ using A = algebra<double>;
 
 /// A rotation whose third column is the unit vector z.  Exact for the six coordinate directions.
 mat3x3<double> frame_with_z(const vec3<double> &z) {
-  // x is the coordinate axis after the one that z is closest to, made orthogonal to z
+  // x is the next coordinate axis (cyclically) after the one that z is closest to, made orthogonal to z
   const double ax = std::fabs(z.x), ay = std::fabs(z.y), az = std::fabs(z.z);
   vec3<double> x = az >= ax && az >= ay ? vec3<double>{1, 0, 0} : ax >= ay ? vec3<double>{0, 1, 0} : vec3<double>{0, 0, 1};
   vec3<double> y;
@@ -82,7 +82,7 @@ private:
     return false;
   }
 
-  /// The usual name of a joint that is no joint of the file, or the next one that no joint of the file has.
+  /// A name for a joint that is added to those of the file: the usual one, or one that no joint of the file has.
   std::string free_name(const char *usual, const char *otherwise) const {
     std::string name = names_joint(usual) ? otherwise : usual;
     while (names_joint(name))
@@ -90,7 +90,7 @@ private:
     return name;
   }
 
-  /// Depth first, children in file order; without recursion, since chains can be long.
+  /// Depth first, children in file order.  Not recursive, since chains can be long.
   void descend(int root) {
     std::vector<int> pending;
     push_children(root, pending);
@@ -143,7 +143,7 @@ private:
     m_.double_.links.back().carried_by_moving_joint = true;
   }
 
-  /// A body on a joint whose numbers follow those of all joints so far.
+  /// A body on a joint whose numbers in q and v follow those of all joints so far.
   body<double> new_body(joint_kind kind, int parent, int link, const SE3<double> &placement) const {
     const joint_kind_row row = row_of(kind);
     body<double> b{};
@@ -162,7 +162,7 @@ private:
     return b;
   }
 
-  /// Where the chain of revolute joints begins that a new body on this parent ends.
+  /// body::chain_start for a new body on this parent.
   int chain_start(joint_kind kind, int parent) const {
     const auto &bodies = m_.double_.bodies;
     const int added = static_cast<int>(bodies.size());
@@ -181,7 +181,7 @@ private:
 
   void finish() {
     m_.moving_joints_ = static_cast<int>(m_.joints_.size());
-    // the ground's joint was made first and is listed last
+    // the joint to the ground was created first and is listed last
     if (!options_.floating_base) {
       m_.joints_.insert(m_.joints_.end(), fixed_joints_.begin() + 1, fixed_joints_.end());
       m_.joints_.push_back(fixed_joints_.front());
@@ -199,7 +199,7 @@ private:
         throw description_error(m_.description_.file + ": no link " + p.link + " to carry the payload");
   }
 
-  /// Where the numbers of each subtree end: bodies are in depth-first order.
+  /// Sets where the numbers of each subtree end in v.  Bodies are in depth-first order.
   void close_subtrees() {
     std::vector<body<double>> &bodies = m_.double_.bodies;
     for (std::size_t i = bodies.size(); i-- > 0;) {
@@ -213,7 +213,7 @@ private:
     }
   }
 
-  /// Each link's inertia from the link's own frame to its body's, once; bodies have the sums.
+  /// Transforms the inertia of each link from its own frame to its body's.  The inertia of a body is the sum over its links.
   void add_inertias() {
     auto &d = m_.double_;
     d.inertia.assign(static_cast<std::size_t>(padded_size<double>(10, static_cast<int>(d.bodies.size()))), 0);
@@ -227,7 +227,7 @@ private:
     }
   }
 
-  /// The constants of joint angles, side by side for lanes.
+  /// The constants theta0 of joint angles, as contiguous arrays that can be loaded into lanes.
   void add_angles() {
     auto &d = m_.double_;
     const auto angles = static_cast<std::size_t>(padded(m_.nq_) + padded(1));
@@ -261,8 +261,8 @@ private:
 
   model &m_;
   const model_options &options_;
-  std::vector<std::vector<int>> children_; // joints that leave each link of the description
-  std::vector<int> link_of_;               // index in links_ of each link of the description
+  std::vector<std::vector<int>> children_; // joints of the description whose parent each of its links is
+  std::vector<int> link_of_;               // index in links_, for each link of the description
   std::vector<joint_row> fixed_joints_;
 };
 

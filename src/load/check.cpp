@@ -22,7 +22,7 @@ using load::quoted;
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
-/// Refuses empty names and names that stand twice; `kind` is "link" or "joint".
+/// Refuses empty names and duplicate names; `kind` is "link" or "joint".
 template <class Item>
 void check_names(const robot_description &robot, const std::vector<Item> &items, const std::string &kind) {
   std::map<std::string, file_position> first;
@@ -39,7 +39,7 @@ void check_names(const robot_description &robot, const std::vector<Item> &items,
   }
 }
 
-/// Are all ten numbers of an inertia so?
+/// Does the test hold for all ten numbers of an inertia?
 template <class Test> bool all_of(const spatial_inertia<double> &I, Test test) {
   const double all[] = {I.m, I.h.x, I.h.y, I.h.z, I.Ixx, I.Iyy, I.Izz, I.Ixy, I.Iyz, I.Izx};
   return std::all_of(std::begin(all), std::end(all), test);
@@ -71,7 +71,8 @@ void check_numbers(const robot_description &robot) {
   }
 }
 
-/// The joint above each link, -1 above a root.  Refuses joints whose ends are no pair of links and second parents.
+/// The joint that carries each link, −1 for a root.  Refuses joints that don't connect two different links, and links with two
+/// parents.
 std::vector<int> joints_above(const robot_description &robot) {
   const int n = static_cast<int>(robot.links.size());
   std::vector<int> above(robot.links.size(), -1);
@@ -108,7 +109,7 @@ std::vector<int> joints_above(const robot_description &robot) {
     joints.push_back(joint.name);
     link = joint.parent;
   } while (link != start);
-  // upwards was the way here; people read downwards
+  // collected from child to parent, reported from parent to child
   std::reverse(links.begin(), links.end());
   std::reverse(joints.begin(), joints.end());
   refuse(robot, robot.joints[index(above[index(start)])].at,
@@ -116,7 +117,8 @@ std::vector<int> joints_above(const robot_description &robot) {
              listed(joints));
 }
 
-/// Climbs from every link until it meets the root or a link met before; one met in the same climb is on a cycle.
+/// Follows the parents of every link up to the root or to a link that has been visited.  If that was visited from the same
+/// start, it is on a cycle.
 void check_cycles(const robot_description &robot, const std::vector<int> &above) {
   std::vector<int> met_from(robot.links.size(), -1);
   for (int start = 0; start < static_cast<int>(robot.links.size()); ++start) {
@@ -155,7 +157,7 @@ struct symmetric {
   double xx, yy, zz, xy, yz, zx;
 };
 
-/// Eigenvalues in rising order, by Jacobi rotations (Golub and Van Loan, Matrix Computations, 8.5).
+/// Eigenvalues in ascending order, by Jacobi rotations (Golub and Van Loan, Matrix Computations, 8.5).
 void eigenvalues(const symmetric &A, double out[3]) {
   double a[3][3] = {{A.xx, A.xy, A.zx}, {A.xy, A.yy, A.yz}, {A.zx, A.yz, A.zz}};
   for (int sweep = 0; sweep < 16; ++sweep)
@@ -190,7 +192,7 @@ symmetric about_centroid(const spatial_inertia<double> &I) {
           I.Izx + I.h.z * c.x};
 }
 
-/// What no rigid body can have, or nothing.
+/// Describes what makes an inertia impossible for a rigid body; empty if it is possible.
 std::string fault_of(const spatial_inertia<double> &I) {
   using load::shown;
   if (!all_of(I, is_finite))
@@ -202,10 +204,10 @@ std::string fault_of(const spatial_inertia<double> &I) {
   double moments[3];
   eigenvalues(about_centroid(I), moments);
   const auto [least, middle, largest] = moments;
-  // about the origin the matrix has lost what is small beside m |c|²: that is no fault of the file
+  // the matrix about the origin has lost digits that are small relative to m |c|²; that is not the file's fault
   const double rounding = 1e-14 * (I.h.x * I.h.x + I.h.y * I.h.y + I.h.z * I.h.z) / I.m;
   const double tolerance = 1e-6 * std::max(std::fabs(largest), std::fabs(least)) + rounding;
-  // a moment within the tolerance of zero is one
+  // a moment within the tolerance of zero is reported as zero
   const auto said = [&](double moment) { return shown(std::fabs(moment) <= tolerance ? 0 : moment); };
   const std::string are = "principal moments " + said(largest) + ", " + said(middle) + ", " + said(least) + ": ";
   if (least < -tolerance)
@@ -215,7 +217,7 @@ std::string fault_of(const spatial_inertia<double> &I) {
   return "";
 }
 
-/// Which links move: by a joint of their own, with the links that they are welded to, or with a floating root.
+/// Which links move: on a joint of their own, with a link that they are welded to, or with a floating root.
 std::vector<bool> moving_links(const robot_description &robot, bool floating_base) {
   const std::vector<int> above = joints_above(robot);
   enum { unknown, rests, moves };
@@ -231,7 +233,7 @@ std::vector<bool> moving_links(const robot_description &robot, bool floating_bas
       else
         link = robot.joints[index(joint)].parent;
     }
-    // the links on the way up are welded to this one
+    // the links visited on the way up are welded to this one
     for (int welded = start; welded != link; welded = robot.joints[index(above[index(welded)])].parent)
       state[index(welded)] = state[index(link)];
   }

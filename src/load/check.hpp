@@ -1,4 +1,4 @@
-// Is a description a mechanism, and are its bodies bodies?
+// Checks that a description is a mechanism, and that its inertias are physically possible.
 #pragma once
 
 #include "ksl/engine/description.hpp"
@@ -16,15 +16,14 @@ int check_tree(const robot_description &robot);
 /// of the largest moment.
 std::vector<std::string> check_inertias(const robot_description &robot);
 
-/// A line for each link that moves, has geometry and no mass: its weight would be missing without a word.  A link moves
-/// if a joint that isn't fixed carries it, directly or through welded links, or if the root floats.  Links named in
-/// `with_payload` have a mass.  Throws description_error where links move and none of them has a mass; with
-/// `masses_optional` that is the one line.  The links must form a tree.
+/// A line for each link that moves, has geometry and has no mass, since its weight would be missing without notice.  A link
+/// moves if a joint that isn't fixed carries it, directly or through welded links, or if the root floats.  Links named in
+/// `with_payload` have a mass.  Throws description_error if links move and none of them has a mass; with `masses_optional`
+/// this gives a single line instead.  The links must form a tree.
 std::vector<std::string> check_masses(const robot_description &robot, bool floating_base,
                                       const std::set<std::string> &with_payload, bool masses_optional);
 
-/// Adds a line for each link to the warnings, or throws description_error with the first of them and the mend when
-/// strict.
+/// Adds these lines to the warnings.  If strict, throws description_error instead, with the first line and how to mend it.
 void warn_of_links(robot_description &robot, const std::vector<std::string> &lines, bool strict,
                    const std::string &mend);
 

@@ -14,7 +14,7 @@ bool among(std::string_view name, std::initializer_list<std::string_view> names)
 
 bool is_namespace(std::string_view attribute) { return attribute == "xmlns" || attribute.substr(0, 6) == "xmlns:"; }
 
-/// What a word that is no number looks like, and how to mend it.
+/// How to mend a word that should be a number, by what it looks like.
 std::string mend_of(std::string_view word) {
   if (word.find('$') != word.npos)
     return "this is a xacro expression: run xacro on the file first";
@@ -37,7 +37,7 @@ void element::expect(std::initializer_list<std::string_view> attributes,
                      std::initializer_list<std::string_view> children) const {
   for (const pugi::xml_attribute attribute : node_.attributes()) {
     const std::string name = attribute.name();
-    // pugixml takes an attribute twice
+    // pugixml accepts duplicate attributes
     for (auto other = attribute.next_attribute(); other; other = other.next_attribute())
       if (name == other.name())
         refuse("broken XML, <" + tag() + "> gives " + name + " twice; keep one of them");
@@ -67,7 +67,7 @@ double element::required_number(const char *attribute, const std::string &mend) 
 void element::read_numbers(const char *attribute, double *values, std::size_t count) const {
   const std::string all = text(attribute);
   const auto words = split(all);
-  // a word that is no number says more than a wrong count
+  // a word that is not a number is a more useful message than a wrong count
   for (std::size_t i = 0; i < words.size(); ++i) {
     const double value = number_from(attribute, words[i]);
     if (i < count)

@@ -1,4 +1,4 @@
-// An element of a robot file as its reader asks it: its children, its numbers, and what the reader doesn't know.
+// An element of a robot file: access to its children and numbers, and checks for unknown content.
 #pragma once
 
 #include "load/unused.hpp"
@@ -12,7 +12,7 @@
 
 namespace ksl::load {
 
-/// An element that stands in a link, a joint or the robot (`where`).  Every error names the file, the line and `where`.
+/// An element inside a link, a joint or the robot (`where`).  Every error names the file, the line and `where`.
 class element {
 public:
   element(const xml_file &file, unused_list &unused, pugi::xml_node node, owner where)
@@ -27,18 +27,18 @@ public:
   /// The child of that tag; false when there is none, an error when there are two.
   element child(const char *tag) const;
 
-  /// Lists what is neither among the attributes nor among the child elements named; refuses an attribute given twice.
+  /// Lists attributes and child elements other than those named.  An attribute that is given twice is an error.
   void expect(std::initializer_list<std::string_view> attributes,
               std::initializer_list<std::string_view> children) const;
 
   bool has(const char *attribute) const { return static_cast<bool>(node_.attribute(attribute)); }
   std::string text(const char *attribute) const { return node_.attribute(attribute).value(); }
 
-  /// The number in an attribute; nothing when there is no such attribute.
+  /// The number in an attribute; empty if there is no such attribute.
   std::optional<double> number(const char *attribute) const;
-  /// The number in an attribute; `mend` says how to mend its absence.
+  /// The number in an attribute that is required; `mend` tells the user what to do if it is missing.
   double required_number(const char *attribute, const std::string &mend) const;
-  /// The N numbers in an attribute that is there.
+  /// The N numbers in an attribute that is present.
   template <std::size_t N> std::array<double, N> numbers(const char *attribute) const {
     std::array<double, N> values{};
     read_numbers(attribute, values.data(), N);

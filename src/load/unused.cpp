@@ -13,7 +13,7 @@ unused_list::group &unused_list::groups::of(const std::string &what, const std::
   return all[entry->second];
 }
 
-/// One group for all links and another for all joints; only the first place is kept.
+/// Links form one group and joints another.  Only the first place is kept.
 void unused_list::groups::add_place(const std::string &what, const std::string &after, const owner &where, int line) {
   group &same = of(what, after + " in " + where.kind);
   if (same.count++ > 0)
@@ -21,7 +21,7 @@ void unused_list::groups::add_place(const std::string &what, const std::string &
   same.names = {(where.name.empty() ? "" : " ") + where.name + ", line " + std::to_string(line)};
 }
 
-/// Groups of the same owners become one: "damping, friction".
+/// Groups with the same owners become one: "damping, friction".
 std::vector<unused_list::group> unused_list::groups::merged() const {
   std::vector<group> fewer;
   std::map<std::pair<std::string, std::vector<std::string>>, std::size_t> first;

@@ -58,7 +58,7 @@ robot_description urdf_reader::read() {
   if (!file_.guessed_encoding().empty())
     robot_.warnings.push_back(file_.guessed_encoding());
 
-  // joints name links, wherever those stand
+  // links first: joints refer to them by name, wherever they are in the file
   for (const pugi::xml_node link : root_.node().children("link"))
     read_link(link);
   if (robot_.links.empty())
@@ -91,7 +91,8 @@ void urdf_reader::check_root() const {
   file_.refuse(root_.node(), "the root element is <" + tag + ">, expected <robot>; " + mend);
 }
 
-/// xacro elements would be lost in silence.  Its namespace alone is harmless: xacro leaves it behind.
+/// Refuses xacro elements, which would be ignored without notice.  A declaration of xacro's namespace alone is harmless: the
+/// program xacro leaves it in its output.
 void urdf_reader::check_expanded() const {
   struct finder : pugi::xml_tree_walker {
     pugi::xml_node found;
@@ -204,7 +205,7 @@ int urdf_reader::link_named_in(const element &joint, const char *tag) const {
              load::suggestion(name, names, "add that link, or name one of " + load::listed(names)));
 }
 
-/// What the joint's kind needs: axis, limits, pitch.
+/// Reads what the joint's kind needs: axis, limits, pitch.
 void urdf_reader::read_motion(const element &joint, joint_description &out) {
   const joint_kind_row row = row_of(out.kind);
   const auto ignore = [&](const char *tag) {
@@ -275,7 +276,7 @@ void urdf_reader::read_mimic(const element &joint, joint_kind kind) {
     refused_mimics_.push_back(mimic);
 }
 
-/// One message for all of them, since one option mends all.
+/// One message for all mimic joints, since one option mends all of them.
 void urdf_reader::refuse_mimics() const {
   if (refused_mimics_.empty())
     return;

@@ -118,7 +118,7 @@ vec3<double> axis_in(const element &joint) {
   if (!axis.has("xyz"))
     axis.refuse("<axis> has no xyz; write <axis xyz=\"0 0 1\"/> for example");
   const auto [x, y, z] = axis.numbers<3>("xyz");
-  // scaled first, so that squares neither overflow nor vanish
+  // scaled first, so that squares neither overflow nor underflow
   const double largest = std::max({std::fabs(x), std::fabs(y), std::fabs(z)});
   if (largest == 0)
     axis.refuse("the axis is zero; give the direction of motion, <axis xyz=\"0 0 1\"/> for example");

@@ -7,14 +7,14 @@
 
 namespace ksl::load {
 
-/// The pose in the <origin> of `parent`, identity without one.  `minor` is the URDF version 1.minor: from 1.1 on a
-/// quaternion may take the place of the angles.
+/// The pose in the <origin> of `parent`, identity if there is none.  `minor` is the URDF version 1.minor: from 1.1 on a
+/// quaternion may be given instead of the angles.
 SE3<double> origin_in(const element &parent, int minor);
 
 /// An <inertial> about the link's origin in the link's axes: R I Rᵀ + m (c·c 1 − c cᵀ).
 spatial_inertia<double> inertia_in(const element &inertial, int minor);
 
-/// The unit vector in the <axis> of a joint, (1, 0, 0) without one.
+/// The unit vector in the <axis> of a joint, (1, 0, 0) if there is none.
 vec3<double> axis_in(const element &joint);
 
 /// The pitch of a helical joint in m/rad, from <screw_thread_pitch value="metres per revolution"/>; positive is right-handed.

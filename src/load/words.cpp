@@ -20,7 +20,7 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(blanks) - first + 1);
 }
 
-/// How many letters must change, appear or vanish to turn a into b.
+/// Levenshtein distance: how many letters must be changed, inserted or deleted to turn a into b.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -67,7 +67,7 @@ std::string quoted(std::string_view text) {
 }
 
 std::string listed(const std::vector<std::string> &names, std::size_t most) {
-  // "and 1 more" is no shorter than the name itself
+  // "and 1 more" would be no shorter than the name itself
   const std::size_t count = names.size() <= most + 1 ? names.size() : most;
   std::string list;
   for (std::size_t i = 0; i < count; ++i)

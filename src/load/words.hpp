@@ -1,4 +1,4 @@
-// Words and numbers that the readers of files share: messages, lists of names, numbers independent of the locale.
+// Text helpers for the readers of files: messages, lists of names, and numbers independent of the locale.
 #pragma once
 
 #include <optional>
@@ -8,16 +8,16 @@
 
 namespace ksl::load {
 
-/// Throws description_error with "file:line: what", as far as file and line are known (empty, 0).
+/// Throws description_error with "file:line: what".  A file that is empty or a line that is 0 is not known and left out.
 [[noreturn]] void refuse(const std::string &file, int line, const std::string &what);
 
-/// " (line 12)", or nothing where no line is known.
+/// " (line 12)", or an empty text if no line is known.
 std::string in_line(int line);
 
 /// The text with control characters replaced by spaces, so that a message stays one line.
 std::string one_line(std::string text);
 
-/// The text in double quotes, on one line, shortened where it is long.
+/// The text in double quotes, on one line, shortened if it is long.
 std::string quoted(std::string_view text);
 
 /// "a, b, c", or the first names and "and 7 more".
@@ -26,13 +26,13 @@ std::string listed(const std::vector<std::string> &names, std::size_t most = 6);
 /// A number with six significant digits and a decimal point, whatever the locale.
 std::string shown(double number);
 
-/// The finite number that the text holds, and nothing else but blanks around it and a leading plus.
+/// The finite number in a text that contains nothing else, except blanks around it and a leading plus.
 std::optional<double> number_in(std::string_view text);
 
-/// The words between blanks.
+/// Splits a text at blanks.
 std::vector<std::string_view> split(std::string_view text);
 
-/// The candidate that differs from `name` by a slip of the pen or two; empty when there is none.
+/// The candidate that differs from `name` by one or two typing errors; empty if there is none.
 std::string nearest(std::string_view name, const std::vector<std::string> &candidates);
 
 /// `; did you mean "base_link"?`, or `otherwise` when no candidate is near.

@@ -27,7 +27,7 @@ void append_utf8(std::string &text, char32_t c) {
   }
 }
 
-/// UTF-16 as UTF-8; what is no character becomes U+FFFD.
+/// Converts UTF-16 to UTF-8; invalid code units become U+FFFD.
 std::string utf8_from_utf16(std::string_view bytes, bool big_endian) {
   const auto unit = [&](std::size_t i) -> char32_t {
     const auto first = static_cast<unsigned char>(bytes[i]), second = static_cast<unsigned char>(bytes[i + 1]);
@@ -57,7 +57,7 @@ std::string utf8_from_latin1(std::string_view bytes) {
   return text;
 }
 
-/// How many bytes the UTF-8 character at the front takes; 0 when it is none (truncated, overlong, a surrogate).
+/// Length in bytes of the first UTF-8 character; 0 if it is invalid (truncated, overlong, a surrogate).
 std::size_t utf8_length(std::string_view text) {
   const auto byte = [&text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned first = byte(0);
@@ -98,7 +98,7 @@ std::vector<std::size_t> starts_of_lines(std::string_view text) {
   return starts;
 }
 
-/// pugixml's words for an error, to stand inside a sentence.
+/// pugixml's description of an error, as part of a sentence.
 std::string reason(const pugi::xml_parse_result &result) {
   std::string words = result.description();
   if (!words.empty() && words[0] >= 'A' && words[0] <= 'Z')
@@ -142,7 +142,7 @@ xml_file::xml_file(std::string text, std::string name) : text_(std::move(text)),
     load::refuse(name_, 0, "the file is empty, expected a <robot> element; give a URDF file");
   decode();
   line_starts_ = starts_of_lines(text_);
-  // a zero byte would end the text in silence
+  // a zero byte would end the text without an error
   if (const auto zero = text_.find('\0'); zero != text_.npos)
     load::refuse(name_, line_at(zero), "a zero byte, so this is no text file; save it as UTF-8 text");
 
@@ -152,14 +152,14 @@ xml_file::xml_file(std::string text, std::string name) : text_(std::move(text)),
   if (!result)
     load::refuse(name_, line_at(static_cast<std::size_t>(std::max<std::ptrdiff_t>(result.offset, 0))),
                  "broken XML, " + reason(result) + "; correct it here, or close the tag that was opened above");
-  // pugixml takes several root elements
+  // pugixml accepts several root elements
   for (pugi::xml_node other = root().next_sibling(); other; other = other.next_sibling())
     if (other.type() == pugi::node_element)
       refuse(other, "broken XML, a second root element <" + std::string(other.name()) +
                         ">; a file holds one: remove it or move it inside <" + root().name() + ">");
 }
 
-/// Whatever the file was written in becomes UTF-8, so that names are text and offsets are those of pugixml.
+/// Converts the file to UTF-8 from whatever encoding it has.  Then names are text, and offsets are those of pugixml.
 void xml_file::decode() {
   const auto starts = [this](std::string_view mark) { return std::string_view(text_).substr(0, mark.size()) == mark; };
   using namespace std::string_view_literals;

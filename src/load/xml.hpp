@@ -1,4 +1,4 @@
-// An XML file with its positions: pugixml reads it, this adds lines, encodings and the errors that pugixml lets pass.
+// An XML file with line numbers.  pugixml parses it; this adds lines, encodings, and errors that pugixml doesn't report.
 #pragma once
 
 #include <pugixml.hpp>
@@ -8,10 +8,10 @@
 
 namespace ksl::load {
 
-/// The bytes of a file.  Throws description_error when there is none to read.
+/// The bytes of a file.  Throws description_error if it can't be read.
 std::string bytes_of_file(const std::string &path);
 
-/// A parsed XML document that knows in which line each element stands.
+/// A parsed XML document that knows the line of each element.
 class xml_file {
 public:
   /// Parses the text; `name` stands for the file in messages.  Throws description_error unless it is well-formed XML
@@ -25,7 +25,7 @@ public:
   /// Throws description_error with the file, the line of the node, and what is wrong.
   [[noreturn]] void refuse(pugi::xml_node at, const std::string &what) const;
 
-  /// A line when the encoding had to be guessed, else empty.
+  /// A warning if the encoding had to be guessed, otherwise empty.
   const std::string &guessed_encoding() const { return guessed_encoding_; }
 
 private:

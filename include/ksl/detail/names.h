@@ -1,6 +1,6 @@
 /* The one place where the names that algebra bodies use get their meaning (docs/algebra.md explains it).
 
-   A body in detail/ *.inc is written once, with the names below.  Whoever includes bodies says for which scalar:
+   A body in detail/ *.inc is written once, with the names below.  A file that includes bodies says for which scalar:
 
      #define KSL_NAMES KSL_NAMES_DOUBLE      ksl_product_Ads   ksl_screw_copy    ksl_screw_t
      #define KSL_NAMES KSL_NAMES_FLOAT       ksl_product_Adsf  ksl_screwf_copy   ksl_screwf_t

@@ -1,4 +1,5 @@
-// KSL: two steps of the articulated-body algorithm that concern one body: A⁻¹ b, and what of an inertia goes through a joint.
+// KSL: two steps of the articulated-body algorithm for one body: solving A x = b, and the articulated inertia that the parent
+// feels through a joint.
 #pragma once
 
 #include "ksl/engine/body_lanes.hpp"
@@ -6,7 +7,7 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// x = A⁻¹ b for the matrix of an articulated inertia, by LDLᵀ; A is positive definite.  Six by six, no pivoting.
+/// x = A⁻¹ b for the 6 × 6 matrix of an articulated inertia, by LDLᵀ without pivoting; A is positive definite.
 template <class T> inline screw<T> solve(const articulated_inertia<T> &A, const coscrew<T> &b) {
   T L[6][6] = {{A.Mxx, A.Mxy, A.Mzx, A.H.m00, A.H.m01, A.H.m02}, {A.Mxy, A.Myy, A.Myz, A.H.m10, A.H.m11, A.H.m12},
                {A.Mzx, A.Myz, A.Mzz, A.H.m20, A.H.m21, A.H.m22}, {A.H.m00, A.H.m10, A.H.m20, A.Ixx, A.Ixy, A.Izx},
@@ -29,8 +30,9 @@ template <class T> inline screw<T> solve(const articulated_inertia<T> &A, const 
   return {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}};
 }
 
-/// sum += what stays of A beyond a joint, A − U D⁻¹ Uᵀ, moved by t (articulated_inertia_downdated, _translated, _added).
-/// A row of H after the other, so that a processor's registers hold what is needed at a time.  147 flops.
+/// sum += A − U D⁻¹ Uᵀ, translated by t: the articulated inertia that the parent feels through a joint
+/// (articulated_inertia_downdated, _translated, _added).  Computed one row of H at a time, so that the intermediate values fit
+/// into the registers.  147 flops.
 template <class T>
 KSL_LANES void add_beyond_joint(const articulated_inertia<T> &A, const coscrew<T> &U, const T &D_inverse, const vec3<T> &t,
                                 articulated_inertia<T> &sum) {
@@ -41,7 +43,7 @@ KSL_LANES void add_beyond_joint(const articulated_inertia<T> &A, const coscrew<T
   const T xy = A.Mxy - F.x * U.lin.y, yz = A.Myz - F.y * U.lin.z, zx = A.Mzx - F.z * U.lin.x;
   sum.Mxx = sum.Mxx + xx, sum.Myy = sum.Myy + yy, sum.Mzz = sum.Mzz + zz;
   sum.Mxy = sum.Mxy + xy, sum.Myz = sum.Myz + yz, sum.Mzx = sum.Mzx + zx;
-  // h: a row of what stays of H; k: of H − M t̃
+  // h: a row of H after the downdate; k: the same row of H − M t̃
   vec3<T> h, k;
   h.x = A.H.m00 - F.x * n.x, h.y = A.H.m01 - F.x * n.y, h.z = A.H.m02 - F.x * n.z;
   k.x = h.x + (zx * t.y - xy * t.z), k.y = h.y + (xx * t.z - zx * t.x), k.z = h.z + (xy * t.x - xx * t.y);

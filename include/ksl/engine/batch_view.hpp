@@ -1,7 +1,7 @@
-// KSL: what an algorithm is called with: one state, or a batch of states as row-major arrays, a row a state.
+// KSL: the arguments of an algorithm: one state, or a batch of states as row-major arrays with a row for each state.
 //
-// All algorithms share these two structs.  Which members one of them reads and writes is said in api/algorithms.py and in
-// docs/reference/dynamics.md; the others are ignored.
+// All algorithms share these two structs.  api/algorithms.py and docs/reference/dynamics.md say which members each of them
+// reads and writes; the others are ignored.
 #pragma once
 
 #include "ksl/engine/frame_options.hpp"
@@ -11,13 +11,13 @@
 
 namespace ksl {
 
-/// Links by index, in the order wanted; one may come twice.
+/// Links by index, in the order wanted; a link may be listed twice.
 struct link_list {
   int n = 0;
   const int *index = nullptr; ///< (n)
 };
 
-constexpr int most_results = 2; ///< of an algorithm, besides reactions
+constexpr int most_results = 2; ///< most results that an algorithm has, besides reactions
 
 /// Reactions of one state: 6 numbers for each joint of the request.
 template <class T> struct reaction_result {
@@ -42,19 +42,19 @@ template <class S> struct rows_view {
   std::ptrdiff_t stride = 0;
 };
 
-/// What the environment exerts on one link: a row is a wrench (linear first, at the link's origin, in the link's axes).
+/// Wrenches that the environment exerts on one link.  A row is a wrench: linear first, at the link's origin, in the link's axes.
 template <class S> struct external_rows {
   int link = 0;
   rows_view<const S> wrench;
 };
 
-/// Reactions that are wanted of every state: a row holds request.n × 6 numbers.
+/// Reactions requested for every state: a row holds request.n × 6 numbers.
 template <class S> struct reaction_rows {
   reaction_request request;
   rows_view<S> out;
 };
 
-/// n states.  Inputs without rows are zero; results without rows are not wanted.
+/// n states.  Inputs without rows are taken as zero; results without rows are not stored.
 template <class S> struct batch_view {
   std::size_t n = 0;
   rows_view<const S> q = {}, v = {}, a = {}, tau = {};

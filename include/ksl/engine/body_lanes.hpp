@@ -1,8 +1,8 @@
 // KSL: arrays over bodies, laid out so that the bodies of one state can be computed in lanes.
 //
-// Much of an algorithm waits for no other body: an inertia turned to other axes, Newton's and Euler's laws.  Where the
-// scalar is a plain number, the lanes of a register take as many bodies; where it is a pack of states, or a scalar of
-// somebody's own, the bodies come one after the other.  The numbers are the same to the bit.
+// Many steps of an algorithm don't depend on other bodies: rotating an inertia to other axes, Newton's and Euler's laws.  If
+// the scalar is a plain number, such steps are computed for several bodies at once, one in each lane of a register.  If it is a
+// pack of states or a user's own scalar, the bodies are computed one after the other.  The results are the same to the bit.
 #pragma once
 
 #include "ksl/engine/model.hpp"
@@ -12,10 +12,10 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// Room for n numbers in whole registers of any instruction set.
+/// n rounded up to whole registers of any instruction set.
 constexpr int padded(int n) { return (n + 15) / 16 * 16; }
 
-/// Number c of body i lies at [i / lane_block][c][i % lane_block]: a register reads it for several bodies.
+/// Number c of body i lies at [i / lane_block][c][i % lane_block], so that one load reads it for several bodies.
 template <class T> inline constexpr int lane_block = is_number<T> ? padded(1) : 1;
 
 /// How many numbers T the struct V has.
@@ -23,7 +23,7 @@ template <class V, class T> inline constexpr int numbers_in = static_cast<int>(s
 
 /// Where the numbers of body i begin in an array over bodies with n numbers each; they are lane_block<T> apart.
 template <int n, class T> KSL_LANES T *numbers_of(T *array, int i) {
-  const unsigned body = static_cast<unsigned>(i), g = static_cast<unsigned>(lane_block<T>); // division costs less
+  const unsigned body = static_cast<unsigned>(i), g = static_cast<unsigned>(lane_block<T>); // unsigned division costs less
   return array + (body / g * (n * g) + body % g);
 }
 
@@ -39,7 +39,7 @@ template <class T, int W> KSL_LANES void read(const T *from, pack<T, W> &to) { _
 template <class T> KSL_LANES void write(const T &from, T *to) { *to = from; }
 template <class T, int W> KSL_LANES void write(const pack<T, W> &from, T *to) { __builtin_memcpy(to, &from, sizeof from); }
 
-/// Unrolled whatever the compiler thinks: a struct filled in a loop would lie in memory.
+/// Always unrolled: a struct filled in a loop would be kept in memory instead of registers.
 template <int n, class T, class P> KSL_LANES void read_all(const T *from, P *to) {
   if constexpr (n > 0) {
     read_all<n - 1>(from, to);
@@ -55,12 +55,12 @@ template <int n, class T, class P> KSL_LANES void write_all(const P *from, T *to
 
 } // namespace body_lanes
 
-/// Body i, or as many bodies from i on as P has lanes.
+/// Body i, or the bodies i, i + 1, ... in the lanes of P.
 template <class P, class T> struct bodies_at {
   using scalar = P;
   int i;
 
-  /// V<P> of these bodies, from an array over bodies.
+  /// Loads the V<P> of these bodies from an array over bodies.
   template <template <class> class V> KSL_LANES V<P> get(const T *array) const {
     constexpr int n = numbers_in<V<P>, P>;
     V<P> v;
@@ -89,9 +89,10 @@ template <class T> KSL_LANES spatial_inertia<T> own_inertia(const model_view<sca
   return body_at<T>(i).inertia(model);
 }
 
-/// Two steps for n bodies, parents first: one(i) for all but the ground, which may read what both left of the parent, then
-/// lanes(bodies_at), which reads of no other body what this step leaves.  In lanes where that can be, and body after body
-/// where not, so that the second step finds near by what the first one left.
+/// Two steps for n bodies, parents first.  one(i) is called for all bodies but the ground, and may read what one() stored for
+/// the parent.  lanes(bodies_at) may read what one() stored for its own bodies, and nothing that lanes() stored for others.
+/// With plain numbers the second step runs in lanes, after the first is complete.  Otherwise both steps run for one body after
+/// the other, so that the second finds the data of the first in the nearest cache.
 template <class T, class One, class Lanes> KSL_LANES void for_bodies(int n, One one, Lanes lanes) {
   if constexpr (is_number<T>) {
     for (int i = 1; i < n; ++i)

@@ -1,5 +1,5 @@
-// KSL: a robot as a file or a program describes it: links, joints, names.  Nothing here is fast; make_model
-// (engine/model.hpp) turns it into the arrays that algorithms run on.
+// KSL: a robot as a file or a program describes it: links, joints, names.  Not made for speed; the constructor of ksl::model
+// (ksl/model.hpp) converts it to the arrays that algorithms run on.
 #pragma once
 
 #include "ksl/algebra.hpp"
@@ -12,13 +12,13 @@
 
 namespace ksl {
 
-/// What is said when a description can't be read or is no mechanism.  The message names file, line, link or joint, what
-/// is wrong and how to mend it.
+/// Thrown if a description can't be read or is not a mechanism.  The message names file, line, link or joint, what is wrong and
+/// how to mend it.
 struct KSL_EXPORT description_error : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Where something stands in a file; line 0 for what was not read from one.
+/// A position in a file; line 0 if it was not read from a file.
 struct file_position {
   int line = 0;
 };
@@ -29,10 +29,10 @@ struct link_description {
   /// Mass (kg), first moment (kg m) and inertia (kg m²) about the link's origin, in the link's axes; zero without <inertial>.
   spatial_inertia<double> inertia{};
   bool has_inertial = false;
-  bool has_geometry = false; ///< the file shows its shape, for the eye or for collisions
+  bool has_geometry = false; ///< has the link visual or collision geometry in the file
 };
 
-/// A bound or property that a file may leave out.
+/// A limit or property that a file may omit.
 using optional_number = std::optional<double>;
 
 struct joint_description {
@@ -46,7 +46,7 @@ struct joint_description {
   optional_number lower, upper;  ///< rad or m
   optional_number effort;        ///< N m or N
   optional_number velocity;      ///< rad/s or m/s
-  double damping = 0, friction = 0; ///< read and listed, never applied unless asked for
+  double damping = 0, friction = 0; ///< read and listed, but not applied
 };
 
 struct robot_description {
@@ -54,8 +54,8 @@ struct robot_description {
   std::string file; ///< as given to the reader; empty for a robot built in a program
   std::vector<link_description> links;
   std::vector<joint_description> joints; ///< in the order of the file
-  std::vector<std::string> unused;       ///< a line each: what the file holds and nothing here uses
-  std::vector<std::string> warnings;     ///< a line each: what is odd and used all the same, with link and condition
+  std::vector<std::string> unused;       ///< a line for each kind of content that KSL doesn't use
+  std::vector<std::string> warnings;     ///< a line for each thing that is suspicious but used, with link and condition
 };
 
 } // namespace ksl

@@ -39,8 +39,8 @@ void body_twists(const model_view<scalar_of<T>> &model, const energy_workspace<T
   }
 }
 
-/// Kinetic energy and potential energy of gravity (J), the latter zero with every centroid at the world's origin.
-/// Leaves w filled.  q (nq), v (nv).
+/// Kinetic energy and potential energy of gravity (J); the latter is zero with every centroid at the world's origin.
+/// Fills the workspace w.  q (nq), v (nv).
 template <class T>
 void energy(const model_view<scalar_of<T>> &model, const energy_workspace<T> &w, const T *q, const T *v, T *kinetic, T *potential) {
   using A = algebra<T>;
@@ -55,7 +55,7 @@ void energy(const model_view<scalar_of<T>> &model, const energy_workspace<T> &w,
     vec3<T> h;
     A::product_Ms(&I, &w.twist[i], &momentum);
     twice_kinetic = twice_kinetic + A::dot_cs(&momentum, &w.twist[i]);
-    A::product_drv(&pose.R, &I.h, &h); // mass × centroid, seen from the world's origin
+    A::product_drv(&pose.R, &I.h, &h); // mass × centroid, about the world's origin
     A::axpy_vv(I.m, &pose.t, &h);
     minus_potential = minus_potential + A::dot_vv(&gravity, &h);
   }

@@ -14,7 +14,7 @@ template <class T> struct external_wrenches {
 
 inline namespace KSL_ISA {
 
-/// The k-th of them, about the origin of its body and in its axes.
+/// External wrench k, about the origin of its body and in the body's axes.
 template <class T>
 inline coscrew<T> external_in_body(const model_view<scalar_of<T>> &model, const external_wrenches<T> &external, int k) {
   const T *e = external.wrench + 6 * k;
@@ -31,7 +31,8 @@ template <class T> KSL_LANES void add_wrench(const per_body<coscrew, T> &wrench,
   wrench.set(i, sum);
 }
 
-/// Takes external wrenches off those that bodies need.  express(body, wrench) brings each from the body's axes to others.
+/// Subtracts external wrenches from the wrenches that the bodies' motions need.  express(body, wrench) converts each from the
+/// body's axes to those of the algorithm.
 template <class T, class Express>
 KSL_LANES void subtract_external(const model_view<scalar_of<T>> &model, const external_wrenches<T> &external,
                                  const per_body<coscrew, T> &wrench, Express express) {

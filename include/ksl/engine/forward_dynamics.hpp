@@ -1,7 +1,7 @@
 // KSL: forward dynamics, by the articulated-body algorithm (Featherstone, RBDA (2008), table 7.1).
 //
-// The motion that the mechanism would have if no joint accelerated is found first, as inverse dynamics finds it.  What remains
-// is linear and has no velocities in it: the acceleration that the joints cause.
+// First the motion without joint accelerations is computed, as in inverse dynamics.  The remaining problem is linear and free
+// of velocities: the accelerations of bodies that the joint accelerations cause.
 #pragma once
 
 #include "ksl/engine/articulated_inertia.hpp"
@@ -11,22 +11,22 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// What is kept of a joint's coordinate (RBDA, section 7.3): U = A S, 1/D = 1/(Sᵀ U), u = τ − Sᵀ p.
+/// Stored for each coordinate of a joint (RBDA, section 7.3): U = A S, D⁻¹ = 1/(Sᵀ U), u = τ − Sᵀ p.
 template <class T> struct coordinate_state {
   coscrew<T> U;
   T D_inverse, u;
 };
 
-/// About each body's origin and in the axes of the base.
+/// All quantities are about each body's origin and in the axes of the base.
 template <class T> struct forward_dynamics_workspace {
   pose_workspace<T> pose;
   per_body<mat3x3, T> rotation;           ///< axes of each body
-  per_body<body_motion, T> motion;        ///< if no joint accelerated
+  per_body<body_motion, T> motion;        ///< without joint accelerations
   per_body<coscrew, T> wrench;            ///< bias force p
   per_body<articulated_inertia, T> A;
   array_of<vec3<T>> offset;               ///< from the parent's origin to that of each body
   array_of<coordinate_state<T>> coordinate;
-  array_of<screw<T>> acceleration;        ///< of each body, that the joints cause
+  array_of<screw<T>> acceleration;        ///< of each body, caused by the joint accelerations
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     pose.lay_out(memory, model);
@@ -35,7 +35,8 @@ template <class T> struct forward_dynamics_workspace {
   }
 };
 
-/// Axes, offsets and steady motions of all bodies, their inertias, and the wrenches that the steady motions need.
+/// Axes, offsets and inertias of all bodies, their motions without joint accelerations, and the wrenches that these motions
+/// need (the bias forces p).
 template <class T>
 void start_articulated(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w, const T *q, const T *v,
                        const external_wrenches<T> &external) {
@@ -46,7 +47,7 @@ void start_articulated(const model_view<scalar_of<T>> &model, const forward_dyna
     body_motion<T> m = w.motion[b.parent];
     m.acceleration = acceleration_at(m, offset);
     if constexpr (joint<K>::is_free)
-      if (b.is_base) { // it floats on the ground, and its axes are those of the base from here on
+      if (b.is_base) { // it floats on the ground; from here on all axes are those of this body
         const auto D = joint<K>::kept_pose(b, w.pose);
         D.to_body(m.acceleration);
       }
@@ -67,14 +68,14 @@ void start_articulated(const model_view<scalar_of<T>> &model, const forward_dyna
   });
 }
 
-/// What the parent feels of body i through its joint: A − U D⁻¹ Uᵀ and p + U D⁻¹ u, for one coordinate after the other, from
-/// the body to the parent.
+/// Adds to the parent the articulated inertia A − U D⁻¹ Uᵀ and the bias force p + U D⁻¹ u of body i, as felt through its joint.
+/// Coordinates are eliminated one after the other, starting at the body.
 template <joint_kind K, class T>
 KSL_LANES void pass_to_parent(const body<scalar_of<T>> &b, const forward_dynamics_workspace<T> &w, int i, const T *tau) {
   using algebra = ksl::algebra<T>;
   in_place<articulated_inertia, T> A(w.A, i);
   coscrew<T> p = w.wrench[i];
-  if constexpr (joint<K>::is_free) { // a free joint passes its effort on, and nothing else
+  if constexpr (joint<K>::is_free) { // a free joint transmits its effort and nothing else
     const mat3x3<T> R = w.rotation[i];
     coscrew<T> effort = {{tau[0], tau[1], tau[2]}, {tau[3], tau[4], tau[5]}}, rest;
     algebra::product_CoAdrc(&R, &effort, &effort);
@@ -103,11 +104,12 @@ KSL_LANES void pass_to_parent(const body<scalar_of<T>> &b, const forward_dynamic
   add_wrench(w.wrench, b.parent, p);
 }
 
-/// The acceleration of body i that the joints cause, and that of its own joint, once the parent's is known.
+/// The acceleration of body i that the joint accelerations cause, and the acceleration of its own joint, from the parent's
+/// acceleration.
 template <joint_kind K, class T>
 KSL_LANES void accelerate(const body<scalar_of<T>> &b, const forward_dynamics_workspace<T> &w, int i, T *dv) {
   using A = algebra<T>;
-  screw<T> a; // as if the joint did not accelerate
+  screw<T> a; // that of the parent, at this body's origin
   A::product_Adtinvs(&w.offset[i], &w.acceleration[b.parent], &a);
   if constexpr (joint<K>::is_free) {
     const mat3x3<T> R = w.rotation[i];

@@ -1,4 +1,4 @@
-// KSL: where every body and every frame is.
+// KSL: forward kinematics: poses of bodies and of links' frames.
 #pragma once
 
 #include "ksl/engine/joints.hpp"
@@ -16,12 +16,12 @@ template <class T> struct forward_kinematics_workspace {
   }
 };
 
-/// The pose of body 0, the ground: links lie in it as the description says.
+/// The pose of body 0, the ground: the identity.
 template <class T> KSL_LANES SE3<T> ground_pose(const model_view<scalar_of<T>> &model) {
   return spread<T>(model.body[0].placement);
 }
 
-/// Poses of all bodies in the world from those in their parents, which another algorithm has kept.
+/// Poses of all bodies in the world from their poses in their parents, which another algorithm has stored.
 template <class T>
 void compose_poses(const model_view<scalar_of<T>> &model, const pose_workspace<T> &kept, const array_of<SE3<T>> &in_world) {
   in_world[0] = ground_pose<T>(model);
@@ -37,7 +37,7 @@ void compose_poses(const model_view<scalar_of<T>> &model, const pose_workspace<T
 template <class T>
 void forward_kinematics(const model_view<scalar_of<T>> &model, const forward_kinematics_workspace<T> &w, const T *q) {
   sines_and_cosines(model, w.pose, q);
-  SE3<T> last = ground_pose<T>(model); // of body i − 1, mostly the parent
+  SE3<T> last = ground_pose<T>(model); // of body i − 1, usually the parent
   w.in_world[0] = last;
   for (int i = 1; i < model.bodies; ++i) {
     const body<scalar_of<T>> &b = model.body[i];
@@ -46,7 +46,7 @@ void forward_kinematics(const model_view<scalar_of<T>> &model, const forward_kin
         last = w.in_world[b.parent];
       last = composed(last, joint<turning>::computed_pose(b, w.pose, q));
       w.in_world[i] = last;
-    } else { // through memory, so that the fast path has its registers
+    } else { // reloaded from memory afterwards, which leaves more registers to the fast path
       by_slower_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
         w.in_world[i] = composed(w.in_world[b.parent], joint<K>::computed_pose(b, w.pose, q));
       });
@@ -65,7 +65,7 @@ inline SE3<T> link_pose(const model_view<scalar_of<T>> &model, const array_of<SE
   return D;
 }
 
-/// A pose as the matrix that users see: 4 × 4, row-major.
+/// Writes a pose as a 4 × 4 matrix, row-major.
 template <class T> KSL_LANES void write_matrix(const SE3<T> &D, T *out) {
   const mat3x3<T> &R = D.R;
   const T zero = T(0), one = T(1);

@@ -1,4 +1,4 @@
-// KSL: the Jacobian of a link's frame: its twist for each joint velocity.
+// KSL: the Jacobian of a link's frame, which maps joint velocities to the frame's twist.
 #pragma once
 
 #include "ksl/engine/forward_kinematics.hpp"
@@ -9,7 +9,7 @@ inline namespace KSL_ISA {
 
 template <class T> using jacobian_workspace = forward_kinematics_workspace<T>;
 
-/// The frame that a twist is expressed in: about whose origin, and in whose axes.
+/// The frame that a twist is expressed in, which gives origin and axes.
 template <class T> inline SE3<T> frame_of_options(const SE3<T> &frame, const frame_options &how) {
   const T o = T(0), l = T(1);
   SE3<T> target = {{l, o, o, o, l, o, o, o, l}, {o, o, o}};

@@ -1,7 +1,7 @@
-// KSL: inverse dynamics, with the wrench through every joint kept.
+// KSL: inverse dynamics.  The wrench through every joint is kept in the workspace.
 //
-// The recursive Newton–Euler algorithm (Luh, Walker, Paul 1980; Featherstone, RBDA (2008), table 5.1) in three-vectors:
-// newton_euler.hpp says what each body carries.
+// The recursive Newton–Euler algorithm (Luh, Walker, Paul 1980; Featherstone, RBDA (2008), table 5.1) in three-vectors;
+// newton_euler.hpp explains which.
 #pragma once
 
 #include "ksl/engine/external_wrenches.hpp"
@@ -22,8 +22,8 @@ template <class T> struct inverse_dynamics_workspace {
 };
 
 /// Joint efforts tau (nv) for positions q (nq), velocities v (nv) and accelerations dv (nv) under gravity and external
-/// wrenches.  Leaves w filled.  O(bodies), about 270 flops for each.  receive<K>(body, wrench) gets the wrench through each
-/// joint as it is found, from the last body on.
+/// wrenches.  Fills the workspace w.  O(bodies), about 270 flops for each.  receive<K>(body, wrench) is called with the wrench
+/// through each joint during the backward pass, from the last body to the first.
 template <class T, class Receive>
 KSL_LANES void inverse_dynamics_by_joint(const model_view<scalar_of<T>> &model, const inverse_dynamics_workspace<T> &w, const T *q,
                                          const T *v, const T *dv, const external_wrenches<T> &external, T *tau, Receive receive) {

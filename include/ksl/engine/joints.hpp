@@ -1,5 +1,5 @@
-// KSL: all kinds of joints in one list.  A new kind is a file in joints/, a value of joint_kind (joint.hpp), and a line in each of
-// the two functions here; the compiler names what its struct lacks.
+// KSL: the list of all kinds of joints.  A new kind is a file in joints/, a value of joint_kind (joint.hpp), and a line in each of
+// the two functions here; the compiler reports the members that its struct lacks.
 #pragma once
 
 #include "ksl/engine/joints/fixed.hpp"
@@ -17,7 +17,7 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// What the struct of every kind says of it: see joint_kind_row for each constant.
+/// Members that the struct of every kind has; joint_kind_row explains the constants.
 template <class J>
 concept described_joint = requires(const double *q, double *out) {
   { J::name } -> std::convertible_to<const char *>;
@@ -35,7 +35,7 @@ concept described_joint = requires(const double *q, double *out) {
   J::difference(q, q, out); // q1 ⊖ q0
 };
 
-/// And what the algorithms ask of those that move; one_axis.hpp says what each does.
+/// Members that the algorithms need of kinds that move; one_axis.hpp explains each.
 template <class J>
 concept moving_joint = described_joint<J> && requires(const body<double> &b, const pose_workspace<double> &w, const double *q, double *out,
                                                       const coscrew<double> &f, body_motion<double> &m,
@@ -50,12 +50,12 @@ concept moving_joint = described_joint<J> && requires(const body<double> &b, con
   { J::template momentum<0>(b, I) } -> std::same_as<coscrew<double>>;
 };
 
-/// Do bodies on such a joint only turn about their axis?  Most do; algorithms have a fast path for them.
+/// Does such a joint only rotate about its axis?  Most joints do; algorithms have a fast path for them.
 constexpr bool only_turns(joint_kind kind) { return kind == joint_kind::revolute || kind == joint_kind::continuous; }
 inline constexpr joint_kind turning = joint_kind::revolute; ///< how all of them move
 
-/// step.operator()<K>() for the kind of a body's joint.  Each kind gets code of its own, since values that are merged after a
-/// switch are spilled (docs/decisions/0006-bodies-in-lanes.md).
+/// Calls step.operator()<K>() for the kind of a body's joint.  There is a branch with its own code for each kind, since values
+/// that are merged after a switch are spilled (docs/decisions/0006-bodies-in-lanes.md).
 template <class Step> KSL_LANES void by_slower_kind(joint_kind kind, Step step) {
   const auto of = [&]<joint_kind K>() KSL_INLINED {
     static_assert(moving_joint<joint<K>>);
@@ -66,7 +66,7 @@ template <class Step> KSL_LANES void by_slower_kind(joint_kind kind, Step step) 
   case joint_kind::helical: return of.template operator()<joint_kind::helical>();
   case joint_kind::spherical: return of.template operator()<joint_kind::spherical>();
   case joint_kind::floating: return of.template operator()<joint_kind::floating>();
-  case joint_kind::fixed: // of no body
+  case joint_kind::fixed: // no body has such a joint
   case joint_kind::revolute:
   case joint_kind::continuous: return;
   }
@@ -79,7 +79,7 @@ template <class Step> KSL_LANES void by_kind(joint_kind kind, Step step) {
     by_slower_kind(kind, step);
 }
 
-/// The same for kinds as users name them: step gets a joint<K>.
+/// The same for any kind that a user may name; step is called with a joint<K>.
 template <class Step> constexpr auto with_joint(joint_kind kind, Step step) {
   switch (kind) {
   case joint_kind::fixed: return step(joint<joint_kind::fixed>());
@@ -96,7 +96,7 @@ template <class Step> constexpr auto with_joint(joint_kind kind, Step step) {
 inline constexpr joint_kind joint_kinds[] = {joint_kind::fixed,   joint_kind::revolute,  joint_kind::continuous, joint_kind::prismatic,
                                              joint_kind::helical, joint_kind::spherical, joint_kind::floating};
 
-/// What a table says of a kind.
+/// The properties of a kind.
 constexpr joint_kind_row row_of(joint_kind kind) {
   return with_joint(kind, [kind]<class J>(J) -> joint_kind_row {
     static_assert(described_joint<J>);

@@ -1,8 +1,9 @@
 // KSL: large angles reduced by multiples of π/2, exactly (Payne and Hanek 1983).
 //
-// An angle is an integer m times a power of two, and what matters of m 2ᵉ 2/π is its value mod 4.  The bits of 2/π before a
-// certain one give multiples of 4 and are left out; of those after it 192 are enough: no double is nearer to a multiple of
-// π/2 than 2⁻⁶¹, and then 75 bits are left.  Integers only, so that every compiler and processor gives the same bits.
+// An angle is an integer m times a power of two, and only m 2ᵉ 2/π mod 4 is needed.  The leading bits of 2/π, up to a position
+// that depends on e, contribute multiples of 4 and are left out.  The next 192 bits are enough: no double is closer to a
+// multiple of π/2 than 2⁻⁶¹, and even then 75 bits are left.  Only integer arithmetic is used, so that every compiler and
+// processor gives the same bits.
 #pragma once
 
 #include "ksl/isa.hpp"
@@ -11,10 +12,10 @@
 
 namespace ksl {
 
-/// x = quarters π/2 + numerator unit, where x lost multiples of 2π.
+/// x = quarters · π/2 + numerator · unit, up to a multiple of 2π.
 struct reduced_large_angle {
   int quarters;           ///< −4 … 4
-  std::int64_t numerator; ///< 2⁶¹ … 2⁶³, with the sign of the rest
+  std::int64_t numerator; ///< 2⁶¹ … 2⁶³, with the sign of the remainder
   double unit;            ///< a power of two
 };
 
@@ -22,7 +23,7 @@ inline namespace KSL_ISA {
 
 namespace large_angle {
 
-/// 2/π after 64 bits that are zero: as many as the largest double needs.
+/// 64 zero bits followed by the bits of 2/π: as many as the largest double needs.
 inline constexpr std::uint64_t two_over_pi[20] = {
     0x0000000000000000, 0xa2f9836e4e441529, 0xfc2757d1f534ddc0, 0xdb6295993c439041, 0xfe5163abdebbc561,
     0xb7246e3a424dd2e0, 0x06492eea09d1921c, 0xfe1deb1cb129a73e, 0xe88235f52ebb4484, 0xe99c7026b45f7e41,
@@ -38,14 +39,14 @@ inline std::uint64_t upper_product(std::uint64_t a, std::uint64_t b) {
   return a1 * b1 + (middle >> 32) + (other >> 32);
 }
 
-/// 128 bits, a fraction of one: upper 2⁻⁶⁴ + lower 2⁻¹²⁸.
+/// A fraction of 128 bits: upper 2⁻⁶⁴ + lower 2⁻¹²⁸.
 struct fraction { std::uint64_t upper, lower; };
 
 inline fraction shifted_left(const fraction &f, int n) { // 0 < n < 64
   return {f.upper << n | f.lower >> (64 - n), f.lower << n};
 }
 
-/// m 2ᵉ / 2π without its integer part.  e ≥ −62, since the table has 64 zeros before the first bit of 2/π.
+/// The fractional part of m 2ᵉ / 2π.  e ≥ −62, since the table has 64 zeros before the first bit of 2/π.
 inline fraction turns(std::uint64_t m, int e) {
   const int begin = e - 2 + 64, shift = begin % 64; // of the bits of 2/π
   const std::uint64_t *const word = two_over_pi + begin / 64;
@@ -58,8 +59,8 @@ inline fraction turns(std::uint64_t m, int e) {
 
 } // namespace large_angle
 
-/// Of a finite x, |x| ≥ 2¹⁸.  numerator × unit is at most π/4, with an error below 2⁻⁶⁰ of its own size: no double is so near
-/// to a multiple of π/2 that fewer than 64 bits of the 128 are left.
+/// Reduces a finite x, |x| ≥ 2¹⁸.  |numerator × unit| is at most π/4, with a relative error below 2⁻⁶⁰: no double is so close to
+/// a multiple of π/2 that fewer than 64 of the 128 bits are left.
 inline reduced_large_angle reduce_large(double x) {
   using namespace large_angle;
   std::uint64_t bits;
@@ -71,7 +72,7 @@ inline reduced_large_angle reduce_large(double x) {
   std::int64_t sign = bits >> 63 ? -1 : 1;
   if (sign < 0)
     quarters = -quarters;
-  if (f.upper >> 63) { // to the nearest: the next quarter less what is missing
+  if (f.upper >> 63) { // more than half a quarter: round up, the remainder is negative
     quarters += static_cast<int>(sign);
     f = {~f.upper + (f.lower == 0), ~f.lower + 1};
     sign = -sign;

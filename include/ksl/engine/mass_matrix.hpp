@@ -1,7 +1,8 @@
 // KSL: the mass matrix, by the composite-rigid-body algorithm.
 //
-// Featherstone, RBDA (2008), table 6.2.  The inertias of the subtrees are summed from the tips on, each in its joint's own
-// axes.  Of a subtree's momentum at unit velocity of its joint, every ancestor's joint takes the component along its motion.
+// Featherstone, RBDA (2008), table 6.2.  The inertias of the subtrees are summed from the leaves to the root, each in the axes of
+// its own joint.  An element of M is the momentum of a subtree at unit velocity of its joint, projected on the motion of an
+// ancestor's joint.
 #pragma once
 
 #include "ksl/engine/base_axes.hpp"
@@ -11,13 +12,13 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// Where the axis of a joint lies: its direction, and the origin of the joint.
+/// The axis of a joint: its direction, and the joint's origin.
 template <class T> struct joint_axis { vec3<T> z, origin; };
 
 template <class T> struct mass_matrix_workspace {
   pose_workspace<T> pose;
   per_body<mat3x3, T> rotation;                ///< axes of each body in those of the base
-  per_body<spatial_inertia, T> children;       ///< inertia of all that hangs on each body, in its frame
+  per_body<spatial_inertia, T> children;       ///< sum of the subtree inertias of each body's children, in its frame
   array_of<joint_axis<T>> axis;                ///< of each body's joint, in the frame of the base
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
@@ -26,7 +27,7 @@ template <class T> struct mass_matrix_workspace {
   }
 };
 
-/// What joint j, of any kind but the fastest, feels of a momentum at `origin`.
+/// Sets the elements of M for a momentum about `origin` and the ancestor's joint j, which is not a revolute joint.
 template <class T>
 KSL_LANES void set_ancestor(const body<scalar_of<T>> &b, const mass_matrix_workspace<T> &w, int j, const vec3<T> &origin,
                                     const coscrew<T> &momentum, index column, symmetric_matrix<T> M) {
@@ -37,8 +38,8 @@ KSL_LANES void set_ancestor(const body<scalar_of<T>> &b, const mass_matrix_works
   });
 }
 
-/// Column `column` of M, and the row left of the joint's own elements: what the joints that carry joint i feel of a momentum
-/// about its origin and in its axes.
+/// Sets the elements of column `column` of M above those of joint i itself, and their mirror images: the projections of a
+/// momentum on the joints that carry joint i.  The momentum is about the origin of joint i and in its axes.
 template <class T>
 KSL_LANES void set_ancestors(const model_view<scalar_of<T>> &model, const mass_matrix_workspace<T> &w, int i, coscrew<T> momentum,
                              index column, symmetric_matrix<T> M) {
@@ -49,7 +50,7 @@ KSL_LANES void set_ancestors(const model_view<scalar_of<T>> &model, const mass_m
   for (int j = model.body[i].parent; j > 0;) {
     const body<scalar_of<T>> &b = model.body[j];
     M.clear(column, b.v_index + b.nv, written);
-    if (only_turns(b.kind)) // rows are neighbours down to the first of the chain
+    if (only_turns(b.kind)) // rows are consecutive along the chain
       for (index k = j, row = b.v_index; k >= b.chain_start; --k, --row) {
         const coscrew<T> p = about_point(w.axis[k].origin, origin, momentum);
         M.set(row, column, algebra<T>::dot_vv(&w.axis[k].z, &p.ang));
@@ -62,7 +63,7 @@ KSL_LANES void set_ancestors(const model_view<scalar_of<T>> &model, const mass_m
   M.clear(column, 0, written);
 }
 
-/// Columns of joint i, and the inertia of its subtree to its parent.
+/// Sets the columns of joint i, and adds the inertia of its subtree to its parent.
 template <joint_kind K, int n = joint<K>::nv, class T>
 KSL_LANES void set_columns(const model_view<scalar_of<T>> &model, const mass_matrix_workspace<T> &w, int i, symmetric_matrix<T> M) {
   const body<scalar_of<T>> &b = model.body[i];
@@ -74,7 +75,7 @@ KSL_LANES void set_columns(const model_view<scalar_of<T>> &model, const mass_mat
     T own[n];
     joint<K>::effort(b, momentum[c], own);
     for (int k = 0; k <= c; ++k)
-      M.set(first + k, first + c, n > 1 ? own[k] + T(0) : own[k]); // no −0
+      M.set(first + k, first + c, n > 1 ? own[k] + T(0) : own[k]); // turns −0 into 0
   });
   add_to_parent<K>(I, model, w.pose, w.children, i);
   for (int c = 0; c < n; ++c) {
@@ -86,8 +87,8 @@ KSL_LANES void set_columns(const model_view<scalar_of<T>> &model, const mass_mat
   }
 }
 
-/// M (nv, nv), row-major, for q (nq).  Of scalars other than plain numbers: the upper triangle only, without the zeros that
-/// follow from the shape of the tree.
+/// M (nv, nv), row-major, for q (nq).  For scalars other than plain numbers, only the upper triangle is written, without the
+/// zeros that follow from the shape of the tree.
 template <class T>
 void elements_of_mass_matrix(const model_view<scalar_of<T>> &model, const mass_matrix_workspace<T> &w, const T *q, T *M) {
   w.axis[0].origin = {T(0), T(0), T(0)};

@@ -1,7 +1,7 @@
-// KSL: the laws of motion of one body, in three-vectors: what all algorithms share.
+// KSL: the laws of motion of one body, in three-vectors, as all algorithms use them.
 //
-// Each body carries ω, ω̇ and the classical acceleration a of its frame's origin, minus gravity.  Newton's and Euler's laws are
-// the same seen from every frame that moves without acceleration, so linear velocities are not needed.
+// The motion of a body is ω, ω̇ and the classical acceleration a of its frame's origin, minus gravity.  Newton's and Euler's laws
+// hold in every inertial frame, so linear velocities are not needed.
 #pragma once
 
 #include "ksl/engine/model.hpp"
@@ -9,7 +9,7 @@
 
 namespace ksl {
 
-/// How a body moves, which is all that its laws of motion ask for.
+/// The motion of a body, as far as its laws of motion depend on it.
 template <class T> struct body_motion {
   vec3<T> angular_velocity, angular_acceleration;
   vec3<T> acceleration; ///< classical, of the frame's origin, minus gravity
@@ -23,7 +23,7 @@ template <class T> KSL_LANES rate_products<T> products_of(const vec3<T> &w) {
   return {w.x * w.x, w.y * w.y, w.z * w.z, w.y * w.z, w.z * w.x, w.x * w.y};
 }
 
-/// The accelerations of a body's points, relative to its origin: of the one at r, A r = ω̇ × r + ω × (ω × r).  15 flops with
+/// The field A of accelerations in a body, relative to its origin: the point at r has A r = ω̇ × r + ω × (ω × r).  15 flops with
 /// the products.
 template <class T> KSL_LANES mat3x3<T> acceleration_field(const rate_products<T> &p, const vec3<T> &dw) {
   return {-(p.yy + p.zz), p.xy + dw.z,    p.zx - dw.y, p.xy - dw.z,    -(p.zz + p.xx),
@@ -53,7 +53,7 @@ KSL_LANES coscrew<T> newton_euler(const spatial_inertia<T> &I, const body_motion
   A::product_av(I.m, &a, &ma);
   A::product_drv(&F, &I.h, &f.lin);
   A::xpy_vv(&ma, &f.lin);
-  // I ω̇ + ω × I ω, with what A has of it
+  // I ω̇ + ω × I ω, with the products that A contains
   f.ang.x = I.Ixx * dw.x + (I.Izz - I.Iyy) * p.yz + (I.Iyz * (p.yy - p.zz) + (I.Izx * F.m10 - I.Ixy * F.m20));
   f.ang.y = I.Iyy * dw.y + (I.Ixx - I.Izz) * p.zx + (I.Izx * (p.zz - p.xx) + (I.Ixy * F.m21 - I.Iyz * F.m01));
   f.ang.z = I.Izz * dw.z + (I.Iyy - I.Ixx) * p.xy + (I.Ixy * (p.xx - p.yy) + (I.Iyz * F.m02 - I.Izx * F.m12));
@@ -62,7 +62,7 @@ KSL_LANES coscrew<T> newton_euler(const spatial_inertia<T> &I, const body_motion
   return f;
 }
 
-/// The motion of the ground: a frame that accelerates upwards has weight.
+/// The motion of the ground: it accelerates upwards, which has the effect of gravity.
 template <class T> KSL_LANES body_motion<T> ground_motion(const model_view<scalar_of<T>> &model) {
   const vec3<T> zero = {T(0), T(0), T(0)}, gravity = spread<T>(model.gravity);
   body_motion<T> m = {zero, zero, zero};

@@ -1,4 +1,4 @@
-// KSL: a workspace with memory of its own, for programs that call the engine's templates with a scalar of theirs:
+// KSL: a workspace that owns its memory, for programs that call the engine's templates with a scalar of their own:
 //
 //     ksl::owned_workspace<ksl::inverse_dynamics_workspace<my_scalar>> w(model.view());
 //     ksl::inverse_dynamics(model.view(), *w, q, v, a, {}, tau);

@@ -1,7 +1,7 @@
-// KSL: rotations about coordinate axes, of which every orientation in a model is made.
+// KSL: rotations about coordinate axes.  Every orientation in a model is composed of them.
 //
-// Such a rotation changes two numbers of a vector for 6 flops.  Three of them lead from any axes to any others, and the first
-// is not needed where a body's x axis is chosen well (Denavit and Hartenberg 1955).
+// Such a rotation changes two components of a vector and costs 6 flops.  Three of them compose any rotation, and the first is
+// not needed if a body's x axis is chosen well (Denavit and Hartenberg 1955).
 #pragma once
 
 #include "ksl/pack.hpp"
@@ -22,7 +22,7 @@ template <class T> KSL_LANES plane_rotation<T> product(const plane_rotation<T> &
 
 template <class T> KSL_LANES plane_rotation<T> inverse(const plane_rotation<T> &a) { return {-a.sine, a.cosine}; }
 
-/// Rotates two coordinates in their plane, u towards v, or back.  6 flops.
+/// Rotates two coordinates in their plane, u towards v; rotate_back inverts it.  6 flops.
 template <class T> KSL_LANES void rotate(const plane_rotation<T> &a, T &u, T &v) {
   const T w = u;
   u = a.cosine * w - a.sine * v;
@@ -34,7 +34,7 @@ template <class T> KSL_LANES void rotate_back(const plane_rotation<T> &a, T &u, 
   v = a.cosine * v - a.sine * w;
 }
 
-/// The elements of a symmetric matrix in such a plane.  14 flops.
+/// Rotates the elements of a symmetric matrix in such a plane.  14 flops.
 template <class T> KSL_LANES void rotate_symmetric(const plane_rotation<T> &a, T &uu, T &vv, T &uv) {
   const T cs = a.cosine * a.sine, ss = a.sine * a.sine, d = vv - uu, w = uv;
   const T moved = ss * d - (cs + cs) * w;

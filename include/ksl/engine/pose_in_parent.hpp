@@ -1,5 +1,5 @@
-// KSL: how bodies lie in their parents.  Where the joint has an axis it is by turns about coordinate axes, so that a vector
-// goes from one to the other for 12 flops and nothing is stored but sines and cosines.  Denavit and Hartenberg (1955);
+// KSL: poses of bodies in their parents.  If the joint has an axis, the orientation is composed of rotations about coordinate
+// axes.  Transforming a vector then costs 12 flops, and only sines and cosines are stored.  Denavit and Hartenberg (1955);
 // docs/decisions/0007-turns.md.
 #pragma once
 
@@ -9,19 +9,19 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// What the joints move of the bodies' poses: computed once from q, reloaded on the way back to the base.
+/// The parts of the bodies' poses that depend on q: computed in the forward pass, reloaded in the backward pass.
 template <class T> struct pose_workspace {
   T *sine, *cosine; ///< of theta = theta0 + joint angle, one for each number in q; used where q holds angles
-  T *moved;         ///< body.pose_index: the translation of a joint that slides, the pose of one without an axis
+  T *moved;         ///< from body.pose_index on: the translation of a joint that slides, the pose of one without an axis
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
-    const int angles = padded(model.nq) + padded(1); // registers may begin at any number
+    const int angles = padded(model.nq) + padded(1); // a register may be loaded at any index
     sine = memory.take<T>(angles);
     cosine = memory.take<T>(angles);
     moved = memory.take<T>(model.pose_numbers);
   }
 
-  /// What is kept of a body, as a V<T>.
+  /// The stored part of a body's pose, as a V<T>.
   template <template <class> class V> KSL_LANES V<T> &kept(const body<scalar_of<T>> &b) const {
     return *reinterpret_cast<V<T> *>(moved + b.pose_index);
   }
@@ -41,8 +41,8 @@ KSL_LANES void rotations_about_z(const model_view<scalar_of<T>> &model, const po
   }
 }
 
-/// The same for plain doubles, with the joints in the lanes; of numbers that are no angles, too, which costs less than
-/// choosing.
+/// The same for plain doubles, with the joints in the lanes.  Numbers in q that are not angles are included, since that costs
+/// less than leaving them out.
 template <class Compute>
 KSL_LANES void rotations_about_z(const model_view<double> &model, const pose_workspace<double> &w, const double *q, Compute compute) {
   using P = native_pack<double>;
@@ -57,8 +57,8 @@ KSL_LANES void rotations_about_z(const model_view<double> &model, const pose_wor
   }
 }
 
-/// Sines and cosines of all joint rotations about z.  Angles within the fast range, nearly all, are computed without a branch
-/// for each; if one lies outside, all are computed again.
+/// Sines and cosines of all joint rotations about z.  Nearly all angles are within the fast range, so all are computed without
+/// a branch for each.  If one is outside, all are computed again.
 template <class T> void sines_and_cosines(const model_view<scalar_of<T>> &model, const pose_workspace<T> &w, const T *q) {
   const auto any = []<class P>(const P &x, P &sine, P &cosine) { sine_cosine(x, sine, cosine); };
   if constexpr (is_number<T> || is_pack<T>) {
@@ -73,7 +73,7 @@ template <class T> void sines_and_cosines(const model_view<scalar_of<T>> &model,
   rotations_about_z(model, w, q, any);
 }
 
-/// The inertia of a body in other axes, about the same origin.  90 flops.
+/// Expresses an inertia in other axes, about the same origin.  90 flops.
 template <class T> KSL_LANES spatial_inertia<T> rotated(const spatial_inertia<T> &I, const mat3x3<T> &R) {
   using A = algebra<T>;
   mat3x3<T> J;
@@ -87,7 +87,8 @@ template <class T> KSL_LANES spatial_inertia<T> rotated(const spatial_inertia<T>
 template <class T> KSL_LANES void rotate(const mat3x3<T> &R, vec3<T> &v) { algebra<T>::product_drv(&R, &v, &v); }
 template <class T> KSL_LANES void rotate(const mat3x3<T> &R, spatial_inertia<T> &I) { I = rotated(I, R); }
 
-/// A body in its parent where the joint has an axis: Rz(offset) Rx(alpha) Rz(theta), and a translation in the parent's axes.
+/// The pose of a body in its parent if the joint has an axis: Rz(offset) Rx(alpha) Rz(theta), and a translation in the parent's
+/// axes.
 template <class T> struct axis_pose {
   using S = scalar_of<T>;
   const body<S> &b;
@@ -109,7 +110,7 @@ template <class T> struct axis_pose {
     if (!b.no_offset)
       (rotate_z(spread<T>(b.offset), v), ...);
   }
-  /// The body's axes, from the parent's.  43 flops, of which three wait for each other.
+  /// Computes the body's axes from the parent's.  43 flops; the longest chain of dependent operations is three.
   KSL_LANES void rotate_axes(mat3x3<T> &R) const {
     using A = algebra<T>;
     vec3<T> x, y, z, u, v;
@@ -135,7 +136,7 @@ private:
   }
 };
 
-/// A body in its parent where the joint has no axis.
+/// The pose of a body in its parent if the joint has no axis.
 template <class T> struct free_pose {
   mat3x3<T> R;
   vec3<T> t;

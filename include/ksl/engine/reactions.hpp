@@ -1,5 +1,5 @@
-// KSL: reactions: the wrench that the parent side exerts on the child side through a joint, in parts, at any point, in
-// any axes.  Coscrews page, eqs. (7)–(9).
+// KSL: reactions: the wrench that the parent side exerts on the child side through a joint, whole or in parts, about any point
+// and in any axes.  Coscrews page, eqs. (7)–(9).
 #pragma once
 
 #include "ksl/engine/forward_kinematics.hpp"
@@ -11,15 +11,15 @@ enum class wrench_part : int { total, constraint, actuation };
 enum class wrench_side : int { child, parent };       ///< the wrench on which side
 enum class wrench_frame : int { joint, world, link }; ///< whose origin, or whose axes
 
-/// Which reactions, and how they are to be expressed.
+/// The joints whose reactions are wanted, and how these are expressed.
 struct reaction_request {
   int n = 0;                  ///< joints
   const int *link = nullptr;  ///< (n) the child link of each
   wrench_part part = wrench_part::total;
   wrench_side on = wrench_side::child;
   wrench_frame at = wrench_frame::joint;   ///< point
-  int at_link = -1;                        ///< whose origin, where `at` is link
-  double offset[3] = {0, 0, 0};            ///< added to the joint's origin, in the joint's axes, where `at` is joint
+  int at_link = -1;                        ///< whose origin, if `at` is link
+  double offset[3] = {0, 0, 0};            ///< added to the joint's origin, in the joint's axes, if `at` is joint
   wrench_frame axes = wrench_frame::joint;
   int axes_link = -1;
   bool angular_first = false; ///< the order of the six numbers
@@ -27,7 +27,7 @@ struct reaction_request {
 
 inline namespace KSL_ISA {
 
-/// Begins with what inverse dynamics leaves, so that reactions may follow it in the same memory.
+/// Begins with the workspace of inverse dynamics, so that reactions can read its results in the same memory.
 template <class T> struct reactions_workspace {
   inverse_dynamics_workspace<T> dynamics;
   array_of<SE3<T>> in_world;        ///< pose of each body
@@ -68,7 +68,8 @@ void link_wrenches(const model_view<scalar_of<T>> &model, const reactions_worksp
   }
 }
 
-/// The part of a wrench in a body's canonical frame: h* Sᵀ f along the joint's motion, the rest across it (coscrews (7), (9)).
+/// The requested part of a wrench in a body's canonical frame.  The actuation part is h* Sᵀ f, the constraint part is the rest
+/// (coscrews (7), (9)).
 template <joint_kind K, class T>
 KSL_LANES coscrew<T> part_through(const body<scalar_of<T>> &b, wrench_part part, const coscrew<T> &f) {
   if (part == wrench_part::total)
@@ -81,7 +82,7 @@ KSL_LANES coscrew<T> part_through(const body<scalar_of<T>> &b, wrench_part part,
   return part == wrench_part::constraint ? constraint : actuation;
 }
 
-/// The same of the wrench through the joint that carries a link; fixed joints carry all.
+/// The same for the wrench through the joint that carries a link.  Through a fixed joint all of it is constraint.
 template <class T>
 inline coscrew<T> part_of(const model_view<scalar_of<T>> &model, const link<scalar_of<T>> &l, wrench_part part, const coscrew<T> &f) {
   const body<scalar_of<T>> &b = model.body[l.body];
@@ -95,7 +96,7 @@ inline coscrew<T> part_of(const model_view<scalar_of<T>> &model, const link<scal
   return found;
 }
 
-/// Pose of the joint's frame in the frame that a request asks for: the coadjoint of this pose carries the wrench there.
+/// Pose of the joint's frame in the requested frame.  The coadjoint of this pose transforms the wrench.
 template <class T>
 inline SE3<T> pose_in_requested(const model_view<scalar_of<T>> &model, const reactions_workspace<T> &w, const reaction_request &request,
                                 int link) {
@@ -119,13 +120,13 @@ inline SE3<T> pose_in_requested(const model_view<scalar_of<T>> &model, const rea
   return D;
 }
 
-/// Is a wrench asked for just where and as the joint's frame gives it?
+/// Is the wrench requested about the joint's origin and in the joint's axes?
 inline bool in_joint_frame(const reaction_request &request) {
   return request.at == wrench_frame::joint && request.axes == wrench_frame::joint && request.offset[0] == 0 &&
          request.offset[1] == 0 && request.offset[2] == 0;
 }
 
-/// From the body's canonical frame to the link's.
+/// Transforms a wrench from the body's canonical frame to the link's.
 template <class T> KSL_LANES void rotate_to_link(const link<scalar_of<T>> &l, coscrew<T> &f) {
   using A = algebra<T>;
   const SE3<T> pose = spread<T>(l.pose);
@@ -141,7 +142,7 @@ template <class T> KSL_LANES void put_reaction(const coscrew<T> &f, bool angular
   ang[0] = f.ang.x, ang[1] = f.ang.y, ang[2] = f.ang.z;
 }
 
-/// The same from the canonical frame.
+/// Writes a wrench that is given in the canonical frame, in the axes of the link.
 template <class T>
 KSL_LANES void put_canonical(coscrew<T> f, const link<scalar_of<T>> &l, bool angular_first, T *out) {
   if (!l.axis_aligned) {
@@ -158,8 +159,8 @@ KSL_LANES void put_canonical(coscrew<T> f, const link<scalar_of<T>> &l, bool ang
   ang[x] = f.ang.x, ang[y] = sign * f.ang.y, ang[z] = sign * f.ang.z;
 }
 
-/// Reactions of the requested joints into out (n, 6); after inverse_dynamics.  The split is made in the joint's frame and
-/// then moved by the coadjoint: splitting again at another point would give something else.
+/// Reactions of the requested joints into out (n, 6); after inverse_dynamics.  The wrench is split in the joint's frame and the
+/// part is then transformed by the coadjoint.  A split at another point would give a different result.
 template <class T>
 void reactions(const model_view<scalar_of<T>> &model, const reactions_workspace<T> &w, const external_wrenches<T> &external,
                const reaction_request &request, T *out) {
@@ -174,7 +175,7 @@ void reactions(const model_view<scalar_of<T>> &model, const reactions_workspace<
 
   for (int k = 0; k < request.n; ++k, out += 6) {
     const link<scalar_of<T>> &l = model.link[request.link[k]];
-    // number by number: compilers copy a struct chosen as a whole by wide loads of narrow stores, a store-to-load stall
+    // number by number: a struct selected as a whole is copied by wide loads of narrow stores, which stall
     const bool own = l.carried_by_moving_joint;
     const T *const from = own ? &w.dynamics.wrench.number(l.body, 0) : &w.link_wrench[request.link[k]].lin.x;
     const int step = own ? lane_block<T> : 1;
@@ -191,8 +192,8 @@ void reactions(const model_view<scalar_of<T>> &model, const reactions_workspace<
   }
 }
 
-/// Efforts tau (nv) and the requested reactions out (n, 6) at once.  Those of joints that move, in their own frames and in
-/// the order of the joints, are written as inverse dynamics finds them; others follow.
+/// Efforts tau (nv) and the requested reactions out (n, 6) in one call.  Reactions of moving joints, if requested in their own
+/// frames and in the order of the joints, are written during the backward pass.  Others are computed afterwards.
 template <class T>
 void inverse_dynamics_with_reactions(const model_view<scalar_of<T>> &model, const reactions_workspace<T> &w, const T *q, const T *v,
                                      const T *dv, const external_wrenches<T> &external, T *tau, const reaction_request &request,

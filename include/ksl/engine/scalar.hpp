@@ -1,8 +1,10 @@
-// KSL: what the engine asks of the scalar T that an algorithm is instantiated with.
+// KSL: the requirements on the scalar T that an algorithm is instantiated with.
 //
-// There are three kinds.  Plain numbers, double and float: the bodies of one state may lie in lanes.  Packs of them: a state
-// in each lane.  Any other type that meets the concept below, for example dual<n> (ksl/dual.hpp), or a type that counts or
-// records operations: bodies come one after the other.  docs/scalars.md shows how to write one.
+// There are three kinds of scalars:
+// - plain numbers, double and float.  Several bodies of one state may be computed in lanes.
+// - packs of plain numbers, with a state in each lane.
+// - any other type that meets the concept below, for example dual<n> (ksl/dual.hpp), or a type that counts or records
+//   operations.  Bodies are computed one after the other.  docs/scalars.md shows how to write such a type.
 #pragma once
 
 #include "ksl/pack.hpp"
@@ -10,7 +12,7 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// Is T a plain number?  Then bodies can lie in lanes.
+/// Is T a plain number?  Then several bodies can be computed in lanes.
 template <class T> inline constexpr bool is_number = false;
 template <class T> inline constexpr bool is_number<const T> = is_number<T>;
 template <> inline constexpr bool is_number<double> = true;
@@ -19,7 +21,7 @@ template <> inline constexpr bool is_number<float> = true;
 template <class T> inline constexpr bool is_pack = false;
 template <class T, int W> inline constexpr bool is_pack<pack<T, W>> = true;
 
-/// + − × ÷, and constants: from the numbers that models hold (scalar_of_trait says which), and from literals.
+/// The operators + − × ÷, and constants made from the numbers that models hold (see scalar_of_trait) and from literals.
 template <class T>
 concept has_arithmetic = requires(const T &a, const T &b, const scalar_of<T> &number) {
   T(number);
@@ -32,7 +34,7 @@ concept has_arithmetic = requires(const T &a, const T &b, const scalar_of<T> &nu
   T(-a);
 };
 
-/// What a comparison gives is the type's own choice: a bool, a mask, a recorded condition.  Choices are made by select.
+/// Comparisons.  Their result may be of any type: a bool, a mask, a recorded condition.  It is only passed to select.
 template <class T>
 concept has_choice = requires(const T &a, const T &b) {
   T(math<T>::select(a < b, a, b));
@@ -44,7 +46,7 @@ concept has_choice = requires(const T &a, const T &b) {
 /// The algebra's functions: math<T> specialised.
 template <class T>
 concept has_functions = requires(const T &a, const T &b) {
-  T(math<T>::sqrt(math<T>::epsilon)); // a number that becomes T by itself, or a T
+  T(math<T>::sqrt(math<T>::epsilon)); // a T, or a number that converts to T
   T(math<T>::fabs(a));
   T(math<T>::sqrt(a));
   T(math<T>::sin(a));
@@ -53,14 +55,14 @@ concept has_functions = requires(const T &a, const T &b) {
 };
 
 /// math<T>::sine_cosine(angle, sine, cosine).  KSL's own kernel is for plain numbers and packs only: it rounds to integers by
-/// adding a large number, which another scalar would differentiate or record away.
+/// adding and subtracting a large number, which fails for scalars that differentiate or record operations.
 template <class T>
 concept has_sine_cosine = is_number<T> || is_pack<T> || requires(const T &angle, T &sine, T &cosine) {
   math<T>::sine_cosine(angle, sine, cosine);
 };
 
-/// A type that every algorithm of the engine accepts.  Objects are copied as their bytes are in arrays of structs, so a scalar
-/// can be default constructed and copied, and has no alignment beyond its members'.
+/// A type that every algorithm of the engine accepts.  Structs of scalars are read and written as arrays of scalars, so a scalar
+/// must be default constructible and copyable, and must have no alignment beyond that of its members.
 template <class T>
 concept scalar = has_arithmetic<T> && has_choice<T> && has_functions<T> && has_sine_cosine<T>;
 

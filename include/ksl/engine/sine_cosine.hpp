@@ -1,13 +1,13 @@
 // KSL: sine and cosine together, one kernel for plain numbers and packs of every width.
 //
-// The angle is reduced to hi + lo, |hi| ≤ π/4, by multiples of π/2.  Up to fast_range that takes a few operations in lanes:
-// in double by three parts of π/2 whose products with k are exact (Cody and Waite 1980), in float by parts of which each
-// difference x − k part is rounded once.  A register that holds a larger angle takes a branch: its lanes are computed one by
-// one, and large angles reduced with as many bits of 2/π as they need (large_angle.hpp).  Then the polynomials of K. C. Ng
-// (fdlibm, double) or S. Moshier (Cephes, float).
+// The angle is reduced to hi + lo, |hi| ≤ π/4, by subtracting a multiple k π/2.  Up to fast_range this takes a few operations in
+// lanes.  In double, π/2 is split into three parts whose products with k are exact (Cody and Waite 1980).  In float, each
+// difference x − k · part is rounded once.  If a register holds a larger angle, its lanes are computed one by one, and large
+// angles are reduced with as many bits of 2/π as they need (large_angle.hpp).  The polynomials are those of K. C. Ng (fdlibm,
+// double) and S. Moshier (Cephes, float).
 //
 // The error is below 1 unit in the last place for every finite angle, in double and in float
-// (test/engine/sine_cosine_test.py); of infinities and NaN both results are NaN.
+// (test/engine/sine_cosine_test.py).  For infinities and NaN both results are NaN.
 #pragma once
 
 #include "ksl/engine/large_angle.hpp"
@@ -22,10 +22,10 @@ inline namespace KSL_ISA {
 template <class S> struct trigonometry;
 
 template <> struct trigonometry<double> {
-  static constexpr double fast_range = 262144.0; ///< 2¹⁸: beyond, hi may be too small for the bits that three parts leave
+  static constexpr double fast_range = 262144.0; ///< 2¹⁸: beyond it, three parts of π/2 may not be accurate enough for a small hi
   static constexpr double two_over_pi = 6.36619772367581382433e-01;
   static constexpr double half_pi[3] = {1.57079632673412561417e+00, 6.07710050630396597660e-11, 2.02226624879595063154e-21};
-  static constexpr double round = 6755399441055744.0; ///< 1.5 × 2⁵²: adding and taking it off rounds to an integer
+  static constexpr double round = 6755399441055744.0; ///< 1.5 × 2⁵²: adding and subtracting it rounds to an integer
   static constexpr double sine[6] = {-1.66666666666666324348e-01, 8.33333333332248946124e-03,  -1.98412698298579493134e-04,
                                      2.75573137070700676789e-06,  -2.50507602534068634195e-08, 1.58969099521155010221e-10};
   static constexpr double cosine[6] = {4.16666666666666019037e-02,  -1.38888888888741095749e-03, 2.48015872894767294178e-05,
@@ -52,7 +52,8 @@ template <class T> KSL_LANES reduced_angle<T> reduce(T x, const double &) {
   return {k, hi, ((b - hi) - w) + ((a - b) - u)};
 }
 
-/// x − k p, rounded once, where the difference has 53 bits at most: by one instruction, or by way of double, to the same bit.
+/// x − k p, rounded once, if the difference has 53 bits at most.  Computed by a fused multiply-add or in double; both give the
+/// same bits.
 KSL_LANES float difference(float x, float k, float p) {
   return static_cast<float>(static_cast<double>(x) - static_cast<double>(k) * static_cast<double>(p));
 }
@@ -72,7 +73,7 @@ template <int W> KSL_LANES pack<float, W> difference(pack<float, W> x, pack<floa
   return __builtin_convertvector(d, typename vector_of<float, W>::type);
 }
 
-/// k π/2 is taken off in parts of 24 bits.  The first difference is exact; what rounding takes from the second, hi, goes to lo.
+/// Subtracts k π/2 in parts of 24 bits.  The first difference is exact; the rounding error of the second one, hi, is added to lo.
 template <class T> KSL_LANES reduced_angle<T> reduce(T x, const float &) {
   using C = trigonometry<float>;
   const T round = T(C::round), c = T(C::two_over_pi);
@@ -83,7 +84,8 @@ template <class T> KSL_LANES reduced_angle<T> reduce(T x, const float &) {
   return {k, hi, (((a - (hi - b)) - (p + b)) + rest) - k * T(C::half_pi[2])};
 }
 
-/// c₀ + c₁ x + …, by pairs, then pairs of pairs (Estrin): fewer steps wait for others than in Horner's form.
+/// c₀ + c₁ x + …, evaluated by pairs, then pairs of pairs (Estrin): the chain of dependent operations is shorter than in
+/// Horner's form.
 template <class T> KSL_LANES T polynomial(const scalar_of<T> (&c)[3], T x) {
   return (T(c[0]) + T(c[1]) * x) + x * x * T(c[2]);
 }
@@ -92,8 +94,8 @@ template <class T> KSL_LANES T polynomial(const scalar_of<T> (&c)[6], T x) {
   return (T(c[0]) + T(c[1]) * x) + xx * ((T(c[2]) + T(c[3]) * x) + xx * (T(c[4]) + T(c[5]) * x));
 }
 
-/// Turns (s, c), sine and cosine of an angle, by k quarter turns.  Of k mod 4 the last bit swaps the two, and the other turns
-/// signs.
+/// Adds k quarter turns to an angle that is given by its sine s and cosine c.  The last bit of k mod 4 swaps the two, the other
+/// bit changes signs.
 template <class T> KSL_LANES void turn_by_quarters(T k, T &s, T &c) {
   using S = scalar_of<T>;
   const T one = T(S(1)), half = T(S(0.5)), round = T(trigonometry<S>::round), sine = s, cosine = c;
@@ -104,7 +106,7 @@ template <class T> KSL_LANES void turn_by_quarters(T k, T &s, T &c) {
   c = math<T>::select(math<T>::fabs(n + half) > one, -c, c);
 }
 
-/// The same by the bits of k + 1.5 × 2^(digits − 1), of which the last are those of k.
+/// The same by bit operations on k + 1.5 × 2^(digits − 1), whose last bits are those of k.
 template <class S, int W> KSL_LANES void turn_by_quarters(pack<S, W> k, pack<S, W> &s, pack<S, W> &c) {
   using P = pack<S, W>;
   using integers = typename P::mask;
@@ -133,14 +135,14 @@ template <class T> KSL_LANES void sine_cosine_of_reduced(const reduced_angle<T> 
   turn_by_quarters(r.k, sine, cosine);
 }
 
-/// sine and cosine of x, |x| ≤ fast_range, by select and never by branch.
+/// sine and cosine of x, |x| ≤ fast_range, without branches.
 template <class T> KSL_LANES void sine_cosine_in_fast_range(T x, T &sine, T &cosine) {
   sine_cosine_of_reduced(reduce(x, scalar_of<T>()), sine, cosine);
 }
 
-/// The same of any x, and NaN of what is no number.  Out of line, so that the common way keeps its registers.
+/// The same for any x; NaN for infinities and NaN.  Not inlined, so that the fast path keeps its registers.
 template <class S> __attribute__((noinline, cold)) void sine_cosine_of_any(S x, S &sine, S &cosine) {
-  if (math<S>::fabs(x) <= trigonometry<S>::fast_range) { // another lane of the register is large
+  if (math<S>::fabs(x) <= trigonometry<S>::fast_range) { // only another lane of the register is large
     sine_cosine_in_fast_range(x, sine, cosine);
   } else if (x - x == S(0)) {
     const reduced_large_angle large = reduce_large(static_cast<double>(x));
@@ -168,14 +170,14 @@ KSL_LANES void sine_cosine(T x, T &sine, T &cosine) {
   T s, c;
   sine_cosine_in_fast_range(x, s, c);
   if (!in_range) [[unlikely]] {
-    T angle = x, any_s, any_c; // only these need an address
+    T angle = x, any_s, any_c; // copies, since only these need an address
     sine_cosine_of_any(angle, any_s, any_c);
     s = any_s, c = any_c;
   }
   sine = s, cosine = c;
 }
 
-/// The same of any other scalar, by its own function.
+/// The same for any other scalar, by its own function.
 template <class T>
   requires(!is_number<T> && !is_pack<T>)
 void sine_cosine(const T &x, T &sine, T &cosine) {

@@ -1,5 +1,5 @@
-// KSL: constants of a model in every lane, or in another precision.  A model holds plain numbers; what a kernel reads of it
-// becomes its scalar here, at the cost of a broadcast for packs and of nothing for plain numbers.
+// KSL: converts constants of a model to another scalar.  A model holds plain numbers.  For packs the conversion is a broadcast
+// to all lanes; for plain numbers of the same precision it costs nothing.
 #pragma once
 
 #include "ksl/engine/model.hpp"

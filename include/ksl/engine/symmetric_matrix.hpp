@@ -8,10 +8,10 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-using index = std::ptrdiff_t; ///< of elements: as wide as addresses, which avoids sign extension
+using index = std::ptrdiff_t; ///< of rows and columns: as wide as addresses, which avoids sign extension
 
-/// An n × n matrix, row-major.  Plain numbers are written to both triangles, zeros too, as they come by.  Of packs and other
-/// scalars only the upper triangle is written, into a matrix of zeros, and mirrored in the end.
+/// An n × n matrix, row-major.  With plain numbers, set() writes both triangles, and zeros are written too.  With packs and
+/// other scalars, only the upper triangle is written, into a matrix of zeros, and mirrored at the end.
 template <class T> struct symmetric_matrix {
   T *first;
   index n;
@@ -22,7 +22,7 @@ template <class T> struct symmetric_matrix {
     if constexpr (is_number<T>)
       first[column * n + row] = x;
   }
-  /// Zeros in a row, from a column to another.
+  /// Writes zeros to the columns [from, end) of a row.
   KSL_LANES void clear(index row, index from, index end) const {
     if constexpr (is_number<T>)
       for (index k = from; k < end; k += native_lanes<T>)

@@ -1,8 +1,8 @@
 // KSL: typed arrays of a workspace, cut from one piece of memory.
 //
-// Each algorithm has a struct of the arrays that it needs, <algorithm>_workspace<T>, with one function that lays them out:
-// lay_out(arena, model).  The same function serves one state, states in lanes, and scalars of a user's own.  Handles are the
-// only place that knows the order of numbers in memory.
+// Each algorithm has a struct of the arrays that it needs, <algorithm>_workspace<T>, with one function that lays them out in
+// memory: lay_out(arena, model).  The same function serves one state, states in lanes, and a user's own scalars.  The order of
+// numbers in memory is known to the array classes below only.
 #pragma once
 
 #include "ksl/engine/body_lanes.hpp"
@@ -12,7 +12,7 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// Cuts arrays out of one piece of memory, aligned to 64 bytes; without memory it only measures.
+/// Allocates arrays from one block of memory, aligned to 64 bytes.  If the memory is null, it only counts the bytes.
 class arena {
 public:
   explicit arena(void *memory = nullptr) : next_(static_cast<char *>(memory)) {}
@@ -24,29 +24,29 @@ public:
     next_ = next_ ? next_ + bytes : nullptr;
     return reinterpret_cast<E *>(at);
   }
-  /// Arrays of n elements each.
+  /// Lays out arrays of n elements each.
   template <class... Arrays> KSL_LANES void lay_out(int n, Arrays &...arrays) { (arrays.lay_out(*this, n), ...); }
-  /// Lays out a workspace behind what has been taken.
+  /// Lays out a workspace after the arrays taken so far.
   template <class Workspace, class Model> KSL_LANES Workspace take_workspace(const Model &model) {
     Workspace w;
     w.lay_out(*this, model);
     return w;
   }
-  std::size_t used() const { return used_; } ///< bytes
+  std::size_t used() const { return used_; } ///< bytes taken so far
 
 private:
   char *next_;
   std::size_t used_ = 0;
 };
 
-/// Bytes that a workspace needs.
+/// Size of a workspace in bytes.
 template <class Workspace, class Model> std::size_t workspace_bytes(const Model &model) {
   arena measure;
   measure.take_workspace<Workspace>(model);
   return measure.used();
 }
 
-/// Elements one after the other: of bodies, coordinates or links.
+/// An array of structs, with an element for each body, coordinate or link.
 template <class E> class array_of {
 public:
   KSL_LANES void lay_out(arena &memory, int n) { first_ = memory.take<E>(n); }
@@ -63,7 +63,7 @@ public:
 
   KSL_LANES void lay_out(arena &memory, int bodies) { first_ = memory.take<T>(padded_size<T>(numbers, bodies)); }
 
-  /// Of body i, or of the bodies in the lanes k.
+  /// The V of body i, or of the bodies k in lanes.
   KSL_LANES V<T> operator[](int i) const { return body_at<T>(i).template get<V>(first_); }
   template <class P> KSL_LANES V<P> operator[](bodies_at<P, T> k) const { return k.template get<V>(first_); }
   KSL_LANES void set(int i, const V<T> &v) const { body_at<T>(i).put(v, first_); }
@@ -77,8 +77,8 @@ private:
   T *first_;
 };
 
-/// V<T> of body i as it lies in memory: the struct itself where its numbers lie side by side, so that none is held in a
-/// register before it is needed; a copy of it, to be put back, where they don't.
+/// Access to the V<T> of body i.  If its numbers are contiguous, this is a reference to memory, so that a number occupies a
+/// register only when it is needed.  Otherwise it is a copy, which put() writes back.
 template <template <class> class V, class T> class in_place {
 public:
   KSL_LANES in_place(const per_body<V, T> &array, int i) : array_(array), i_(i) {
@@ -99,7 +99,7 @@ public:
 private:
   const per_body<V, T> &array_;
   int i_;
-  V<T> copy_; ///< of plain numbers only
+  V<T> copy_; ///< used for plain numbers only
 };
 
 } // namespace KSL_ISA

@@ -1,4 +1,4 @@
-// KSL: one column of a joint's motion subspace, S = (h z, z), in whatever axes the joint is seen.
+// KSL: one column of a joint's motion subspace, S = (h z, z), in any axes.
 #pragma once
 
 #include "ksl/engine/workspace.hpp"
@@ -6,12 +6,12 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// The twist of unit rate of one coordinate, about the body's origin: along z (slides), about z (turns), or about z while
-/// advancing along it by a pitch (both).
+/// The twist for unit rate of one coordinate, about the body's origin: a translation along z (slides), a rotation about z
+/// (turns), or a rotation about z with an advance along z (both).
 template <bool turns, bool slides, class T> struct joint_column {
   static_assert(turns || slides);
   vec3<T> z;
-  T pitch; ///< m/rad; where it turns and slides
+  T pitch; ///< m/rad; used if it turns and slides
 
   /// Sᵀ f
   KSL_LANES T effort(const coscrew<T> &f) const {
@@ -53,7 +53,7 @@ template <bool turns, bool slides, class T> struct joint_column {
   }
 };
 
-/// A wrench or momentum about `origin` as it is about another point.
+/// Moves a wrench or momentum about `origin` to another point.
 template <class T> KSL_LANES coscrew<T> about_point(const vec3<T> &point, const vec3<T> &origin, const coscrew<T> &f) {
   vec3<T> arm;
   coscrew<T> there;
@@ -67,7 +67,7 @@ template <class T> KSL_LANES vec3<T> axis_of(const per_body<mat3x3, T> &rotation
   return {rotation.number(i, 3 * axis), rotation.number(i, 3 * axis + 1), rotation.number(i, 3 * axis + 2)};
 }
 
-/// I S of coordinate c of a body in its own axes: 0 … 2 along them, 3 … 5 about them.
+/// I S for coordinate c of a body in its own axes: 0 … 2 translate along x, y, z, and 3 … 5 rotate about them.
 template <class T> KSL_LANES coscrew<T> unit_momentum(int c, const spatial_inertia<T> &I) {
   const T o = T(0);
   const vec3<T> &h = I.h;
@@ -81,7 +81,7 @@ template <class T> KSL_LANES coscrew<T> unit_momentum(int c, const spatial_inert
   }
 }
 
-/// step(coordinate number as a constant) for 0 … n − 1, unrolled.
+/// Calls step for the coordinates 0 … n − 1, passed as compile-time constants; unrolled.
 template <int k> struct coordinate_number {
   constexpr operator int() const { return k; }
 };

@@ -1,4 +1,4 @@
-// KSL: fixed joint: no motion.  Links on both sides are one body, so no algorithm meets one.
+// KSL: fixed joint: no motion.  The links on both sides are one body, so algorithms never see such a joint.
 #pragma once
 
 #include "ksl/engine/joints/one_axis.hpp"

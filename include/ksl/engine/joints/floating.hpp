@@ -26,7 +26,7 @@ template <> struct joint<joint_kind::floating> : several_axes_joint<0, 1, 2, 3, 
     return {D.R, D.t};
   }
 
-  /// Along the exponential of the constant twist dv.
+  /// Moves by the exponential of the constant twist dv.
   template <class T> static void integrate(const T *q, const T *dv, T *out) {
     SE3<T> step;
     const screw<T> s = {{dv[0], dv[1], dv[2]}, {dv[3], dv[4], dv[5]}};

@@ -1,5 +1,5 @@
-// KSL: what joints with one axis share, S = (h z, z) in the body's canonical frame: revolute (h = 0), prismatic (z along the
-// axis alone) and helical.  Which of them a kind is, is a constant, so that nothing is computed that is zero.
+// KSL: the common part of joints with one axis, S = (h z, z) in the body's canonical frame: revolute (h = 0), prismatic
+// (S = (z, 0)) and helical.  The kind is a template argument, so that products with zero are not computed.
 #pragma once
 
 #include "ksl/engine/joints/column.hpp"
@@ -9,7 +9,7 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// All that a kind is: joints.hpp says what each must have.
+/// The struct of a kind; joints.hpp lists the members that it must have.
 template <joint_kind K> struct joint;
 
 template <bool turns, bool slides> struct one_axis_joint {
@@ -19,7 +19,8 @@ template <bool turns, bool slides> struct one_axis_joint {
   static constexpr int quaternion = -1, pose_numbers = slides ? 3 : 0; // its translation
   template <class T> using column_type = joint_column<turns, slides, T>;
 
-  /// The body's pose at the joint position in q, after sines_and_cosines; what changes is kept.
+  /// The body's pose at the joint position in q, after sines_and_cosines.  Stores the numbers that depend on q; kept_pose
+  /// reloads them.
   template <class T>
   static KSL_LANES axis_pose<T> computed_pose(const body<scalar_of<T>> &b, const pose_workspace<T> &w, const T *q) {
     axis_pose<T> D = {b, rotation_about_z(b, w), spread<T>(b.placement.t)};
@@ -41,7 +42,7 @@ template <bool turns, bool slides> struct one_axis_joint {
     return {{zero, zero, slides ? along(b, v[0]) : zero}, {zero, zero, turns ? v[0] : zero}};
   }
 
-  /// tau = Sᵀ f, and a wrench h* tau of that effort which does nothing else: the drive (joint_space.h).
+  /// effort: tau = Sᵀ f.  drive: the wrench h* tau, which has this effort and no constraint part (joint_space.h).
   template <class T> static KSL_LANES void effort(const body<scalar_of<T>> &b, const coscrew<T> &f, T *tau) {
     if constexpr (turns && slides)
       tau[0] = T(b.pitch) * f.lin.z + f.ang.z;
@@ -53,7 +54,8 @@ template <bool turns, bool slides> struct one_axis_joint {
     return {{zero, zero, turns ? zero : tau[0]}, {zero, zero, turns ? tau[0] : zero}};
   }
 
-  /// Adds the joint's motion, from its velocity and acceleration, to that of its frame, which moves with the parent on entry.
+  /// Adds the joint's motion, given by its velocity and acceleration, to m.  On entry m is the motion of the joint's frame as it
+  /// is carried by the parent.
   template <class T>
   static KSL_LANES void add_motion(const body<scalar_of<T>> &b, const T *v, const T *dv, body_motion<T> &m) {
     vec3<T> &w = m.angular_velocity, &dw = m.angular_acceleration, &a = m.acceleration;
@@ -71,7 +73,7 @@ template <bool turns, bool slides> struct one_axis_joint {
     }
   }
 
-  /// The same with no acceleration of its own, and in the axes that `rotation` leads to.
+  /// The same without joint acceleration, and in the axes of the base, to which `rotation` leads.
   template <class T>
   static KSL_LANES void add_steady_motion(const body<scalar_of<T>> &b, const per_body<mat3x3, T> &rotation, int i, const T *v,
                                           body_motion<T> &m) {
@@ -87,7 +89,7 @@ template <bool turns, bool slides> struct one_axis_joint {
     }
   }
 
-  /// S in the axes that `rotation` leads to; and I S in the body's own.
+  /// column: S in the axes of the base.  momentum: I S in the body's own axes.
   template <int, class T>
   static KSL_LANES column_type<T> column(const body<scalar_of<T>> &b, const per_body<mat3x3, T> &rotation, int i) {
     return {axis_of(rotation, i), T(b.pitch)};
@@ -102,12 +104,13 @@ template <bool turns, bool slides> struct one_axis_joint {
     return p;
   }
 
-  /// q ⊕ dv: the position after unit time at the joint velocity dv; and dv = q1 ⊖ q0, which leads from q0 to q1.
+  /// integrate: q ⊕ dv, the position after unit time at the joint velocity dv.  difference: dv = q1 ⊖ q0, which leads from q0
+  /// to q1.
   template <class T> static void integrate(const T *q, const T *dv, T *out) { out[0] = q[0] + dv[0]; }
   template <class T> static void difference(const T *q0, const T *q1, T *dv) { dv[0] = q1[0] - q0[0]; }
 
 private:
-  /// Travel along the axis for x of the joint's coordinate.
+  /// Displacement along the axis for a change x of the joint's coordinate.
   template <class T> static KSL_LANES T along(const body<scalar_of<T>> &b, const T &x) {
     return turns ? T(b.pitch) * x : x;
   }

@@ -1,4 +1,4 @@
-// KSL: orientation of joints by a quaternion [x y z w].
+// KSL: quaternions [x y z w] as the orientation of joints.
 #pragma once
 
 #include "ksl/algebra.hpp"
@@ -25,7 +25,7 @@ template <class T> inline void integrate_quaternion(const T *q, const vec3<T> &w
   out[0] = p.x, out[1] = p.y, out[2] = p.z, out[3] = p.w;
 }
 
-/// The angular velocity, in the body's axes, that leads from q0 to q1 in unit time the short way.
+/// The angular velocity, in the body's axes, that leads from q0 to q1 in unit time by the smallest rotation.
 template <class T> inline vec3<T> difference_of_quaternions(const T *q0, const T *q1) {
   using A = algebra<T>;
   const quaternion<T> a = {q0[0], q0[1], q0[2], q0[3]}, b = {q1[0], q1[1], q1[2], q1[3]};

@@ -1,5 +1,5 @@
-// KSL: what joints without one axis share: each coordinate is a unit twist in the body's own axes, so that the motion
-// subspace is constant there.
+// KSL: the common part of joints without a single axis.  Each coordinate is a unit twist in the body's own axes, in which the
+// motion subspace is constant.
 #pragma once
 
 #include "ksl/engine/joints/one_axis.hpp"
@@ -7,7 +7,7 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// Coordinates of the velocity: 0, 1, 2 along, 3, 4, 5 about the body's axes x, y, z.
+/// Coordinates of the velocity: 0, 1, 2 translate along the body's axes x, y, z, and 3, 4, 5 rotate about them.
 template <int... coordinates> struct several_axes_joint {
   static constexpr int nv = sizeof...(coordinates);
   static constexpr int coordinate[nv] = {coordinates...};
@@ -18,7 +18,7 @@ template <int... coordinates> struct several_axes_joint {
   /// S q̇
   template <class T> static KSL_LANES screw<T> twist(const body<scalar_of<T>> &, const T *v) { return to_vectors<screw>(v); }
 
-  /// tau = Sᵀ f, and the drive h* tau.
+  /// effort: tau = Sᵀ f.  drive: the wrench h* tau.
   template <class T> static KSL_LANES void effort(const body<scalar_of<T>> &, const coscrew<T> &f, T *tau) {
     for_each_coordinate<nv>([&](auto k) KSL_INLINED {
       constexpr int c = coordinate[k];
@@ -28,14 +28,14 @@ template <int... coordinates> struct several_axes_joint {
   }
   template <class T> static KSL_LANES coscrew<T> drive(const T *tau) { return to_vectors<coscrew>(tau); }
 
-  /// Adds the joint's motion, from its velocities and accelerations, to that of its frame, which moves with the parent on
-  /// entry.
+  /// Adds the joint's motion, given by its velocities and accelerations, to m.  On entry m is the motion of the joint's frame as
+  /// it is carried by the parent.
   template <class T>
   static KSL_LANES void add_motion(const body<scalar_of<T>> &, const T *v, const T *dv, body_motion<T> &m) {
     add(to_vectors<screw>(v), to_vectors<screw>(dv), m);
   }
 
-  /// The same with no acceleration of its own, and in the axes that `rotation` leads to.
+  /// The same without joint acceleration, and in the axes of the base, to which `rotation` leads.
   template <class T>
   static KSL_LANES void add_steady_motion(const body<scalar_of<T>> &, const per_body<mat3x3, T> &rotation, int i, const T *v,
                                           body_motion<T> &m) {
@@ -49,7 +49,7 @@ template <int... coordinates> struct several_axes_joint {
     add(twist, {{zero, zero, zero}, {zero, zero, zero}}, m);
   }
 
-  /// Column k of S in the axes that `rotation` leads to; and of I S in the body's own.
+  /// column: column k of S in the axes of the base.  momentum: column k of I S in the body's own axes.
   template <int k, class T>
   static KSL_LANES auto column(const body<scalar_of<T>> &, const per_body<mat3x3, T> &rotation, int i) {
     constexpr int c = coordinate[k];
@@ -61,7 +61,7 @@ template <int... coordinates> struct several_axes_joint {
   }
 
 private:
-  /// The numbers of all coordinates as two vectors, zero elsewhere.
+  /// The numbers of all coordinates as two three-vectors, zero elsewhere.
   template <template <class> class V, class T> static KSL_LANES V<T> to_vectors(const T *numbers) {
     const T zero = T(0);
     T six[6] = {zero, zero, zero, zero, zero, zero};
@@ -69,7 +69,7 @@ private:
     return {{six[0], six[1], six[2]}, {six[3], six[4], six[5]}};
   }
 
-  /// Adds the joint's twist (v, w) and the rates of these numbers, all in one frame's axes.
+  /// Adds the joint's twist and its rate to a motion, all in the same axes.
   template <class T> static KSL_LANES void add(const screw<T> &twist, const screw<T> &rate, body_motion<T> &m) {
     using A = algebra<T>;
     vec3<T> turning, coupling;
