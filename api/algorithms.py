@@ -144,7 +144,7 @@ table 7.1); O(bodies).
         form="symmetric_matrix",
         summary="Mass matrix (…, nv, nv), symmetric: inverse_dynamics = mass_matrix · a + bias.",
         text="Mass matrix {M}, row-major, both triangles, for {q}, by the composite-rigid-body algorithm (Featherstone, RBDA 2008, "
-        "section 6.2): tau = M a + bias.  O(bodies × depth).",
+        "table 6.2): tau = M a + bias.  O(bodies × depth).",
         python="""
 Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2); O(bodies × depth).
 """,
@@ -202,7 +202,7 @@ q, out, threads: as in :meth:`inverse_dynamics`.  :meth:`frame_poses` gives seve
         "from one walk over the bodies: O(bodies + links).",
         python="""
 names: in the order wanted; by default all links in the order of `link_names`.
-q, out, threads: as in :meth:`inverse_dynamics`.  O(bodies + names).
+q, out, threads: as in :meth:`inverse_dynamics`.  O(bodies + links).
 """,
     ),
     Algorithm(
@@ -224,9 +224,10 @@ out: two arrays, for the one and for the other.  q, v, threads: as in :meth:`inv
         external="required",
         results=(Result("power", (), "power, W"),),
         summary="Power (…) of external wrenches, W: the sum of f · v of the links that they act on.",
-        text="{power} of external wrenches, W, for {q} and {v}: the sum of f · v of the links that they act on.  O(bodies).",
+        text="{power} of external wrenches, W, for {q} and {v}: the sum of f · v of the links that they act on.  "
+        "No wrench, no power.  O(bodies).",
         python="""
-q (…, nq), v (…, nv); external, out, threads: as in :meth:`inverse_dynamics`.
+q (…, nq), v (…, nv); external, out, threads: as in :meth:`inverse_dynamics`.  No wrench, no power.
 """,
     ),
     Algorithm(
@@ -236,7 +237,8 @@ q (…, nq), v (…, nv); external, out, threads: as in :meth:`inverse_dynamics`
         request="frame",
         results=(Result("J", (6, "nv"), "twist of the frame for each joint velocity"),),
         summary="Jacobian (…, 6, nv) of a link's frame, or of a joint's (the child link's), for q (…, nq): J v is its twist.",
-        text="Jacobian {J} of a link's frame, row-major, for {q}: J v is the frame's twist.  O(depth + bodies).",
+        text="Jacobian {J} of a link's frame, row-major, for {q}: J v is the frame's twist (Featherstone, RBDA 2008, "
+        "eq. (4.14)).  O(bodies).",
         python="""
 axes, at: "frame" or "world", in whose axes and about whose origin twists are.  order: "lin_ang" or "ang_lin".
 q, out, threads: as in :meth:`inverse_dynamics`.  Featherstone, RBDA 2008, eq. (4.14); O(bodies).

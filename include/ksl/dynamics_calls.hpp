@@ -16,8 +16,9 @@ KSL_EXPORT void inverse_dynamics(const model &m, data &d, const S *q, const S *v
 
 /// Joint efforts tau (nv) and the reactions of the joints that are asked for, for q (nq), v (nv), a (nv), under gravity
 /// and external wrenches: what the parent side exerts on the child side through each joint.  Reactions of moving joints
-/// in their own frames are written during the backward pass of inverse dynamics, which costs less than two calls.  No
-/// allocation.
+/// in their own frames are written during the backward pass of inverse dynamics, which costs less than two calls.
+/// reaction_request by default: the whole wrench on the child side, about the joint's origin, in the axes of the child
+/// link, linear first.  No allocation.
 template <class S>
 KSL_EXPORT void inverse_dynamics_with_reactions(const model &m, data &d, const S *q, const S *v, const S *a, S *tau,
                                                 const reaction_request &request, S *reactions,
@@ -30,7 +31,7 @@ KSL_EXPORT void forward_dynamics(const model &m, data &d, const S *q, const S *v
                                  const external_wrenches<S> &external = {});
 
 /// Mass matrix M (nv, nv), row-major, both triangles, for q (nq), by the composite-rigid-body algorithm (Featherstone,
-/// RBDA 2008, section 6.2): tau = M a + bias.  O(bodies × depth).  No allocation.
+/// RBDA 2008, table 6.2): tau = M a + bias.  O(bodies × depth).  No allocation.
 template <class S>
 KSL_EXPORT void mass_matrix(const model &m, data &d, const S *q, S *M);
 
@@ -55,14 +56,14 @@ KSL_EXPORT void frame_poses(const model &m, data &d, const S *q, int n, const in
 template <class S>
 KSL_EXPORT void energy(const model &m, data &d, const S *q, const S *v, S *kinetic, S *potential);
 
-/// Power of external wrenches, W, for q (nq) and v (nv): the sum of f · v of the links that they act on.  O(bodies).
-/// No allocation.
+/// Power of external wrenches, W, for q (nq) and v (nv): the sum of f · v of the links that they act on.  No wrench, no
+/// power.  O(bodies).  No allocation.
 template <class S>
 KSL_EXPORT void external_power(const model &m, data &d, const S *q, const S *v, S *power,
                                const external_wrenches<S> &external);
 
-/// Jacobian J (6, nv) of a link's frame, row-major, for q (nq): J v is the frame's twist.  O(depth + bodies).  No
-/// allocation.
+/// Jacobian J (6, nv) of a link's frame, row-major, for q (nq): J v is the frame's twist (Featherstone, RBDA 2008, eq.
+/// (4.14)).  O(bodies).  frame_options by default: about the frame's origin, in its axes, linear first.  No allocation.
 template <class S>
 KSL_EXPORT void jacobian(const model &m, data &d, const S *q, int link, const frame_options &how, S *J);
 

@@ -19,7 +19,7 @@
 KSL_BEGIN_C
 
 /** Joint efforts tau (nv) for q (nq), v (nv), a (nv), under gravity and external wrenches, by the recursive
-    Newton–Euler algorithm (Featherstone, RBDA 2008, table 5.1).  O(bodies).  external may be NULL. */
+    Newton–Euler algorithm (Featherstone, RBDA 2008, table 5.1).  O(bodies).  external may be NULL: no wrench. */
 KSL_EXPORT ksl_status_t ksl_inverse_dynamics(const ksl_model_t *model, ksl_data_t *data, const double *q,
                                              const double *v, const double *a, const ksl_external_t *external,
                                              double *tau);
@@ -47,7 +47,8 @@ KSL_EXPORT ksl_status_t ksl_inverse_dynamics_external_batchf(
 /** Joint efforts tau (nv) and the reactions of the joints that are asked for, for q (nq), v (nv), a (nv), under
     gravity and external wrenches: what the parent side exerts on the child side through each joint.  Reactions of
     moving joints in their own frames are written during the backward pass of inverse dynamics, which costs less than
-    two calls.  external may be NULL. */
+    two calls.  external may be NULL: no wrench.  options may be NULL: the whole wrench on the child side, about the
+    joint's origin, in the axes of the child link, linear first. */
 KSL_EXPORT ksl_status_t ksl_inverse_dynamics_with_reactions(const ksl_model_t *model, ksl_data_t *data, const double *q,
                                                             const double *v, const double *a,
                                                             const ksl_external_t *external, double *tau, int n,
@@ -78,7 +79,8 @@ KSL_EXPORT ksl_status_t ksl_inverse_dynamics_with_reactions_external_batchf(
 
 /** Reactions of the joints that are asked for, for q (nq), v (nv), a (nv), under gravity and external wrenches: the
     wrench that the parent side exerts on the child side through each joint, whole or its constraint or actuation
-    part (Coscrews page, (7)–(9)).  external may be NULL. */
+    part (Coscrews page, (7)–(9)).  external may be NULL: no wrench.  options may be NULL: the whole wrench on the
+    child side, about the joint's origin, in the axes of the child link, linear first. */
 KSL_EXPORT ksl_status_t ksl_reactions_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
                                             const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
                                             int joints_n, const int *joints, const ksl_reaction_options_t *options,
@@ -101,7 +103,7 @@ KSL_EXPORT ksl_status_t ksl_reactions_external_batchf(const ksl_model_t *model, 
                                                       float *wrenches, ptrdiff_t wrenches_stride, int threads);
 
 /** Accelerations a (nv) for q (nq), v (nv) and joint efforts tau (nv), under gravity and external wrenches, by the
-    articulated-body algorithm (Featherstone, RBDA 2008, table 7.1).  O(bodies).  external may be NULL. */
+    articulated-body algorithm (Featherstone, RBDA 2008, table 7.1).  O(bodies).  external may be NULL: no wrench. */
 KSL_EXPORT ksl_status_t ksl_forward_dynamics(const ksl_model_t *model, ksl_data_t *data, const double *q,
                                              const double *v, const double *tau, const ksl_external_t *external,
                                              double *a);
@@ -127,7 +129,7 @@ KSL_EXPORT ksl_status_t ksl_forward_dynamics_external_batchf(
     int threads);
 
 /** Mass matrix M (nv, nv), row-major, both triangles, for q (nq), by the composite-rigid-body algorithm
-    (Featherstone, RBDA 2008, section 6.2): tau = M a + bias.  O(bodies × depth). */
+    (Featherstone, RBDA 2008, table 6.2): tau = M a + bias.  O(bodies × depth). */
 KSL_EXPORT ksl_status_t ksl_mass_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q, double *M);
 KSL_EXPORT ksl_status_t ksl_mass_matrixf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *M);
 KSL_EXPORT ksl_status_t ksl_mass_matrix_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
@@ -136,7 +138,7 @@ KSL_EXPORT ksl_status_t ksl_mass_matrix_batchf(const ksl_model_t *model, size_t 
                                                float *M, ptrdiff_t M_stride, int threads);
 
 /** Efforts tau (nv) that hold velocities v (nv) at q (nq) without acceleration: inverse dynamics with a = 0.
-    O(bodies).  external may be NULL. */
+    O(bodies).  external may be NULL: no wrench. */
 KSL_EXPORT ksl_status_t ksl_bias(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
                                  const ksl_external_t *external, double *tau);
 KSL_EXPORT ksl_status_t ksl_biasf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
@@ -157,7 +159,7 @@ KSL_EXPORT ksl_status_t ksl_bias_external_batchf(const ksl_model_t *model, size_
                                                  int threads);
 
 /** Efforts tau (nv) that hold the mechanism at rest at q (nq): inverse dynamics with v = a = 0.  O(bodies).
-    external may be NULL. */
+    external may be NULL: no wrench. */
 KSL_EXPORT ksl_status_t ksl_gravity_torque(const ksl_model_t *model, ksl_data_t *data, const double *q,
                                            const ksl_external_t *external, double *tau);
 KSL_EXPORT ksl_status_t ksl_gravity_torquef(const ksl_model_t *model, ksl_data_t *data, const float *q,
@@ -199,7 +201,8 @@ KSL_EXPORT ksl_status_t ksl_energy_batchf(const ksl_model_t *model, size_t n, co
                                           const float *v, ptrdiff_t v_stride, float *kinetic, ptrdiff_t kinetic_stride,
                                           float *potential, ptrdiff_t potential_stride, int threads);
 
-/** Power of external wrenches, W, for q (nq) and v (nv): the sum of f · v of the links that they act on.  O(bodies). */
+/** Power of external wrenches, W, for q (nq) and v (nv): the sum of f · v of the links that they act on.  No wrench,
+    no power.  O(bodies).  external may be NULL: no wrench. */
 KSL_EXPORT ksl_status_t ksl_external_power(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
                                            const ksl_external_t *external, double *power);
 KSL_EXPORT ksl_status_t ksl_external_powerf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
@@ -213,7 +216,8 @@ KSL_EXPORT ksl_status_t ksl_external_power_batchf(const ksl_model_t *model, size
                                                   const ksl_external_rowsf_t *external, float *power,
                                                   ptrdiff_t power_stride, int threads);
 
-/** Jacobian J (6, nv) of a link's frame, row-major, for q (nq): J v is the frame's twist.  O(depth + bodies). */
+/** Jacobian J (6, nv) of a link's frame, row-major, for q (nq): J v is the frame's twist (Featherstone, RBDA 2008,
+    eq. (4.14)).  O(bodies).  options may be NULL: about the frame's origin, in its axes, linear first. */
 KSL_EXPORT ksl_status_t ksl_jacobian(const ksl_model_t *model, ksl_data_t *data, const double *q, int link,
                                      const ksl_frame_options_t *options, double *J);
 KSL_EXPORT ksl_status_t ksl_jacobianf(const ksl_model_t *model, ksl_data_t *data, const float *q, int link,

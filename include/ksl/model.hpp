@@ -119,7 +119,12 @@ public:
   std::size_t bytes() const { return bytes_; }
 
   /// nv zeros, for calls without velocity or acceleration.
-  template <class S> const S *zero() const { return static_cast<const S *>(static_cast<const void *>(zero_.data())); }
+  template <class S> const S *zero() const {
+    if constexpr (sizeof(S) == sizeof(double))
+      return zero_.data();
+    else
+      return zero_single_.data();
+  }
 
 private:
   static constexpr std::align_val_t alignment{64};
@@ -129,6 +134,7 @@ private:
   std::size_t bytes_;
   std::unique_ptr<void, aligned_delete> memory_;
   std::vector<double> zero_;
+  std::vector<float> zero_single_;
 };
 
 } // namespace ksl

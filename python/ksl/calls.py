@@ -114,7 +114,7 @@ class Calls(Requests):
         """Poses (…, names, 4, 4) in the world of links' frames, or of joints' (the child links'), for q (…, nq); m.
 
         names: in the order wanted; by default all links in the order of `link_names`.
-        q, out, threads: as in :meth:`inverse_dynamics`.  O(bodies + names).
+        q, out, threads: as in :meth:`inverse_dynamics`.  O(bodies + links).
         """
         return self._core.frame_poses(q, None, None, None, self._links_of(names), out, threads)
 
@@ -129,7 +129,7 @@ class Calls(Requests):
     def external_power(self, q: ArrayLike, v: ArrayLike, external: External, out: Array | None = None, threads: int | None = None) -> Array:
         """Power (…) of external wrenches, W: the sum of f · v of the links that they act on.
 
-        q (…, nq), v (…, nv); external, out, threads: as in :meth:`inverse_dynamics`.
+        q (…, nq), v (…, nv); external, out, threads: as in :meth:`inverse_dynamics`.  No wrench, no power.
         """
         return self._core.external_power(q, v, None, external, None, out, threads)
 

@@ -1,6 +1,6 @@
 """C calls: ksl/engine_calls.h and their definitions; one state and batches, in double and (suffix f) in float."""
 
-from generator.rows import ALGORITHMS, MARK, WIDTH, Algorithm, call, comment, has, sentence
+from generator.rows import ALGORITHMS, DEFAULTS, MARK, WIDTH, Algorithm, call, comment, has, sentence
 
 SCALARS = {"double": "", "float": "f"}
 REQUEST = {"links": ["int links_n", "const int *links"], "link": ["int link"], "frame": ["int link", "const ksl_frame_options_t *options"],
@@ -37,8 +37,13 @@ def batches(row: Algorithm) -> list[tuple[str, bool]]:
     return [(f"ksl_{row.name}_batch", bool(row.external))]
 
 
+def what_may_be_null(row: Algorithm) -> str:
+    text = "  external may be NULL: no wrench." if row.external else ""
+    return text + (f"  options may be NULL: {DEFAULTS[row.request]}." if row.request in DEFAULTS else "")
+
+
 def declarations(row: Algorithm) -> str:
-    lines = [comment(sentence(row) + ("  external may be NULL." if row.external == "optional" else ""), "    ", "/** ", " */", WIDTH)]
+    lines = [comment(sentence(row) + what_may_be_null(row), "    ", "/** ", " */", WIDTH)]
     for scalar, suffix in SCALARS.items():
         if has(row, "c"):
             lines.append(call(f"KSL_EXPORT ksl_status_t ksl_{row.name}{suffix}(", state_arguments(row, scalar), ");"))

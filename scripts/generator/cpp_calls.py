@@ -2,7 +2,7 @@
 
 import re
 
-from generator.rows import ALGORITHMS, MARK, Algorithm, call, comment, has, kernels_of, sentence
+from generator.rows import ALGORITHMS, DEFAULTS, MARK, Algorithm, call, comment, has, kernels_of, sentence
 
 
 def request_arguments(row: Algorithm) -> list[str]:
@@ -37,8 +37,14 @@ def members(row: Algorithm) -> list[str]:
     return out + [f".result = {{{', '.join(result.name for result in row.results)}}}"]
 
 
+def defaults(row: Algorithm) -> str:
+    """What options are where they are not set."""
+    options = {"frame": "frame_options", "reactions": "reaction_request"}.get(row.request)
+    return f"  {options} by default: {DEFAULTS[row.request]}." if options else ""
+
+
 def of_one_state(row: Algorithm) -> str:
-    text = comment(sentence(row) + "  No allocation.", "/// ")
+    text = comment(sentence(row) + defaults(row) + "  No allocation.", "/// ")
     return f"{text}\n" + call(f"template <class S>\nKSL_EXPORT void {row.name}(", arguments(row, True), ");")
 
 
@@ -64,18 +70,35 @@ def of_batch(row: Algorithm) -> str:
     reads = [f"batch.{name}" for name in row.inputs] + (["batch.external"] if row.external else [])
     reads += {
         "links": ["batch.links"],
-        "link": ["batch.links (one)"],
-        "frame": ["batch.links (one)", "batch.frame"],
+        "link": ["batch.links (the first; without one nothing is computed)"],
+        "frame": ["batch.links (the first; without one nothing is computed)", "batch.frame"],
         "reactions": ["batch.reactions"],
     }.get(row.request, [])
     what = {"nv": "nv", "links": "links.n"}
     shapes = [" × ".join(what.get(n, str(n)) for n in result.shape) or "1" for result in row.results]
     writes = [f"{result.name} into batch.result[{i}] (rows of {shapes[i]})" for i, result in enumerate(row.results)]
     writes += ["the reactions (rows of request.n × 6)"] if row.request == "reactions" else []
-    text = f"{sentence(row)}  Reads {', '.join(reads)}; writes {', '.join(writes)}."
+    text = f"{sentence(row)}{defaults(row)}  Reads {', '.join(reads)}; writes {', '.join(writes)}."
     arguments = ["const model &m", "const batch_view<S> &batch", "int threads = 0"]
     return comment(text, "/// ") + "\n" + call(f"template <class S>\nKSL_EXPORT void {row.name}_batch(", arguments, ");")
 
+
+SCALARS = ("double", "float")
+
+
+def includes(*headers: str) -> str:
+    return "\n".join(f'#include "{header}"' for header in headers)
+
+
+HEADER_INCLUDES = includes("ksl/engine/batch_view.hpp", "ksl/model.hpp")
+
+WHAT_SINGLE = "Algorithms on one state; included by ksl/dynamics.hpp.  S: double or float."
+
+WHAT_BATCH = """\
+Algorithms on batches; included by ksl/batch.hpp.  S: double or float.
+//
+// Arguments are not checked.  Results without rows are not wanted: nothing is written.  Throws std::bad_alloc, and
+// std::runtime_error for an unusable KSL_ISA; nothing else."""
 
 HEADER = """\
 // {mark}
@@ -83,7 +106,7 @@ HEADER = """\
 // {what}
 #pragma once
 
-#include "{include}"
+{includes}
 
 namespace ksl {{
 
@@ -101,8 +124,6 @@ SOURCE = """\
 namespace ksl {{
 
 {definitions}
-{instantiations}
-
 }} // namespace ksl
 """
 
@@ -120,21 +141,18 @@ def files() -> dict[str, str]:
     batch = [row for row in ALGORITHMS if has(row, "c++ batch")]
     return {
         "include/ksl/dynamics_calls.hpp": HEADER.format(
-            mark=MARK, what="Algorithms on one state; included by ksl/dynamics.hpp.  S: double or float.", include="ksl/engine/batch_view.hpp",
-            declarations="\n\n".join(map(of_one_state, single)),
-        ).replace('#include "ksl/engine/batch_view.hpp"', '#include "ksl/engine/batch_view.hpp"\n#include "ksl/model.hpp"'),
+            mark=MARK, what=WHAT_SINGLE, includes=HEADER_INCLUDES, declarations="\n\n".join(map(of_one_state, single))
+        ),
         "include/ksl/batch_calls.hpp": HEADER.format(
-            mark=MARK, what="Algorithms on batches; included by ksl/batch.hpp.  S: double or float.", include="ksl/engine/batch_view.hpp",
-            declarations="\n\n".join(map(of_batch, batch)),
-        ).replace('#include "ksl/engine/batch_view.hpp"', '#include "ksl/engine/batch_view.hpp"\n#include "ksl/model.hpp"'),
+            mark=MARK, what=WHAT_BATCH, includes=HEADER_INCLUDES, declarations="\n\n".join(map(of_batch, batch))
+        ),
         "src/engine/dynamics_calls.cpp": SOURCE.format(
             mark=MARK, what="The calls of ksl/dynamics_calls.hpp: a model and a workspace, unpacked for the kernels.",
-            includes='#include "engine/compute.hpp"\n#include "ksl/dynamics.hpp"',
-            definitions="\n".join(map(definition_of_one_state, single)),
-            instantiations="\n".join(instantiation_of_one_state(row, scalar) for row in single for scalar in ("double", "float")),
+            includes=includes("engine/compute.hpp", "ksl/dynamics.hpp"),
+            definitions="\n".join([*map(definition_of_one_state, single), *(instantiation_of_one_state(row, s) for row in single for s in SCALARS), ""]),
         ),
         "src/batch/batch_calls.cpp": SOURCE.format(
-            mark=MARK, what="The calls of ksl/batch_calls.hpp.", includes='#include "batch/compute_batch.hpp"\n#include "ksl/batch.hpp"',
-            definitions="\n".join(BATCH.format(name=row.name) for row in batch), instantiations="",
-        ).replace("\n\n\n} // namespace", "\n} // namespace"),
+            mark=MARK, what="The calls of ksl/batch_calls.hpp.", includes=includes("batch/compute_batch.hpp", "ksl/batch.hpp"),
+            definitions="\n".join(BATCH.format(name=row.name) for row in batch),
+        ),
     }

@@ -1,6 +1,6 @@
 """The reference page of all algorithms: docs/reference/dynamics.md."""
 
-from generator.rows import ALGORITHMS, MARK, Algorithm, has, kernels_of, sentence, shape
+from generator.rows import ALGORITHMS, DEFAULTS, MARK, Algorithm, has, kernels_of, sentence, shape
 
 PAGE = """\
 # Dynamics
@@ -41,7 +41,8 @@ def table_row(row: Algorithm) -> str:
     results = [f"{r.name}{shape(r)}" for r in row.results] + (["wrenches (joints, 6)"] if row.request == "reactions" else [])
     external = row.external or "none"
     faces = f"{mark_of(row, 'c++')} | {mark_of(row, 'c')} | {'yes' if has(row, 'python') else ''}"
-    return f"| [{row.name}](#{row.name}) | {', '.join(row.inputs)} | {', '.join(results)} | {external} | {faces} |"
+    inputs = [*row.inputs, *(["external"] if row.external else [])]
+    return f"| [{row.name}](#{row.name}) | {', '.join(inputs)} | {', '.join(results)} | {external} | {faces} |"
 
 
 def section(row: Algorithm) -> str:
@@ -53,6 +54,7 @@ def section(row: Algorithm) -> str:
         "reactions": "Request: joints. Part, side, point, axes and order of the wrenches are options.",
     }.get(row.request, "")
     lines += [request] if request else []
+    lines += [f"By default: {DEFAULTS[row.request]}."] if row.request in DEFAULTS else []
     lines += [f"Computed by `{kernels_of(row).name}`."] if row.variant_of else []
     lines += [f"`{r.name}`{shape(r)}: {r.text}." for r in row.results]
     return SECTION.format(name=row.name, text="\n\n".join(lines))

@@ -3,8 +3,8 @@
 from generator.c_calls import SCALARS, batches
 from generator.rows import ALGORITHMS, MARK, Algorithm, call, has
 
-REQUEST_CPP = {"links": ["3", "s.r.links.data()"], "frame": ["s.r.links[0]", "{}"], "link": ["s.r.links[0]"], "reactions": ["s.r.request"]}
-REQUEST_C = {"links": ["3", "s.r.links.data()"], "frame": ["s.r.links[0]", "nullptr"], "link": ["s.r.links[0]"],
+REQUEST_CPP = {"links": ["3", "s.r.links.data()"], "frame": ["s.r.links[0]", "s.r.how"], "link": ["s.r.links[0]"], "reactions": ["s.r.request"]}
+REQUEST_C = {"links": ["3", "s.r.links.data()"], "frame": ["s.r.links[0]", "s.r.c_how"], "link": ["s.r.links[0]"],
              "reactions": ["s.r.request.n", "s.r.joints.data()", "nullptr"]}  # fmt: skip
 
 

@@ -44,6 +44,11 @@ template <class S> batch_view<S> as_row_names(const algorithm_row &row, const ba
   return batch;
 }
 
+/// Is an algorithm that asks for one link given none?
+bool lacks_link(const algorithm_row &row, const link_list &links) {
+  return (row.request == request_kind::link || row.request == request_kind::frame) && links.n < 1;
+}
+
 /// Memory to compute one state of a batch in.  The inputs are copied, since a result may be written in place over an argument.
 template <class S> struct one_state_memory {
   void *workspace;
@@ -83,8 +88,9 @@ template <class S> struct one_state_memory {
     s.external = {batch.external_n, links, wrenches};
     s.links = batch.links, s.frame = batch.frame;
     for (int r = 0; r < batch.reactions_n; ++r)
-      reactions[r] = {&batch.reactions[r].request, ksl::row(batch.reactions[r].out, k)};
-    s.reactions_n = batch.reactions_n, s.reactions = reactions;
+      if (batch.reactions[r].out.first)
+        reactions[s.reactions_n++] = {&batch.reactions[r].request, ksl::row(batch.reactions[r].out, k)};
+    s.reactions = reactions;
     for (int r = 0; r < most_results; ++r)
       s.result[r] = batch.result[r].first ? ksl::row(batch.result[r], k) : unwanted[r];
     return s;
@@ -108,7 +114,7 @@ template <class S> void compute_one(const algorithm_row &row, const model &m, co
 template <class S>
 void compute_states(const algorithm_row &row, const model &m, const batch_view<S> &given, std::size_t first, std::size_t end) {
   const batch_view<S> batch = as_row_names(row, given);
-  if (first == end)
+  if (first == end || lacks_link(row, batch.links))
     return;
   if (end - first == 1)
     return compute_one(row, m, batch, first);
@@ -120,6 +126,8 @@ void compute_states(const algorithm_row &row, const model &m, const batch_view<S
 template <class S> void compute_batch(const algorithm_row &row, const model &m, const batch_view<S> &given, int threads) {
   if (given.n < 2)
     return compute_states(row, m, given, 0, given.n);
+  if (lacks_link(row, given.links))
+    return;
   const batch_view<S> batch = as_row_names(row, given);
   const kernels_in<S> &kernel = in_precision<S>(*(kernels().*row.kernels));
   const model_view<S> view = m.view_in<S>();

@@ -34,12 +34,14 @@ template <class Algorithm> struct symmetric_matrix : whole_results<Algorithm> {
     }
     void compute(const model_view<scalar_of<P>> &model, const workspace_of<Algorithm, P> &w, state_view<P> &s,
                  const block<P> &b) {
+      const rows_view<scalar_of<P>> &rows = b.batch.result[0];
+      if (!rows.first)
+        return; // not wanted
       for (int i = 0; i < model.nv * model.nv && !cleared; ++i)
         matrix[i] = P(scalar_of<P>(0)); // zeros that follow from the shape of the tree are the same in every block
       cleared = true;
       s.result[0] = matrix;
       Algorithm::upper_triangle(model, w, s);
-      const rows_view<scalar_of<P>> &rows = b.batch.result[0];
       store_symmetric(matrix, model.nv, b.valid, row(rows, b.k), rows.stride);
     }
   };
@@ -52,6 +54,8 @@ template <class Algorithm> struct poses_of_links : whole_results<Algorithm> {
     void compute(const model_view<scalar_of<P>> &model, const workspace_of<Algorithm, P> &w, state_view<P> &s,
                  const block<P> &b) {
       const rows_view<scalar_of<P>> &rows = b.batch.result[0];
+      if (!rows.first)
+        return; // not wanted
       scalar_of<P> *out = row(rows, b.k);
       forward_kinematics(model, w, s.q);
       for (int i = 0; i < s.links.n; ++i, out += 16) {
@@ -91,7 +95,7 @@ template <class Algorithm> struct efforts_and_reactions {
     void compute(const model_view<scalar_of<P>> &model, const workspace_of<Algorithm, P> &w, state_view<P> &s,
                  const block<P> &b) {
       const reaction_rows<scalar_of<P>> *wanted = b.batch.reactions;
-        inverse_dynamics_with_reactions(model, w, s.q, s.v, s.a, s.external, tau,
+      inverse_dynamics_with_reactions(model, w, s.q, s.v, s.a, s.external, tau,
                                       b.batch.reactions_n ? wanted->request : no_reactions, found);
       b.store(tau, model.nv, b.batch.result[0]);
       for (int r = 0; r < b.batch.reactions_n; ++r) {

@@ -285,7 +285,8 @@ int model::find_link(const std::string &name) const {
 }
 
 data::data(const model &m)
-    : bytes_(largest_workspace(m.view())), memory_(::operator new(bytes_, alignment)), zero_(static_cast<std::size_t>(m.nv())) {
+    : bytes_(largest_workspace(m.view())), memory_(::operator new(bytes_, alignment)), zero_(static_cast<std::size_t>(m.nv())),
+      zero_single_(zero_.size()) {
 #ifndef NDEBUG
   std::fill_n(static_cast<double *>(memory_.get()), bytes_ / sizeof(double), std::numeric_limits<double>::quiet_NaN());
 #endif

@@ -1,11 +1,14 @@
 """What scripts/generate.py makes is what is checked in."""
 
+import re
 import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
 import generate  # noqa: E402
+import pytest  # noqa: E402
+from generator.rows import ALGORITHMS, DEFAULTS  # noqa: E402
 
 
 def test_generated_files_are_what_the_rows_give():
@@ -13,6 +16,45 @@ def test_generated_files_are_what_the_rows_give():
     assert len(files) > 10
     for path, text in files.items():
         assert (ROOT / path).read_text(encoding="utf-8") == text, f"{path} is stale: run scripts/generate.py"
+
+
+COMPUTING = [row for row in ALGORITHMS if not row.variant_of]
+
+
+@pytest.mark.parametrize(
+    ("file", "rows", "named"),
+    [
+        ("dual_test.cpp", COMPUTING, "ksl::{name}<T>("),
+        ("fresh_workspace_test.cpp", COMPUTING, "ksl::{name}<double>("),
+        ("workspace_test.cpp", COMPUTING, "numbers_per_body<ksl::{workspace}>"),
+        ("allocation_test.cpp", [row for row in ALGORITHMS if "c++" in row.faces], " ksl::{name}("),
+        ("allocation_test.cpp", [row for row in ALGORITHMS if "c" in row.faces], " ksl_{name}("),
+    ],
+)
+def test_tests_that_are_written_by_hand_leave_no_algorithm_out(file, rows, named):
+    text = (ROOT / "test/engine" / file).read_text(encoding="utf-8")
+    assert [row.name for row in rows if named.format(name=row.name, workspace=row.workspace or f"{row.name}_workspace") not in text] == []
+
+
+@pytest.mark.parametrize("row", ALGORITHMS, ids=lambda row: row.name)
+def test_a_row_says_one_thing_in_all_languages(row):
+    """Costs, and places in books, of Python's text are those of the others."""
+    said = re.compile(r"O\([^)]*\)|(?:table|section|eq\.) \(?\d+\.\d+")
+    assert set(said.findall(row.python)) <= set(said.findall(row.text))
+
+
+def test_headers_say_what_options_are_by_default_and_what_may_be_null():
+    c, cpp = ((ROOT / f"include/ksl/{name}").read_text(encoding="utf-8") for name in ("engine_calls.h", "dynamics_calls.hpp"))
+    plain = lambda text: re.sub(r"[\s/*]+", " ", text)
+    for row in ALGORITHMS:
+        if "c" not in row.faces:
+            continue
+        (of_c,) = re.findall(rf"/\*\*((?:(?!\*/).)*)\*/\nKSL_EXPORT ksl_status_t ksl_{row.name}\(", c, re.S)
+        (of_cpp,) = re.findall(rf"((?:/// .*\n)+)template <class S>\nKSL_EXPORT void {row.name}\(", cpp)
+        assert ("external may be NULL" in plain(of_c)) == bool(row.external), row.name
+        assert ("options may be NULL" in plain(of_c)) == (row.request in DEFAULTS), row.name
+        for text in (of_c, of_cpp) if row.request in DEFAULTS else ():
+            assert DEFAULTS[row.request] in plain(text), row.name
 
 
 def test_no_generated_file_is_left_of_an_algorithm_that_is_gone():

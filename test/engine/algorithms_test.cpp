@@ -327,16 +327,16 @@ TEST_CASE("external_power: C++ and C, one state and batches, in float") {
 
 TEST_CASE("jacobian: C++ and C, one state and batches, in double") {
   const auto cpp = [](faces::one<double> &s) {
-    ksl::jacobian(s.r.m, s.r.d, s.q, s.r.links[0], {}, s.result[0]);
+    ksl::jacobian(s.r.m, s.r.d, s.q, s.r.links[0], s.r.how, s.result[0]);
   };
   const auto c = [](faces::one<double> &s) {
-    CHECK(ksl_jacobian(s.r.c_model, s.r.c_data, s.q, s.r.links[0], nullptr, s.result[0]) == KSL_OK);
+    CHECK(ksl_jacobian(s.r.c_model, s.r.c_data, s.q, s.r.links[0], s.r.c_how, s.result[0]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<double> &s) {
     ksl::jacobian_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_jacobian_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.r.links[0], nullptr,
+    CHECK(ksl_jacobian_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.r.links[0], s.r.c_how,
                              s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::jacobian, cpp, c, cpp_batch, c_batch);
@@ -344,16 +344,16 @@ TEST_CASE("jacobian: C++ and C, one state and batches, in double") {
 
 TEST_CASE("jacobian: C++ and C, one state and batches, in float") {
   const auto cpp = [](faces::one<float> &s) {
-    ksl::jacobian(s.r.m, s.r.d, s.q, s.r.links[0], {}, s.result[0]);
+    ksl::jacobian(s.r.m, s.r.d, s.q, s.r.links[0], s.r.how, s.result[0]);
   };
   const auto c = [](faces::one<float> &s) {
-    CHECK(ksl_jacobianf(s.r.c_model, s.r.c_data, s.q, s.r.links[0], nullptr, s.result[0]) == KSL_OK);
+    CHECK(ksl_jacobianf(s.r.c_model, s.r.c_data, s.q, s.r.links[0], s.r.c_how, s.result[0]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<float> &s) {
     ksl::jacobian_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    CHECK(ksl_jacobian_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.r.links[0], nullptr,
+    CHECK(ksl_jacobian_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.r.links[0], s.r.c_how,
                               s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::jacobian, cpp, c, cpp_batch, c_batch);

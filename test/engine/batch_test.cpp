@@ -8,6 +8,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -16,20 +17,8 @@ namespace {
 
 constexpr int reach = 40; ///< more than two blocks of any instruction set
 
-/// A branched robot with every kind of joint that moves.
-ksl::model tree() {
-  using ksl::joint_kind;
-  ksl::robot_description r;
-  r.name = "tree";
-  for (const char *name : {"root", "a", "b", "c", "d", "e"})
-    r.links.push_back(robots::link(name, robots::solid(1.5, {0.1, -0.2, 0.3}, 0.4, 0.5, 0.6)));
-  r.joints = {robots::joint("turn", joint_kind::revolute, 0, 1, {0, 0.1, 1}, {0, 1, 0}),
-              robots::joint("slide", joint_kind::prismatic, 1, 2, {0.3, 0, 0}, {0.6, 0, 0.8}),
-              robots::joint("weld", joint_kind::fixed, 2, 3, {0, 0, 0.2}, {1, 0, 0}),
-              robots::joint("spin", joint_kind::continuous, 1, 4, {0, -0.4, 0}, {1, 0, 0}),
-              robots::joint("fly", joint_kind::floating, 0, 5, {2, 0, 0}, {1, 0, 0})};
-  return ksl::model(r);
-}
+/// A branched robot with every kind of joint.
+ksl::model tree() { return ksl::load(KSL_EVERY_KIND); }
 
 template <class S> struct states {
   std::vector<S> q, v, a;
@@ -40,6 +29,8 @@ template <class S> struct states {
     for (std::vector<S> *x : {&q, &v, &a})
       for (S &value : *x)
         value = number(random);
+    for (std::size_t k = 0; k < n; ++k)
+      robots::normalize_quaternions(m, &q[k * static_cast<std::size_t>(m.nq())]);
   }
 
   ksl::batch_view<S> view(const ksl::model &m, std::size_t n, std::vector<S> &out, int width) {
@@ -76,9 +67,9 @@ template <class S> void compare_with_one(const ksl::model &m, std::size_t n) {
 }
 
 /// Not in order; the one that is welded, and one twice.
-const std::vector<int> some_links = {3, 5, 0, 2, 3};
+const std::vector<int> some_links = {4, 9, 0, 2, 4};
 constexpr int pose_numbers = 5 * 16;
-const int pushed = 3; ///< a link with an external wrench
+const int pushed = 4; ///< a link with an external wrench
 
 /// Poses (n, links, 4, 4), kinetic and potential energies and powers of external wrenches (n each) of a batch.
 template <class S> struct positions_and_energies {
@@ -182,7 +173,7 @@ TEST_CASE("a NaN poisons its own state only") {
   std::vector<double> clean, poisoned;
   ksl::forward_dynamics_batch(m, s.view(m, n, clean, m.nv()));
   const auto whole = found_in(m, s, 0, n, 1);
-  s.q[bad * static_cast<std::size_t>(m.nq())] = NAN;
+  s.q[bad * static_cast<std::size_t>(m.nq()) + 3] = NAN; // turns all that moves
   ksl::forward_dynamics_batch(m, s.view(m, n, poisoned, m.nv()));
   for (std::size_t k = 0; k < n; ++k)
     for (int i = 0; i < m.nv(); ++i) {
@@ -246,12 +237,70 @@ TEST_CASE("poses and energies too") {
   }
 }
 
-TEST_CASE("no links, no poses") {
+TEST_CASE("no links, no poses and no Jacobians") {
   const ksl::model m = tree();
-  states<double> s(m, 3);
-  std::vector<double> untouched;
-  ksl::frame_poses_batch(m, s.view(m, 3, untouched, 1));
-  CHECK(untouched == std::vector<double>(3, -7.0));
+  for (std::size_t n : {1, 3, reach}) {
+    states<double> s(m, n);
+    std::vector<double> untouched;
+    const std::size_t size = 6 * static_cast<std::size_t>(m.nv());
+    ksl::frame_poses_batch(m, s.view(m, n, untouched, static_cast<int>(size)));
+    CHECK(untouched == std::vector<double>(n * size, -7.0));
+    ksl::jacobian_batch(m, s.view(m, n, untouched, static_cast<int>(size)));
+    CHECK(untouched == std::vector<double>(n * size, -7.0));
+  }
+}
+
+namespace {
+
+/// Every algorithm on n states, with rows for some of its results: these are what they are where all have rows.
+template <class S> void leave_out_results(const ksl::model &m, std::size_t n) {
+  states<S> s(m, n);
+  const int wide = m.nv() * m.nv() + pose_numbers;
+  const ksl::reaction_request request{.n = static_cast<int>(some_links.size()), .link = some_links.data()};
+  const auto found = [&](auto call, bool first, bool second, bool wrenches) {
+    std::vector<S> one;
+    ksl::batch_view<S> b = s.view(m, n, one, wide);
+    std::vector<S> two(n, S(-7)), three(n * 6 * some_links.size(), S(-7));
+    b.links = {static_cast<int>(some_links.size()), some_links.data()};
+    ksl::reaction_rows<S> wanted{request, {wrenches ? three.data() : nullptr, 6 * request.n}};
+    b.reactions_n = 1, b.reactions = &wanted;
+    b.result[0].first = first ? one.data() : nullptr;
+    b.result[1] = {second ? two.data() : nullptr, 1};
+    call(b);
+    return std::array<std::vector<S>, 3>{one, two, three};
+  };
+  const auto check = [&](auto call) {
+    const auto whole = found(call, true, true, true);
+    for (bool first : {false, true})
+      for (bool second : {false, true})
+        for (bool wrenches : {false, true}) {
+          const auto part = found(call, first, second, wrenches);
+          const std::array<bool, 3> given = {first, second, wrenches};
+          for (std::size_t i = 0; i < 3; ++i)
+            CHECK(part[i] == (given[i] ? whole[i] : std::vector<S>(whole[i].size(), S(-7))));
+        }
+  };
+  check([&](const auto &b) { ksl::inverse_dynamics_batch(m, b); });
+  check([&](const auto &b) { ksl::inverse_dynamics_with_reactions_batch(m, b); });
+  check([&](const auto &b) { ksl::reactions_batch(m, b); });
+  check([&](const auto &b) { ksl::forward_dynamics_batch(m, b); });
+  check([&](const auto &b) { ksl::mass_matrix_batch(m, b); });
+  check([&](const auto &b) { ksl::bias_batch(m, b); });
+  check([&](const auto &b) { ksl::gravity_torque_batch(m, b); });
+  check([&](const auto &b) { ksl::frame_poses_batch(m, b); });
+  check([&](const auto &b) { ksl::energy_batch(m, b); });
+  check([&](const auto &b) { ksl::external_power_batch(m, b); });
+  check([&](const auto &b) { ksl::jacobian_batch(m, b); });
+}
+
+} // namespace
+
+TEST_CASE("results without rows are not wanted") {
+  const ksl::model m = tree();
+  for (std::size_t n : {1, 2, 3, reach}) {
+    leave_out_results<double>(m, n);
+    leave_out_results<float>(m, n);
+  }
 }
 
 TEST_CASE("forward dynamics is the inverse of inverse dynamics, and M a + bias = tau") {

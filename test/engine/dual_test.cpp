@@ -5,6 +5,7 @@
 #include "ksl/dual.hpp"
 #include "ksl/engine/energy.hpp"
 #include "ksl/engine/forward_dynamics.hpp"
+#include "ksl/engine/frame_jacobian.hpp"
 #include "ksl/engine/mass_matrix.hpp"
 #include "ksl/engine/owned_workspace.hpp"
 #include "ksl/engine/reactions.hpp"
@@ -20,29 +21,8 @@ using first = ksl::dual<1>;
 using second = ksl::second_order_dual<2>;
 template <class T> using numbers = std::vector<T>;
 
-/// A robot with a joint of every kind; one floats on the ground and one on an arm.
-ksl::robot_description every_kind() {
-  using ksl::joint_kind;
-  ksl::robot_description r;
-  r.name = "every kind";
-  const char *const names[] = {"world", "base", "upper", "slider", "flange", "tool", "satellite", "antenna", "ball", "nut"};
-  for (int i = 0; i < 10; ++i)
-    r.links.push_back(robots::link(names[i], robots::solid(1.0 + 0.3 * i, {0.1 - 0.05 * i, 0.07 * i, 0.2}, 0.03 + 0.01 * i, 0.04, 0.05)));
-  r.joints = {robots::joint("free", joint_kind::floating, 0, 1, {0.1, 0.2, 0.3}, {1, 0, 0}),
-              robots::joint("shoulder", joint_kind::revolute, 1, 2, {0.1, 0, 0.4}, {0, 0.6, 0.8}),
-              robots::joint("slide", joint_kind::prismatic, 2, 3, {0, 0.2, 0.1}, {0.8, 0.6, 0}),
-              robots::joint("weld", joint_kind::fixed, 3, 4, {0.05, 0, 0.1}, {1, 0, 0}),
-              robots::joint("wrist", joint_kind::continuous, 4, 5, {0.2, 0.1, 0}, {1, 0, 0}),
-              robots::joint("release", joint_kind::floating, 3, 6, {0, -0.3, 0.1}, {1, 0, 0}),
-              robots::joint("hinge", joint_kind::revolute, 6, 7, {0, 0.1, 0.2}, {0, 0, 1}),
-              robots::joint("socket", joint_kind::spherical, 2, 8, {-0.1, 0, 0.2}, {1, 0, 0}),
-              robots::joint("thread", joint_kind::helical, 8, 9, {0, 0.1, 0.1}, {0.6, 0, 0.8})};
-  r.joints.back().pitch = 0.2;
-  return r;
-}
-
 const ksl::model &robot() {
-  static const ksl::model m(every_kind());
+  static const ksl::model m = ksl::load(KSL_EVERY_KIND);
   return m;
 }
 
@@ -66,14 +46,7 @@ numbers<double> random_numbers(std::size_t n, std::mt19937 &random) {
 state<double> random_state(const ksl::model &m, std::mt19937 &random) {
   const std::size_t nq = static_cast<std::size_t>(m.nq()), nv = static_cast<std::size_t>(m.nv());
   state<double> s = {random_numbers(nq, random), random_numbers(nv, random), random_numbers(nv, random), random_numbers(12, random)};
-  for (int i = 1; i < m.view().bodies; ++i)
-    if (const ksl::body<double> &b = m.view().body[i]; ksl::row_of(b.kind).quaternion >= 0) {
-      double *const p = &s.q[static_cast<std::size_t>(b.q_index + ksl::row_of(b.kind).quaternion)], length = 0;
-      for (int k = 0; k < 4; ++k)
-        length += p[k] * p[k];
-      for (int k = 0; k < 4; ++k)
-        p[k] /= std::sqrt(length);
-    }
+  robots::normalize_quaternions(m, s.q.data());
   return s;
 }
 
@@ -163,15 +136,28 @@ template <class T> T power(const ksl::model &m, const state<T> &s) {
   return power;
 }
 
+numbers<int> all_links(const ksl::model &m) {
+  numbers<int> links;
+  for (int l = 0; l < m.view().links; ++l)
+    links.push_back(l);
+  return links;
+}
+
 /// Poses of all links, 16 numbers each.
 template <class T> numbers<T> poses(const ksl::model &m, const numbers<T> &q) {
   const ksl::owned_workspace<ksl::forward_kinematics_workspace<T>> w(m.view());
-  const int links = m.view().links;
-  numbers<T> out(16 * static_cast<std::size_t>(links));
-  ksl::forward_kinematics<T>(m.view(), *w, q.data());
-  for (int l = 0; l < links; ++l)
-    ksl::write_matrix(ksl::link_pose<T>(m.view(), w->in_world, l), &out[16 * static_cast<std::size_t>(l)]);
+  const numbers<int> links = all_links(m);
+  numbers<T> out(16 * links.size());
+  ksl::frame_poses<T>(m.view(), *w, q.data(), m.view().links, links.data(), out.data());
   return out;
+}
+
+/// The Jacobian of a link's frame, 6 × nv numbers.
+template <class T> numbers<T> jacobian_of(const ksl::model &m, const numbers<T> &q, int link, const ksl::frame_options &how = {}) {
+  const ksl::owned_workspace<ksl::jacobian_workspace<T>> w(m.view());
+  numbers<T> J(6 * static_cast<std::size_t>(m.nv()));
+  ksl::jacobian<T>(m.view(), *w, q.data(), link, how, J.data());
+  return J;
 }
 
 /// Reactions of all links' joints, as they are in the joints' frames and at the world's origin.
@@ -179,9 +165,7 @@ template <class T> numbers<T> reactions_of(const ksl::model &m, const state<T> &
   const ksl::owned_workspace<ksl::reactions_workspace<T>> w(m.view());
   numbers<T> tau(s.v.size()), out;
   ksl::inverse_dynamics<T>(m.view(), w->dynamics, s.q.data(), s.v.data(), s.a.data(), pushes(s.push), tau.data());
-  numbers<int> links;
-  for (int l = 0; l < m.view().links; ++l)
-    links.push_back(l);
+  const numbers<int> links = all_links(m);
   ksl::reaction_request request;
   request.n = m.view().links;
   request.link = links.data();
@@ -194,17 +178,34 @@ template <class T> numbers<T> reactions_of(const ksl::model &m, const state<T> &
   return out;
 }
 
+/// Efforts and reactions in one pass.
+template <class T> numbers<T> efforts_with_reactions(const ksl::model &m, const state<T> &s) {
+  const ksl::owned_workspace<ksl::reactions_workspace<T>> w(m.view());
+  const numbers<int> links = all_links(m);
+  ksl::reaction_request request;
+  request.n = m.view().links;
+  request.link = links.data();
+  numbers<T> out(s.v.size() + 6 * links.size());
+  ksl::inverse_dynamics_with_reactions<T>(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), pushes(s.push), out.data(), request,
+                                          out.data() + s.v.size());
+  return out;
+}
+
 /// The results of every algorithm.
 template <class T> numbers<T> everything(const ksl::model &m, const state<T> &s) {
   numbers<T> all;
   const auto add = [&](const numbers<T> &part) { all.insert(all.end(), part.begin(), part.end()); };
   add(efforts(m, s));
   add(reactions_of(m, s));
+  add(efforts_with_reactions(m, s));
   add(accelerations(m, s));
   add(inertias(m, s.q));
   add(poses(m, s.q));
   const energies<T> e = energy_of(m, s.q, s.v);
   add({e.kinetic, e.potential, power(m, s)});
+  for (int link : pushed_links)
+    for (ksl::expressed_in at : {ksl::expressed_in::frame, ksl::expressed_in::world})
+      add(jacobian_of(m, s.q, link, {ksl::expressed_in::frame, at, false}));
   return all;
 }
 
@@ -355,6 +356,13 @@ TEST_CASE("links move as the derivative of their poses says") {
         twist[static_cast<std::size_t>(k)] += R[4 * r + k].value * R[4 * r + 3].derivative[0];
         twist[static_cast<std::size_t>(3 + k)] += R[4 * r + (k + 2) % 3].value * R[4 * r + (k + 1) % 3].derivative[0];
       }
+    const numbers<double> J = jacobian_of(m, s.q, link);
+    for (std::size_t c = 0; c < 6; ++c) {
+      double rate = 0;
+      for (std::size_t i = 0; i < s.v.size(); ++i)
+        rate += J[c * s.v.size() + i] * s.v[i];
+      CHECK(rate == doctest::Approx(twist[c]).epsilon(1e-12));
+    }
     for (std::size_t c = 0; c < 6; ++c) { // a wrench of one has the power of one component
       state<double> one = s;
       one.push = unit(12, link == pushed_links[0] ? c : 6 + c);

@@ -53,7 +53,8 @@ static void test_pendulum(const char *path) {
 
   const double q = 0.8, v = 2.1, a = -1.7, g = 9.81, l = 0.7, mass = 1.3;
   const double pull = mass * (g * cos(q) + l * v * v), across = mass * (g * sin(q) + l * a);
-  double tau, w[18];
+  double tau, w[18], power = 7;
+  CHECK(ksl_external_power(m, d, &q, &v, NULL, &power) == KSL_OK && power == 0); /* no wrench, no power */
   CHECK(ksl_inverse_dynamics(m, d, &q, &v, &a, NULL, &tau) == KSL_OK);
   CHECK(close_to(tau, l * across));
   const int joints[3] = {0, 1, 2};

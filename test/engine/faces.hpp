@@ -4,6 +4,7 @@
 #include "engine/algorithm_rows.hpp"
 #include "ksl/batch.hpp"
 #include "ksl/engine.h"
+#include "robots.hpp"
 
 #include <doctest/doctest.h>
 
@@ -15,7 +16,8 @@
 
 namespace faces {
 
-/// A robot for C++ and for C, floating, with what calls ask for: two pushed links, three links, all moving joints.
+/// A robot for C++ and for C, with what calls ask for: two pushed links, three links, all moving joints, how a frame's motion is
+/// expressed.
 struct robot {
   ksl::model m;
   ksl::data d{m};
@@ -23,10 +25,12 @@ struct robot {
   ksl_data_t *c_data = nullptr;
   std::vector<int> pushed{7, 3}, links{5, 2, 5}, joints, joint_links;
   ksl::reaction_request request;
+  ksl::frame_options how;
+  const ksl_frame_options_t *c_how = nullptr; ///< the same
 
-  explicit robot(const std::string &path) : m(load(path)) {
+  robot(const std::string &path, bool floating_base) : m(load(path, floating_base)) {
     ksl_model_options_t options = ksl_model_options();
-    options.floating_base = true;
+    options.floating_base = floating_base;
     REQUIRE(ksl_model_load(path.c_str(), &options, &c_model) == KSL_OK);
     REQUIRE(ksl_data_create(c_model, &c_data) == KSL_OK);
     for (int i = 0; i < m.moving_joints(); ++i)
@@ -39,9 +43,9 @@ struct robot {
   }
   robot(const robot &) = delete;
 
-  static ksl::model load(const std::string &path) {
+  static ksl::model load(const std::string &path, bool floating_base) {
     ksl::model_options options;
-    options.floating_base = true;
+    options.floating_base = floating_base;
     return ksl::load(path, options);
   }
 };
@@ -92,10 +96,8 @@ public:
       numbers->resize(n * static_cast<std::size_t>(width));
       std::generate(numbers->begin(), numbers->end(), [&] { return number(random); });
     }
-    for (std::size_t k = 0; k < n; ++k) {
-      S *const x = &q_[k * static_cast<std::size_t>(r.m.nq()) + 3], length = std::sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3]);
-      std::for_each(x, x + 4, [&](S &c) { c /= length; });
-    }
+    for (std::size_t k = 0; k < n; ++k)
+      robots::normalize_quaternions(r.m, &q_[k * static_cast<std::size_t>(r.m.nq())]);
   }
 
   /// State after state, by a call for one state.
@@ -124,6 +126,7 @@ public:
     const auto w = rows(w_, 12);
     const ksl::external_rows<S> external[2] = {{r_.pushed[0], w}, {r_.pushed[1], {w.first + 6, w.stride}}};
     b.external_n = 2, b.external = external;
+    b.frame = r_.how;
     b.links = {static_cast<int>(row_.request == ksl::request_kind::links ? r_.links.size() : 1), r_.links.data()};
     const auto out = [&](int i) {
       return direction(found.numbers[static_cast<std::size_t>(i)].data(), static_cast<int>(width(i) + gap), count, backwards);
@@ -185,10 +188,9 @@ private:
   std::vector<S> q_, v_, x_, w_; // x_: a or tau
 };
 
-/// All faces of one algorithm in one precision.
+/// All faces of one algorithm in one precision, for one robot.
 template <class S, class Cpp, class C, class CppBatch, class CBatch>
-void agree(const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_batch, CBatch c_batch) {
-  static robot r(KSL_EXAMPLES "/robots/panda.urdf");
+void agree(robot &r, const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_batch, CBatch c_batch) {
   constexpr std::size_t n = 700; // more than one part of a batch
   check<S> faces(row, r, n);
   results<S> expected = faces.states(cpp);
@@ -208,6 +210,25 @@ void agree(const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_batch, CBat
       CHECK(faces.batch(cpp_batch, count, threads, 3) == faces.first(expected, count));
       CHECK(faces.batch(c_batch, count, threads, 3, true) == faces.first(expected, count));
     }
+}
+
+/// Two robots: one that floats as a whole, and one with every kind of joint.  Where a frame's motion is asked for, it is asked for
+/// in every way that tells the options apart.
+template <class S, class Cpp, class C, class CppBatch, class CBatch>
+void agree(const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_batch, CBatch c_batch) {
+  static robot floating(KSL_EXAMPLES "/robots/panda.urdf", true), every_kind(KSL_EVERY_KIND, false);
+  static constexpr ksl_frame_options_t crossed[] = {{KSL_IN_WORLD, KSL_IN_FRAME, KSL_LINEAR_FIRST}, {KSL_IN_FRAME, KSL_IN_WORLD, KSL_ANGULAR_FIRST}};
+  using ksl::expressed_in;
+  for (robot *r : {&floating, &every_kind}) {
+    r->how = {}, r->c_how = nullptr;
+    agree<S>(*r, row, cpp, c, cpp_batch, c_batch);
+    if (row.request != ksl::request_kind::frame)
+      continue;
+    r->how = {.axes = expressed_in::world, .at = expressed_in::frame, .angular_first = false}, r->c_how = &crossed[0];
+    agree<S>(*r, row, cpp, c, cpp_batch, c_batch);
+    r->how = {.axes = expressed_in::frame, .at = expressed_in::world, .angular_first = true}, r->c_how = &crossed[1];
+    agree<S>(*r, row, cpp, c, cpp_batch, c_batch);
+  }
 }
 
 } // namespace faces

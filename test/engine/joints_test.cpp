@@ -5,6 +5,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <string>
@@ -164,4 +165,13 @@ TEST_CASE("where a helical joint on a revolute one carries its link") {
                                0.14333767430104902,  0.5983336871938894,  -0.39303008669511474, 0.6308840806877489,
                                -0.6689638463229568,  -0.3133171854827434, 0.063595934264609,    0.5639721561439568};
   CHECK(largest_difference(&D.R.m00, expected, 12) < 1e-15);
+}
+
+TEST_CASE("the robot with every kind of joint has every kind") {
+  const ksl::model m = ksl::load(KSL_EVERY_KIND);
+  for (const ksl::joint_kind kind : ksl::joint_kinds) {
+    const std::string name = ksl::row_of(kind).name;
+    CAPTURE(name);
+    CHECK(std::any_of(m.joints().begin(), m.joints().end(), [&](const ksl::joint_row &j) { return j.kind == kind && j.name != "base"; }));
+  }
 }

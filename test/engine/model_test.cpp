@@ -125,3 +125,13 @@ TEST_CASE("a model is copied and moved with its arrays") {
   CHECK(first == second);
   CHECK(copy.view().body != moved.view().body);
 }
+
+TEST_CASE("zeros are numbers of their own type") {
+  const ksl::model m(robots::double_pendulum(1, 1, 1, 1));
+  const ksl::data d(m);
+  CHECK(static_cast<const void *>(d.zero<double>()) != static_cast<const void *>(d.zero<float>()));
+  for (int i = 0; i < m.nv(); ++i) {
+    CHECK(d.zero<double>()[i] == 0);
+    CHECK(d.zero<float>()[i] == 0);
+  }
+}

@@ -3,6 +3,8 @@
 
 #include "ksl/dynamics.hpp"
 
+#include <cmath>
+
 namespace robots {
 
 /// The inertia of a body with its centroid at c and the given moments about it.
@@ -48,6 +50,15 @@ inline ksl::robot_description pendulum(double m, double l) {
   r.links.pop_back();
   r.joints.pop_back();
   return r;
+}
+
+/// Makes the quaternions of q (nq) unit ones.
+template <class S> void normalize_quaternions(const ksl::model &m, S *q) {
+  for (const ksl::model::quaternion_in_q &quaternion : m.quaternions()) {
+    S *const p = q + quaternion.q_index, length = std::sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3]);
+    for (int k = 0; k < 4; ++k)
+      p[k] /= length;
+  }
 }
 
 } // namespace robots

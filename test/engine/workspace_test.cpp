@@ -3,6 +3,7 @@
 
 #include "ksl/engine/energy.hpp"
 #include "ksl/engine/forward_dynamics.hpp"
+#include "ksl/engine/frame_jacobian.hpp"
 #include "ksl/engine/mass_matrix.hpp"
 #include "ksl/engine/reactions.hpp"
 
@@ -41,7 +42,9 @@ TEST_CASE("numbers for each body") {
   CHECK(numbers_per_body<ksl::forward_dynamics_workspace>() == 64);
   CHECK(numbers_per_body<ksl::mass_matrix_workspace>() == 27);
   CHECK(numbers_per_body<ksl::forward_kinematics_workspace>() == 14);
+  CHECK(numbers_per_body<ksl::jacobian_workspace>() == 14);
   CHECK(numbers_per_body<ksl::energy_workspace>() == 20);
+  CHECK(numbers_per_body<ksl::external_power_workspace>() == 20);
 }
 
 TEST_CASE("arrays follow each other, aligned, within the memory that was measured") {

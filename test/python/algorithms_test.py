@@ -21,20 +21,34 @@ from algorithms import ALGORITHMS  # noqa: E402
 
 ROWS = [row for row in ALGORITHMS if "python" in row.faces]
 C_ROWS = [row for row in ROWS if "c" in row.faces or "c batch" in row.faces]
-PUSHED = ["panda_link7", "panda_link3"]
-LINKS = ["panda_link5", "panda_link2", "panda_link5"]
+PUSHED, LINKS = [7, 3], [5, 2, 5]
+"""Indices of links that wrenches act on, and that are asked for."""
+CROSSED = {"axes": "world", "at": "frame", "order": "ang_lin"}
+"""How a frame's motion is expressed: axes and point in different frames, and not in the default order."""
 PRECISIONS = {np.float64: ("", ctypes.c_double), np.float32: ("f", ctypes.c_float)}
+
+
+@pytest.fixture(params=["fixed", "floating", "every kind"])
+def robot(request, examples):
+    """An arm, on the ground and floating, and a robot with every kind of joint."""
+    if request.param == "every kind":
+        return ksl.load(Path(__file__).resolve().parents[1] / "engine/every_kind.urdf")
+    return ksl.load(examples / "robots/panda.urdf", floating_base=request.param == "floating")
+
+
+def names(m, links):
+    return [m.link_names[i] for i in links]
 
 
 def inputs(m, row, *leading, dtype=np.float64):
     """The arguments of a row, by name."""
     q, v, x = (x.astype(dtype) for x in random_states(m, np.random.default_rng(7), *leading))
     given = {"q": q, "v": v, "a": x, "tau": x}
-    arguments = {name: given[name] for name in row.inputs}
-    arguments |= {"link": {"name": LINKS[0]}, "frame": {"name": LINKS[0]}, "links": {"names": LINKS}}.get(row.request, {})
+    arguments, links = {name: given[name] for name in row.inputs}, names(m, LINKS)
+    arguments |= {"link": {"name": links[0]}, "frame": {"name": links[0]} | CROSSED, "links": {"names": links}}.get(row.request, {})
     if row.external:
         rng = np.random.default_rng(8)
-        arguments["external"] = {name: rng.normal(size=(*leading, 6)).astype(dtype) for name in PUSHED}
+        arguments["external"] = {name: rng.normal(size=(*leading, 6)).astype(dtype) for name in names(m, PUSHED)}
     return arguments
 
 
@@ -56,47 +70,47 @@ def same(found, expected):
 
 @pytest.mark.parametrize("dtype", PRECISIONS)
 @pytest.mark.parametrize("row", ROWS, ids=lambda r: r.name)
-def test_a_batch_of_any_size_is_its_states(arm, row, dtype):
-    arguments = inputs(arm, row, 37, dtype=dtype)
-    whole = python(arm, row, arguments)
+def test_a_batch_of_any_size_is_its_states(robot, row, dtype):
+    arguments = inputs(robot, row, 37, dtype=dtype)
+    whole = python(robot, row, arguments)
     assert all(x.dtype == dtype for x in whole)
     for n in (0, 1, 2, 7, 8, 9, 17, 37):
-        assert same(python(arm, row, part(arguments, slice(n))), [x[:n] for x in whole])
+        assert same(python(robot, row, part(arguments, slice(n))), [x[:n] for x in whole])
     for k in (0, 18, 36):
-        assert same(python(arm, row, part(arguments, k)), [x[k] for x in whole])
+        assert same(python(robot, row, part(arguments, k)), [x[k] for x in whole])
 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda r: r.name)
-def test_layouts_threads_and_out_change_nothing(arm, row):
-    arguments = inputs(arm, row, 3000)
-    whole = python(arm, row, arguments, threads=1)
+def test_layouts_threads_and_out_change_nothing(robot, row):
+    arguments = inputs(robot, row, 3000)
+    whole = python(robot, row, arguments, threads=1)
     for threads in (None, 2, 5):
-        assert same(python(arm, row, arguments, threads=threads), whole)
-    assert same(python(arm, row, part(arguments, slice(None, None, -3))), [x[::-3] for x in whole])
+        assert same(python(robot, row, arguments, threads=threads), whole)
+    assert same(python(robot, row, part(arguments, slice(None, None, -3))), [x[::-3] for x in whole])
     grid = {k: {n: w.reshape(50, 60, 6) for n, w in x.items()} if isinstance(x, dict) else x.reshape(50, 60, -1) if isinstance(x, np.ndarray) else x
             for k, x in arguments.items()}  # fmt: skip
-    assert same(python(arm, row, grid), [x.reshape(50, 60, *x.shape[1:]) for x in whole])
+    assert same(python(robot, row, grid), [x.reshape(50, 60, *x.shape[1:]) for x in whole])
     out = [np.full_like(x, np.nan) for x in whole]
-    found = python(arm, row, arguments, out=tuple(out) if len(out) > 1 else out[0])
+    found = python(robot, row, arguments, out=tuple(out) if len(out) > 1 else out[0])
     assert all(x is y for x, y in zip(found, out, strict=True)) and same(out, whole)
 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda r: r.name)
-def test_float_is_near_double(arm, row):
-    double, single = (python(arm, row, inputs(arm, row, 50, dtype=dtype)) for dtype in PRECISIONS)
+def test_float_is_near_double(robot, row):
+    double, single = (python(robot, row, inputs(robot, row, 50, dtype=dtype)) for dtype in PRECISIONS)
     for x, y in zip(single, double, strict=True):
         loss = 1e4 if row.name == "forward_dynamics" else 50  # the condition of a mass matrix
         assert np.abs(x - y).max() < 2e-7 * loss * max(1.0, np.abs(y).max()) and not np.array_equal(x, y)
 
 
 @pytest.mark.parametrize("row", [row for row in ROWS if row.external == "optional"], ids=lambda r: r.name)
-def test_external_wrenches_count(arm, row):
-    arguments = inputs(arm, row, 5)
-    pushed = python(arm, row, arguments)
-    free = python(arm, row, arguments | {"external": None})
+def test_external_wrenches_count(robot, row):
+    arguments = inputs(robot, row, 5)
+    pushed = python(robot, row, arguments)
+    free = python(robot, row, arguments | {"external": None})
     assert not any(np.array_equal(x, y) for x, y in zip(pushed, free, strict=True))
-    zero = {name: np.zeros(6) for name in PUSHED}
-    assert same(python(arm, row, arguments | {"external": zero}), free)
+    zero = {name: np.zeros(6) for name in names(robot, PUSHED)}
+    assert same(python(robot, row, arguments | {"external": zero}), free)
 
 
 # C
@@ -108,6 +122,10 @@ class ExternalRows(ctypes.Structure):
 
 class External(ctypes.Structure):
     _fields_ = [("n", ctypes.c_int), ("link", ctypes.c_void_p), ("wrench", ctypes.c_void_p)]
+
+
+class FrameOptions(ctypes.Structure):
+    _fields_ = [("axes", ctypes.c_int), ("at", ctypes.c_int), ("order", ctypes.c_int)]
 
 
 @pytest.fixture(scope="module")
@@ -130,7 +148,7 @@ class Loaded:
         self.library, self.m, self.model, self.data = library, m, ctypes.c_void_p(), ctypes.c_void_p()
         library.ksl_model_options.restype = Options
         options = library.ksl_model_options()
-        options.floating_base = m.nq != m.nv
+        options.floating_base = "floating_base" in m.joint_names
         self.check(library.ksl_model_load(m.file.encode(), ctypes.byref(options), ctypes.byref(self.model)))
         self.check(library.ksl_data_create(self.model, ctypes.byref(self.data)))
 
@@ -155,9 +173,9 @@ class Loaded:
             given.append(ctypes.byref(shape))
         request = []
         if row.request == "links":
-            request = [len(LINKS), ctypes.c_void_p(keep(self.links(LINKS)))]
+            request = [len(LINKS), ctypes.c_void_p(keep(np.array(LINKS, np.int32)))]
         elif row.request == "frame":
-            request = [int(self.links(LINKS[:1])[0]), None]
+            request = [LINKS[0], ctypes.byref(FrameOptions(1, 0, 1))]
         elif row.request == "reactions":
             joints = np.arange(len(self.m.joint_names), dtype=np.int32)
             request = [len(joints), ctypes.c_void_p(keep(joints)), None]
@@ -176,10 +194,10 @@ class Loaded:
 
 @pytest.mark.parametrize("dtype", PRECISIONS)
 @pytest.mark.parametrize("row", C_ROWS, ids=lambda r: r.name)
-def test_c_gives_the_bits_of_python(arm, library, row, dtype):
-    loaded = Loaded(library, arm)
-    arguments = inputs(arm, row, 21, dtype=dtype)
-    whole = python(arm, row, arguments)
+def test_c_gives_the_bits_of_python(robot, library, row, dtype):
+    loaded = Loaded(library, robot)
+    arguments = inputs(robot, row, 21, dtype=dtype)
+    whole = python(robot, row, arguments)
     assert same(loaded.call(row, arguments, dtype, batch=True), whole)
     if "c" in row.faces:
         for k in (0, 20):

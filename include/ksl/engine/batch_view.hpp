@@ -54,7 +54,8 @@ template <class S> struct reaction_rows {
   rows_view<S> out;
 };
 
-/// n states.  Inputs without rows are taken as zero; results without rows are not stored.
+/// n states.  Inputs without rows are taken as zero; results and reactions without rows are not stored.  An algorithm that asks
+/// for one link takes the first of `links`; where there is none, nothing is computed.
 template <class S> struct batch_view {
   std::size_t n = 0;
   rows_view<const S> q = {}, v = {}, a = {}, tau = {};

@@ -101,7 +101,7 @@ void elements_of_mass_matrix(const model_view<scalar_of<T>> &model, const mass_m
     by_kind(model.body[i].kind, [&]<joint_kind K>() KSL_INLINED { set_columns<K>(model, w, i, symmetric_matrix<T>{M, model.nv}); });
 }
 
-/// M (nv, nv), row-major and symmetric, for q (nq): tau = M a + bias.  O(bodies²).
+/// M (nv, nv), row-major and symmetric, for q (nq): tau = M a + bias.  O(bodies × depth), besides writing nv² numbers.
 template <class T>
 void mass_matrix(const model_view<scalar_of<T>> &model, const mass_matrix_workspace<T> &w, const T *q, T *M) {
   const symmetric_matrix<T> elements = {M, model.nv};
