@@ -92,9 +92,8 @@ public:
   template <class S> bool readable() const {
     if (PyArray_TYPE(array_) != numpy_type<S> || !PyArray_ISBEHAVED_RO(array_))
       return false;
-    if (PyArray_SIZE(array_) == 0) // whose strides NumPy may set as it likes
-      return true;
-    const bool neighbours = row_axes_ == 0 || columns_ < 2 || PyArray_STRIDE(array_, axes() - 1) == static_cast<npy_intp>(sizeof(S));
+    const bool neighbours = row_axes_ == 0 || columns_ < 2 || PyArray_STRIDE(array_, axes() - 1) == static_cast<npy_intp>(sizeof(S)) ||
+                            PyArray_SIZE(array_) == 0; // then NumPy may give any strides
     const auto distance = row_distance();
     return neighbours && distance && *distance % static_cast<npy_intp>(sizeof(S)) == 0;
   }
@@ -120,12 +119,12 @@ public:
 private:
   /// Bytes from row to row; none where it is not always the same.
   std::optional<npy_intp> row_distance() const {
-    if (PyArray_SIZE(array_) == 0)
-      return columns_ * PyArray_ITEMSIZE(array_);
     npy_intp distance = columns_ * PyArray_ITEMSIZE(array_), rows = 1;
     for (int i = axes() - row_axes_ - 1; i >= 0; --i) {
       if (length(i) == 1)
         continue;
+      if (length(i) == 0)
+        return columns_ * PyArray_ITEMSIZE(array_);
       if (rows == 1)
         distance = PyArray_STRIDE(array_, i);
       else if (PyArray_STRIDE(array_, i) != rows * distance)
