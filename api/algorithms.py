@@ -134,6 +134,9 @@ their sum.  The split is made in the joint's frame and then moved by the coadjoi
         python="""
 The inverse of :meth:`inverse_dynamics`, same conventions.  Articulated-body algorithm (Featherstone, RBDA 2008,
 table 7.1); O(bodies).
+
+Where a joint can move without moving any mass, at an end of the mechanism whose links have none, say, its
+acceleration is not determined: it and others are then NaN or infinite, and no error is raised.
 """,
     ),
     Algorithm(

@@ -95,7 +95,8 @@ public:
   template <class S> bool readable() const {
     if (PyArray_TYPE(array_) != numpy_type<S> || !PyArray_ISBEHAVED_RO(array_))
       return false;
-    const bool neighbours = row_axes_ == 0 || columns_ < 2 || PyArray_STRIDE(array_, axes() - 1) == static_cast<npy_intp>(sizeof(S));
+    const bool neighbours = row_axes_ == 0 || columns_ < 2 || PyArray_STRIDE(array_, axes() - 1) == static_cast<npy_intp>(sizeof(S)) ||
+                            PyArray_SIZE(array_) == 0; // then NumPy may give any strides
     const auto distance = row_distance();
     return neighbours && distance && *distance % static_cast<npy_intp>(sizeof(S)) == 0;
   }
@@ -126,6 +127,8 @@ private:
     for (int i = axes() - row_axes_ - 1; i >= 0; --i) {
       if (length(i) == 1)
         continue;
+      if (length(i) == 0)
+        return columns_ * PyArray_ITEMSIZE(array_);
       if (rows == 1)
         distance = PyArray_STRIDE(array_, i);
       else if (PyArray_STRIDE(array_, i) != rows * distance)

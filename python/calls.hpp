@@ -71,6 +71,14 @@ struct argument {
   std::string text() const { return name ? name : "external[" + std::string(nb::repr(link_name).c_str()) + "]"; }
   std::string short_text() const { return name ? name : text_of(link_name); }
 
+  /// The shape that sentences ask for.
+  std::string expected() const {
+    const char *const numbers = !name            ? "force, then moment"
+                                : name[0] == 'q' ? "nq numbers for each state"
+                                                 : "nv numbers for each state";
+    return "expected (…, " + std::to_string(columns) + "): " + numbers;
+  }
+
   bool is_array() const { return PyArray_CheckExact(object.ptr()); }
   void read() { array = {object, columns, 1}; }
 };
@@ -183,6 +191,10 @@ private:
 
   /// Converts arguments that are not arrays (ksl.states.as_arrays).
   void convert() {
+    for_each([](const argument &x) {
+      if (x.object.is_none())
+        refuse(x.text() + " is None; " + x.expected());
+    });
     nb::list given;
     for (const argument &x : inputs_)
       given.append(x.object);
@@ -222,10 +234,7 @@ private:
     for_each([](argument &x) {
       if (x.array.axes() > 0 && x.array.length(x.array.axes() - 1) == x.columns)
         return;
-      const char *const numbers = !x.name               ? "force, then moment"
-                                  : x.name[0] == 'q' ? "nq numbers for each state"
-                                                     : "nv numbers for each state";
-      refuse(x.text() + " has shape " + x.array.shape() + "; expected (…, " + std::to_string(x.columns) + "): " + numbers);
+      refuse(x.text() + " has shape " + x.array.shape() + "; " + x.expected());
     });
     for (argument &x : wrenches_)
       x.link = link_of(x.link_name);

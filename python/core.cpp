@@ -28,20 +28,24 @@ ksl::model load(const std::string &path, bool floating_base, bool mimic_independ
 
 /// What `ksl info` prints about a joint.  Limits that the file doesn't give are None.
 nb::dict joint_dict(const ksl::model &m, const ksl::joint_row &j) {
+  const ksl::joint_kind_row kind = ksl::row_of(j.kind);
   nb::dict d;
   d["name"] = j.name;
-  d["kind"] = ksl::row_of(j.kind).name;
+  d["kind"] = kind.name;
   d["child"] = m.links()[static_cast<std::size_t>(j.link)].name;
   d["parent"] = j.parent_link < 0 ? nb::object(nb::none())
                                   : nb::object(nb::cast(m.links()[static_cast<std::size_t>(j.parent_link)].name));
-  d["nq"] = ksl::row_of(j.kind).nq;
-  d["nv"] = ksl::row_of(j.kind).nv;
+  d["nq"] = kind.nq;
+  d["nv"] = kind.nv;
   d["q_index"] = j.q_index;
   d["v_index"] = j.v_index;
   d["axis"] = std::array<double, 3>{j.axis.x, j.axis.y, j.axis.z};
   d["pitch"] = j.pitch;
-  if (const int quaternion = ksl::row_of(j.kind).quaternion; quaternion >= 0)
-    d["quaternion"] = quaternion;
+  d["has_axis"] = kind.has_axis;
+  d["has_angle"] = kind.has_angle;
+  d["has_limits"] = kind.has_limits;
+  if (kind.quaternion >= 0)
+    d["quaternion"] = kind.quaternion;
   if (j.description >= 0) {
     const ksl::joint_description &file = m.description().joints[static_cast<std::size_t>(j.description)];
     d["lower"] = file.lower;
@@ -71,7 +75,7 @@ void add_calls(nb::class_<ksl::model> &model) {
         row->name,
         [row](const ksl::model &m, nb::handle q, nb::handle v, nb::handle x, nb::handle external, nb::handle request,
               nb::handle out, nb::handle threads) { return calls::run(*row, m, q, v, x, external, request, out, threads); },
-        "q"_a, "v"_a.none(), "x"_a.none(), "external"_a.none(), "request"_a.none(), "out"_a.none(), "threads"_a.none());
+        "q"_a.none(), "v"_a.none(), "x"_a.none(), "external"_a.none(), "request"_a.none(), "out"_a.none(), "threads"_a.none());
 }
 
 } // namespace

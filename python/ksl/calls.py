@@ -79,6 +79,9 @@ class Calls(Requests):
 
         The inverse of :meth:`inverse_dynamics`, same conventions.  Articulated-body algorithm (Featherstone, RBDA 2008,
         table 7.1); O(bodies).
+
+        Where a joint can move without moving any mass, at an end of the mechanism whose links have none, say, its
+        acceleration is not determined: it and others are then NaN or infinite, and no error is raised.
         """
         return self._core.forward_dynamics(q, v, tau, external, None, out, threads)
 

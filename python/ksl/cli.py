@@ -197,6 +197,9 @@ def loads(
 
     A floating base has the columns floating_base.x .y .z .qx .qy .qz .qw (pose in the world) and, if its rates are known,
     floating_base.vx .vy .vz .wx .wy .wz and .ax .ay .az .bx .by .bz (twist in the body's frame and its componentwise derivative).
+
+    A spherical joint has the columns NAME.qx .qy .qz .qw (a unit quaternion) and, if known, NAME.wx .wy .wz (angular velocity in
+    the child's axes) and NAME.bx .by .bz (its componentwise derivative).
     """
     from ksl.job import run_loads
     from ksl.loads import LoadCase, Placement

@@ -18,8 +18,9 @@ from rich.text import Text
 from ksl._core import __version__
 from ksl.errors import MotionError
 from ksl.loads import Block, Curves, LoadCase, Placement, TableWriter, exceeded_limits
+from ksl.mechanism import Joint
 from ksl.output import staged
-from ksl.quantities import PowerBalance, summarise, unit
+from ksl.quantities import JointLoads, PowerBalance, summarise, unit
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -44,7 +45,7 @@ def run_loads(case: LoadCase, motion_file: str, directory: Path, with_csv: bool,
         notes = _notes(case, curves)
         _write_report(stage / "report.html", case, motion_file, curves, balance, rows, notes)
         files = sorted(f.name for f in stage.iterdir())
-    _print_summary(console, rows, case.placement)
+    _print_summary(console, rows, curves.loads, case.placement)
     for line in notes:
         console.print(Text(f"note: {line}"), soft_wrap=True)
     console.print(Text(_balance_line(balance)), soft_wrap=True)
@@ -168,8 +169,9 @@ WRENCH = {"axial_force": "axial", "radial_force": "radial", "bending_moment": "b
 """Columns and headings for the wrench of a joint with an axis."""
 
 
-def _print_summary(console: Console, rows: list[SummaryRow], placement: Placement) -> None:
+def _print_summary(console: Console, rows: list[SummaryRow], loads: list[JointLoads], placement: Placement) -> None:
     """Three tables: the wrench at the chosen point, what drives supply, and joints without one axis."""
+    joints = {l.joint.name: l.joint for l in loads}
     with_axis = [row for row in rows if "effort_peak" in row]
     wrench = [(q, part) for q in WRENCH for part in ("peak", "rms", "peak_time")]
     drive = [("effort", "peak"), ("effort", "rms"), ("effort", "peak_time"), ("speed", "peak"), ("speed", "peak_time")]
@@ -181,16 +183,15 @@ def _print_summary(console: Console, rows: list[SummaryRow], placement: Placemen
         ("Joints without one axis: magnitudes of the same wrench", [row for row in rows if "force_peak" in row], whole),
     ):
         if chosen:
-            console.print(_table(title, chosen, columns))
+            console.print(_table(title, chosen, [joints[str(row["joint"])] for row in chosen], columns))
 
 
-def _table(title: str, rows: list[SummaryRow], columns: list[tuple[str, str]]) -> Table:
+def _table(title: str, rows: list[SummaryRow], joints: list[Joint], columns: list[tuple[str, str]]) -> Table:
     table = Table(title=Text(title, style="table.title"), title_justify="left", box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
     table.add_column("joint", overflow="fold")
     words = {"peak_time": "at s", "work": "J"}
-    kinds = {str(row["kind"]) for row in rows}
     for q, part in columns:
-        of = words.get(q) or " or ".join(sorted({unit(q, kind) for kind in kinds}))
+        of = words.get(q) or " or ".join(sorted({unit(q, joint) for joint in joints}))
         name = WRENCH.get(q, q) if part in ("peak", "positive") else ""
         table.add_column(f"{name}\n{words.get(part) or f'{part} {of}'}", justify="right", no_wrap=True)
     for row in rows:

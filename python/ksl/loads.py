@@ -16,7 +16,7 @@ from ksl.errors import MotionError
 from ksl.mechanism import Joint, Mechanism
 from ksl.motion import SPLINE_SAMPLES, Motion, complete, derivative
 from ksl.quantities import JointLoads, PowerBalance, joint_loads, power_round_off, unit
-from ksl.states import Array, Order, Point, Side
+from ksl.states import Array, Order, Point, Side, items_of
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -216,7 +216,7 @@ def wrench_table(
     joints = model.joints[: len(model.joint_names)]
     by_joint = [[None if x is None else x[:, j.v_index : j.v_index + j.nv] for x in given] for j in joints]
     motion = complete(model, t, positions, by_joint)
-    wrenches = {link: _wrenches(link, w, len(t)) for link, w in (external or {}).items()}
+    wrenches = {link: _wrenches(link, w, len(t)) for link, w in items_of(external)}
     case = LoadCase(model, motion, Placement(on, at, axes, order), wrenches)
     writer = TableWriter(model, case.placement)
     return pa.concat_tables([writer.table(block) for block in case.blocks()])
@@ -251,11 +251,11 @@ def exceeded_limits(model: Mechanism, motion: Motion, loads: list[JointLoads]) -
         if not j.has_axis or l.effort is None or l.speed is None:
             continue
         q = motion.q[:, j.q_index]
-        angle, rate, effort = "m" if j.kind == "prismatic" else "rad", unit("speed", j.kind), unit("effort", j.kind)
-        lines += _exceeded(j, "position", "lower", float(q.min()), j.lower, angle, lambda x, limit: x < limit) if j.kind != "continuous" else []
-        lines += _exceeded(j, "position", "upper", float(q.max()), j.upper, angle, lambda x, limit: x > limit) if j.kind != "continuous" else []
-        lines += _exceeded(j, "speed", "velocity", float(np.abs(l.speed).max()), j.velocity, rate, lambda x, limit: x > limit)
-        lines += _exceeded(j, "effort", "effort", float(np.abs(l.effort).max()), j.effort, effort, lambda x, limit: x > limit)
+        if j.has_limits:
+            lines += _exceeded(j, "position", "lower", float(q.min()), j.lower, j.unit, lambda x, limit: x < limit)
+            lines += _exceeded(j, "position", "upper", float(q.max()), j.upper, j.unit, lambda x, limit: x > limit)
+        lines += _exceeded(j, "speed", "velocity", float(np.abs(l.speed).max()), j.velocity, unit("speed", j), lambda x, limit: x > limit)
+        lines += _exceeded(j, "effort", "effort", float(np.abs(l.effort).max()), j.effort, unit("effort", j), lambda x, limit: x > limit)
     return lines
 
 

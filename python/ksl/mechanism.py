@@ -28,6 +28,12 @@ class Joint:
     """Unit vector in the joint's frame; zero for kinds without one axis."""
     pitch: float = 0.0
     """Advance along the axis, m/rad, positive for a right-handed screw; of helical joints."""
+    has_axis: bool = False
+    """Whether it has one coordinate, along or about `axis`: revolute, continuous, prismatic and helical joints."""
+    has_angle: bool = False
+    """Whether that coordinate is an angle about the axis: all of them but prismatic joints."""
+    has_limits: bool = False
+    """Whether its position can have bounds: all of them but continuous joints."""
     quaternion: int | None = None
     """Index, within its nq numbers, at which a unit quaternion [qx qy qz qw] begins: 0 for spherical joints, 3 for floating ones."""
     lower: float | None = None
@@ -38,9 +44,9 @@ class Joint:
     friction: float = 0.0
 
     @property
-    def has_axis(self) -> bool:
-        """Whether it has one coordinate, along or about `axis`: revolute, continuous, prismatic and helical joints."""
-        return self.nv == 1
+    def unit(self) -> str:
+        """Of the position of a joint with an axis: rad, or m where it only slides."""
+        return "rad" if self.has_angle else "m"
 
 
 @dataclass(frozen=True)
@@ -117,6 +123,6 @@ class Mechanism:
         return self.joints[self._index(self._joint_index, name, "joint")]
 
     def _index(self, table: Mapping[str, int], name: str, what: str) -> int:
-        if name not in table:
+        if not isinstance(name, str) or name not in table:
             raise ValueError(f"{self.name or self.file}: no {what} named {name!r}; known: {', '.join(table)}")
         return table[name]

@@ -53,6 +53,10 @@ def columns_of(joint: Joint) -> tuple[list[str], list[str], list[str]]:
         groups = (POSITION[: joint.quaternion] + QUATERNION, VELOCITY[-joint.nv :], ACCELERATION[-joint.nv :])
         position, velocity, acceleration = ([f"{joint.name}.{c}" for c in group] for group in groups)
         return position, velocity, acceleration
+    return _columns_of_one_coordinate(joint)
+
+
+def _columns_of_one_coordinate(joint: Joint) -> tuple[list[str], list[str], list[str]]:
     return [joint.name], [f"{joint.name}.v"], [f"{joint.name}.a"]
 
 
@@ -60,7 +64,8 @@ def read_motion(model: Mechanism, path: str | os.PathLike[str]) -> Motion:
     """Reads a CSV table with `time` and a column for each moving joint (rad or m); `NAME.v` and `NAME.a` if known.
 
     A floating joint has the columns NAME.x .y .z .qx .qy .qz .qw, and for its rates NAME.vx .vy .vz .wx .wy .wz and
-    NAME.ax .ay .az .bx .by .bz: twist in the body's frame and its componentwise derivative.
+    NAME.ax .ay .az .bx .by .bz: twist in the body's frame and its componentwise derivative.  A spherical joint has
+    NAME.qx .qy .qz .qw, and for its rates NAME.wx .wy .wz and NAME.bx .by .bz.
     What is missing is differentiated from a quintic spline; what is given is compared with it.  Raises MotionError with file, line or column, fault and mend.
     """
     file = os.fspath(path)
@@ -84,11 +89,12 @@ def complete(model: Mechanism, time: Array, q: Array, given: list[list[Array | N
     said: dict[str, list[str]] = {}
     v, a = np.empty((len(time), model.nv)), np.empty((len(time), model.nv))
     joints = model.joints[: len(model.joint_names)]
-    missing = [j.name for j, g in zip(joints, given, strict=True) if g[0] is None or g[1] is None]
+    missing = [j for j, g in zip(joints, given, strict=True) if g[0] is None or g[1] is None]
     if missing and len(time) < SPLINE_SAMPLES:
+        rates = " and ".join(" ".join(group) for group in columns_of(missing[0])[1:])
         raise MotionError(
-            f"{name}: {_count(len(time), 'sample')}, but differentiating {', '.join(missing)} needs at least {SPLINE_SAMPLES}; "
-            f"add samples, or give the columns {missing[0]}.v and {missing[0]}.a"
+            f"{name}: {_count(len(time), 'sample')}, but differentiating {', '.join(j.name for j in missing)} needs at least {SPLINE_SAMPLES}; "
+            f"add samples, or give the columns {rates}"
         )
     if len(time) < 2:
         raise MotionError(f"{name}: {len(time)} sample, but means over time need at least 2; add samples")
@@ -161,7 +167,8 @@ def _contradictions(joint: Joint, time: Array, q: Array, v: Array, given_v: Arra
         if at is None or given is None or found is None:
             continue
         k, c = at
-        unit = ("m" if joint.kind == "prismatic" or columns[c].endswith(("vx", "vy", "vz", "ax", "ay", "az")) else "rad") + ("/s" if of == "position" else "/s²")
+        of_column = "m" if columns[c].endswith(("vx", "vy", "vz", "ax", "ay", "az")) else "rad"
+        unit = (joint.unit if joint.has_axis else of_column) + ("/s" if of == "position" else "/s²")
         changes = f"the {of} of {joint.name} changes at {found[k, c]:.4g} {unit}"
         lines.append(f"{columns[c]} at {time[k]:.6g} s is {given[k, c]:.4g} {unit}, but {changes}; check the column")
     return lines
@@ -346,6 +353,7 @@ def _check_columns(model: Mechanism, file: str, table: dict[str, Array]) -> None
         if name != "time" and name not in known:
             near = get_close_matches(name, known, 1)
             hint = f"did you mean {near[0]!r}?" if near else f"the moving joints of {model.name} are {', '.join(model.joint_names)}"
+            hint = _several_columns_of(joints, name) or hint
             if name.startswith("floating_base.") and not (joints and joints[0].parent is None):
                 hint = "if the root link floats, load the robot with --floating-base (in Python floating_base=True)"
             raise MotionError(f"{file}:1: unknown column {name!r}; {hint}")
@@ -360,6 +368,15 @@ def _check_columns(model: Mechanism, file: str, table: dict[str, Array]) -> None
             if any(c in table for c in group) and not all(c in table for c in group):
                 absent = next(c for c in group if c not in table)
                 raise MotionError(f"{file}:1: no column {absent!r}, though others of its group are there; give all of {', '.join(group)} or none")
+
+
+def _several_columns_of(joints: tuple[Joint, ...], name: str) -> str | None:
+    """What to give instead of a column that a joint would have if it had one coordinate; None where no joint would."""
+    for joint in joints:
+        for one, group in zip(_columns_of_one_coordinate(joint), columns_of(joint), strict=True):
+            if name in one and name not in group:
+                return f"joint {joint.name} is {joint.kind}: give {' '.join(group)}"
+    return None
 
 
 def _check_time(file: str, time: Array) -> Array:

@@ -21,12 +21,12 @@ UNITS = {
 """Units of all quantities but effort and speed, whose units depend on the kind of joint: see `unit`."""
 
 
-def unit(quantity: str, kind: str) -> str:
-    """Unit of a quantity for a kind of joint."""
+def unit(quantity: str, joint: Joint) -> str:
+    """Unit of a quantity for a joint."""
     if quantity == "effort":
-        return "N" if kind == "prismatic" else "N m"
+        return "N m" if joint.has_angle else "N"
     if quantity == "speed":
-        return "m/s" if kind == "prismatic" else "rad/s"
+        return f"{joint.unit}/s"
     return UNITS[quantity]
 
 

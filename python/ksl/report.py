@@ -64,7 +64,7 @@ class ReportInput:
     notes: list[str]
     """Warnings, unused content of the files, limits exceeded: a line each, foldable."""
     summary: list[dict[str, float | str | None]]
-    """Rows of :func:`ksl.quantities.summarise`."""
+    """Rows of :func:`ksl.quantities.summarise`, of any of `joints`."""
     time: Array
     """(n), s."""
     joints: list[JointLoads]
@@ -160,15 +160,14 @@ class _Page:
     # -------------------------------------------------------------------------------------------------------- summary
 
     def _summary(self) -> str:
-        kinds = [
-            ("Turning joints", ("revolute", "continuous")),
-            ("Sliding joints", ("prismatic",)),
-            ("Joints without one axis", ("fixed", "floating")),
-        ]
+        joints = {loads.joint.name: loads.joint for loads in self.report.joints}
+        rows: dict[str, list[Row]] = {"Turning joints": [], "Sliding joints": [], "Joints without one axis": []}
+        for row in self.report.summary:
+            rows[_group(joints[str(row["joint"])])].append(row)
         tables = ""
-        for title, group in kinds:
-            rows = [row for row in self.report.summary if row["kind"] in group]
-            tables += "".join(self._table(f"{title}{part}", rows, groups) for part, groups in _columns(group[0]))
+        for title, group in rows.items():
+            for part, columns in _columns(joints[str(group[0]["joint"])]) if group else []:
+                tables += self._table(f"{title}{part}", group, columns)
         note = "Peaks are of the magnitude. Means (rms, mean) weigh each sample by the time it stands for. "
         note += "Forces and moments are those of the wrench at the chosen point; effort, speed, power and work are the drive's, whatever point is chosen."
         if self.origin:
@@ -176,8 +175,6 @@ class _Page:
         return f'<section id="summary"><h2>Summary</h2><p>{note}</p>{tables}</section>'
 
     def _table(self, title: str, rows: Sequence[Row], groups: Groups) -> str:
-        if not rows:
-            return ""
         over = "".join(f'<th scope="colgroup" colspan="{len(columns)}">{name}</th>' for name, columns in groups)
         under = "".join(f'<th scope="col"{_edge(k)}>{head}</th>' for _, columns in groups for k, (head, _) in enumerate(columns))
         head = f'<tr><th scope="col" rowspan="2">joint</th><th scope="col" rowspan="2">kind</th>{over}</tr><tr>{under}</tr>'
@@ -187,7 +184,7 @@ class _Page:
 
     def _table_row(self, row: Row, groups: Groups) -> str:
         name = str(row["joint"])
-        link = f'<a href="#{self.anchors[name]}">{escape(name)}</a>' if name in self.anchors else escape(name)
+        link = f'<a href="#{self.anchors[name]}">{escape(name)}</a>'
         cells = "".join(f"<td{_edge(k)}>{self._cell(key, row.get(key))}</td>" for _, columns in groups for k, (_, key) in enumerate(columns))
         return f'<tr><th scope="row">{link}</th><td>{escape(str(row["kind"]))}</td>{cells}</tr>'
 
@@ -257,13 +254,13 @@ class _Page:
     def _axis_charts(self, loads: JointLoads) -> str:
         """The drive's effort has a panel of its own, since its limit doesn't apply to moments about points other than the joint's origin."""
         joint, curves = loads.joint, {name: _quiet(x) for name, x in loads.wrench.items()}
-        slides = joint.kind == "prismatic"
+        slides = not joint.has_angle
         forces = [_Panel("Force, N", {"axial": curves["axial_force"], "radial": curves["radial_force"]})]
         moments = [_Panel("Moment, N m", {"about axis": curves["axial_moment"], "bending": curves["bending_moment"]})]
         if loads.speed is None or loads.effort is None or loads.power is None:
             return self._time_chart("Forces", forces) + self._time_chart("Moments", moments)
         speed, effort, drive = _quiet(loads.speed), _quiet(loads.effort), "Drive force" if slides else "Drive torque"
-        speed_label, effort_label = f"Speed, {unit('speed', joint.kind)}", f"{drive}, {unit('effort', joint.kind)}"
+        speed_label, effort_label = f"Speed, {unit('speed', joint)}", f"{drive}, {unit('effort', joint)}"
         (forces if slides else moments).append(_Panel(effort_label, {"drive": effort}, _near(joint.effort, effort, 1.5)))
         html = self._time_chart("Forces, and drive force" if slides else "Forces", forces, dashed="limit of the effort")
         html += self._time_chart("Moments" if slides else "Moments, and drive torque", moments, dashed="limit of the effort")
@@ -320,14 +317,21 @@ class _Panel:
         return {"label": self.label, "curves": curves, "limit": self.limit, "emphasis": self.emphasis}
 
 
-def _columns(kind: str) -> list[tuple[str, Groups]]:
-    """The tables of the summary for a kind of joint, each with the end of its title: the wrench, and the drive."""
+def _group(joint: Joint) -> str:
+    """Of joints that share tables in the summary, since their quantities have the same units."""
+    if not joint.has_axis:
+        return "Joints without one axis"
+    return "Turning joints" if joint.has_angle else "Sliding joints"
+
+
+def _columns(joint: Joint) -> list[tuple[str, Groups]]:
+    """The tables of the summary for a joint and its group, each with the end of its title: the wrench, and the drive."""
 
     def group(name: str, last: str | None = "rms") -> tuple[str, list[tuple[str, str]]]:
         columns = [("peak", f"{name}_peak"), ("at, s", f"{name}_peak_time"), *([(last, f"{name}_{last}")] if last else [])]
-        return f"{LABELS[name]}, {unit(name, kind)}", columns
+        return f"{LABELS[name]}, {unit(name, joint)}", columns
 
-    if kind not in ("revolute", "continuous", "prismatic"):
+    if not joint.has_axis:
         return [("", [group("force"), group("moment")])]
     wrench = [group(name) for name in ("axial_force", "radial_force", "bending_moment", "axial_moment")]
     work = ("work, J", [("positive", "work_positive"), ("negative", "work_negative")])
@@ -340,17 +344,18 @@ def _edge(column: int) -> str:
 
 
 def _joint_facts(loads: JointLoads) -> list[tuple[str, str]]:
-    """Kind, links and limits, with the share of each that the motion uses."""
+    """Kind, links, pitch and limits, with the share of each that the motion uses."""
     joint = loads.joint
-    angle = "m" if joint.kind == "prismatic" else "rad"
     parent = "ground" if joint.parent is None else escape(joint.parent)
     facts = [("kind", joint.kind), ("links", f"{parent} → {escape(joint.child)}")]
     if not joint.has_axis:
         return facts
     facts.append(("axis", " ".join(f"{x:.4g}" for x in joint.axis)))
-    facts.append(("effort limit", _limit(joint.effort, loads.effort, unit("effort", joint.kind))))
-    facts.append(("velocity limit", _limit(joint.velocity, loads.speed, unit("speed", joint.kind))))
-    return [*facts, ("position limits", _range(joint, angle))]
+    if joint.pitch:
+        facts.append(("pitch", f"{joint.pitch:.4g} m/rad"))
+    facts.append(("effort limit", _limit(joint.effort, loads.effort, unit("effort", joint))))
+    facts.append(("velocity limit", _limit(joint.velocity, loads.speed, unit("speed", joint))))
+    return [*facts, ("position limits", _range(joint))]
 
 
 def _limit(limit: float | None, curve: Array | None, unit: str) -> str:
@@ -364,11 +369,11 @@ def _limit(limit: float | None, curve: Array | None, unit: str) -> str:
     return f'{text}, <strong class="over">{used}</strong>' if share > 1 else f"{text}, {used}"
 
 
-def _range(joint: Joint, unit: str) -> str:
+def _range(joint: Joint) -> str:
     if joint.lower is None and joint.upper is None:
         return "none given"
     lower, upper = ("–" if x is None else f"{x:.6g}" for x in (joint.lower, joint.upper))
-    return f"{lower} to {upper} {unit}"
+    return f"{lower} to {upper} {joint.unit}"
 
 
 def _near(limit: float | None, curve: Array | None, factor: float) -> float | None:

@@ -32,8 +32,11 @@ class Requests(Mechanism):
 
     def _links_of(self, names: Iterable[str] | None) -> _core.Links:
         """The request for `frame_poses` of these names.  Cached, since looking names up takes longer than computing the poses of a state."""
-        key = names if names is None or isinstance(names, (str, tuple)) else tuple(names)
-        links = self._link_lists.get(key)
+        key = _names(names, "names")
+        try:
+            links = self._link_lists.get(key)
+        except TypeError:  # a list, say, instead of a name: refused below
+            links = None
         if links is None:
             wanted = self.link_names if key is None else [key] if isinstance(key, str) else key
             links = _core.Links([self._index(self._frame_index, name, "link or joint") for name in wanted])
@@ -71,8 +74,7 @@ class Requests(Mechanism):
 
     def _request(self, on: str, at: Point, axes: str, order: str, part: str, joints: Iterable[str] | None) -> _core.Request:
         """The request for `reactions` with these keywords.  Cached, since making it takes longer than the dynamics of a state."""
-        if joints is not None and not isinstance(joints, (str, tuple)):
-            joints = tuple(joints)
+        joints = _names(joints, "joints")
         point = at if isinstance(at, str) else _offset_key(at)
         key = (on, point, axes, order, part, joints)
         try:
@@ -105,6 +107,16 @@ class Requests(Mechanism):
             axes_link=axes_link,
             angular_first=one_of(order, "order", "lin_ang", "ang_lin") == "ang_lin",
         )
+
+
+def _names(names: Iterable[str] | None, what: str) -> tuple[str, ...] | str | None:
+    """What a request can be kept by; one name stands for itself."""
+    if names is None or isinstance(names, (str, tuple)):
+        return names
+    try:
+        return tuple(names)
+    except TypeError:
+        raise ValueError(f"{what}={names!r}; expected a list of names") from None
 
 
 def one_of(value: str, what: str, *known: str) -> str:

@@ -20,7 +20,16 @@ Point = str | Sequence[float]
 
 def as_arrays(inputs: list[ArrayLike], external: External | None) -> tuple[list[NDArray[Any]], dict[str, NDArray[Any]]]:
     """Converts arguments to NumPy arrays of any type; the compiled calls check them."""
-    return [_array(x) for x in inputs], {name: _array(wrench) for name, wrench in (external or {}).items()}
+    return [_array(x) for x in inputs], {name: _array(wrench) for name, wrench in items_of(external)}
+
+
+def items_of(external: External | None) -> list[tuple[str, ArrayLike]]:
+    """Links' names and their wrenches.  Raises ValueError for what is no mapping."""
+    if external is None:
+        return []
+    if not hasattr(external, "items"):
+        raise ValueError(f"external is {type(external).__name__}; expected a mapping {{link name: (…, 6)}}, force first")
+    return list(external.items())
 
 
 def as_rows(inputs: list[NDArray[Any]], wrenches: list[NDArray[Any]], leading: tuple[int, ...]) -> tuple[list[Array], list[Array]]:

@@ -97,6 +97,9 @@ Model\\.(joints|links)$:
     @property
     def \\1(self) -> list[dict[str, Any]]: ...
 
+# Some versions of nanobind write it, too: one declaration is enough.
+^_core\\.QUATERNION_TOLERANCE$:
+
 ^_core\\.__suffix__$:
     __version__: str
 '''

@@ -5,6 +5,7 @@ import errno
 import json
 import math
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -17,6 +18,7 @@ import pyarrow.parquet as pq
 import pytest
 
 import ksl
+from ksl.motion import columns_of
 from ksl.output import OutputError, staged
 
 MIMIC = """<robot name="hand"><link name="palm"/><link name="a"/><link name="b"/>
@@ -155,6 +157,66 @@ def test_report_is_a_page_with_every_joint(done, ur5):
     text = (done[1] / "report.html").read_text(encoding="utf-8")
     assert text.lower().startswith("<!doctype html>") and text.rstrip().endswith("</html>")
     assert all(j.name in text for j in ksl.load(ur5[0]).joints)
+
+
+def kinds_of_joints(folder: Path) -> list[str]:
+    """All that files may hold, as the reader lists them."""
+    (folder / "odd.urdf").write_text(SLIDE.replace("prismatic", "odd"))
+    with pytest.raises(ksl.DescriptionError) as e:
+        ksl.load(folder / "odd.urdf")
+    return re.search("expected one of (.*?);", str(e.value))[1].split(", ")
+
+
+@pytest.fixture(scope="module")
+def every_kind(tmp_path_factory) -> tuple[ksl.Model, subprocess.CompletedProcess, str]:
+    """A chain with a joint of each kind, what `ksl loads` prints of it, and its report."""
+    folder = tmp_path_factory.mktemp("kinds")
+    kinds = kinds_of_joints(folder)
+    assert {"fixed", "floating", "helical", "spherical"} < set(kinds)
+    text = '<robot name="kinds"><link name="l0"/>'
+    for i, kind in enumerate(kinds):
+        text += f"""<link name="l{i + 1}"><inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="a_{kind}" type="{kind}"><parent link="l{i}"/><child link="l{i + 1}"/><screw_thread_pitch value="0.02"/></joint>"""
+    (folder / "kinds.urdf").write_text(text + "</robot>")
+    m = ksl.load(folder / "kinds.urdf")
+    names = [c for j in m.joints[: len(m.joint_names)] for group in columns_of(j) for c in group]
+    row = ",".join("1" if name.endswith(".qw") else "0" for name in names)
+    (folder / "kinds.csv").write_text("time," + ",".join(names) + "\n" + "".join(f"{k / 10},{row}\n" for k in range(8)))
+    process = run("loads", folder / "kinds.urdf", folder / "kinds.csv", "-o", folder / "out")
+    assert process.returncode == 0, process.stderr
+    return m, process, (folder / "out/report.html").read_text(encoding="utf-8")
+
+
+def test_every_joint_stands_in_one_table_of_the_report(every_kind):
+    m, _, report = every_kind
+    summary = report[report.index('id="summary"') : report.index('id="balance"')]
+    groups = [("Turning joints", "the wrench"), ("Sliding joints", "the wrench"), ("Joints without one axis", "")]
+    tables = re.findall(r"<table><caption>(.*?)</caption>(.*?)</table>", summary, re.DOTALL)
+    assert {title.partition(": ")[0] for title, _ in tables} == {title for title, _ in groups}
+    of = {}
+    for title, table in tables:
+        if not title.endswith(": the drive"):
+            for name in re.findall(r'<th scope="row"><a [^>]*>(.*?)</a>', table):
+                assert of.setdefault(name, title.partition(": ")[0]) == title.partition(": ")[0], name
+    drives = [name for title, table in tables if title.endswith(": the drive") for name in re.findall(r'<th scope="row"><a [^>]*>(.*?)</a>', table)]
+    assert sorted(drives) == sorted(j.name for j in m.joints if j.nv == 1)
+    assert sorted(of) == sorted(j.name for j in m.joints)
+    assert of["a_helical"] == of["a_revolute"] == "Turning joints"
+    assert of["a_prismatic"] == "Sliding joints"
+    assert of["a_spherical"] == of["a_floating"] == of["a_fixed"] == of["base"] == "Joints without one axis"
+
+
+def test_every_joint_stands_in_one_table_of_the_terminal(every_kind):
+    m, process, _ = every_kind
+    tables = re.split("^(?:Drive|Joints without one axis|note)", process.stdout, flags=re.MULTILINE)[:3]
+    for joint in m.joints:
+        places = [re.search(rf"^ *{joint.name} ", table, re.MULTILINE) is not None for table in tables]
+        assert places == ([True, True, False] if joint.nv == 1 else [False, False, True]), joint.name
+
+
+def test_the_pitch_of_a_helical_joint_is_among_its_facts(every_kind):
+    """0.02 m a revolution."""
+    assert every_kind[2].count(f"<dt>pitch</dt><dd>{0.02 / (2 * math.pi):.4g} m/rad</dd>") == 1
 
 
 def test_options_reach_the_table(ur5, tmp_path):
@@ -534,6 +596,8 @@ def test_help_and_version():
     assert run("--version").stdout == f"ksl {ksl.__version__}\n"
     p = run("loads", "--help")
     assert p.returncode == 0
+    for columns in ("floating_base.x .y .z .qx .qy .qz .qw", "NAME.qx .qy .qz .qw", "NAME.wx .wy .wz", "NAME.bx .by .bz"):
+        assert columns in " ".join(p.stdout.split()), columns
     for option in (
         "--output",
         "--csv",

@@ -114,6 +114,19 @@ def test_a_batch_of_any_size_is_its_states(arm):
             assert all(np.array_equal(found[k], call(*(x[k] for x in given))) for k in range(n))
 
 
+@pytest.mark.parametrize("leading", [(0,), (3, 0), (0, 3)])
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_no_states_keep_their_precision(arm, leading, dtype):
+    """NumPy gives arrays without numbers strides of its own."""
+    for call, given in calls(arm, *(np.zeros((*leading, n), dtype) for n in (arm.nq, arm.nv, arm.nv))):
+        found = call(*given)
+        assert found.dtype == dtype and found.shape[: len(leading)] == leading
+        out = np.empty(found.shape, dtype)
+        assert call(*given, out=out) is out
+    mixed = arm.inverse_dynamics(np.zeros((*leading, arm.nq)), np.zeros(arm.nv, np.float32), np.zeros(arm.nv))
+    assert mixed.dtype == np.float64 and mixed.shape == (*leading, arm.nv)
+
+
 def test_a_broadcast_argument_is_repeated(arm):
     q, v, a = states(arm, 21)
     expected = arm.inverse_dynamics(q, v, np.repeat(a[:1], 21, axis=0))

@@ -318,8 +318,8 @@ def test_curves_don_t_depend_on_axes_and_order(ur5):
 
 
 def joint(kind: str, axis=(0.0, 0.0, 1.0)) -> Joint:
-    n = 1 if kind in ("revolute", "prismatic", "continuous") else 0
-    return Joint("j", kind, "a", "b", n, n, 0, 0, axis)
+    n, turns = (1, kind != "prismatic") if kind in ("revolute", "prismatic", "continuous", "helical") else (0, False)
+    return Joint("j", kind, "a", "b", n, n, 0, 0, axis, has_axis=n == 1, has_angle=turns)
 
 
 @pytest.mark.parametrize("kind", ["revolute", "continuous", "prismatic"])
@@ -340,8 +340,10 @@ def test_wrench_without_an_axis(kind):
 
 
 def test_units():
-    assert [unit("speed", "prismatic"), unit("speed", "revolute"), unit("axial_moment", "revolute"), unit("axial_force", "fixed")] == ["m/s", "rad/s", "N m", "N"]
-    assert [unit("effort", kind) for kind in ("revolute", "continuous", "prismatic")] == ["N m", "N m", "N"]
+    kinds = [joint(kind) for kind in ("revolute", "continuous", "prismatic", "helical")]
+    assert [unit("speed", j) for j in kinds] == ["rad/s", "rad/s", "m/s", "rad/s"]
+    assert [unit("effort", j) for j in kinds] == ["N m", "N m", "N", "N m"]
+    assert [unit("axial_moment", kinds[0]), unit("axial_force", joint("fixed"))] == ["N m", "N"]
 
 
 def test_work_of_a_sine_power():

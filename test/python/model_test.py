@@ -476,6 +476,47 @@ def test_unknown_names_are_said_with_the_known_ones(arm):
     refused(lambda: arm.reactions(*state, axes=[0, 0, 1]), "axes=[0, 0, 1]: expected 'joint', 'world' or a link")
 
 
+def test_forward_dynamics_of_an_end_without_mass_are_not_finite(robot):
+    """As the docstring says."""
+    link = '<link name="{0}"/><joint name="of_{0}" type="{2}"><parent link="{1}"/><child link="{0}"/></joint>'
+    solid = link.format("a", "ground", "continuous").replace("/>", f">{INERTIAL}</link>", 1)
+    for kind in ("continuous", "spherical"):
+        m = robot(f'<robot name="r"><link name="ground"/>{solid}{link.format("tip", "a", kind)}</robot>')
+        q = np.eye(m.nq)[-1]
+        for tau in (np.zeros(m.nv), np.ones(m.nv)):
+            assert not np.isfinite(m.forward_dynamics(q, np.zeros(m.nv), tau)).all()
+
+
+def test_what_is_no_name_is_said(arm):
+    q, v, a = states(arm, 3)
+    refused(lambda: arm.jacobian(q, ["tool"]), "no link or joint named ['tool']", "flange")
+    refused(lambda: arm.frame_pose(q, ["tool"]), "no link or joint named ['tool']", "flange")
+    refused(lambda: arm.frame_poses(q, [["tool"]]), "no link or joint named ['tool']", "flange")
+    refused(lambda: arm.reactions(q, v, a, joints=[["flange"]]), "no joint named ['flange']", "slide")
+    refused(lambda: arm.joint(["flange"]), "no joint named ['flange']", "slide")
+    refused(lambda: arm.frame_poses(q, 5), "names=5; expected a list of names")
+    refused(lambda: arm.reactions(q, v, a, joints=5), "joints=5; expected a list of names")
+
+
+def test_external_wrenches_that_are_no_mapping_are_said(arm):
+    q, v, a = states(arm, 7)
+    time = np.linspace(0, 1, 7)
+    for external in ([np.zeros(6)], np.zeros((7, 6)), "tool", []):
+        sentence = f"external is {type(external).__name__}; expected a mapping {{link name: (…, 6)}}"
+        refused(lambda: arm.inverse_dynamics(q, v, a, external), sentence)
+        refused(lambda: arm.reactions(q, v, a, external), sentence)
+        refused(lambda: arm.external_power(q, v, external), sentence)
+        refused(lambda: arm.loads(time, q, v, a, external=external), sentence)
+
+
+def test_a_missing_argument_is_said(arm):
+    q, v, a = states(arm, 3)
+    refused(lambda: arm.inverse_dynamics(q, None, a), "v is None; expected (…, 2): nv numbers for each state")
+    refused(lambda: arm.inverse_dynamics(None, v, a), "q is None; expected (…, 2): nq numbers for each state")
+    refused(lambda: arm.forward_dynamics(q, v, None), "tau is None; expected (…, 2)")
+    refused(lambda: arm.inverse_dynamics(q, v, a, {"tool": None}), "external['tool'] is None; expected (…, 6): force, then moment")
+
+
 def test_unknown_options_are_said_with_the_known_ones(arm):
     state = states(arm, 3)
     refused(lambda: arm.reactions(*state, on="both"), "on='both'", "'child', 'parent'")

@@ -298,6 +298,16 @@ def test_floating_columns_that_are_refused(flying, written):
     assert refusal(flying, written(csv(long))).startswith(":5: the quaternion of floating_base has length 1.1; expected a unit quaternion")
 
 
+def test_columns_of_a_spherical_joint_are_said(robot, written):
+    ball = robot(TWO.replace('name="knee" type="revolute"', 'name="s" type="spherical"'))
+    lines = lambda head: written(head + "\n" + "0,0,0,0\n1,0,0,0\n")
+    assert refusal(ball, lines("time,hip,s,x")).startswith(":1: unknown column 's'; joint s is spherical: give s.qx s.qy s.qz s.qw")
+    assert refusal(ball, lines("time,hip,s.v,x")).startswith(":1: unknown column 's.v'; joint s is spherical: give s.wx s.wy s.wz")
+    assert refusal(ball, lines("time,hip,s.a,x")).startswith(":1: unknown column 's.a'; joint s is spherical: give s.bx s.by s.bz")
+    few = written("time,hip,hip.v,hip.a,s.qx,s.qy,s.qz,s.qw\n" + "".join(f"{k},0,0,0,0,0,0,1\n" for k in range(5)))
+    assert refusal(ball, few).endswith("differentiating s needs at least 6; add samples, or give the columns s.wx s.wy s.wz and s.bx s.by s.bz")
+
+
 def test_columns_that_could_be_of_two_joints(robot, written):
     chain = lambda first, second: robot(TWO.replace('"hip"', f'"{first}"').replace('"knee"', f'"{second}"'))
     line = "0,0,0\n"

@@ -138,12 +138,13 @@ def unpack(data):
 
 
 def joints():
-    axis = {"nq": 1, "nv": 1, "q_index": 0, "v_index": 0}
+    axis = {"nq": 1, "nv": 1, "q_index": 0, "v_index": 0, "has_axis": True}
+    turns, slides = {**axis, "has_angle": True}, axis
     none = {"nq": 0, "nv": 0, "q_index": -1, "v_index": -1, "axis": (0.0, 0.0, 0.0)}
     return [
-        Joint("hinge", "revolute", "trunk", "arm", **axis, axis=(0.0, 0.0, 1.0), lower=-1.5, upper=2.5, effort=12.0, velocity=0.5),
-        Joint(NASTY, "continuous", "arm", NASTY, **axis, axis=(1.0, 0.0, 0.0)),
-        Joint("slide", "prismatic", "arm", "rod", **axis, axis=(0.0, 1.0, 0.0), effort=1e6, velocity=1.0),
+        Joint("hinge", "revolute", "trunk", "arm", **turns, axis=(0.0, 0.0, 1.0), lower=-1.5, upper=2.5, effort=12.0, velocity=0.5),
+        Joint(NASTY, "continuous", "arm", NASTY, **turns, axis=(1.0, 0.0, 0.0)),
+        Joint("slide", "prismatic", "arm", "rod", **slides, axis=(0.0, 1.0, 0.0), effort=1e6, velocity=1.0),
         Joint("floating_base", "floating", None, "trunk", nq=7, nv=6, q_index=0, v_index=0, axis=(0.0, 0.0, 0.0)),
         Joint("glue", "fixed", "rod", "tool", **none),
         Joint("base", "fixed", None, "trunk", **none),
