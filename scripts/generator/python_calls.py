@@ -102,6 +102,7 @@ Model\\.(joints|links)$:
 
 ^_core\\.__suffix__$:
     __version__: str
+    QUATERNION_TOLERANCE: float
 '''
 
 COMPILED = '''\
