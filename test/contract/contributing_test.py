@@ -1,8 +1,9 @@
-"""CONTRIBUTING.md names files that exist, and its steps lead to what they promise."""
+"""CONTRIBUTING.md and ARCHITECTURE.md name files that exist, and the steps of the first lead to what they promise."""
 
 import re
 import shutil
 import subprocess
+import sys
 import textwrap
 from pathlib import Path
 
@@ -56,6 +57,42 @@ int main() {
 """
 
 
+SWING = r"""
+// A point mass of 2 kg on a massless arm of 0.5 m.
+#include "ksl/engine/momentum.hpp"
+#include "ksl/engine/owned_workspace.hpp"
+#include <cmath>
+#include <cstdio>
+
+int main() {
+  using namespace ksl;
+  body<double> bodies[2] = {};
+  for (body<double> &b : bodies) {
+    b.placement = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}};
+    b.offset = b.alpha = b.theta0 = no_rotation;
+    b.no_offset = true;
+  }
+  bodies[0].kind = joint_kind::fixed, bodies[0].parent = -1, bodies[0].angle_index = -1;
+  bodies[1].kind = joint_kind::revolute, bodies[1].nv = 1, bodies[1].chain_start = 1;
+  double inertia[16 * 10] = {};
+  body_at<double>(1).put<spatial_inertia>({2, {1, 0, 0}, 0, 0.5, 0.5, 0, 0, 0}, inertia); // m, m c, m (c·c 1 − c cᵀ)
+  double sine[32] = {}, cosine[32];
+  for (double &c : cosine)
+    c = 1;
+  const model_view<double> view = {2, 0, 1, 1, 0, {0, 0, 0}, bodies, nullptr, inertia, sine, cosine, 0, 1};
+  const double q = 0.3, v = 4;
+  double p[6];
+  momentum<double>(view, *owned_workspace<momentum_workspace<double>>(view), &q, &v, p);
+  const double expected[6] = {-4 * std::sin(q), 4 * std::cos(q), 0, 0, 0, 2}; // m v r across the arm, m v r² about z
+  bool well = true;
+  for (int i = 0; i < 6; ++i)
+    well = well && std::fabs(p[i] - expected[i]) < 1e-14;
+  std::puts(well ? "as expected" : "wrong");
+  return !well;
+}
+"""
+
+
 def blocks(heading: str) -> list[str]:
     """The code blocks of a section, in its order."""
     section = TEXT.split(f"\n## {heading}\n")[1].split("\n## ")[0]
@@ -75,11 +112,22 @@ def compiles(folder: Path, compiler: str) -> subprocess.CompletedProcess:
     return subprocess.run([compiler, "-std=c++20", "-O1", "-I", folder / "include", "fall.cpp", "-o", "fall"], cwd=folder, capture_output=True, text=True)
 
 
+def named_files(text: str) -> set[str]:
+    return set(re.findall(r"`((?:include|src|test|api|docs|scripts|python)/[\w./]*)`", text))
+
+
+def test_the_files_of_the_architecture_exist():
+    named = named_files((ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8"))
+    assert len(named) > 20
+    assert not [name for name in sorted(named) if not (ROOT / name).exists()], "ARCHITECTURE.md names files that don't exist"
+
+
 def test_the_files_it_names_exist():
-    named = set(re.findall(r"`((?:include|src|test|api|docs|scripts|python)/[\w./]*)`", TEXT))
+    named = named_files(TEXT)
     missing = sorted(name for name in named if not (ROOT / name).exists())
     assert len(named) > 8
-    assert missing == ["include/ksl/engine/joints/translation.hpp"], "CONTRIBUTING.md names files that don't exist"
+    examples = ["include/ksl/engine/joints/translation.hpp", "include/ksl/engine/momentum.hpp"]
+    assert missing == examples, "CONTRIBUTING.md names files that don't exist"
 
 
 @pytest.mark.parametrize("compiler", ["g++", "clang++"])
@@ -108,3 +156,26 @@ def test_a_new_kind_of_joint(tmp_path, compiler):
     path.write_text(path.read_text().replace("integrate(", "integrated("))
     lacking = compiles(tmp_path, compiler)
     assert lacking.returncode != 0 and "described_joint" in lacking.stderr and "integrate" in lacking.stderr
+
+
+def test_a_new_algorithm(tmp_path):
+    for folder in ("api", "include", "src", "scripts", "docs/reference", "python", "test/engine", "test/python"):
+        shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
+    header, row = blocks("A new algorithm")
+    (tmp_path / "include/ksl/engine/momentum.hpp").write_text(header)
+    table = tmp_path / "api/algorithms.py"
+    text = table.read_text(encoding="utf-8")
+    end = text.rindex("\n]") if "\n]" in text else text.rindex("\n)")
+    table.write_text(text[: end + 1] + textwrap.indent(row, "    ", lambda line: not line.startswith(("q (", '"""'))) + text[end + 1 :], encoding="utf-8")
+    written = subprocess.run([sys.executable, "scripts/generate.py"], cwd=tmp_path, capture_output=True, text=True)
+    assert written.returncode == 0, written.stderr
+    assert {"src/engine/algorithms/momentum.cpp", "include/ksl/engine_calls.h", "python/ksl/calls.py"} <= set(written.stdout.split())
+
+    flags = ["g++", "-std=c++20", "-Wall", "-Wextra", "-Werror", "-I", "include", "-I", "src"]
+    for source in ("src/engine/algorithms/momentum.cpp", "src/engine/dynamics_calls.cpp", "src/c_api/engine_calls.cpp"):
+        compiled = subprocess.run([*flags, "-DKSL_ISA=x86_64_v2", "-fsyntax-only", source], cwd=tmp_path, capture_output=True, text=True)
+        assert compiled.returncode == 0, compiled.stderr
+    (tmp_path / "swing.cpp").write_text(SWING)
+    linked = subprocess.run(["g++", "-std=c++20", "-O1", "-I", "include", "swing.cpp", "-o", "swing"], cwd=tmp_path, capture_output=True, text=True)
+    assert linked.returncode == 0, linked.stderr
+    assert subprocess.run([tmp_path / "swing"], capture_output=True, text=True).stdout == "as expected\n"
