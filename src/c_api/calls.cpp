@@ -84,7 +84,8 @@ frame_options frame_options_of(const ksl_frame_options_t *options) {
   if (!options)
     return {};
   const auto known = [](int value) { return value == 0 || value == 1; };
-  require(known(options->axes) && known(options->at) && known(options->order), "axes, at and order must be values of their enumerations");
+  require(known(options->axes) && known(options->at) && known(options->order),
+          "axes, at and order must be values of their enumerations");
   return {static_cast<expressed_in>(options->axes), static_cast<expressed_in>(options->at), options->order == KSL_ANGULAR_FIRST};
 }
 

@@ -27,7 +27,8 @@ ksl_status_t reactions_of_last_state(const ksl_model_t *m, ksl_data_t *d, int n,
 }
 
 std::vector<ksl::payload> payloads_of(const ksl_model_options_t &options) {
-  require(options.payloads_n >= 0 && (options.payloads || options.payloads_n == 0), "payloads_n must say how many payloads there are");
+  require(options.payloads_n >= 0 && (options.payloads || options.payloads_n == 0),
+          "payloads_n must say how many payloads there are");
   std::vector<ksl::payload> payloads;
   for (int i = 0; i < options.payloads_n; ++i) {
     const ksl_payload_t &p = options.payloads[i];

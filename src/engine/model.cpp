@@ -117,7 +117,8 @@ private:
       fixed_joints_.push_back({j.name, j.kind, static_cast<int>(m_.double_.links.size()), parent, -1, -1, {0, 0, 0}, 0, index});
       add_welded_link(j.child, parent, placement, p.body);
     } else {
-      add_moving_link(j.child, parent, {j.name, j.kind, -1, parent, m_.nq_, m_.nv_, j.axis, j.pitch.value_or(0), index}, placement, p.body);
+      add_moving_link(j.child, parent, {j.name, j.kind, -1, parent, m_.nq_, m_.nv_, j.axis, j.pitch.value_or(0), index},
+                      placement, p.body);
     }
   }
 

@@ -20,8 +20,10 @@ TEST_CASE("nine directions at once: forward dynamics inverts inverse dynamics in
     q.push_back(i < 2 ? T::variable(0.4 * i - 1, 6 + i) : T(0.4 * i - 1));
     v.push_back(i == 2 ? T::variable(0.5, 8) : T(0.1 * i));
   }
-  ksl::inverse_dynamics<T>(m.view(), *ksl::owned_workspace<ksl::inverse_dynamics_workspace<T>>(m.view()), q.data(), v.data(), a.data(), {}, tau.data());
-  ksl::forward_dynamics<T>(m.view(), *ksl::owned_workspace<ksl::forward_dynamics_workspace<T>>(m.view()), q.data(), v.data(), tau.data(), {}, found.data());
+  ksl::inverse_dynamics<T>(m.view(), *ksl::owned_workspace<ksl::inverse_dynamics_workspace<T>>(m.view()), q.data(),
+                           v.data(), a.data(), {}, tau.data());
+  ksl::forward_dynamics<T>(m.view(), *ksl::owned_workspace<ksl::forward_dynamics_workspace<T>>(m.view()), q.data(),
+                           v.data(), tau.data(), {}, found.data());
   ksl::mass_matrix<T>(m.view(), *ksl::owned_workspace<ksl::mass_matrix_workspace<T>>(m.view()), q.data(), M.data());
   for (std::size_t i = 0; i < 6; ++i) {
     CHECK(found[i].value == doctest::Approx(a[i].value).epsilon(1e-11));

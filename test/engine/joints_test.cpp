@@ -172,6 +172,7 @@ TEST_CASE("the robot with every kind of joint has every kind") {
   for (const ksl::joint_kind kind : ksl::joint_kinds) {
     const std::string name = ksl::row_of(kind).name;
     CAPTURE(name);
-    CHECK(std::any_of(m.joints().begin(), m.joints().end(), [&](const ksl::joint_row &j) { return j.kind == kind && j.name != "base"; }));
+    CHECK(std::any_of(m.joints().begin(), m.joints().end(),
+                      [&](const ksl::joint_row &j) { return j.kind == kind && j.name != "base"; }));
   }
 }

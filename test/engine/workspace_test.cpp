@@ -21,7 +21,8 @@ ksl::model chain(int bodies) {
   r.links = {robots::link("link0")};
   for (int i = 1; i < bodies; ++i) {
     r.links.push_back(robots::link(("link" + std::to_string(i)).c_str(), robots::solid(1, {0, 0, 0}, 1, 1, 1)));
-    r.joints.push_back(robots::joint(("joint" + std::to_string(i)).c_str(), ksl::joint_kind::revolute, i - 1, i, {1, 0, 0}, {0, 1, 0}));
+    r.joints.push_back(robots::joint(("joint" + std::to_string(i)).c_str(), ksl::joint_kind::revolute, i - 1, i,
+                                     {1, 0, 0}, {0, 1, 0}));
   }
   return ksl::model(r);
 }
@@ -30,7 +31,8 @@ ksl::model chain(int bodies) {
 template <template <class> class Workspace> double numbers_per_body() {
   using P = ksl::native_pack<double>;
   const ksl::model shorter = chain(65), longer = chain(129);
-  return static_cast<double>(ksl::workspace_bytes<Workspace<P>>(longer.view()) - ksl::workspace_bytes<Workspace<P>>(shorter.view())) /
+  return static_cast<double>(ksl::workspace_bytes<Workspace<P>>(longer.view()) -
+                             ksl::workspace_bytes<Workspace<P>>(shorter.view())) /
          (64 * sizeof(P));
 }
 

@@ -27,8 +27,8 @@ KSL_LANES vec3<T> place(const body<scalar_of<T>> &b, const pose_workspace<T> &po
 }
 
 /// tau = Sᵀ f of the joint of body i, for a wrench f about its origin in the axes of the base.
-template <joint_kind K, class T>
-KSL_LANES void effort_in_base(const body<scalar_of<T>> &b, const per_body<mat3x3, T> &rotation, int i, const coscrew<T> &f, T *tau) {
+template <joint_kind K, class T> KSL_LANES void
+effort_in_base(const body<scalar_of<T>> &b, const per_body<mat3x3, T> &rotation, int i, const coscrew<T> &f, T *tau) {
   if (b.is_base)
     joint<K>::effort(b, f, tau);
   else

@@ -37,9 +37,10 @@ concept described_joint = requires(const double *q, double *out) {
 
 /// Members that the algorithms need of kinds that move; one_axis.hpp explains each.
 template <class J>
-concept moving_joint = described_joint<J> && requires(const body<double> &b, const pose_workspace<double> &w, const double *q, double *out,
-                                                      const coscrew<double> &f, body_motion<double> &m,
-                                                      const per_body<mat3x3, double> &rotation, const spatial_inertia<double> &I) {
+concept moving_joint = described_joint<J> &&
+    requires(const body<double> &b, const pose_workspace<double> &w, const double *q, double *out,
+             const coscrew<double> &f, body_motion<double> &m, const per_body<mat3x3, double> &rotation,
+             const spatial_inertia<double> &I) {
   { J::computed_pose(b, w, q) } -> std::same_as<decltype(J::kept_pose(b, w))>;
   { J::twist(b, q) } -> std::same_as<screw<double>>;
   J::effort(b, f, out);

@@ -43,8 +43,8 @@ KSL_LANES void rotations_about_z(const model_view<scalar_of<T>> &model, const po
 
 /// The same for plain doubles, with the joints in the lanes.  Numbers in q that are not angles are included, since that costs
 /// less than leaving them out.
-template <class Compute>
-KSL_LANES void rotations_about_z(const model_view<double> &model, const pose_workspace<double> &w, const double *q, Compute compute) {
+template <class Compute> KSL_LANES void
+rotations_about_z(const model_view<double> &model, const pose_workspace<double> &w, const double *q, Compute compute) {
   using P = native_pack<double>;
   for (int i = model.first_angle; i < model.angles_end; i += native_lanes<double>) {
     plane_rotation<P> a, theta0;

@@ -83,8 +83,8 @@ KSL_LANES coscrew<T> part_through(const body<scalar_of<T>> &b, wrench_part part,
 }
 
 /// The same for the wrench through the joint that carries a link.  Through a fixed joint all of it is constraint.
-template <class T>
-inline coscrew<T> part_of(const model_view<scalar_of<T>> &model, const link<scalar_of<T>> &l, wrench_part part, const coscrew<T> &f) {
+template <class T> inline coscrew<T> part_of(const model_view<scalar_of<T>> &model, const link<scalar_of<T>> &l,
+                                             wrench_part part, const coscrew<T> &f) {
   const body<scalar_of<T>> &b = model.body[l.body];
   const bool moves = l.carried_by_moving_joint && l.body > 0;
   if (part == wrench_part::total || !moves) {
@@ -97,9 +97,9 @@ inline coscrew<T> part_of(const model_view<scalar_of<T>> &model, const link<scal
 }
 
 /// Pose of the joint's frame in the requested frame.  The coadjoint of this pose transforms the wrench.
-template <class T>
-inline SE3<T> pose_in_requested(const model_view<scalar_of<T>> &model, const reactions_workspace<T> &w, const reaction_request &request,
-                                int link) {
+template <class T> inline SE3<T> pose_in_requested(const model_view<scalar_of<T>> &model,
+                                                   const reactions_workspace<T> &w, const reaction_request &request,
+                                                   int link) {
   using A = algebra<T>;
   const SE3<T> joint = link_pose(model, w.in_world, link);
   vec3<T> point = {T(request.offset[0]), T(request.offset[1]), T(request.offset[2])}; // in the joint's frame
@@ -206,15 +206,16 @@ void inverse_dynamics_with_reactions(const model_view<scalar_of<T>> &model, cons
   if (!as_found)
     inverse_dynamics(model, w.dynamics, q, v, dv, external, tau);
   else
-    inverse_dynamics_by_joint(model, w.dynamics, q, v, dv, external, tau, [&]<joint_kind K>(int i, const coscrew<T> &f) KSL_INLINED {
-      if (missing == 0)
-        return;
-      const link<scalar_of<T>> &l = model.link[links[missing - 1]];
-      if (l.body != i || !l.carried_by_moving_joint)
-        return;
-      --missing;
-      put_canonical(part_through<K>(model.body[i], part, f), l, angular_first, out + 6 * missing);
-    });
+    inverse_dynamics_by_joint(
+        model, w.dynamics, q, v, dv, external, tau, [&]<joint_kind K>(int i, const coscrew<T> &f) KSL_INLINED {
+          if (missing == 0)
+            return;
+          const link<scalar_of<T>> &l = model.link[links[missing - 1]];
+          if (l.body != i || !l.carried_by_moving_joint)
+            return;
+          --missing;
+          put_canonical(part_through<K>(model.body[i], part, f), l, angular_first, out + 6 * missing);
+        });
   if (missing > 0)
     reactions(model, w, external, request, out);
 }

@@ -8,8 +8,8 @@ namespace ksl {
 inline namespace KSL_ISA {
 
 /// The subtree inertia of body i: its own inertia plus `children`, the sum over its children.
-template <class T>
-KSL_LANES spatial_inertia<T> subtree_inertia(const model_view<scalar_of<T>> &model, const per_body<spatial_inertia, T> &children, int i) {
+template <class T> KSL_LANES spatial_inertia<T> subtree_inertia(const model_view<scalar_of<T>> &model,
+                                                                const per_body<spatial_inertia, T> &children, int i) {
   spatial_inertia<T> I = own_inertia<T>(model, i);
   if (model.body[i].has_children) {
     const spatial_inertia<T> sum = children[i];
