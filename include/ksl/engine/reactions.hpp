@@ -214,7 +214,10 @@ void inverse_dynamics_with_reactions(const model_view<scalar_of<T>> &model, cons
           if (l.body != i || !l.carried_by_moving_joint)
             return;
           --missing;
-          put_canonical(part_through<K>(model.body[i], part, f), l, angular_first, out + 6 * missing);
+          if (part == wrench_part::total) // not one call for both: a struct chosen as a whole is copied through memory
+        put_canonical(f, l, angular_first, out + 6 * missing);
+      else
+        put_canonical(part_through<K>(model.body[i], part, f), l, angular_first, out + 6 * missing);
         });
   if (missing > 0)
     reactions(model, w, external, request, out);
