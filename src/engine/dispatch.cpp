@@ -18,13 +18,20 @@
   extern "C" const ksl::finite_kernels ksl_finite_##set;                                                               \
   extern "C" const ksl::array_kernel_table ksl_array_kernels_##set;                                                    \
   constexpr ksl::kernel_table kernels_##set = KSL_KERNEL_TABLE(set);
-#if defined(__x86_64__)
+// KSL_HAS_…: the sets that the library is built for.
+#ifdef KSL_HAS_x86_64_v2
 KSL_DECLARE_TABLES(x86_64_v2)
+#endif
+#ifdef KSL_HAS_x86_64_v3
 KSL_DECLARE_TABLES(x86_64_v3)
+#endif
+#ifdef KSL_HAS_x86_64_v4
 KSL_DECLARE_TABLES(x86_64_v4)
-#elif defined(__aarch64__)
+#endif
+#ifdef KSL_HAS_neon
 KSL_DECLARE_TABLES(neon)
-#else
+#endif
+#ifdef KSL_HAS_generic
 KSL_DECLARE_TABLES(generic)
 #endif
 
@@ -42,9 +49,9 @@ struct instruction_set_row {
 #if defined(__x86_64__)
 
 // Features that gcc and clang both know by name.  The rest of level 3 (LZCNT, MOVBE, F16C) is read from cpuid.
-bool has_v2() { return __builtin_cpu_supports("sse4.2") && __builtin_cpu_supports("popcnt"); }
+[[maybe_unused]] bool has_v2() { return __builtin_cpu_supports("sse4.2") && __builtin_cpu_supports("popcnt"); }
 
-bool has_v3() {
+[[maybe_unused]] bool has_v3() {
   unsigned a, b, c, d;
   const bool movbe_f16c = __get_cpuid(1, &a, &b, &c, &d) && (c & (1u << 22)) && (c & (1u << 29));
   const bool lzcnt = __get_cpuid(0x80000001, &a, &b, &c, &d) && (c & (1u << 5));
@@ -52,16 +59,22 @@ bool has_v3() {
          __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2");
 }
 
-bool has_v4() {
+[[maybe_unused]] bool has_v4() {
   return has_v3() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
          __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
 }
 
 // best first
 constexpr instruction_set_row sets[] = {
+#ifdef KSL_HAS_x86_64_v4
     {"x86-64-v4", &kernels_x86_64_v4, &ksl_finite_x86_64_v4, &ksl_array_kernels_x86_64_v4, has_v4},
+#endif
+#ifdef KSL_HAS_x86_64_v3
     {"x86-64-v3", &kernels_x86_64_v3, &ksl_finite_x86_64_v3, &ksl_array_kernels_x86_64_v3, has_v3},
+#endif
+#ifdef KSL_HAS_x86_64_v2
     {"x86-64-v2", &kernels_x86_64_v2, &ksl_finite_x86_64_v2, &ksl_array_kernels_x86_64_v2, has_v2},
+#endif
 };
 
 #elif defined(__aarch64__)
