@@ -4,6 +4,7 @@
 #include "ksl/engine/joints.hpp"
 
 #include "load/check.hpp"
+#include "load/given.hpp"
 #include "load/urdf_values.hpp"
 #include "load/words.hpp"
 
@@ -139,7 +140,8 @@ void urdf_reader::read_link(pugi::xml_node node) {
     }
   if (const element inertial = link.child("inertial")) {
     out.has_inertial = true;
-    out.inertia = load::inertia_in(inertial, minor_);
+    out.given = load::inertia_in(inertial, minor_);
+    out.inertia = load::inertia_of(*out.given);
   }
   link_index_.try_emplace(out.name, static_cast<int>(robot_.links.size()));
   robot_.links.push_back(std::move(out));
@@ -158,7 +160,7 @@ void urdf_reader::read_joint(pugi::xml_node node) {
   out.kind = kind_of(joint);
   out.parent = link_named_in(joint, "parent");
   out.child = link_named_in(joint, "child");
-  out.placement = load::origin_in(joint, minor_);
+  out.placement = load::origin_in(joint, minor_, out.given.rotation);
   read_motion(joint, out);
   read_dynamics(joint, out);
   read_mimic(joint, out.kind);
@@ -213,16 +215,19 @@ void urdf_reader::read_motion(const element &joint, joint_description &out) {
       unused_.in_joint(tag, "no effect on a " + std::string(row.name) + " joint", out.name);
   };
   if (row.has_axis) {
-    out.axis = load::axis_in(joint);
+    out.given.axis = load::axis_in(joint);
+    out.axis = load::direction_of(out.given.axis);
     read_limit(joint, out);
   } else {
     ignore("axis");
     ignore("limit");
   }
-  if (row.has_pitch)
-    out.pitch = load::pitch_in(joint);
-  else
+  if (row.has_pitch) {
+    out.given.pitch = load::pitch_in(joint);
+    out.pitch = load::pitch_of(out.given.pitch);
+  } else {
     ignore("screw_thread_pitch");
+  }
 }
 
 void urdf_reader::read_limit(const element &joint, joint_description &out) {
