@@ -150,6 +150,7 @@ KSL_EXPORT ksl_status_t ksl_frame_pose(const ksl_model_t *model, ksl_data_t *dat
 
 KSL_END_C
 
+#include "ksl/engine_building.h"
 #include "ksl/engine_calls.h"
 
 #endif

@@ -154,9 +154,10 @@ private:
     write_origin(inertial, given.center_of_mass, given.axes);
     set(inertial.append_child("mass"), "value", words({given.mass}));
     pugi::xml_node inertia = inertial.append_child("inertia");
-    const char *const names[] = {"ixx", "iyy", "izz", "ixy", "iyz", "ixz"};
-    for (std::size_t i = 0; i < 6; ++i)
-      set(inertia, names[i], words({given.moments[i]}));
+    const auto &[xx, yy, zz, xy, yz, zx] = given.moments;
+    const std::pair<const char *, double> elements[] = {{"ixx", xx}, {"ixy", xy}, {"ixz", zx}, {"iyy", yy}, {"iyz", yz}, {"izz", zz}};
+    for (const auto &[name, moment] : elements)
+      set(inertia, name, words({moment}));
   }
 
   void write_joint(const joint_description &joint) {
