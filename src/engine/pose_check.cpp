@@ -49,7 +49,7 @@ SE3<double> rigid_pose(const std::string &what, const SE3<double> &pose) {
   if (determinant(pose.R) < 0)
     load::refuse({}, 0, what + " is a reflection, the determinant of its rotation is −1; exchange the sign of one axis");
   SE3<double> rigid = pose;
-  if (off > 8e-16) // numbers of few digits, or of single precision
+  if (off > 1e-14) // numbers of few digits, or of single precision
     rigid.R = nearer_rotation(nearer_rotation(rigid.R));
   return rigid;
 }
