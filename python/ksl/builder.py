@@ -158,5 +158,6 @@ def _dh_row(number: int, row: DHRow) -> tuple[list[float], str, given.Mass, _Joi
         one_of(key, f"{who} has key", *_OF_A_ROW)
     numbers = [given.number(row.get(key, 0.0), f"{who}: {key}") for key in ("a", "alpha", "d", "theta")]
     mass = given.mass(who, row.get("mass", 0.0), row.get("center_of_mass", (0.0, 0.0, 0.0)), row.get("inertia"))
-    others = (row.get(key) for key in ("limits", "effort", "velocity"))
-    return numbers, row.get("kind", "revolute"), mass, _options(who, None, None, None, *others, row.get("damping", 0.0), row.get("friction", 0.0))
+    limits, effort, velocity = row.get("limits"), row.get("effort"), row.get("velocity")
+    options = _options(who, None, None, None, limits, effort, velocity, row.get("damping", 0.0), row.get("friction", 0.0))
+    return numbers, row.get("kind", "revolute"), mass, options

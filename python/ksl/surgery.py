@@ -120,7 +120,7 @@ def _ten_numbers(link: str, of: ArrayLike | tuple[float, ArrayLike, ArrayLike]) 
     array = np.asarray(of, dtype=float)
     if array.shape != (10,):
         raise ValueError(f"link {link}: its parameters have shape {array.shape}; expected (mass, centre of mass, inertia) or ten numbers")
-    return array.tolist()
+    return [float(x) for x in array]
 
 
 def _write(path: Path, text: str) -> None:

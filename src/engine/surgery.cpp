@@ -191,10 +191,12 @@ robot_description with_payload(const robot_description &robot, const std::string
   alone.add_link("payload on " + link, payload);
   robot_description out = robot;
   link_description &carrier = out.links[index(find_link(robot, link))];
-  const robot_description body = alone.description();
-  A::spatial_inertia_added(&carrier.inertia, &body.links[0].inertia, &carrier.inertia);
+  const auto &[mass, center, J] = payload;
+  spatial_inertia<double> I;
+  A::spatial_inertia_fromMassCentroid(mass, &center, J.m00, J.m11, J.m22, J.m10, J.m21, J.m20, &I);
+  A::spatial_inertia_added(&carrier.inertia, &I, &carrier.inertia);
   carrier.has_inertial = true;
-  for (const std::string &line : body.warnings)
+  for (const std::string &line : alone.description().warnings)
     add_line(out.warnings, line);
   return out;
 }

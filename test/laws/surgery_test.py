@@ -85,11 +85,13 @@ def test_another_root(seed, bodies):
 
     still = np.zeros((1, m.nv))
     names = [j.name for j in m.joints if j.parent is not None]
-    held = m.reactions(q, still, a, joints=names, axes="world", at="world")[0]
-    held_new = r.reactions(q_new, still, a @ T.T, joints=names, axes="world", at="world")[0]
+    push = {m.root: m.inverse_dynamics(q, still, a)[:, :6]}  # what moves the robot is on a link, not on the joint of the base
+    held = m.reactions(q, still, a, push, joints=names, axes="world", at="world")[0]
+    held_new = r.reactions(q_new, still, a @ T.T, push, joints=names, axes="world", at="world")[0]
+    close(r.inverse_dynamics(q_new, still, a @ T.T, push)[:, :6], np.zeros((1, 6)), reach * np.abs(push[m.root]).max())
     on_the_way = m.support(link)
     signs = np.array([-1.0 if name in on_the_way else 1.0 for name in names])
-    close(signs[:, None] * held_new, held, reach * np.abs(held).max(initial=0.0) + reach * m.mass * 10)
+    close(signs[:, None] * held_new, held, reach * (np.abs(held).max(initial=0.0) + np.abs(push[m.root]).max()))
 
 
 def test_joints_of_several_axes_are_not_reversed():
