@@ -18,6 +18,7 @@ using mass_numbers = std::tuple<double, three, std::array<double, 9>>; // mass, 
 using joint_numbers = std::tuple<std::optional<three>, std::optional<three>, ksl::optional_number, ksl::optional_number, ksl::optional_number,
                                  ksl::optional_number, ksl::optional_number, double, double>;
 using dh_numbers = std::tuple<std::array<double, 4>, std::string, mass_numbers, joint_numbers>;
+using plain_values = nb::typed<nb::list, nb::any>;
 using payloads_given = std::vector<std::tuple<std::string, double, three>>;
 
 inline ksl::vec3<double> vector_of(const three &x) { return {x[0], x[1], x[2]}; }
@@ -115,9 +116,9 @@ inline void add_surgery(nb::class_<ksl::model> &model) {
           "name"_a, "link"_a, "pose"_a)
       .def("with_inertias", &with_inertias, "inertias"_a)
       .def("urdf_text", [](const ksl::model &m) { return ksl::urdf_text(m.description()); })
-      .def("state", [](const ksl::model &m) { return description_state::state_of(m.description()); })
+      .def("state", [](const ksl::model &m) { return plain_values(description_state::state_of(m.description())); })
       .def_static(
-          "from_state", [](nb::list state) { return ksl::model(description_state::robot_of(std::move(state))); }, "state"_a);
+          "from_state", [](plain_values state) { return ksl::model(description_state::robot_of(std::move(state))); }, "state"_a);
 }
 
 } // namespace building
