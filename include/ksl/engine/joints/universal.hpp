@@ -1,0 +1,32 @@
+// KSL: universal joint: two angles, rad.  The first is about an axis u₁ that is fixed on the parent's side, the second about an
+// axis u₂ that is fixed in the child.  The angle between the axes is any but zero.
+//
+// In the model it is two bodies on revolute joints, the first of which has no mass.  Motion subspaces are then constant in their
+// bodies, as algorithms need them: u₁ moves in the child.  No body has this kind.
+#pragma once
+
+#include "ksl/engine/joints/several_axes.hpp"
+
+namespace ksl {
+inline namespace KSL_ISA {
+
+template <> struct joint<joint_kind::universal> {
+  static constexpr const char *name = "universal", *other_name = nullptr;
+  static constexpr int nq = 2, nv = 2, angle = 0, quaternion = -1, pose_numbers = 0, usual_axis = 0;
+  static constexpr bool has_axis = true, has_axis2 = true, has_pitch = false, has_limits = false, is_free = false;
+  static constexpr bool canonical_x = true;
+
+  template <class T> static void integrate(const T *q, const T *dv, T *out) { add_numbers<2>(q, dv, out); }
+  template <class T> static void difference(const T *q0, const T *q1, T *dv) { subtract_numbers<2>(q1, q0, dv); }
+
+  /// The part of a wrench that drives of both angles supply: the part of the moment in the plane of the axes.  The structure
+  /// carries the force and the moment normal to both axes.  In the canonical frame of the second body, z is u₂, and the normal
+  /// is the x axis of Denavit and Hartenberg's twist angle, turned back by theta.
+  template <class T> static KSL_LANES coscrew<T> actuation(const plane_rotation<T> &theta, const coscrew<T> &f) {
+    const T zero = T(0), along_normal = theta.cosine * f.ang.x - theta.sine * f.ang.y;
+    return {{zero, zero, zero}, {f.ang.x - along_normal * theta.cosine, f.ang.y + along_normal * theta.sine, f.ang.z}};
+  }
+};
+
+} // namespace KSL_ISA
+} // namespace ksl
