@@ -171,18 +171,19 @@ def _contradictions(joint: Joint, time: Array, q: Array, v: Array, given_v: Arra
         return []
     lines = []
     for (of, given, found), columns, floor in zip(checks, columns_of(joint)[1:], (np.abs(q).max(), np.abs(v).max()), strict=True):
-        at = None if given is None or found is None else _largest_contradiction(time, given, found, 1e-5 * max(1.0, float(floor)))
+        in_metres = np.array([c.removeprefix(f"{joint.name}.") in METRES for c in columns])
+        at = None if given is None or found is None else _largest_contradiction(time, given, found, in_metres, 1e-5 * max(1.0, float(floor)))
         if at is None or given is None or found is None:
             continue
         k, c = at
-        of_column = "m" if columns[c].removeprefix(f"{joint.name}.") in METRES else "rad"
+        of_column = "m" if in_metres[c] else "rad"
         unit = (joint.unit if joint.one_coordinate else of_column) + ("/s" if of == "position" else "/s²")
         changes = f"the {of} of {joint.name} changes at {found[k, c]:.4g} {unit}"
         lines.append(f"{columns[c]} at {time[k]:.6g} s is {given[k, c]:.4g} {unit}, but {changes}; check the column")
     return lines
 
 
-def _largest_contradiction(time: Array, given: Array, found: Array, floor: float) -> tuple[int, int] | None:
+def _largest_contradiction(time: Array, given: Array, found: Array, in_metres: Array, floor: float) -> tuple[int, int] | None:
     """Sample and column at which given rates differ most from the derivatives, or None if the difference is not significant.
 
     Means over windows are compared, not samples: noise of the positions and corners of the rates, both large in the
@@ -194,8 +195,8 @@ def _largest_contradiction(time: Array, given: Array, found: Array, floor: float
     integral = np.abs(integral[width:] - integral[:-width])
     mean = np.where(integral > floor, integral / (time[width:] - time[:-width])[:, None], 0.0)
     largest = np.maximum(np.abs(given), np.abs(found)).max(axis=0)
-    if off.shape[1] > 1:  # components share the scale of their vector
-        largest = np.repeat(largest.reshape(-1, 3).max(axis=1), 3)
+    for vector in (in_metres, ~in_metres):  # components share the scale of their vector
+        largest[vector] = largest[vector].max(initial=0.0)
     share = np.divide(mean, largest, out=np.zeros_like(mean), where=largest > 0)
     start, column = np.unravel_index(int(np.argmax(share)), share.shape)
     if not share[start, column] > CONTRADICTION:

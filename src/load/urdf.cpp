@@ -9,6 +9,7 @@
 #include "load/words.hpp"
 
 #include <map>
+#include <set>
 
 namespace ksl {
 
@@ -52,7 +53,9 @@ private:
   int minor_ = 0; ///< version 1.minor
   std::map<std::string, int> link_index_;
   std::vector<element> refused_mimics_;
-  std::map<std::string, std::vector<std::string>> extensions_; ///< what is beyond URDF: the names of its joints
+  std::set<std::string> types_beyond_urdf_;
+  std::vector<std::string> joints_beyond_urdf_;
+  std::map<std::string, std::vector<std::string>> drake_joints_; ///< what is said of a type: the names of its joints
 };
 
 bool is_drake(const element &joint) { return joint.tag() == "drake:joint"; }
@@ -202,7 +205,7 @@ joint_kind urdf_reader::kind_of(const element &joint) const {
       return kind;
     names.push_back(row.name);
   }
-  const std::string known = load::listed(names);
+  const std::string known = load::listed(names, names.size());
   if (type.empty())
     joint.refuse("<joint> has no type; write type=\"...\" with one of " + known);
   joint.refuse("joint type " + quoted(type) + " is unknown, expected one of " + known +
@@ -263,7 +266,7 @@ void urdf_reader::read_motion(const element &joint, joint_description &out) {
   for (const char *standard : {"fixed", "revolute", "continuous", "prismatic", "floating", "planar"})
     if (type == standard)
       return;
-  extensions_["joint type " + type + " is an extension of URDF, which other readers may refuse"].push_back(out.name);
+  types_beyond_urdf_.insert(type), joints_beyond_urdf_.push_back(out.name);
 }
 
 /// Drake's joints: axes are fixed but for screws, and some coordinates differ from those of the same kind here.
@@ -285,7 +288,7 @@ void urdf_reader::read_drake_motion(const element &joint, joint_description &out
     out.axis = {0, 0, 1}, differs = "; v is along the child's axes, Drake's along the parent's";
   if (out.kind == joint_kind::spherical)
     differs = "; q is a quaternion [x y z w] and v in the child's axes, Drake's are roll, pitch, yaw and in the parent's axes";
-  extensions_["<drake:joint> type " + joint.text("type") + " is an extension of URDF by Drake" + differs].push_back(out.name);
+  drake_joints_["<drake:joint> type " + joint.text("type") + ", an extension of URDF" + differs].push_back(out.name);
 }
 
 void urdf_reader::ignore(const element &joint, const char *tag, const joint_description &out) {
@@ -294,7 +297,12 @@ void urdf_reader::ignore(const element &joint, const char *tag, const joint_desc
 }
 
 void urdf_reader::warn_of_extensions() {
-  for (const auto &[what, joints] : extensions_)
+  if (!joints_beyond_urdf_.empty())
+    robot_.warnings.push_back(load::one_line("joint " + load::listed(joints_beyond_urdf_) + ": " +
+                                             load::listed({types_beyond_urdf_.begin(), types_beyond_urdf_.end()}) +
+                                             (types_beyond_urdf_.size() > 1 ? " are types" : " is a type") +
+                                             " beyond URDF, which other readers may refuse"));
+  for (const auto &[what, joints] : drake_joints_)
     robot_.warnings.push_back(load::one_line("joint " + load::listed(joints) + ": " + what));
 }
 

@@ -176,7 +176,7 @@ def every_kind(tmp_path_factory) -> tuple[ksl.Model, subprocess.CompletedProcess
     text = '<robot name="kinds"><link name="l0"/>'
     for i, kind in enumerate(kinds):
         text += f"""<link name="l{i + 1}"><inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
-<joint name="a_{kind}" type="{kind}"><parent link="l{i}"/><child link="l{i + 1}"/><screw_thread_pitch value="0.02"/></joint>"""
+<joint name="a_{kind}" type="{kind}"><parent link="l{i}"/><child link="l{i + 1}"/><axis2 xyz="0 1 0"/><screw_thread_pitch value="0.02"/></joint>"""
     (folder / "kinds.urdf").write_text(text + "</robot>")
     m = ksl.load(folder / "kinds.urdf")
     names = [c for j in m.joints[: len(m.joint_names)] for group in columns_of(j) for c in group]

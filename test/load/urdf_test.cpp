@@ -112,7 +112,7 @@ TEST_CASE("types beyond URDF are read with a warning") {
     const auto warnings = read(robot_with(type, needed)).warnings;
     CHECK(warnings.size() == (standard ? 0 : 1));
     if (!standard)
-      CHECK(warnings[0] == "joint j: joint type " + type + " is an extension of URDF, which other readers may refuse");
+      CHECK(warnings[0] == "joint j: " + type + " is a type beyond URDF, which other readers may refuse");
   }
 }
 
@@ -125,7 +125,7 @@ TEST_CASE("joints of Drake") {
   CHECK(ball.joints[0].kind == joint_kind::spherical);
   CHECK(ball.joints[0].placement.t.y == 2);
   REQUIRE(ball.warnings.size() == 1);
-  CHECK(ball.warnings[0] == "joint j: <drake:joint> type ball is an extension of URDF by Drake; q is a quaternion [x y z w] and v in "
+  CHECK(ball.warnings[0] == "joint j: <drake:joint> type ball, an extension of URDF; q is a quaternion [x y z w] and v in "
                             "the child's axes, Drake's are roll, pitch, yaw and in the parent's axes");
   const joint_description universal = drake("universal", "").joints[0];
   CHECK((universal.kind == joint_kind::universal && universal.axis.x == 1 && universal.axis2.y == 1));
