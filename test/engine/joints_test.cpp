@@ -154,7 +154,12 @@ TEST_CASE("the drives of a universal joint with axes at a right angle are those 
       const ksl::coscrew<double> f = {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}};
       ksl::coscrew<double> in_body, found, expected;
       A::product_CoAdrinvc(&R, &f, &in_body);
-      found = ksl::joint<ksl::joint_kind::universal>::actuation(ksl::plane_rotation<double>{s, c}, in_body);
+      found = {{0, 0, 0}, {0, 0, in_body.ang.z}}; // the drive of the second angle
+      ksl::coscrew<double> held = {in_body.lin, {in_body.ang.x, in_body.ang.y, 0}}, carried;
+      ksl::joint<ksl::joint_kind::universal>::move_first_drive(ksl::plane_rotation<double>{s, c}, held, found);
+      A::product_CoAdrc(&R, &held, &held);
+      A::joint_space_constraint(&bases, 2, &f, &carried);
+      CHECK(largest_difference(&held.lin.x, &carried.lin.x, 6) < 1e-14);
       A::product_CoAdrc(&R, &found, &found);
       A::joint_space_actuation(&bases, 2, &f, &expected);
       CHECK(largest_difference(&found.lin.x, &expected.lin.x, 6) < 1e-14);

@@ -70,25 +70,19 @@ void link_wrenches(const model_view<scalar_of<T>> &model, const reactions_worksp
   }
 }
 
-/// The wrench h* Sᵀ f, which the drives of a body's joint supply of f; in the body's canonical frame (coscrews (9)).
-template <joint_kind K, class T>
-KSL_LANES coscrew<T> actuation_through(const body<scalar_of<T>> &b, const pose_workspace<T> &pose, const coscrew<T> &f) {
-  if constexpr (only_turns(K))
-    if (b.ends_universal) // its first axis is on the body inside
-      return joint<joint_kind::universal>::actuation(pose.rotation(b), f);
-  T tau[joint<K>::nv];
-  joint<K>::effort(b, f, tau);
-  return joint<K>::drive(tau);
-}
-
-/// The requested part of a wrench in a body's canonical frame.  The constraint part is what the drives don't supply (coscrews (7)).
+/// The requested part of a wrench in a body's canonical frame.  The actuation part is h* Sᵀ f, the constraint part is the rest
+/// (coscrews (7), (9)).
 template <joint_kind K, class T>
 KSL_LANES coscrew<T> part_through(const body<scalar_of<T>> &b, const pose_workspace<T> &pose, wrench_part part, const coscrew<T> &f) {
   if (part == wrench_part::total)
     return f;
-  const coscrew<T> actuation = actuation_through<K>(b, pose, f);
-  coscrew<T> constraint;
+  T tau[joint<K>::nv];
+  joint<K>::effort(b, f, tau);
+  coscrew<T> actuation = joint<K>::drive(tau), constraint;
   algebra<T>::subtract_cc(&f, &actuation, &constraint);
+  if constexpr (only_turns(K))
+    if (b.ends_universal) [[unlikely]] // the first axis is that of the body inside
+      joint<joint_kind::universal>::move_first_drive(pose.rotation(b), constraint, actuation);
   return part == wrench_part::constraint ? constraint : actuation;
 }
 

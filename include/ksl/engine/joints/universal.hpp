@@ -19,12 +19,16 @@ template <> struct joint<joint_kind::universal> {
   template <class T> static void integrate(const T *q, const T *dv, T *out) { add_numbers<2>(q, dv, out); }
   template <class T> static void difference(const T *q0, const T *q1, T *dv) { subtract_numbers<2>(q1, q0, dv); }
 
-  /// The part of a wrench that drives of both angles supply: the part of the moment in the plane of the axes.  The structure
-  /// carries the force and the moment normal to both axes.  In the canonical frame of the second body, z is u₂, and the normal
-  /// is the x axis of Denavit and Hartenberg's twist angle, turned back by theta.
-  template <class T> static KSL_LANES coscrew<T> actuation(const plane_rotation<T> &theta, const coscrew<T> &f) {
-    const T zero = T(0), along_normal = theta.cosine * f.ang.x - theta.sine * f.ang.y;
-    return {{zero, zero, zero}, {f.ang.x - along_normal * theta.cosine, f.ang.y + along_normal * theta.sine, f.ang.z}};
+  /// Moves what the drive of the first angle supplies from the constraint to the actuation part of a wrench, of which the latter
+  /// is the moment about u₂.  Both drives then supply the part of the moment in the plane of the axes, and the structure carries
+  /// the force and the moment normal to both.  All is in the canonical frame of the second body: z is u₂, and the normal
+  /// (cos θ, −sin θ, 0) is the axis about which the parent's z is turned by alpha.
+  template <class T>
+  static KSL_LANES void move_first_drive(const plane_rotation<T> &theta, coscrew<T> &constraint, coscrew<T> &actuation) {
+    const T normal = theta.cosine * constraint.ang.x - theta.sine * constraint.ang.y;
+    const T across = theta.sine * constraint.ang.x + theta.cosine * constraint.ang.y;
+    actuation.ang.x = across * theta.sine, actuation.ang.y = across * theta.cosine;
+    constraint.ang.x = normal * theta.cosine, constraint.ang.y = -(normal * theta.sine);
   }
 };
 
