@@ -27,7 +27,7 @@ inline const quantity quantities[] = {
     {"fk", per_joint<12>, false}, // rotation row-major, then position, of each joint's frame in the world
     {"inverse_dynamics_derivatives", matrices<3>, false}, // ∂τ/∂q, ∂τ/∂v, ∂τ/∂a
     {"reactions_derivatives", [](const bench_model &m) { return 18 * m.joints * m.nv; }, false}, // by q, v, a
-    {"forward_dynamics_derivatives", matrices<3>, true},                                   // ∂a/∂q, ∂a/∂v, ∂a/∂τ
+    {"forward_dynamics_derivatives", matrices<3>, true}, // ∂a/∂q, ∂a/∂v, ∂a/∂τ
     {"mass_matrix_inverse", matrices<1>, true},
     {"coriolis_matrix", per_coordinate<1>, false}, // C v: there are many C, but this is the same for all
     {"centroidal_momentum_matrix", per_coordinate<6>, false},
@@ -35,7 +35,8 @@ inline const quantity quantities[] = {
     {"jacobian", per_coordinate<6>, false}, // this and the next two: of one frame, in its axes, about its origin
     {"frame_velocity", [](const bench_model &) { return 6; }, false},
     {"frame_acceleration", [](const bench_model &) { return 6; }, false}, // spatial, without gravity
-    {"inverse_dynamics_regressor", [](const bench_model &m) { return 10 * m.nv * m.joints; }, false}, // (nv, joints, 10)
+    {"inverse_dynamics_regressor", [](const bench_model &m) { return 10 * m.nv * m.joints; },
+     false}, // (nv, joints, 10)
 };
 
 inline const quantity &quantity_of(const char *name) {
