@@ -145,10 +145,13 @@ void print_row(const contest &c, const std::vector<const bench_peer *> &peers, c
 void print_head(const settings &s, const std::vector<const bench_peer *> &peers) {
   std::printf("ns a state, medians of %d turns or more; batches of %zu states; x: times faster than that library\n",
               s.repetitions, s.many);
+  std::string missing;
   for (const std::string &operation : s.operations)
     if (std::none_of(peers[0]->operation, peers[0]->operation + peers[0]->operations,
                      [&](const bench_operation &o) { return o.name == operation; }))
-      std::printf("not in this build of KSL: %s\n", operation.c_str());
+      missing += (missing.empty() ? "" : ", ") + operation;
+  if (!missing.empty())
+    std::printf("not in this build of KSL: %s\n", missing.c_str());
   const auto name = [&](size_t i) { // without the name of the library
     return i < peers.size() && is_ksl(*peers[i]) ? "KSL " + std::string(peers[i]->name).substr(5) : "";
   };

@@ -35,12 +35,10 @@ ksl::model load(const char *urdf, bool floating) {
   return ksl::load(urdf, options, true);
 }
 
-constexpr int most_parts = 3; ///< most results that an operation has here; they are equally large
-
 /// Arguments of a call on one state, and where its results go.
 struct arguments {
   const double *q, *v, *a, *tau;
-  double *x[most_parts];
+  double *x, *y, *z;
   double *efforts; ///< which reactions come with
   bool timed;
   int link, n;      ///< the link whose frame is asked for; how many joints there are,
@@ -79,18 +77,16 @@ struct self {
   size_t nv() const { return static_cast<size_t>(m.nv); }
 };
 
-// Operations.  KSL's layout is the common one, unless numbers and put say otherwise.
-
 struct operation {
   const char *name;
-  int parts;      ///< results, equally large
-  bool one_frame; ///< about the frame of one link; others get the links of all joints
-  void (*one)(const ksl::model &, ksl::data &,
-              const arguments &); ///< null if this KSL doesn't have it, like the next two
+  void (*one)(const ksl::model &, ksl::data &, const arguments &); ///< null if this KSL lacks it, like the next two
   void (*in_double)(const ksl::model &, const ksl::batch_view<double> &, int threads);
   void (*in_float)(const ksl::model &, const ksl::batch_view<float> &, int threads);
-  int (*numbers)(const bench_model &);                                                  ///< of the result of one state
-  void (*put)(const bench_model &, const double *v, const double *result, double *out); ///< into the common layout
+  int parts = 1;                                 ///< results, equally large
+  int (*numbers)(const bench_model &) = nullptr; ///< of the result of one state; null: as in the common layout
+  /// Brings a result into the common layout; null: copies it.
+  void (*put)(const bench_model &, const double *v, const double *result, double *out) = nullptr;
+  bool one_frame = false; ///< about the frame of one link; others get the links of all joints
 };
 
 /// The call as a function, or null if its arguments don't fit any function of this KSL.
@@ -114,6 +110,7 @@ template <class S> using batch = void(const ksl::model &, const ksl::batch_view<
     function##_batch(m, b, threads);                                                                                   \
   })
 #define BOTH(function, ...) ONE_STATE(function, __VA_ARGS__), BATCH(function, double), BATCH(function, float)
+#define NAMED(function, ...) #function, BOTH(function, __VA_ARGS__)
 
 /// Of a pose, 4×4, rotation and position.
 void put_poses(const bench_model &m, const double *, const double *pose, double *out) {
@@ -135,53 +132,30 @@ void put_symmetric(const bench_model &m, const double *, const double *M, double
 
 int poses(const bench_model &m) { return 16 * m.joints; }
 
-const operation operations[] = {
-    {"rnea", 1, false, BOTH(inverse_dynamics, s.q, s.v, s.a, s.x[0]), {}, {}},
-    {"reactions",
-     1,
-     false,
-     ONE_STATE(inverse_dynamics_with_reactions, s.q, s.v, s.a, s.efforts, s.request, s.x[0]),
-     {},
-     {},
-     {},
-     {}},
-    {"aba", 1, false, BOTH(forward_dynamics, s.q, s.v, s.tau, s.x[0]), {}, {}},
-    {"crba", 1, false, BOTH(mass_matrix, s.q, s.x[0]), {}, {}},
-    {"crba_upper", 1, false, BOTH(mass_matrix_upper, s.q, s.x[0]), matrices<1>, put_symmetric},
+constexpr operation operations[] = {
+    {"rnea", BOTH(inverse_dynamics, s.q, s.v, s.a, s.x)},
+    {"reactions", ONE_STATE(inverse_dynamics_with_reactions, s.q, s.v, s.a, s.efforts, s.request, s.x), {}, {}},
+    {"aba", BOTH(forward_dynamics, s.q, s.v, s.tau, s.x)},
+    {"crba", BOTH(mass_matrix, s.q, s.x)},
+    {"crba_upper", BOTH(mass_matrix_upper, s.q, s.x), 1, matrices<1>, put_symmetric},
     // One call computes the poses of all bodies; those of links are composed for the comparison, and in batches.
-    {"fk", 1, false, BOTH(frame_poses, s.q, s.timed ? 0 : s.n, s.links, s.x[0]), poses, put_poses},
-    {"inverse_dynamics_derivatives",
-     3,
-     false,
-     BOTH(inverse_dynamics_derivatives, s.q, s.v, s.a, s.x[0], s.x[1], s.x[2]),
-     {},
-     {}},
-    {"reactions_derivatives",
-     3,
-     false,
-     BOTH(reactions_derivatives, s.q, s.v, s.a, s.request, s.x[0], s.x[1], s.x[2]),
-     {},
-     {}},
-    {"forward_dynamics_derivatives",
-     3,
-     false,
-     BOTH(forward_dynamics_derivatives, s.q, s.v, s.tau, s.x[0], s.x[1], s.x[2]),
-     {},
-     {}},
-    {"mass_matrix_inverse", 1, false, BOTH(mass_matrix_inverse, s.q, s.x[0]), {}, {}},
-    {"coriolis_matrix", 1, false, BOTH(coriolis_matrix, s.q, s.v, s.x[0]), matrices<1>, put_product_with_v},
-    {"centroidal_momentum_matrix", 1, false, BOTH(centroidal_momentum_matrix, s.q, s.x[0]), {}, {}},
-    {"center_of_mass_jacobian", 1, false, BOTH(center_of_mass_jacobian, s.q, s.x[0]), {}, {}},
-    {"jacobian", 1, true, BOTH(jacobian, s.q, s.link, s.how, s.x[0]), {}, {}},
-    {"frame_velocity", 1, true, BOTH(frame_velocity, s.q, s.v, s.link, s.how, s.x[0]), {}, {}},
-    {"frame_acceleration", 1, true, BOTH(frame_acceleration, s.q, s.v, s.a, s.link, s.how, s.x[0]), {}, {}},
-    {"inverse_dynamics_regressor",
-     1,
-     false,
-     BOTH(inverse_dynamics_regressor, s.q, s.v, s.a, s.n, s.links, s.x[0]),
-     {},
-     {}},
+    {"fk", BOTH(frame_poses, s.q, s.timed ? 0 : s.n, s.links, s.x), 1, poses, put_poses},
+    {NAMED(inverse_dynamics_derivatives, s.q, s.v, s.a, s.x, s.y, s.z), 3},
+    {NAMED(reactions_derivatives, s.q, s.v, s.a, s.request, s.x, s.y, s.z), 3},
+    {NAMED(forward_dynamics_derivatives, s.q, s.v, s.tau, s.x, s.y, s.z), 3},
+    {NAMED(mass_matrix_inverse, s.q, s.x)},
+    {NAMED(coriolis_matrix, s.q, s.v, s.x), 1, matrices<1>, put_product_with_v},
+    {NAMED(centroidal_momentum_matrix, s.q, s.x)},
+    {NAMED(center_of_mass_jacobian, s.q, s.x)},
+    {NAMED(jacobian, s.q, s.link, s.how, s.x), 1, {}, {}, true},
+    {NAMED(frame_velocity, s.q, s.v, s.link, s.how, s.x), 1, {}, {}, true},
+    {NAMED(frame_acceleration, s.q, s.v, s.a, s.link, s.how, s.x), 1, {}, {}, true},
+    {NAMED(inverse_dynamics_regressor, s.q, s.v, s.a, s.n, s.links, s.x)},
 };
+
+static_assert(std::none_of(std::begin(operations), std::end(operations),
+                           [](const operation &o) { return (o.in_double || o.in_float) && !o.one; }),
+              "this KSL has an operation, but its call has other arguments than those above");
 
 /// What this KSL can do: every operation on one state, and in batches, in double and float, on one thread and on two.
 struct entry {
@@ -242,8 +216,7 @@ void each(self &s, const operation &o, double *out) {
     s.out.resize(n);
   arguments given = s.given;
   given.timed = !out;
-  for (int i = 0; i < o.parts; ++i)
-    given.x[i] = s.out.data() + static_cast<size_t>(i) * part;
+  given.x = s.out.data(), given.y = given.x + part, given.z = given.y + part; // as many as there are parts
   for (size_t k = 0; k < s.few; ++k) {
     given.q = &s.q[k * nq], given.v = &s.v[k * nv], given.a = &s.a[k * nv], given.tau = &s.tau[k * nv];
     o.one(s.model, s.data, given);
