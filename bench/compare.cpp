@@ -125,13 +125,14 @@ std::string cell(double x, const char *format = "%.2f") {
 /// Ratios are those of the first KSL build.
 void print_row(const contest &c, const std::vector<const bench_peer *> &peers, const std::string &robot,
                const std::string &operation) {
+  const std::string theirs = quantity_of(operation.c_str()).of_others();
   const auto of = [&](const char *library) {
-    return ns(c.best([&](const bench_peer &p) { return p.library == std::string(library); }, operation));
+    return ns(c.best([&](const bench_peer &p) { return p.library == std::string(library); }, theirs));
   };
   const auto ksl = [&](size_t i, auto... how) {
     return i < peers.size() ? ns(c.best([&](const bench_peer &p) { return &p == peers[i]; }, operation, how...)) : NAN;
   };
-  const entry *rival = c.best([](const bench_peer &p) { return p.library == std::string("Pinocchio"); }, operation);
+  const entry *rival = c.best([](const bench_peer &p) { return p.library == std::string("Pinocchio"); }, theirs);
   const double first = ksl(0), best = ns(rival), batch = ksl(0, 1), single = ksl(0, 1, 1), two = ksl(0, 1, 0, 2);
   const double second = peers.size() > 1 && is_ksl(*peers[1]) ? ksl(1) : NAN;
   std::printf("%-10s %-28s %8s %8s %8s | %6s %6s %6s %6s | %8s %6s %8s %6s %6s | %s %s\n", robot.c_str(),
@@ -228,8 +229,11 @@ int main(int argc, char **argv) {
   const char *instruction_set = symbol<const char *()>(ksl, "bench_instruction_set")();
   const std::vector<const bench_peer *> peers = load_peers(s.home / "peers", s.ksl);
   const auto wanted = [&](const bench_peer &p, const bench_operation &o) {
-    return contains(s.operations, o.name) && (s.batch || !o.batch) && (o.threads == 1 || s.many >= 4096) &&
-           (s.libraries.empty() || contains(s.libraries, p.library));
+    const auto meant = [&](const std::string &operation) {
+      return o.name == (is_ksl(p) ? operation : quantity_of(operation.c_str()).of_others());
+    };
+    return std::any_of(s.operations.begin(), s.operations.end(), meant) && (s.batch || !o.batch) &&
+           (o.threads == 1 || s.many >= 4096) && (s.libraries.empty() || contains(s.libraries, p.library));
   };
   peaks machine;
   std::vector<std::string> robots;

@@ -156,14 +156,14 @@ private:
   /// One-state results of the same operation on the same states by another library, or for batches by KSL.
   std::vector<double> witness(const entry &e) {
     const bool batch = e.op().batch;
-    const std::string key = std::string(e.op().name) + (batch ? " many" : " few");
+    const std::string name = batch ? e.op().name : e.what().of_others(), key = name + (batch ? " many" : " few");
     for (const witness_rows &w : witnesses_)
       if (w.key == key && (w.peer != e.peer || batch))
         return w.rows;
     for (const auto &[peer, self] : created_)
       for (int i = 0; i < peer->operations; ++i) {
         const bool fits = batch ? peer->library == std::string("KSL") : peer->library != std::string(e.peer->library);
-        if (!fits || peer->operation[i].batch || peer->operation[i].name != std::string(e.op().name))
+        if (!fits || peer->operation[i].batch || peer->operation[i].name != name)
           continue;
         std::vector<double> rows = one_by_one(*peer, self, i, batch);
         if (nothing(rows))
@@ -171,7 +171,7 @@ private:
         witnesses_.push_back({key, peer, rows});
         return rows;
       }
-    if (e.op().name == std::string("aba")) // efforts were computed from accelerations, which must be reproduced
+    if (name == "aba") // efforts were computed from accelerations, which must be reproduced
       return batch ? many_.a : few_.a;
     return {};
   }

@@ -12,6 +12,9 @@ struct quantity {
   const char *name;
   int (*width)(const bench_model &); ///< numbers for one state
   bool solves;                       ///< loses digits with the condition of the mass matrix
+  const char *beside = nullptr;      ///< the operation of other libraries to compare with, if that has another name
+
+  const char *of_others() const { return beside ? beside : name; }
 };
 
 template <int n> int per_coordinate(const bench_model &m) { return n * m.nv; }
@@ -23,8 +26,9 @@ inline const quantity quantities[] = {
     {"reactions", per_joint<6>, false}, // rnea with the wrench through every joint
     {"aba", per_coordinate<1>, true},
     {"crba", matrices<1>, false},
-    {"crba_upper", matrices<1>, false},
-    {"fk", per_joint<12>, false}, // rotation row-major, then position, of each joint's frame in the world
+    {"crba_upper", matrices<1>, false, "crba"},
+    {"crba_tree", matrices<1>, false, "crba"}, // only elements that aren't zero by the shape of the tree
+    {"fk", per_joint<12>, false},              // rotation row-major, then position, of each joint's frame in the world
     {"inverse_dynamics_derivatives", matrices<3>, false}, // ∂τ/∂q, ∂τ/∂v, ∂τ/∂a
     {"reactions_derivatives", [](const bench_model &m) { return 18 * m.joints * m.nv; }, false}, // by q, v, a
     {"forward_dynamics_derivatives", matrices<3>, true}, // ∂a/∂q, ∂a/∂v, ∂a/∂τ

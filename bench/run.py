@@ -59,7 +59,7 @@ class Bench:
         """Chains and trees; the longest without Pinocchio, whose workspace grows with the third power of the joints."""
         few = ["--few", "32", "--many", "256", "--seconds", "0.5"]
         names = [f"{shape}{n}" for shape in ("chain", "tree") for n in BODIES]
-        run = self.compare("scaling", names, "--ops", "rnea,aba,crba,crba_upper,fk", "--libraries", "KSL,Pinocchio", *few, quiet=True)
+        run = self.compare("scaling", names, "--ops", "rnea,aba,crba,crba_upper,crba_tree,fk", "--libraries", "KSL,Pinocchio", *few, quiet=True)
         run["robots"] |= self.compare("scaling", LONG, "--ops", "rnea,fk", "--libraries", "KSL,KDL", *few, quiet=True)["robots"]
         for name, robot in self.compare("scaling", LONG, "--ops", "aba", "--libraries", "KSL", *few, quiet=True)["robots"].items():
             run["robots"][name]["times"] += robot["times"]

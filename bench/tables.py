@@ -9,6 +9,7 @@ Results = dict[str, Any]
 OPERATIONS = {"rnea": "RNEA", "aba": "ABA", "crba": "CRBA", "fk": "FK"}
 FURTHER = {
     "crba_upper": "CRBA, upper triangle",
+    "crba_tree": "CRBA, elements of the tree",
     "mass_matrix_inverse": "M⁻¹",
     "coriolis_matrix": "Coriolis matrix",
     "inverse_dynamics_derivatives": "derivatives of inverse dynamics",
@@ -20,6 +21,7 @@ FURTHER = {
     "frame_acceleration": "acceleration of one frame",
     "inverse_dynamics_regressor": "regressor",
 }
+BESIDE = {"crba_upper": "crba", "crba_tree": "crba"}  # what other libraries have in its place
 BEGIN, END = "<!-- figures: make bench-plots -->", "<!-- end of figures -->"
 
 
@@ -78,12 +80,13 @@ def further(results: Results) -> str:
     rows = []
     for operation, label in FURTHER.items():
         for name, robot in results["robots"]["robots"].items():
-            ours, rival = ns(robot, "KSL, gcc", operation), best(robot, "Pinocchio", operation)
+            theirs = BESIDE.get(operation, operation)
+            ours, rival = ns(robot, "KSL, gcc", operation), best(robot, "Pinocchio", theirs)
             if not ours or not rival:
                 continue
-            theirs, (double, single) = rival["median_ns"], (ns(robot, "KSL, gcc", operation, 1, s) for s in (0, 1))
-            figures = [cell(over(theirs, ours)), cell(over(ns(robot, "MuJoCo", operation), ours)), cell(double, 1), cell(over(theirs, double)), cell(single, 1)]
-            rows.append([f"{label}, {name}", cell(ours, 0), cell(theirs, 0), *figures, way(rival)])
+            best_ns, (double, single) = rival["median_ns"], (ns(robot, "KSL, gcc", operation, 1, s) for s in (0, 1))
+            alone = [cell(ours, 0), cell(best_ns, 0), cell(over(best_ns, ours)), cell(over(ns(robot, "MuJoCo", theirs), ours))]
+            rows.append([f"{label}, {name}", *alone, cell(double, 1), cell(over(best_ns, double)), cell(single, 1), way(rival)])
     batches = [f"batch of {results['robots']['many']}, ns", "× best Pinocchio, one state", "float, ns"]
     return table(["one state and batches", "KSL, ns", "best Pinocchio, ns", "× best Pinocchio", "× MuJoCo", *batches, "best Pinocchio is"], rows)
 

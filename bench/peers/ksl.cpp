@@ -130,6 +130,32 @@ void put_symmetric(const bench_model &m, const double *, const double *M, double
       *out++ = M[std::min(i, j) * m.nv + std::max(i, j)];
 }
 
+/// Elements of the lower triangle that aren't zero by the shape of the tree, row by row: visit(row, column).
+template <class Visit> void over_tree(const bench_model &m, Visit visit) {
+  std::vector<std::vector<int>> path(static_cast<size_t>(m.joints)); // coordinates from the ground to each joint
+  int row = 0;
+  for (size_t i = 0; i < path.size(); ++i) {
+    if (m.joint[i].parent >= 0)
+      path[i] = path[static_cast<size_t>(m.joint[i].parent)];
+    for (int k = 0; k < m.joint[i].nv; ++k, ++row) {
+      path[i].push_back(row);
+      for (const int column : path[i])
+        visit(row, column);
+    }
+  }
+}
+
+int tree_elements(const bench_model &m) {
+  int n = 0;
+  over_tree(m, [&](int, int) { ++n; });
+  return n;
+}
+
+void put_tree(const bench_model &m, const double *, const double *element, double *out) {
+  std::fill_n(out, m.nv * m.nv, 0.0);
+  over_tree(m, [&](int i, int j) { out[i * m.nv + j] = out[j * m.nv + i] = *element++; });
+}
+
 int poses(const bench_model &m) { return 16 * m.joints; }
 
 constexpr operation operations[] = {
@@ -138,6 +164,7 @@ constexpr operation operations[] = {
     {"aba", BOTH(forward_dynamics, s.q, s.v, s.tau, s.x)},
     {"crba", BOTH(mass_matrix, s.q, s.x)},
     {"crba_upper", BOTH(mass_matrix_upper, s.q, s.x), 1, matrices<1>, put_symmetric},
+    {"crba_tree", BOTH(mass_matrix_tree, s.q, s.x), 1, tree_elements, put_tree},
     // One call computes the poses of all bodies; those of links are composed for the comparison, and in batches.
     {"fk", BOTH(frame_poses, s.q, s.timed ? 0 : s.n, s.links, s.x), 1, poses, put_poses},
     {NAMED(inverse_dynamics_derivatives, s.q, s.v, s.a, s.x, s.y, s.z), 3},

@@ -170,8 +170,6 @@ const operation operations[] = {
               PUT(put(s.data.ddq, out))),
     one_state("crba", "LOCAL", EVALUATE(pin::crba(s.model, s.data, q, pin::Convention::LOCAL)), PUT_SYMMETRIC(M)),
     one_state("crba", "WORLD", EVALUATE(pin::crba(s.model, s.data, q, pin::Convention::WORLD)), PUT_SYMMETRIC(M)),
-    one_state("crba_upper", "LOCAL", EVALUATE(pin::crba(s.model, s.data, q, pin::Convention::LOCAL)), PUT_SYMMETRIC(M)),
-    one_state("crba_upper", "WORLD", EVALUATE(pin::crba(s.model, s.data, q, pin::Convention::WORLD)), PUT_SYMMETRIC(M)),
     one_state("fk", "LOCAL + update", EVALUATE(pin::forwardKinematics(s.model, s.data, q)), PUT(put_poses(s, v, out))),
     one_state("inverse_dynamics_derivatives", "", EVALUATE(pin::computeRNEADerivatives(s.model, s.data, q, v, a)),
               PUT(put_symmetric(s.data.M, put(s.data.dtau_dv, put(s.data.dtau_dq, out))))),
