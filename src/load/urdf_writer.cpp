@@ -170,6 +170,8 @@ private:
     set(node.append_child("child"), "link", robot_.links[static_cast<std::size_t>(joint.child)].name);
     if (row.has_axis && !is_zero(joint.axis))
       set(node.append_child("axis"), "xyz", words(axis_as_given(joint.axis, joint.given.axis)));
+    if (row.has_axis2)
+      set(node.append_child("axis2"), "xyz", words(axis_as_given(joint.axis2, joint.given.axis2)));
     if (row.has_pitch)
       set(node.append_child("screw_thread_pitch"), "value", words({pitch_as_given(joint.pitch.value_or(0), joint.given.pitch)}));
     write_numbers(node, "limit",
