@@ -97,9 +97,9 @@ void urdf_reader::check_root() const {
   const std::string tag = root_.tag();
   if (tag == "robot")
     return;
-  std::string mend = "give a URDF file";
+  std::string mend = "give a URDF or SDF file";
   if (tag == "mujoco")
-    mend = "this looks like MJCF, not URDF";
+    mend = "this is MJCF, which ksl.load reads in Python, and Model.to_urdf writes as URDF";
   if (tag == "sdf")
     mend = "this looks like SDF: convert it to URDF first";
   if (tag.substr(0, 6) == "xacro:")
@@ -389,8 +389,9 @@ robot_description read_urdf(const std::string &path, const urdf_options &options
 }
 
 robot_description read_urdf_text(const std::string &text, const std::string &name, const urdf_options &options) {
-  const load::xml_file file(text, name);
-  return urdf_reader(file, options).read();
+  return read_urdf(load::xml_file(text, name), options);
 }
+
+robot_description read_urdf(const load::xml_file &file, const urdf_options &options) { return urdf_reader(file, options).read(); }
 
 } // namespace ksl
