@@ -66,6 +66,9 @@ inline void add_builder(nb::module_ &module) {
   nb::class_<ksl::builder>(module, "Builder", "Links and joints as ksl.Builder passes them on.")
       .def(nb::init<std::string, three>(), "name"_a, "gravity"_a)
       .def(
+          "read_from", [](ksl::builder &b, const std::string &file, const std::vector<std::string> &unused) { b.read_from(file, unused); },
+          "file"_a, "unused"_a)
+      .def(
           "add_link", [](ksl::builder &b, const std::string &name, const mass_numbers &mass) { b.add_link(name, mass_of(mass)); }, "name"_a,
           "mass"_a)
       .def(

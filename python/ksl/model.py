@@ -17,6 +17,9 @@ from ksl.surgery import Surgery
 if TYPE_CHECKING:
     import pyarrow
 
+Layout = Mapping[str, Any]
+"""Where the numbers of each joint are in MuJoCo's arrays, for models read from MJCF; :mod:`ksl.mjcf` has its contents."""
+
 _Arguments = tuple[str, bool, bool, bool, list[float] | None, list[tuple[str, float, list[float]]], bool, str]
 """Arguments of `_core.load`, from which a model is made."""
 
@@ -29,8 +32,8 @@ class Model(Surgery):
     other model contains all that the model is made of.  A copy, deep or not, is the model itself.
     """
 
-    def __init__(self, core: _core.Model, arguments: _Arguments | None = None) -> None:
-        self._arguments = arguments
+    def __init__(self, core: _core.Model, arguments: _Arguments | None = None, layout: Layout | None = None) -> None:
+        self._arguments, self._layout = arguments, layout
         super().__init__(core)
 
     def _made(self, core: _core.Model) -> Model:
@@ -44,7 +47,7 @@ class Model(Surgery):
 
     def __reduce__(self) -> tuple[Callable[..., Model], tuple[object, ...]]:
         if self._arguments is None:
-            return _rebuilt, (self._core.state(),)
+            return _rebuilt, (self._core.state(), self._layout)
         return _reloaded, (self._arguments, self._fingerprint())
 
     def _fingerprint(self) -> str:
@@ -116,8 +119,8 @@ def _root_element(file: str) -> str | None:
         return None
 
 
-def _rebuilt(state: list[Any]) -> Model:
-    return Model(_core.Model.from_state(state))
+def _rebuilt(state: list[Any], layout: Layout | None = None) -> Model:
+    return Model(_core.Model.from_state(state), layout=layout)
 
 
 def _reloaded(arguments: _Arguments, fingerprint: str) -> Model:

@@ -140,6 +140,12 @@ builder::builder(std::string name, std::array<double, 3> gravity) {
   robot_.gravity = gravity;
 }
 
+builder &builder::read_from(const std::string &file, const std::vector<std::string> &unused) {
+  robot_.file = file;
+  robot_.unused = unused;
+  return *this;
+}
+
 builder &builder::add_link(const std::string &name, const link_mass &mass) {
   check_name(name, "link", links_);
   check_mass(name, mass);
