@@ -144,21 +144,20 @@ class _Reader:
             return None
         qs, vs = [mj.jnt_qposadr[j] for j in joints], [mj.jnt_dofadr[j] for j in joints]
         moved = np.abs([mj.jnt_pos[j] for j, t in zip(joints, types) if t == HINGE]).max(initial=0.0) > CLOSE
-        # a kind has neither limits nor springs of single coordinates, and one number for what all of them share
+        # a kind has neither limits nor springs of single coordinates, and one number for the losses of all, which are of one unit
         named = any(mj.jnt_limited[j] or mj.jnt_actfrclimited[j] or mj.jnt_stiffness[j] or j in self.coupled for j in joints)
-        unequal = any(np.ptp(x[vs]) for x in (mj.dof_damping, mj.dof_frictionloss, mj.dof_armature))
-        if moved or named or unequal or mj.qpos0[qs].any() or (mj.dof_damping[vs].any() and types.count(HINGE) not in (0, len(types))):
+        mixed = len(set(types)) > 1
+        unequal = any(x[vs].any() if mixed else np.ptp(x[vs]) for x in (mj.dof_damping, mj.dof_frictionloss, mj.dof_armature))
+        if moved or named or unequal or mj.qpos0[qs].any():
             return None
         axes = np.array([mj.jnt_axis[j] for j in joints])
         if types == [HINGE, HINGE]:
             return "universal" if np.linalg.norm(np.cross(*axes)) > 1e-6 else None
         if sorted(types) == [SLIDE, HINGE]:
             return "cylindrical" if np.abs(axes[0] - axes[1]).max() < CLOSE else None
-        along_frame = len(joints) == 3 and np.abs(axes - np.eye(3)).max() < CLOSE
-        if along_frame and types == [SLIDE, SLIDE, SLIDE]:
-            return "translation"
-        # damping along the parent's axes is not along the child's, but equal numbers are the same
-        return "planar" if along_frame and types == [SLIDE, SLIDE, HINGE] else None
+        if len(joints) != 3 or np.abs(axes - np.eye(3)).max() > CLOSE:
+            return None
+        return {(SLIDE, SLIDE, SLIDE): "translation", (SLIDE, SLIDE, HINGE): "planar"}.get(tuple(types))
 
     def add_joint_of_kind(self, kind: str, joints: list[int], parent: str, body: int, pose: Array) -> None:
         mj, names = self.mj, [self.joints[j] for j in joints]

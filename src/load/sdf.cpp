@@ -202,6 +202,7 @@ void sdf_reader::collect_model(pugi::xml_node node, const std::string &scope, co
       canonical = nested.attribute("name").value();
   if (canonical.empty())
     model.refuse("no <link> in <model>; a model needs at least one, <link name=\"base\"/> for example");
+  frames_.found(inner, canonical, model, "canonical_link");
   const std::string relative_to = outermost ? "world" : pose.relative_to.empty() ? own_frame : pose.relative_to;
   frames_.add(full_name, {scope, relative_to, outermost ? canonical : name + "::" + canonical, pose.pose, model});
   if (node.attribute("placement_frame") && model.text("placement_frame") != own_frame)
