@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TypeVar
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from ksl import _core, given
@@ -47,7 +46,7 @@ class Surgery(Calls):
         joints: {name: q}, a number, or as many as the joint has in q.  Names and links are kept, reactions through the joints are still
         available.  A `floating_base` that is frozen puts the root where it is, on a massless link `world`.
         """
-        frozen = [(name, [float(x) for x in np.ravel(np.asarray(q, dtype=float))]) for name, q in joints.items()]
+        frozen = [(name, [float(x) for x in given.numbers(q, f"joint {name}: its position").ravel()]) for name, q in joints.items()]
         return self._made(self._core.with_frozen_joints(frozen))
 
     def with_payload(self: S, link: str, mass: float, center_of_mass: ArrayLike = (0.0, 0.0, 0.0), inertia: ArrayLike | None = None) -> S:
@@ -117,7 +116,7 @@ def _ten_numbers(link: str, of: ArrayLike | tuple[float, ArrayLike, ArrayLike]) 
             I[0] + mass * (y * y + z * z), I[1] - mass * x * y, I[4] + mass * (z * z + x * x),
             I[2] - mass * z * x, I[5] - mass * y * z, I[8] + mass * (x * x + y * y),
         ]  # fmt: skip
-    array = np.asarray(of, dtype=float)
+    array = given.numbers(of, f"link {link}: its parameters")
     if array.shape != (10,):
         raise ValueError(f"link {link}: its parameters have shape {array.shape}; expected (mass, centre of mass, inertia) or ten numbers")
     return [float(x) for x in array]
