@@ -2,7 +2,6 @@
 #include "ksl/builder.hpp"
 
 #include "engine/pose_check.hpp"
-#include "engine/second_axis.hpp"
 #include "load/check.hpp"
 #include "load/given.hpp"
 #include "load/words.hpp"
@@ -85,8 +84,8 @@ void set_limits(const std::string &who, const joint_kind_row &row, const joint_o
   };
   check("lower limit", from.lower, row.has_limits);
   check("upper limit", from.upper, row.has_limits);
-  check("effort limit", from.effort, row.has_axis);
-  check("velocity limit", from.velocity, row.has_axis);
+  check("effort limit", from.effort, row.nv == 1);
+  check("velocity limit", from.velocity, row.nv == 1);
   if (from.lower && from.upper && *from.lower > *from.upper)
     refuse(who + "lower limit " + shown(*from.lower) + " is above upper limit " + shown(*from.upper) + "; exchange or correct them");
   for (const double x : {from.damping, from.friction})
@@ -114,9 +113,9 @@ void set_axes(const std::string &who, const joint_kind_row &row, const joint_opt
   to.given.axis = checked_axis(who, row, "axis", row.has_axis, needs_axis(row), from.axis);
   if (from.axis)
     to.axis = load::direction_of(to.given.axis);
-  to.given.axis2 = checked_axis(who, row, "axis2", has_second_axis(row), has_second_axis(row), from.axis2);
+  to.given.axis2 = checked_axis(who, row, "axis2", row.has_axis2, row.has_axis2, from.axis2);
   if (from.axis2)
-    set_second_axis(to, load::direction_of(to.given.axis2));
+    to.axis2 = load::direction_of(to.given.axis2);
 }
 
 } // namespace

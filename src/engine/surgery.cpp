@@ -4,7 +4,6 @@
 #include "ksl/engine/quaternion_tolerance.hpp"
 #include "engine/joint_pose.hpp"
 #include "engine/pose_check.hpp"
-#include "engine/second_axis.hpp"
 #include "load/check.hpp"
 #include "load/words.hpp"
 
@@ -89,7 +88,7 @@ void reverse(robot_description &robot, int j) {
     joint.placement = back;
     return;
   }
-  joint.axis = negative(joint.axis);
+  joint.axis = negative(axis_of(joint));
   joint.given.axis = negative(joint.given.axis);
   if (is_identity(joint.placement))
     return;
@@ -104,7 +103,7 @@ void reverse(robot_description &robot, int j) {
 /// Only a screw motion about one axis is, reversed, the same motion about the opposite axis.
 void check_reversible(const joint_description &joint, const std::string &link) {
   const joint_kind_row row = row_of(joint.kind);
-  if (row.nv == 0 || (row.has_axis && row.nv < 3 && !has_second_axis(row)))
+  if (row.nv == 0 || (row.has_axis && row.nv < 3 && !row.has_axis2))
     return;
   refuse("joint " + joint.name + " is " + row.name + ", and would have to be reversed to make link " + link +
          " the root: only joints on one axis keep the meaning of their positions; take a root on the parent side of that joint");

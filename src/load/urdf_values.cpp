@@ -31,6 +31,18 @@ std::array<double, 6> moments_in(const element &inertia) {
   return {xx, yy, zz, xy, yz, xz};
 }
 
+/// The vector in the xyz of an <axis> or <axis2>.
+vec3<double> direction_in(const element &axis) {
+  const std::string tag = "<" + axis.tag(), example = tag + " xyz=\"0 0 1\"/> for example";
+  axis.expect({"xyz"}, {});
+  if (!axis.has("xyz"))
+    axis.refuse(tag + "> has no xyz; write " + example);
+  const auto [x, y, z] = axis.numbers<3>("xyz");
+  if (x == 0 && y == 0 && z == 0)
+    axis.refuse("the axis is zero; give the direction of motion, " + example);
+  return {x, y, z};
+}
+
 } // namespace
 
 SE3<double> origin_in(const element &parent, int minor, given_rotation &rotation) {
@@ -71,20 +83,19 @@ given_inertia inertia_in(const element &inertial, int minor) {
 
 vec3<double> axis_in(const element &joint) {
   const element axis = joint.child("axis");
-  if (!axis)
-    return {1, 0, 0};
-  axis.expect({"xyz"}, {});
-  if (!axis.has("xyz"))
-    axis.refuse("<axis> has no xyz; write <axis xyz=\"0 0 1\"/> for example");
-  const auto [x, y, z] = axis.numbers<3>("xyz");
-  if (x == 0 && y == 0 && z == 0)
-    axis.refuse("the axis is zero; give the direction of motion, <axis xyz=\"0 0 1\"/> for example");
-  return {x, y, z};
+  return axis ? direction_in(axis) : vec3<double>{1, 0, 0};
 }
 
-double pitch_in(const element &joint) {
-  const element pitch = joint.child("screw_thread_pitch");
-  const std::string mend = "write <screw_thread_pitch value=\"0.005\"/>, the advance along the axis in metres for each revolution";
+vec3<double> axis2_in(const element &joint) {
+  const element axis = joint.child("axis2");
+  if (!axis)
+    joint.refuse("a universal joint needs its second axis; write <axis2 xyz=\"0 1 0\"/> for example, which is fixed in the child link");
+  return direction_in(axis);
+}
+
+double pitch_in(const element &joint, const char *tag) {
+  const element pitch = joint.child(tag);
+  const std::string mend = "write <" + std::string(tag) + " value=\"0.005\"/>, the advance along the axis in metres for each revolution";
   if (!pitch)
     joint.refuse("a helical joint needs its pitch; " + mend);
   pitch.expect({"value"}, {});

@@ -3,6 +3,7 @@
 #include "ksl/urdf.hpp"
 
 #include "ksl/engine/joints.hpp"
+#include "load/check.hpp"
 #include "load/given.hpp"
 #include "load/words.hpp"
 
@@ -168,8 +169,10 @@ private:
     write_origin(node, joint.placement.t, rotation_as_given(joint.placement.R, joint.given.rotation));
     set(node.append_child("parent"), "link", robot_.links[static_cast<std::size_t>(joint.parent)].name);
     set(node.append_child("child"), "link", robot_.links[static_cast<std::size_t>(joint.child)].name);
-    if (row.has_axis && !is_zero(joint.axis))
-      set(node.append_child("axis"), "xyz", words(axis_as_given(joint.axis, joint.given.axis)));
+    if (row.has_axis)
+      set(node.append_child("axis"), "xyz", words(axis_as_given(axis_of(joint), joint.given.axis)));
+    if (row.has_axis2)
+      set(node.append_child("axis2"), "xyz", words(axis_as_given(joint.axis2, joint.given.axis2)));
     if (row.has_pitch)
       set(node.append_child("screw_thread_pitch"), "value", words({pitch_as_given(joint.pitch.value_or(0), joint.given.pitch)}));
     write_numbers(node, "limit",

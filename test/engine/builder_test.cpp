@@ -32,6 +32,8 @@ ksl::builder told_of(const ksl::robot_description &robot) {
     ksl::joint_options options;
     if (row.has_axis)
       options.axis = j.given.axis;
+    if (row.has_axis2)
+      options.axis2 = j.given.axis2;
     if (row.has_pitch)
       options.pitch = j.pitch;
     b.add_joint(j.name, j.kind, robot.links[static_cast<std::size_t>(j.parent)].name, robot.links[static_cast<std::size_t>(j.child)].name,

@@ -31,6 +31,7 @@ void check_same(const robot_description &a, const robot_description &b) {
     CHECK(same_bits(&x.placement, &y.placement, sizeof x.placement));
     if (row_of(x.kind).has_axis)
       CHECK(same_bits(&x.axis, &y.axis, sizeof x.axis));
+    CHECK(same_bits(&x.axis2, &y.axis2, sizeof x.axis2));
     CHECK((x.pitch == y.pitch && x.lower == y.lower && x.upper == y.upper && x.effort == y.effort && x.velocity == y.velocity));
     CHECK((x.damping == y.damping && x.friction == y.friction));
   }
