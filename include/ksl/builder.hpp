@@ -18,7 +18,7 @@ struct link_mass {
 
 /// What a joint may have besides kind, links and pose.  Vectors are in the joint's frame and of any length.
 struct joint_options {
-  std::optional<vec3<double>> axis, axis2; ///< kinds with an axis, or with two, need them; other kinds must not have them
+  std::optional<vec3<double>> axis, axis2; ///< kinds with an axis, or with two, need them (planar: z if not given); others must not have them
   optional_number pitch;                   ///< m/rad, positive for a right-handed screw; helical joints need it
   optional_number lower, upper;            ///< rad or m
   optional_number effort, velocity;        ///< N m or N; rad/s or m/s

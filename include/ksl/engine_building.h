@@ -46,8 +46,8 @@ KSL_EXPORT void ksl_builder_free(ksl_builder_t *builder);
 /** A link; mass may be NULL for a massless one.  The link that no joint carries is the root. */
 KSL_EXPORT ksl_status_t ksl_builder_add_link(ksl_builder_t *builder, const char *name, const ksl_link_mass_t *mass);
 
-/** A joint between two links that have been added.  kind: fixed, revolute, continuous, prismatic, helical, spherical, floating, …;
-    pose: of the joint in the parent link, NULL for the identity; options may be NULL. */
+/** A joint between two links that have been added.  kind: fixed, revolute, continuous, prismatic, helical, cylindrical,
+    universal, spherical, planar, translation, floating; pose: of the joint in the parent link, NULL for the identity; options may be NULL. */
 KSL_EXPORT ksl_status_t ksl_builder_add_joint(ksl_builder_t *builder, const char *name, const char *kind, const char *parent,
                                               const char *child, const ksl_SE3_t *pose, const ksl_joint_options_t *options);
 

@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 
 from ksl import _core, given
 from ksl.calls import Calls
-from ksl.mechanism import Link, link_of
 
 S = TypeVar("S", bound="Surgery")
 
@@ -83,14 +82,13 @@ class Surgery(Calls):
         except that masses are not negative.
         """
         inertias = [(self._index(self._link_index, link, "link"), _ten_numbers(link, of)) for link, of in parameters.items()]
-        core = self._core.with_inertias(inertias)
-        changed = {index: link_of(self.links[index].name, numbers) for index, numbers in inertias}
-        return self._with_core(core, tuple(changed.get(i, link) for i, link in enumerate(self.links)))
+        return self._with_core(self._core.with_inertias(inertias))
 
-    def _with_core(self: S, core: _core.Model, links: tuple[Link, ...]) -> S:
+    def _with_core(self: S, core: _core.Model) -> S:
         """A model of the same structure, which shares all tables of names and requests."""
         other = object.__new__(type(self))
-        other.__dict__.update(self.__dict__, _core=core, links=links, _arguments=None)
+        other.__dict__.update(self.__dict__, _core=core, _arguments=None)
+        other.__dict__.pop("links", None)
         return other
 
     def to_urdf(self, path: str | os.PathLike[str] | None = None) -> str:
@@ -119,7 +117,8 @@ def _ten_numbers(link: str, of: ArrayLike | tuple[float, ArrayLike, ArrayLike]) 
     array = given.numbers(of, f"link {link}: its parameters")
     if array.shape != (10,):
         raise ValueError(f"link {link}: its parameters have shape {array.shape}; expected (mass, centre of mass, inertia) or ten numbers")
-    return [float(x) for x in array]
+    ten: list[float] = array.tolist()
+    return ten
 
 
 def _write(path: Path, text: str) -> None:
