@@ -17,17 +17,23 @@ namespace nb = nanobind;
 
 // The fields of each struct, once for both directions.  `go` is a writer or a reader.
 template <class Go> void fields(Go &go, ksl::vec3<double> &v) { go(v.x, v.y, v.z); }
-template <class Go> void fields(Go &go, ksl::mat3x3<double> &R) { go(R.m00, R.m10, R.m20, R.m01, R.m11, R.m21, R.m02, R.m12, R.m22); }
+template <class Go> void fields(Go &go, ksl::mat3x3<double> &R) {
+  go(R.m00, R.m10, R.m20, R.m01, R.m11, R.m21, R.m02, R.m12, R.m22);
+}
 template <class Go> void fields(Go &go, ksl::SE3<double> &D) { go(D.R, D.t); }
-template <class Go> void fields(Go &go, ksl::spatial_inertia<double> &I) { go(I.m, I.h, I.Ixx, I.Iyy, I.Izz, I.Ixy, I.Iyz, I.Izx); }
+template <class Go> void fields(Go &go, ksl::spatial_inertia<double> &I) {
+  go(I.m, I.h, I.Ixx, I.Iyy, I.Izz, I.Ixy, I.Iyz, I.Izx);
+}
 template <class Go> void fields(Go &go, ksl::file_position &at) { go(at.line); }
 template <class Go> void fields(Go &go, ksl::given_rotation &r) { go(r.by, r.numbers); }
 template <class Go> void fields(Go &go, ksl::given_inertia &I) { go(I.mass, I.center_of_mass, I.axes, I.moments); }
 template <class Go> void fields(Go &go, ksl::given_joint &j) { go(j.rotation, j.axis, j.axis2, j.pitch); }
-template <class Go> void fields(Go &go, ksl::link_description &l) { go(l.name, l.at, l.inertia, l.has_inertial, l.has_geometry, l.given); }
+template <class Go> void fields(Go &go, ksl::link_description &l) {
+  go(l.name, l.at, l.inertia, l.has_inertial, l.has_geometry, l.given);
+}
 template <class Go> void fields(Go &go, ksl::joint_description &j) {
-  go(j.name, j.at, j.kind, j.parent, j.child, j.placement, j.axis, j.pitch, j.lower, j.upper, j.effort, j.velocity, j.damping, j.friction,
-     j.given);
+  go(j.name, j.at, j.kind, j.parent, j.child, j.placement, j.axis, j.axis2, j.pitch, j.lower, j.upper, j.effort,
+     j.velocity, j.damping, j.friction, j.given);
 }
 template <class Go> void fields(Go &go, ksl::robot_description &r) {
   go(r.name, r.file, r.links, r.joints, r.gravity, r.floating_base, r.unused, r.warnings);

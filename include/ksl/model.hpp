@@ -23,8 +23,9 @@ struct payload {
 
 /// What a program adds to a description.  A model keeps all of it in its own description.
 struct model_options {
-  /// The root link floats, as it also does if the description says so: a first joint `floating_base` with q = [x y z qx qy qz qw] and v = [linear, angular] in its
-  /// frame.  If the description has a joint of that name, it is called `floating_root` instead, and a warning says so.
+  /// The root link floats, as it also does if the description says so: a first joint `floating_base` with
+  /// q = [x y z qx qy qz qw] and v = [linear, angular] in its frame.  If the description has a joint of that name, it is called
+  /// `floating_root` instead, and a warning says so.
   bool floating_base = false;
   std::optional<std::array<double, 3>> gravity; ///< m/s², world axes; none: that of the description, (0, 0, −9.81) from a file
   std::vector<payload> payloads;

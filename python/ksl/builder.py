@@ -66,10 +66,11 @@ class Builder:
     ) -> Builder:
         """A joint between two links that have been added.  Returns the builder.
 
-        kind: fixed, revolute, continuous, prismatic, helical (or screw), spherical (or ball), floating (or free), …; docs/conventions.md
-        has the table.
+        kind: fixed, revolute, continuous, prismatic, helical (or screw), cylindrical, universal, spherical (or ball), planar, translation,
+        floating (or free); docs/conventions.md has the table.
         pose (4, 4): of the joint's frame in the parent link; the child link's frame is the joint's at q = 0.
-        axis (3), axis2 (3): of any length, in the joint's frame; kinds that have them need them, others must not have them.
+        axis (3): of any length, in the joint's frame; kinds that have one need it, others must not have it.  That of a planar joint is the
+        normal, z if it is left out.  axis2 (3): the second axis of a universal joint, fixed in the child.
         pitch: of helical joints, m/rad, positive for a right-handed screw.
         limits: (lower, upper), rad or m, each may be None; effort, velocity: limits, N m or N, rad/s or m/s.  They are kept and not enforced.
         damping, friction: kept, listed and not applied.

@@ -22,21 +22,26 @@ def number(x: Any, what: str) -> float:
         raise ValueError(f"{what} is {x!r}; expected a number") from None
 
 
-def _array(x: ArrayLike, shape: tuple[int, ...], what: str) -> np.ndarray:
+def numbers(x: ArrayLike, what: str) -> np.ndarray:
+    """An array of any shape."""
     try:
-        array = np.asarray(x, dtype=float)
+        return np.asarray(x, dtype=float)
     except (TypeError, ValueError):
-        raise ValueError(f"{what} is {x!r}; expected an array of shape {shape}") from None
-    if array.shape != shape:
-        raise ValueError(f"{what} has shape {array.shape}; expected {shape}")
-    return array
+        raise ValueError(f"{what} is {x!r}; expected numbers") from None
+
+
+def array(x: ArrayLike, shape: tuple[int, ...], what: str) -> np.ndarray:
+    found = numbers(x, what)
+    if found.shape != shape:
+        raise ValueError(f"{what} has shape {found.shape}; expected {shape}")
+    return found
 
 
 def pose(x: ArrayLike | None, what: str) -> list[float]:
     """A (4, 4) matrix by rows, the identity for None.  The compiled code checks that it is rigid."""
     if x is None:
         return [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]
-    matrix = _array(x, (4, 4), what)
+    matrix = array(x, (4, 4), what)
     if not (matrix[3] == (0.0, 0.0, 0.0, 1.0)).all():
         raise ValueError(f"{what}: its last row is {matrix[3].tolist()}; a pose has 0 0 0 1 there")
     return [float(v) for v in matrix.ravel()]
@@ -44,7 +49,7 @@ def pose(x: ArrayLike | None, what: str) -> list[float]:
 
 def mass(of: str, kilograms: float, center_of_mass: ArrayLike, inertia: ArrayLike | None) -> Mass:
     """Of a link or a payload; the compiled code checks that a body can have it, `inertia` None is that of a point mass."""
-    tensor = np.zeros((3, 3)) if inertia is None else _array(inertia, (3, 3), f"{of}: its inertia")
+    tensor = np.zeros((3, 3)) if inertia is None else array(inertia, (3, 3), f"{of}: its inertia")
     center = three_numbers(center_of_mass, f"{of}: its centre of mass")
     return number(kilograms, f"{of}: its mass"), list(center), [float(v) for v in tensor.ravel()]
 

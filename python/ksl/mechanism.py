@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
 
 from ksl import _core
@@ -69,11 +71,6 @@ class Link:
     """Ixx Iyy Izz Ixy Iyz Izx about the link's origin, kg m², matrix elements (signs included)."""
 
 
-def link_of(name: str, x: Sequence[float]) -> Link:
-    """From m, m c, Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the origin."""
-    return Link(name, x[0], (x[1], x[2], x[3]), (x[4], x[6], x[9], x[5], x[8], x[7]))
-
-
 class Mechanism:
     """Joints and links of a model, by name and in order; immutable."""
 
@@ -90,10 +87,6 @@ class Mechanism:
         self.gravity.setflags(write=False)
         self.joints: tuple[Joint, ...] = tuple(Joint(**{k: tuple(x) if k in ("axis", "axis2") else x for k, x in row.items()}) for row in core.joints)
         """All joints: the moving ones in the order of q, then the fixed ones, `base` last."""
-        self.links: tuple[Link, ...] = tuple(
-            Link(**{**row, "first_moment": tuple(row["first_moment"]), "inertia": tuple(row["inertia"])}) for row in core.links
-        )
-        """Parents first."""
         self.unused: tuple[str, ...] = tuple(core.unused)
         """Contents of the file that KSL doesn't use, a line for each kind."""
         self.warnings: tuple[str, ...] = tuple(core.warnings)
@@ -106,6 +99,11 @@ class Mechanism:
         self._carrying = {joint.child: joint for joint in self.joints}
         self._joint_or_link = self._link_index | children
         self._complete = True
+
+    @cached_property
+    def links(self) -> tuple[Link, ...]:
+        """Parents first.  Made when asked for: models that differ in inertias alone are made by the thousand."""
+        return tuple(Link(**{**row, "first_moment": tuple(row["first_moment"]), "inertia": tuple(row["inertia"])}) for row in self._core.links)
 
     def __setattr__(self, name: str, value: object) -> None:
         if "_complete" in self.__dict__:

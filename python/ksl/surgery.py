@@ -8,12 +8,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TypeVar
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from ksl import _core, given
 from ksl.calls import Calls
-from ksl.mechanism import Link, link_of
 
 S = TypeVar("S", bound="Surgery")
 
@@ -47,7 +45,7 @@ class Surgery(Calls):
         joints: {name: q}, a number, or as many as the joint has in q.  Names and links are kept, reactions through the joints are still
         available.  A `floating_base` that is frozen puts the root where it is, on a massless link `world`.
         """
-        frozen = [(name, [float(x) for x in np.ravel(np.asarray(q, dtype=float))]) for name, q in joints.items()]
+        frozen = [(name, [float(x) for x in given.numbers(q, f"joint {name}: its position").ravel()]) for name, q in joints.items()]
         return self._made(self._core.with_frozen_joints(frozen))
 
     def with_payload(self: S, link: str, mass: float, center_of_mass: ArrayLike = (0.0, 0.0, 0.0), inertia: ArrayLike | None = None) -> S:
@@ -84,14 +82,13 @@ class Surgery(Calls):
         except that masses are not negative.
         """
         inertias = [(self._index(self._link_index, link, "link"), _ten_numbers(link, of)) for link, of in parameters.items()]
-        core = self._core.with_inertias(inertias)
-        changed = {index: link_of(self.links[index].name, numbers) for index, numbers in inertias}
-        return self._with_core(core, tuple(changed.get(i, link) for i, link in enumerate(self.links)))
+        return self._with_core(self._core.with_inertias(inertias))
 
-    def _with_core(self: S, core: _core.Model, links: tuple[Link, ...]) -> S:
+    def _with_core(self: S, core: _core.Model) -> S:
         """A model of the same structure, which shares all tables of names and requests."""
         other = object.__new__(type(self))
-        other.__dict__.update(self.__dict__, _core=core, links=links, _arguments=None)
+        other.__dict__.update(self.__dict__, _core=core, _arguments=None)
+        other.__dict__.pop("links", None)
         return other
 
     def to_urdf(self, path: str | os.PathLike[str] | None = None) -> str:
@@ -117,10 +114,11 @@ def _ten_numbers(link: str, of: ArrayLike | tuple[float, ArrayLike, ArrayLike]) 
             I[0] + mass * (y * y + z * z), I[1] - mass * x * y, I[4] + mass * (z * z + x * x),
             I[2] - mass * z * x, I[5] - mass * y * z, I[8] + mass * (x * x + y * y),
         ]  # fmt: skip
-    array = np.asarray(of, dtype=float)
+    array = given.numbers(of, f"link {link}: its parameters")
     if array.shape != (10,):
         raise ValueError(f"link {link}: its parameters have shape {array.shape}; expected (mass, centre of mass, inertia) or ten numbers")
-    return [float(x) for x in array]
+    ten: list[float] = array.tolist()
+    return ten
 
 
 def _write(path: Path, text: str) -> None:

@@ -29,10 +29,12 @@ ksl::link_mass mass_of(const ksl_link_mass_t &of) {
 }
 
 ksl::joint_options options_of(const ksl_joint_options_t &of) {
-  const auto vector = [](const double *x) { return x ? std::optional(ksl::vec3<double>{x[0], x[1], x[2]}) : std::nullopt; };
+  const auto vector = [](const double *x) {
+    return x ? std::optional(ksl::vec3<double>{x[0], x[1], x[2]}) : std::nullopt;
+  };
   const auto number = [](double x) { return std::isnan(x) ? std::nullopt : ksl::optional_number(x); };
-  return {vector(of.axis), vector(of.axis2), number(of.pitch), number(of.lower), number(of.upper),
-          number(of.effort), number(of.velocity), of.damping, of.friction};
+  return {vector(of.axis),   vector(of.axis2),    number(of.pitch), number(of.lower), number(of.upper),
+          number(of.effort), number(of.velocity), of.damping,       of.friction};
 }
 
 std::string or_empty(const char *text) { return text ? text : ""; }
@@ -59,9 +61,7 @@ template <class Make> ksl_status_t made_from(const ksl_model_t *model, ksl_model
 
 extern "C" {
 
-ksl_joint_options_t ksl_joint_options(void) {
-  return {nullptr, nullptr, NAN, NAN, NAN, NAN, NAN, 0, 0};
-}
+ksl_joint_options_t ksl_joint_options(void) { return {nullptr, nullptr, NAN, NAN, NAN, NAN, NAN, 0, 0}; }
 
 ksl_status_t ksl_builder_create(const char *name, ksl_builder_t **builder) {
   return guarded([&] {
@@ -79,8 +79,8 @@ ksl_status_t ksl_builder_add_link(ksl_builder_t *builder, const char *name, cons
   });
 }
 
-ksl_status_t ksl_builder_add_joint(ksl_builder_t *builder, const char *name, const char *kind, const char *parent, const char *child,
-                                   const ksl_SE3_t *pose, const ksl_joint_options_t *options) {
+ksl_status_t ksl_builder_add_joint(ksl_builder_t *builder, const char *name, const char *kind, const char *parent,
+                                   const char *child, const ksl_SE3_t *pose, const ksl_joint_options_t *options) {
   return guarded([&] {
     require(builder && name && kind && parent && child, "builder, name, kind, parent and child must not be null");
     builder->builder.add_joint(name, ksl::joint_kind_named(kind), parent, child, pose_of(pose),
@@ -91,15 +91,17 @@ ksl_status_t ksl_builder_add_joint(ksl_builder_t *builder, const char *name, con
 ksl_status_t ksl_builder_add_dh_chain(ksl_builder_t *builder, const char *parent, int n, const ksl_dh_row_t *rows,
                                       ksl_dh_convention_t convention, const char *prefix) {
   return guarded([&] {
-    require(builder && parent && n >= 0 && (rows || n == 0), "builder, parent and rows must not be null, and their number not negative");
+    require(builder && parent && n >= 0 && (rows || n == 0),
+            "builder, parent and rows must not be null, and their number not negative");
     std::vector<ksl::dh_row> table;
     for (int i = 0; i < n; ++i) {
       const ksl_dh_row_t &row = rows[i];
       const ksl::joint_kind kind = row.kind ? ksl::joint_kind_named(row.kind) : ksl::joint_kind::revolute;
       table.push_back({row.a, row.alpha, row.d, row.theta, kind, mass_of(row.mass), {}});
     }
-    builder->builder.add_dh_chain(parent, table, convention == KSL_DH_MODIFIED ? ksl::dh_convention::modified : ksl::dh_convention::standard,
-                                  or_empty(prefix));
+    builder->builder.add_dh_chain(
+        parent, table, convention == KSL_DH_MODIFIED ? ksl::dh_convention::modified : ksl::dh_convention::standard,
+        or_empty(prefix));
   });
 }
 
@@ -116,7 +118,8 @@ ksl_status_t ksl_model_with_root(const ksl_model_t *model, int link, ksl_model_t
   return made_from(model, made, [&] { return ksl::with_root(model->model.description(), link_name(model, link)); });
 }
 
-ksl_status_t ksl_model_with_frozen_joints(const ksl_model_t *model, int n, const int *joints, const double *q, ksl_model_t **made) {
+ksl_status_t ksl_model_with_frozen_joints(const ksl_model_t *model, int n, const int *joints, const double *q,
+                                          ksl_model_t **made) {
   return made_from(model, made, [&] {
     require(n >= 0 && ((joints && q) || n == 0), "joints and q must not be null, and their number not negative");
     std::vector<ksl::frozen_joint> frozen;
@@ -130,18 +133,20 @@ ksl_status_t ksl_model_with_frozen_joints(const ksl_model_t *model, int n, const
   });
 }
 
-ksl_status_t ksl_model_with_payload(const ksl_model_t *model, int link, const ksl_link_mass_t *payload, ksl_model_t **made) {
+ksl_status_t ksl_model_with_payload(const ksl_model_t *model, int link, const ksl_link_mass_t *payload,
+                                    ksl_model_t **made) {
   return made_from(model, made, [&] {
     require(payload, "payload must not be null");
     return ksl::with_payload(model->model.description(), link_name(model, link), mass_of(*payload));
   });
 }
 
-ksl_status_t ksl_model_merged(const ksl_model_t *model, const ksl_model_t *other, int parent_link, const ksl_SE3_t *pose, const char *prefix,
-                              ksl_model_t **made) {
+ksl_status_t ksl_model_merged(const ksl_model_t *model, const ksl_model_t *other, int parent_link,
+                              const ksl_SE3_t *pose, const char *prefix, ksl_model_t **made) {
   return made_from(model, made, [&] {
     require(other, "other must not be null");
-    return ksl::merged(model->model.description(), other->model.description(), link_name(model, parent_link), pose_of(pose), or_empty(prefix));
+    return ksl::merged(model->model.description(), other->model.description(), link_name(model, parent_link),
+                       pose_of(pose), or_empty(prefix));
   });
 }
 
@@ -149,14 +154,16 @@ ksl_status_t ksl_model_subtree(const ksl_model_t *model, int link, ksl_model_t *
   return made_from(model, made, [&] { return ksl::subtree(model->model.description(), link_name(model, link)); });
 }
 
-ksl_status_t ksl_model_with_frame(const ksl_model_t *model, const char *name, int link, const ksl_SE3_t *pose, ksl_model_t **made) {
+ksl_status_t ksl_model_with_frame(const ksl_model_t *model, const char *name, int link, const ksl_SE3_t *pose,
+                                  ksl_model_t **made) {
   return made_from(model, made, [&] {
     require(name, "name must not be null");
     return ksl::with_frame(model->model.description(), name, link_name(model, link), pose_of(pose));
   });
 }
 
-ksl_status_t ksl_model_with_parameters(const ksl_model_t *model, int n, const int *links, const double *parameters, ksl_model_t **made) {
+ksl_status_t ksl_model_with_parameters(const ksl_model_t *model, int n, const int *links, const double *parameters,
+                                       ksl_model_t **made) {
   return made_from(model, made, [&] {
     ksl::c_api::require_links(model, n, links);
     require(parameters || n == 0, "parameters must not be null");

@@ -2,7 +2,6 @@
 #include "ksl/builder.hpp"
 
 #include "engine/pose_check.hpp"
-#include "engine/second_axis.hpp"
 #include "load/check.hpp"
 #include "load/given.hpp"
 #include "load/words.hpp"
@@ -31,13 +30,14 @@ template <class Map> void check_name(const std::string &name, const std::string 
     refuse("a second " + kind + " is named " + quoted(name) + "; rename one of them");
 }
 
-/// Refuses what is no inertia matrix.  One that no body can have, for its moments violate the triangle inequality, is a warning of
-/// the whole robot, as it is in a file.
+/// Refuses what is no inertia matrix.  One that no body can have, for its moments violate the triangle inequality, is a
+/// warning of the whole robot, as it is in a file.
 void check_mass(const std::string &name, const link_mass &of) {
   const std::string who = "link " + name + ": ";
   const mat3x3<double> &I = of.inertia;
   const double all[] = {of.mass, I.m00, I.m10, I.m20, I.m01, I.m11, I.m21, I.m02, I.m12, I.m22};
-  if (!std::all_of(std::begin(all), std::end(all), [](double x) { return std::isfinite(x); }) || !finite(of.center_of_mass))
+  if (!std::all_of(std::begin(all), std::end(all), [](double x) { return std::isfinite(x); }) ||
+      !finite(of.center_of_mass))
     refuse(who + "its mass, its centre of mass or its inertia is not finite; mend its numbers");
   if (of.mass < 0)
     refuse(who + "its mass is " + shown(of.mass) + ", negative; a mass is zero or more, in kg");
@@ -46,11 +46,13 @@ void check_mass(const std::string &name, const link_mass &of) {
     largest = std::max(largest, std::fabs(*x));
   const double skew = std::max({std::fabs(I.m01 - I.m10), std::fabs(I.m02 - I.m20), std::fabs(I.m12 - I.m21)});
   if (skew > 1e-6 * largest)
-    refuse(who + "its inertia is not symmetric, two elements differ by " + shown(skew) + "; give Ixy = Iyx, Ixz = Izx, Iyz = Izy");
+    refuse(who + "its inertia is not symmetric, two elements differ by " + shown(skew) +
+           "; give Ixy = Iyx, Ixz = Izx, Iyz = Izy");
   const double least = principal_moments({1, {0, 0, 0}, I.m00, I.m11, I.m22, I.m01, I.m12, I.m02})[0];
   if (least < -1e-6 * largest)
-    refuse(who + "its inertia about the centre of mass is not positive semidefinite, its smallest principal moment is " + shown(least) +
-           "; give the inertia about the centre of mass, with off-diagonal elements −∫xy dm");
+    refuse(who +
+           "its inertia about the centre of mass is not positive semidefinite, its smallest principal moment is " +
+           shown(least) + "; give the inertia about the centre of mass, with off-diagonal elements −∫xy dm");
 }
 
 /// Does the kind's single axis have to be given?  The normal of a plane is z where it isn't.
@@ -63,7 +65,8 @@ vec3<double> checked_axis(const std::string &who, const joint_kind_row &row, con
     refuse(who + "a " + row.name + " joint has no " + what + "; leave it out");
   if (!axis) {
     if (needs)
-      refuse(who + "a " + row.name + " joint needs an " + what + ", a vector in the joint's frame, (0, 0, 1) for example");
+      refuse(who + "a " + row.name + " joint needs an " + what +
+             ", a vector in the joint's frame, (0, 0, 1) for example");
     return {0, 0, 0};
   }
   if (!finite(*axis))
@@ -85,10 +88,11 @@ void set_limits(const std::string &who, const joint_kind_row &row, const joint_o
   };
   check("lower limit", from.lower, row.has_limits);
   check("upper limit", from.upper, row.has_limits);
-  check("effort limit", from.effort, row.has_axis);
-  check("velocity limit", from.velocity, row.has_axis);
+  check("effort limit", from.effort, row.nv == 1);
+  check("velocity limit", from.velocity, row.nv == 1);
   if (from.lower && from.upper && *from.lower > *from.upper)
-    refuse(who + "lower limit " + shown(*from.lower) + " is above upper limit " + shown(*from.upper) + "; exchange or correct them");
+    refuse(who + "lower limit " + shown(*from.lower) + " is above upper limit " + shown(*from.upper) +
+           "; exchange or correct them");
   for (const double x : {from.damping, from.friction})
     if (!(x >= 0 && std::isfinite(x)))
       refuse(who + "its damping or friction is " + shown(x) + "; a finite number that is not negative is expected");
@@ -114,9 +118,9 @@ void set_axes(const std::string &who, const joint_kind_row &row, const joint_opt
   to.given.axis = checked_axis(who, row, "axis", row.has_axis, needs_axis(row), from.axis);
   if (from.axis)
     to.axis = load::direction_of(to.given.axis);
-  to.given.axis2 = checked_axis(who, row, "axis2", has_second_axis(row), has_second_axis(row), from.axis2);
+  to.given.axis2 = checked_axis(who, row, "axis2", row.has_axis2, row.has_axis2, from.axis2);
   if (from.axis2)
-    set_second_axis(to, load::direction_of(to.given.axis2));
+    to.axis2 = load::direction_of(to.given.axis2);
 }
 
 } // namespace
@@ -130,7 +134,8 @@ joint_kind joint_kind_named(const std::string &name) {
     names.push_back(row.name);
   }
   const std::string known = load::listed(names, names.size());
-  refuse("joint kind " + quoted(name) + " is unknown, expected one of " + known + load::suggestion(name, names, "write one of these"));
+  refuse("joint kind " + quoted(name) + " is unknown, expected one of " + known +
+         load::suggestion(name, names, "write one of these"));
 }
 
 builder::builder(std::string name, std::array<double, 3> gravity) {
@@ -155,7 +160,10 @@ builder &builder::add_link(const std::string &name, const link_mass &mass) {
   if (mass.mass > 0 || I.m00 != 0 || I.m11 != 0 || I.m22 != 0) {
     link.has_inertial = true;
     const auto mean = [](double x, double y) { return x == y ? x : (x + y) / 2; };
-    link.given = {mass.mass, mass.center_of_mass, {}, {I.m00, I.m11, I.m22, mean(I.m10, I.m01), mean(I.m21, I.m12), mean(I.m20, I.m02)}};
+    link.given = {mass.mass,
+                  mass.center_of_mass,
+                  {},
+                  {I.m00, I.m11, I.m22, mean(I.m10, I.m01), mean(I.m21, I.m12), mean(I.m20, I.m02)}};
     link.inertia = load::inertia_of(*link.given);
   }
   links_[name] = static_cast<int>(robot_.links.size());
@@ -163,8 +171,8 @@ builder &builder::add_link(const std::string &name, const link_mass &mass) {
   return *this;
 }
 
-builder &builder::add_joint(const std::string &name, joint_kind kind, const std::string &parent, const std::string &child,
-                            const SE3<double> &pose, const joint_options &options) {
+builder &builder::add_joint(const std::string &name, joint_kind kind, const std::string &parent,
+                            const std::string &child, const SE3<double> &pose, const joint_options &options) {
   check_name(name, "joint", joints_);
   const std::string who = "joint " + name + ": ";
   const joint_kind_row row = row_of(kind);
@@ -189,7 +197,9 @@ int builder::link_named(const std::string &joint, const std::string &end, const 
   for (const link_description &link : robot_.links)
     names.push_back(link.name);
   refuse("joint " + joint + ": " + end + " link " + quoted(name) + " does not exist" +
-         load::suggestion(name, names, "add that link before the joint" + (names.empty() ? "" : ", or name one of " + load::listed(names))));
+         load::suggestion(name, names,
+                          "add that link before the joint" +
+                              (names.empty() ? "" : ", or name one of " + load::listed(names))));
 }
 
 robot_description builder::description(bool strict) const {

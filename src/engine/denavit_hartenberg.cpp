@@ -57,7 +57,8 @@ builder &builder::add_dh_chain(const std::string &parent, const std::vector<dh_r
                                const std::string &prefix) {
   std::string before = parent;
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const std::string number = std::to_string(i + 1), joint = prefix + "joint" + number, link = prefix + "link" + number;
+    const std::string number = std::to_string(i + 1), joint = prefix + "joint" + number,
+                      link = prefix + "link" + number;
     check_row("row " + number + " of the table: ", rows[i]);
     const placement p = placement_of(rows[i], convention);
     joint_options options = rows[i].options;

@@ -4,7 +4,6 @@
 #include "ksl/engine/quaternion_tolerance.hpp"
 #include "engine/joint_pose.hpp"
 #include "engine/pose_check.hpp"
-#include "engine/second_axis.hpp"
 #include "load/check.hpp"
 #include "load/words.hpp"
 
@@ -29,7 +28,8 @@ template <class Items> bool has_name(const Items &items, const std::string &name
 }
 
 /// The index of a link or joint.
-template <class Items> int find(const Items &items, const std::string &name, const std::string &kind, const std::string &robot) {
+template <class Items>
+int find(const Items &items, const std::string &name, const std::string &kind, const std::string &robot) {
   std::vector<std::string> names;
   for (const auto &item : items) {
     if (item.name == name)
@@ -40,7 +40,9 @@ template <class Items> int find(const Items &items, const std::string &name, con
          load::suggestion(name, names, "name one of " + load::listed(names)));
 }
 
-int find_link(const robot_description &robot, const std::string &name) { return find(robot.links, name, "link", robot.name); }
+int find_link(const robot_description &robot, const std::string &name) {
+  return find(robot.links, name, "link", robot.name);
+}
 
 /// A name that nothing in the list has: the usual one, or with underscores after it.
 template <class Items> std::string free_name(const Items &items, std::string name) {
@@ -89,7 +91,7 @@ void reverse(robot_description &robot, int j) {
     joint.placement = back;
     return;
   }
-  joint.axis = negative(joint.axis);
+  joint.axis = negative(axis_of(joint));
   joint.given.axis = negative(joint.given.axis);
   if (is_identity(joint.placement))
     return;
@@ -104,10 +106,11 @@ void reverse(robot_description &robot, int j) {
 /// Only a screw motion about one axis is, reversed, the same motion about the opposite axis.
 void check_reversible(const joint_description &joint, const std::string &link) {
   const joint_kind_row row = row_of(joint.kind);
-  if (row.nv == 0 || (row.has_axis && row.nv < 3 && !has_second_axis(row)))
+  if (row.nv == 0 || (row.has_axis && row.nv < 3 && !row.has_axis2))
     return;
   refuse("joint " + joint.name + " is " + row.name + ", and would have to be reversed to make link " + link +
-         " the root: only joints on one axis keep the meaning of their positions; take a root on the parent side of that joint");
+         " the root: only joints on one axis keep the meaning of their positions; take a root on the parent side of "
+         "that joint");
 }
 
 /// The position of a joint in its frame.
@@ -115,7 +118,8 @@ SE3<double> pose_at(const joint_description &joint, std::vector<double> q) {
   const joint_kind_row row = row_of(joint.kind);
   const std::string who = "joint " + joint.name + ": ";
   if (q.size() != index(row.nq))
-    refuse(who + "frozen at " + std::to_string(q.size()) + " numbers; a " + row.name + " joint has " + std::to_string(row.nq) + " in q");
+    refuse(who + "frozen at " + std::to_string(q.size()) + " numbers; a " + row.name + " joint has " +
+           std::to_string(row.nq) + " in q");
   for (const double x : q)
     if (!std::isfinite(x))
       refuse(who + "frozen at a position that is not finite; mend its numbers");
@@ -204,9 +208,11 @@ robot_description with_payload(const robot_description &robot, const std::string
 robot_description merged(const robot_description &robot, const robot_description &other, const std::string &parent_link,
                          const SE3<double> &pose, const std::string &prefix) {
   if (robot.gravity != other.gravity)
-    refuse("robots " + quoted(robot.name) + " and " + quoted(other.name) + " have different gravity; load both with the same");
+    refuse("robots " + quoted(robot.name) + " and " + quoted(other.name) +
+           " have different gravity; load both with the same");
   robot_description out = robot;
-  const int parent = find_link(robot, parent_link), links = static_cast<int>(robot.links.size()), root = check_tree(other);
+  const int parent = find_link(robot, parent_link), links = static_cast<int>(robot.links.size()),
+            root = check_tree(other);
   joint_description mount = weld(prefix + (other.floating_base ? "floating_base" : "mount"), parent, links + root,
                                  rigid_pose("robot " + quoted(other.name) + ": its pose", pose));
   if (other.floating_base)
@@ -263,7 +269,8 @@ robot_description subtree(const robot_description &robot, const std::string &lin
   return out;
 }
 
-robot_description with_frame(const robot_description &robot, const std::string &name, const std::string &link, const SE3<double> &pose) {
+robot_description with_frame(const robot_description &robot, const std::string &name, const std::string &link,
+                             const SE3<double> &pose) {
   robot_description out = robot;
   const int parent = find_link(robot, link), child = static_cast<int>(robot.links.size());
   if (name.empty() || load::one_line(name) != name)
@@ -271,7 +278,8 @@ robot_description with_frame(const robot_description &robot, const std::string &
   if (has_name(robot.links, name))
     refuse("frame " + quoted(name) + ": a link of robot " + quoted(robot.name) + " has that name; give it another");
   out.links.push_back(massless(name));
-  out.joints.push_back(weld(free_name(robot.joints, name + "_joint"), parent, child, rigid_pose("frame " + name + ": its pose", pose)));
+  out.joints.push_back(
+      weld(free_name(robot.joints, name + "_joint"), parent, child, rigid_pose("frame " + name + ": its pose", pose)));
   return out;
 }
 

@@ -39,6 +39,8 @@ private:
   int link_named_in(const element &joint, const char *tag) const;
   void read_motion(const element &joint, joint_description &out);
   void read_drake_motion(const element &joint, joint_description &out);
+  static void read_axis(const element &joint, joint_description &out);
+  static void read_pitch(const element &joint, const char *tag, joint_description &out);
   void ignore(const element &joint, const char *tag, const joint_description &out);
   void warn_of_extensions();
   void read_limit(const element &joint, joint_description &out);
@@ -247,12 +249,10 @@ int urdf_reader::link_named_in(const element &joint, const char *tag) const {
 /// coordinate have limits.
 void urdf_reader::read_motion(const element &joint, joint_description &out) {
   const joint_kind_row row = row_of(out.kind);
-  if (row.has_axis) {
-    out.given.axis = load::axis_in(joint);
-    out.axis = load::direction_of(out.given.axis);
-  } else {
+  if (row.has_axis)
+    read_axis(joint, out);
+  else
     ignore(joint, "axis", out);
-  }
   if (row.has_axis2) {
     out.given.axis2 = load::axis2_in(joint);
     out.axis2 = load::direction_of(out.given.axis2);
@@ -263,12 +263,10 @@ void urdf_reader::read_motion(const element &joint, joint_description &out) {
     read_limit(joint, out);
   else
     ignore(joint, "limit", out);
-  if (row.has_pitch) {
-    out.given.pitch = load::pitch_in(joint, "screw_thread_pitch");
-    out.pitch = load::pitch_of(out.given.pitch);
-  } else {
+  if (row.has_pitch)
+    read_pitch(joint, "screw_thread_pitch", out);
+  else
     ignore(joint, "screw_thread_pitch", out);
-  }
   ignore(joint, "drake:screw_thread_pitch", out);
   const std::string type = joint.text("type");
   for (const char *standard : {"fixed", "revolute", "continuous", "prismatic", "floating", "planar"})
@@ -281,10 +279,8 @@ void urdf_reader::read_motion(const element &joint, joint_description &out) {
 void urdf_reader::read_drake_motion(const element &joint, joint_description &out) {
   std::string differs;
   if (out.kind == joint_kind::helical) {
-    out.given.axis = load::axis_in(joint);
-    out.axis = load::direction_of(out.given.axis);
-    out.given.pitch = load::pitch_in(joint, "drake:screw_thread_pitch");
-    out.pitch = load::pitch_of(out.given.pitch);
+    read_axis(joint, out);
+    read_pitch(joint, "drake:screw_thread_pitch", out);
     read_limit(joint, out);
   } else {
     for (const char *tag : {"axis", "limit", "drake:screw_thread_pitch"})
@@ -299,6 +295,16 @@ void urdf_reader::read_drake_motion(const element &joint, joint_description &out
   if (out.kind == joint_kind::spherical)
     differs = "; q is a quaternion [x y z w] and v in the child's axes, Drake's are roll, pitch, yaw and in the parent's axes";
   drake_joints_["<drake:joint> type " + joint.text("type") + ", an extension of URDF" + differs].push_back(out.name);
+}
+
+void urdf_reader::read_axis(const element &joint, joint_description &out) {
+  out.given.axis = load::axis_in(joint);
+  out.axis = load::direction_of(out.given.axis);
+}
+
+void urdf_reader::read_pitch(const element &joint, const char *tag, joint_description &out) {
+  out.given.pitch = load::pitch_in(joint, tag);
+  out.pitch = load::pitch_of(out.given.pitch);
 }
 
 void urdf_reader::ignore(const element &joint, const char *tag, const joint_description &out) {

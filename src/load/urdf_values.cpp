@@ -31,6 +31,18 @@ std::array<double, 6> moments_in(const element &inertia) {
   return {xx, yy, zz, xy, yz, xz};
 }
 
+/// The vector in the xyz of an <axis> or <axis2>.
+vec3<double> direction_in(const element &axis) {
+  const std::string tag = "<" + axis.tag(), example = tag + " xyz=\"0 0 1\"/> for example";
+  axis.expect({"xyz"}, {});
+  if (!axis.has("xyz"))
+    axis.refuse(tag + "> has no xyz; write " + example);
+  const auto [x, y, z] = axis.numbers<3>("xyz");
+  if (x == 0 && y == 0 && z == 0)
+    axis.refuse("the axis is zero; give the direction of motion, " + example);
+  return {x, y, z};
+}
+
 } // namespace
 
 SE3<double> origin_in(const element &parent, int minor, given_rotation &rotation) {
@@ -68,22 +80,6 @@ given_inertia inertia_in(const element &inertial, int minor) {
   given.moments = moments_in(inertia);
   return given;
 }
-
-namespace {
-
-/// The unit vector in the xyz of an <axis> or <axis2>.
-vec3<double> direction_in(const element &axis) {
-  const std::string tag = "<" + axis.tag(), example = tag + " xyz=\"0 0 1\"/> for example";
-  axis.expect({"xyz"}, {});
-  if (!axis.has("xyz"))
-    axis.refuse(tag + "> has no xyz; write " + example);
-  const auto [x, y, z] = axis.numbers<3>("xyz");
-  if (x == 0 && y == 0 && z == 0)
-    axis.refuse("the axis is zero; give the direction of motion, " + example);
-  return {x, y, z};
-}
-
-} // namespace
 
 vec3<double> axis_in(const element &joint) {
   const element axis = joint.child("axis");

@@ -17,7 +17,7 @@ given_inertia inertia_in(const element &inertial, int minor);
 /// The vector in the <axis> of a joint, which is not zero; (1, 0, 0) if there is none.
 vec3<double> axis_in(const element &joint);
 
-/// Likewise the vector in the <axis2> of a universal joint, which must be there.
+/// The vector in the <axis2> of a universal joint, which must be there and is not zero.
 vec3<double> axis2_in(const element &joint);
 
 /// The pitch of a helical joint in metres a revolution, from <screw_thread_pitch value="..."/>; positive is right-handed.

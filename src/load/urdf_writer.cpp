@@ -1,8 +1,9 @@
-// Writes descriptions as URDF: the numbers that were read, where they still give the description's, otherwise such that reading them
-// gives the description's to rounding.
+// Writes descriptions as URDF: the numbers that were read, where they still give the description's, otherwise such that
+// reading them gives the description's to rounding.
 #include "ksl/urdf.hpp"
 
 #include "ksl/engine/joints.hpp"
+#include "load/check.hpp"
 #include "load/given.hpp"
 #include "load/words.hpp"
 
@@ -31,17 +32,17 @@ std::string words(const vec3<double> &v) { return words({v.x, v.y, v.z}); }
 
 bool same(const vec3<double> &a, const vec3<double> &b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 bool same(const mat3x3<double> &A, const mat3x3<double> &B) {
-  return A.m00 == B.m00 && A.m10 == B.m10 && A.m20 == B.m20 && A.m01 == B.m01 && A.m11 == B.m11 && A.m21 == B.m21 && A.m02 == B.m02 &&
-         A.m12 == B.m12 && A.m22 == B.m22;
+  return A.m00 == B.m00 && A.m10 == B.m10 && A.m20 == B.m20 && A.m01 == B.m01 && A.m11 == B.m11 && A.m21 == B.m21 &&
+         A.m02 == B.m02 && A.m12 == B.m12 && A.m22 == B.m22;
 }
 bool same(const spatial_inertia<double> &a, const spatial_inertia<double> &b) {
-  return a.m == b.m && same(a.h, b.h) && a.Ixx == b.Ixx && a.Iyy == b.Iyy && a.Izz == b.Izz && a.Ixy == b.Ixy && a.Iyz == b.Iyz &&
-         a.Izx == b.Izx;
+  return a.m == b.m && same(a.h, b.h) && a.Ixx == b.Ixx && a.Iyy == b.Iyy && a.Izz == b.Izz && a.Ixy == b.Ixy &&
+         a.Iyz == b.Iyz && a.Izx == b.Izx;
 }
 bool is_zero(const vec3<double> &v) { return same(v, {0, 0, 0}); }
 
-/// Roll, pitch, yaw of a rotation.  Yaw is found first, and the others in axes turned back by it, so that the product is accurate even
-/// where pitch is a right angle.
+/// Roll, pitch, yaw of a rotation.  Yaw is found first, and the others in axes turned back by it, so that the product
+/// is accurate even where pitch is a right angle.
 given_rotation angles_of(const mat3x3<double> &R) {
   const double yaw = std::atan2(R.m10, R.m00), c = std::cos(yaw), s = std::sin(yaw);
   const double pitch = std::atan2(-R.m20, c * R.m00 + s * R.m10);
@@ -63,8 +64,11 @@ given_inertia inertia_as_given(const link_description &link) {
   if (I.m == 0)
     return {0, {0, 0, 0}, {}, {I.Ixx, I.Iyy, I.Izz, I.Ixy, I.Iyz, I.Izx}};
   const vec3<double> &h = I.h, c = {h.x / I.m, h.y / I.m, h.z / I.m};
-  return {I.m, c, {}, {I.Ixx - (h.y * c.y + h.z * c.z), I.Iyy - (h.z * c.z + h.x * c.x), I.Izz - (h.x * c.x + h.y * c.y),
-                       I.Ixy + h.x * c.y, I.Iyz + h.y * c.z, I.Izx + h.z * c.x}};
+  return {I.m,
+          c,
+          {},
+          {I.Ixx - (h.y * c.y + h.z * c.z), I.Iyy - (h.z * c.z + h.x * c.x), I.Izz - (h.x * c.x + h.y * c.y),
+           I.Ixy + h.x * c.y, I.Iyz + h.y * c.z, I.Izx + h.z * c.x}};
 }
 
 vec3<double> axis_as_given(const vec3<double> &axis, const vec3<double> &given) {
@@ -130,7 +134,9 @@ private:
       if (line.find("read, not applied") == line.npos)
         comment("not written: " + line);
   }
-  void comment(const std::string &words) { root_.append_child(pugi::node_comment).set_value((" " + words + " ").c_str()); }
+  void comment(const std::string &words) {
+    root_.append_child(pugi::node_comment).set_value((" " + words + " ").c_str());
+  }
 
   void write_origin(pugi::xml_node parent, const vec3<double> &t, const given_rotation &rotation) {
     if (is_zero(t) && rotation.by == given_rotation::none)
@@ -155,7 +161,8 @@ private:
     set(inertial.append_child("mass"), "value", words({given.mass}));
     pugi::xml_node inertia = inertial.append_child("inertia");
     const auto &[xx, yy, zz, xy, yz, zx] = given.moments;
-    const std::pair<const char *, double> elements[] = {{"ixx", xx}, {"ixy", xy}, {"ixz", zx}, {"iyy", yy}, {"iyz", yz}, {"izz", zz}};
+    const std::pair<const char *, double> elements[] = {{"ixx", xx}, {"ixy", xy}, {"ixz", zx},
+                                                        {"iyy", yy}, {"iyz", yz}, {"izz", zz}};
     for (const auto &[name, moment] : elements)
       set(inertia, name, words({moment}));
   }
@@ -168,16 +175,19 @@ private:
     write_origin(node, joint.placement.t, rotation_as_given(joint.placement.R, joint.given.rotation));
     set(node.append_child("parent"), "link", robot_.links[static_cast<std::size_t>(joint.parent)].name);
     set(node.append_child("child"), "link", robot_.links[static_cast<std::size_t>(joint.child)].name);
-    if (row.has_axis && !is_zero(joint.axis))
-      set(node.append_child("axis"), "xyz", words(axis_as_given(joint.axis, joint.given.axis)));
+    if (row.has_axis)
+      set(node.append_child("axis"), "xyz", words(axis_as_given(axis_of(joint), joint.given.axis)));
     if (row.has_axis2)
       set(node.append_child("axis2"), "xyz", words(axis_as_given(joint.axis2, joint.given.axis2)));
     if (row.has_pitch)
-      set(node.append_child("screw_thread_pitch"), "value", words({pitch_as_given(joint.pitch.value_or(0), joint.given.pitch)}));
-    write_numbers(node, "limit",
-                  {{"lower", joint.lower}, {"upper", joint.upper}, {"effort", joint.effort}, {"velocity", joint.velocity}});
+      set(node.append_child("screw_thread_pitch"), "value",
+          words({pitch_as_given(joint.pitch.value_or(0), joint.given.pitch)}));
+    write_numbers(
+        node, "limit",
+        {{"lower", joint.lower}, {"upper", joint.upper}, {"effort", joint.effort}, {"velocity", joint.velocity}});
     const auto unless_zero = [](double x) { return x == 0 ? std::nullopt : optional_number(x); };
-    write_numbers(node, "dynamics", {{"damping", unless_zero(joint.damping)}, {"friction", unless_zero(joint.friction)}});
+    write_numbers(node, "dynamics",
+                  {{"damping", unless_zero(joint.damping)}, {"friction", unless_zero(joint.friction)}});
   }
 
   /// An element with those attributes that have a number; none if none has.

@@ -32,10 +32,12 @@ ksl::builder told_of(const ksl::robot_description &robot) {
     ksl::joint_options options;
     if (row.has_axis)
       options.axis = j.given.axis;
+    if (row.has_axis2)
+      options.axis2 = j.given.axis2;
     if (row.has_pitch)
       options.pitch = j.pitch;
-    b.add_joint(j.name, j.kind, robot.links[static_cast<std::size_t>(j.parent)].name, robot.links[static_cast<std::size_t>(j.child)].name,
-                j.placement, options);
+    b.add_joint(j.name, j.kind, robot.links[static_cast<std::size_t>(j.parent)].name,
+                robot.links[static_cast<std::size_t>(j.child)].name, j.placement, options);
   }
   return b;
 }
@@ -99,11 +101,13 @@ TEST_CASE("builder: masses, limits and losses as given") {
   ksl::builder b = two_links();
   ksl::joint_options options;
   options.axis = vector{0, 3, 4};
-  options.lower = -1, options.upper = std::numeric_limits<double>::infinity(), options.effort = 5, options.damping = 0.5;
+  options.lower = -1, options.upper = std::numeric_limits<double>::infinity(), options.effort = 5,
+  options.damping = 0.5;
   b.add_joint("j", joint_kind::revolute, "ground", "arm", here, options);
   const ksl::robot_description robot = b.description();
   const ksl::joint_description &j = robot.joints[0];
-  CHECK((j.axis.y == 0.6 && j.axis.z == 0.8 && *j.lower == -1 && !j.upper && *j.effort == 5 && !j.velocity && j.damping == 0.5));
+  CHECK((j.axis.y == 0.6 && j.axis.z == 0.8 && *j.lower == -1 && !j.upper && *j.effort == 5 && !j.velocity &&
+         j.damping == 0.5));
   CHECK((robot.links[1].inertia.Ixx == 1 && robot.links[1].inertia.h.z == 1 && !robot.links[0].has_inertial));
 }
 
@@ -125,13 +129,15 @@ TEST_CASE("builder: names and links") {
   check_refused(refusal([] { two_links().add_link("a\nb"); }), {"control character"});
   check_refused(refusal([] { two_links().add_joint("j", joint_kind::fixed, "grund", "arm", here); }),
                 {"joint j", "parent link \"grund\"", "did you mean \"ground\"?"});
-  check_refused(refusal([] { two_links().add_joint("j", joint_kind::fixed, "ground", "x", here); }), {"child link \"x\"", "add that link"});
+  check_refused(refusal([] { two_links().add_joint("j", joint_kind::fixed, "ground", "x", here); }),
+                {"child link \"x\"", "add that link"});
   check_refused(refusal([] { two_links().build(); }), {"ground", "arm", "one root"});
   check_refused(refusal([] { ksl::joint_kind_named("revolut"); }), {"\"revolut\"", "did you mean \"revolute\"?"});
   CHECK(ksl::joint_kind_named("free") == joint_kind::floating);
   CHECK(ksl::joint_kind_named("screw") == joint_kind::helical);
   ksl::builder loop = two_links();
-  loop.add_joint("up", joint_kind::fixed, "ground", "arm", here).add_joint("down", joint_kind::fixed, "arm", "ground", here);
+  loop.add_joint("up", joint_kind::fixed, "ground", "arm", here)
+      .add_joint("down", joint_kind::fixed, "arm", "ground", here);
   check_refused(refusal([&] { loop.build(); }), {"cycle", "up"});
 }
 
@@ -146,16 +152,25 @@ TEST_CASE("builder: what a kind of joint needs and what it must not have") {
   using options = ksl::joint_options;
   const options plain, on_z = with([](options &) {});
   check_refused(refused_joint(joint_kind::revolute, plain), {"joint j", "revolute joint needs an axis"});
-  check_refused(refused_joint(joint_kind::revolute, with([](options &o) { o.axis = vector{0, 0, 0}; })), {"its axis is zero"});
-  check_refused(refused_joint(joint_kind::revolute, with([](options &o) { o.axis->y = not_a_number; })), {"its axis is not finite"});
+  check_refused(refused_joint(joint_kind::revolute, with([](options &o) {
+                                o.axis = vector{0, 0, 0};
+                              })),
+                {"its axis is zero"});
+  check_refused(refused_joint(joint_kind::revolute, with([](options &o) { o.axis->y = not_a_number; })),
+                {"its axis is not finite"});
   check_refused(refused_joint(joint_kind::spherical, on_z), {"spherical joint has no axis"});
-  check_refused(refused_joint(joint_kind::revolute, with([&](options &o) { o.axis2 = z; })), {"revolute joint has no axis2"});
-  check_refused(refused_joint(joint_kind::revolute, with([](options &o) { o.pitch = 1; })), {"revolute joint has no pitch"});
+  check_refused(refused_joint(joint_kind::revolute, with([&](options &o) { o.axis2 = z; })),
+                {"revolute joint has no axis2"});
+  check_refused(refused_joint(joint_kind::revolute, with([](options &o) { o.pitch = 1; })),
+                {"revolute joint has no pitch"});
   check_refused(refused_joint(joint_kind::helical, on_z), {"helical joint needs its pitch"});
-  check_refused(refused_joint(joint_kind::continuous, with([](options &o) { o.lower = 1; })), {"continuous joint has no lower limit"});
-  check_refused(refused_joint(joint_kind::revolute, with([](options &o) { o.lower = 1, o.upper = 0; })), {"lower limit 1 is above upper limit 0"});
+  check_refused(refused_joint(joint_kind::continuous, with([](options &o) { o.lower = 1; })),
+                {"continuous joint has no lower limit"});
+  check_refused(refused_joint(joint_kind::revolute, with([](options &o) { o.lower = 1, o.upper = 0; })),
+                {"lower limit 1 is above upper limit 0"});
   check_refused(refused_joint(joint_kind::revolute, with([](options &o) { o.friction = -1; })), {"-1"});
-  check_refused(refused_joint(joint_kind::fixed, with([](options &o) { o.axis.reset(), o.damping = 1; })), {"neither damping"});
+  check_refused(refused_joint(joint_kind::fixed, with([](options &o) { o.axis.reset(), o.damping = 1; })),
+                {"neither damping"});
 }
 
 TEST_CASE("builder: poses are rigid") {
@@ -170,7 +185,8 @@ TEST_CASE("builder: poses are rigid") {
   pose.t.x = not_a_number;
   check_refused(refused_joint(joint_kind::fixed, {}, pose), {"not finite"});
   pose = here;
-  pose.R.m00 = pose.R.m11 = std::cos(0.3f), pose.R.m10 = std::sin(0.3f), pose.R.m01 = -pose.R.m10; // in single precision
+  pose.R.m00 = pose.R.m11 = std::cos(0.3f), pose.R.m10 = std::sin(0.3f),
+  pose.R.m01 = -pose.R.m10; // in single precision
   ksl::builder b = two_links();
   b.add_joint("j", joint_kind::fixed, "ground", "arm", pose);
   const ksl::mat3x3<double> R = b.description().joints[0].placement.R;
@@ -180,7 +196,8 @@ TEST_CASE("builder: poses are rigid") {
 
 TEST_CASE("builder: Denavit–Hartenberg tables") {
   const ksl::link_mass mass = {1, {0, 0, 0}, {}};
-  const std::vector<ksl::dh_row> rows = {{0.1, 0.3, 0.2, 0.4, joint_kind::revolute, mass, {}}, {-0.2, -1, 0.5, 2, joint_kind::prismatic, mass, {}}};
+  const std::vector<ksl::dh_row> rows = {{0.1, 0.3, 0.2, 0.4, joint_kind::revolute, mass, {}},
+                                         {-0.2, -1, 0.5, 2, joint_kind::prismatic, mass, {}}};
   const double q[] = {0.7, 0.9};
   using A = ksl::algebra<double>;
   const auto z = [](double by, double along) {
@@ -193,7 +210,8 @@ TEST_CASE("builder: Denavit–Hartenberg tables") {
     ksl::SE3<double> end = here;
     for (std::size_t i = 0; i < 2; ++i) {
       const bool slides = rows[i].kind == joint_kind::prismatic;
-      const ksl::SE3<double> along_z = z(rows[i].theta + (slides ? 0 : q[i]), rows[i].d + (slides ? q[i] : 0)), along_x = x(rows[i].alpha, rows[i].a);
+      const ksl::SE3<double> along_z = z(rows[i].theta + (slides ? 0 : q[i]), rows[i].d + (slides ? q[i] : 0)),
+                             along_x = x(rows[i].alpha, rows[i].a);
       const bool standard = convention == ksl::dh_convention::standard;
       A::product_dd(&end, standard ? &along_z : &along_x, &end);
       A::product_dd(&end, standard ? &along_x : &along_z, &end);
@@ -211,6 +229,8 @@ TEST_CASE("builder: Denavit–Hartenberg tables") {
   }
   ksl::builder b("arm");
   b.add_link("base");
-  check_refused(refusal([&] { b.add_dh_chain("base", {{0, 0, 0, 0, joint_kind::spherical, {}, {}}}, ksl::dh_convention::standard); }),
+  check_refused(refusal([&] {
+                  b.add_dh_chain("base", {{0, 0, 0, 0, joint_kind::spherical, {}, {}}}, ksl::dh_convention::standard);
+                }),
                 {"row 1", "spherical"});
 }

@@ -1,4 +1,5 @@
-/* Models that a C program describes, and models made from them.  Argument: a folder to write in.  Returns the number of failures. */
+/* Models that a C program describes, and models made from them.  Argument: a folder to write in.  Returns the number of
+ * failures. */
 #include <ksl/engine.h>
 #include <ksl/ksl.h>
 
@@ -47,8 +48,10 @@ static ksl_model_t *pendulum(void) {
   CHECK(ksl_builder_add_link(b, "ceiling", NULL) == KSL_OK);
   CHECK(ksl_builder_add_link(b, "rod", &bob) == KSL_OK);
   CHECK_REFUSED(ksl_builder_add_link(b, "rod", NULL), KSL_BAD_DESCRIPTION, "a second link is named \"rod\"");
-  CHECK_REFUSED(ksl_builder_add_joint(b, "hinge", "revolute", "ceiling", "rod", NULL, NULL), KSL_BAD_DESCRIPTION, "needs an axis");
-  CHECK_REFUSED(ksl_builder_add_joint(b, "hinge", "round", "ceiling", "rod", NULL, &hinge), KSL_BAD_DESCRIPTION, "\"round\" is unknown");
+  CHECK_REFUSED(ksl_builder_add_joint(b, "hinge", "revolute", "ceiling", "rod", NULL, NULL), KSL_BAD_DESCRIPTION,
+                "needs an axis");
+  CHECK_REFUSED(ksl_builder_add_joint(b, "hinge", "round", "ceiling", "rod", NULL, &hinge), KSL_BAD_DESCRIPTION,
+                "\"round\" is unknown");
   CHECK_REFUSED(ksl_builder_build(b, NULL, &m), KSL_BAD_DESCRIPTION, "one root");
   CHECK(m == NULL);
   CHECK(ksl_builder_add_joint(b, "hinge", "revolute", "ceiling", "rod", NULL, &hinge) == KSL_OK);
@@ -64,7 +67,8 @@ static void test_models_from_models(ksl_model_t *m, const char *folder) {
   ksl_model_t *made = NULL, *other = NULL;
   CHECK(close_to(held(m, q), moment));
   CHECK(ksl_model_mass(m) == 2 && ksl_model_subtree_mass(m, hinge) == 2 && ksl_model_subtree_mass(m, 99) == 0);
-  CHECK(ksl_model_joint_above(m, rod) == hinge && ksl_model_parent_link(m, rod) == 0 && ksl_model_parent_link(m, 0) == -1);
+  CHECK(ksl_model_joint_above(m, rod) == hinge && ksl_model_parent_link(m, rod) == 0 &&
+        ksl_model_parent_link(m, 0) == -1);
   CHECK(ksl_model_parent_link(m, 99) == -1);
 
   const ksl_link_mass_t tool = {1, {0, 0, -1}, {{0}}};
@@ -82,7 +86,8 @@ static void test_models_from_models(ksl_model_t *m, const char *folder) {
   ksl_model_free(made);
 
   CHECK(ksl_model_with_root(m, rod, &made) == KSL_OK);
-  CHECK(!strcmp(ksl_model_link_name(made, 0), "rod") && ksl_model_nv(made) == 1 && held(made, q) == 0); /* the ceiling weighs nothing */
+  CHECK(!strcmp(ksl_model_link_name(made, 0), "rod") && ksl_model_nv(made) == 1 &&
+        held(made, q) == 0); /* the ceiling weighs nothing */
   ksl_model_free(made);
 
   const ksl_SE3_t below = ksl_SE3_fromRt(ksl_mat3x3(1, 0, 0, 0, 1, 0, 0, 0, 1), ksl_vec3(0, 0, -1));
