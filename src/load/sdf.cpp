@@ -6,6 +6,7 @@
 
 #include "load/check.hpp"
 #include "load/given.hpp"
+#include "load/mesh_scales.hpp"
 #include "load/sdf_frames.hpp"
 #include "load/words.hpp"
 
@@ -108,6 +109,8 @@ robot_description sdf_reader::read() {
   warn();
   check_tree(robot_);
   warn_of_links(robot_, check_inertias(robot_), options_.strict, "correct these inertias");
+  for (std::string &line : load::mesh_scale_warnings(model))
+    robot_.warnings.push_back(std::move(line));
   robot_.unused = unused_.lines();
   return std::move(robot_);
 }

@@ -6,6 +6,7 @@
 
 #include "load/check.hpp"
 #include "load/given.hpp"
+#include "load/mesh_scales.hpp"
 #include "load/urdf_values.hpp"
 #include "load/words.hpp"
 
@@ -91,6 +92,8 @@ robot_description urdf_reader::read() {
   warn_of_extensions();
   check_tree(robot_);
   warn_of_links(robot_, check_inertias(robot_), options_.strict, "correct these inertias");
+  for (std::string &line : load::mesh_scale_warnings(root_.node()))
+    robot_.warnings.push_back(std::move(line));
   robot_.unused = unused_.lines();
   return std::move(robot_);
 }

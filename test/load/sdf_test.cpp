@@ -245,6 +245,21 @@ TEST_CASE("what is not used is listed") {
   check_said(robot.warnings, {"link a", "<gravity> is false"});
 }
 
+TEST_CASE("meshes that are used in two units") {
+  const auto visual = [](const std::string &scale) {
+    return "<visual name=\"v\"><geometry><mesh><uri>arm.stl</uri>" + (scale.empty() ? "" : "<scale>" + scale + "</scale>") + "</mesh></geometry></visual>";
+  };
+  check_said(read(model(link("a", visual("0.001 0.001 0.001") + visual("")))).warnings, {"link a: mesh \"arm.stl\"", "scale 0.001 and at scale 1", "other units"});
+  CHECK(read(model(link("a", visual("1 1 1") + visual("1 1 -2")))).warnings.empty());
+  const auto urdf = [](const std::string &scale) {
+    return read("<robot><link name=\"a\"><visual><geometry><mesh filename=\"arm.stl\"/></geometry></visual></link><link name=\"b\"><collision><geometry>"
+                "<mesh filename=\"arm.stl\" scale=\"" + scale + "\"/></geometry></collision></link><joint name=\"j\" type=\"fixed\"><parent link=\"a\"/>"
+                "<child link=\"b\"/></joint></robot>").warnings;
+  };
+  check_said(urdf("0.0254 0.0254 0.0254"), {"link b, a: mesh \"arm.stl\""});
+  CHECK(urdf("0.5 0.5 0.5").empty());
+}
+
 TEST_CASE("SDF files that are wrong") {
   check_all({
       {"old", model(link("a"), "", "1.5"), {"r.sdf:1:", "version \"1.5\"", "expected 1.7 to 1.10", "gz sdf"}},
