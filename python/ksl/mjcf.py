@@ -100,7 +100,8 @@ class _Reader:
     """Bodies, joints and sites of a compiled MuJoCo model as links and joints."""
 
     def __init__(self, mj: Any, file: str) -> None:
-        self.mj, self.layout = mj, {"nq": int(mj.nq), "nv": int(mj.nv), "joints": {}}
+        self.mj = mj
+        self.layout: dict[str, Any] = {"nq": int(mj.nq), "nv": int(mj.nv), "joints": {}}
         gravity = np.zeros(3) if mj.opt.disableflags & GRAVITY_DISABLED else mj.opt.gravity
         self.builder = Builder(bytes(mj.names).split(b"\0", 1)[0].decode() or "mujoco", gravity=tuple(map(float, gravity)))
         self.names: dict[str, set[str]] = {"link": set(), "joint": set()}
@@ -157,7 +158,9 @@ class _Reader:
             return "cylindrical" if np.abs(axes[0] - axes[1]).max() < CLOSE else None
         if len(joints) != 3 or np.abs(axes - np.eye(3)).max() > CLOSE:
             return None
-        return {(SLIDE, SLIDE, SLIDE): "translation", (SLIDE, SLIDE, HINGE): "planar"}.get(tuple(types))
+        if types == [SLIDE, SLIDE, SLIDE]:
+            return "translation"
+        return "planar" if types == [SLIDE, SLIDE, HINGE] else None
 
     def add_joint_of_kind(self, kind: str, joints: list[int], parent: str, body: int, pose: Array) -> None:
         mj, names = self.mj, [self.joints[j] for j in joints]
@@ -372,7 +375,7 @@ def _free(entry: Layout, to: bool, q: Array, rates: _Rates) -> tuple[Array, _Rat
     def turned(p: Array, sign: float) -> Array:
         """Into world axes, or back with sign −1."""
         c = 2 * np.cross(u, p)
-        return p + sign * w * c + np.cross(u, c)
+        return np.asarray(p + sign * w * c + np.cross(u, c))
 
     return new_q, _linear_parts(to, rates, lambda p: turned(p, 1.0), lambda p: turned(p, -1.0), lambda r: r[..., 3:], 3)
 

@@ -99,7 +99,7 @@ def test_joints_of_a_stack():
 
 
 def stack(tmp_path, *joints: str) -> list[str]:
-    m = ksl.load(in_file(tmp_path, f'<body name="b">{"".join(joints)}{BODY}</body>'))
+    m = ksl.load(in_file(tmp_path, f'<body name="b">{"".join(joints).replace("{}", "")}{BODY}</body>'))
     return [m.joint(name).kind for name in m.joint_names]
 
 
