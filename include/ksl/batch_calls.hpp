@@ -80,4 +80,13 @@ KSL_EXPORT void energy_batch(const model &m, const batch_view<S> &batch, int thr
 template <class S>
 KSL_EXPORT void external_power_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
+/// Derivatives dtau_dq (nv, nv), dtau_dv (nv, nv), dtau_da (nv, nv) of the joint efforts that inverse dynamics gives
+/// for q (nq), v (nv), a (nv), each row-major: element (i, k) is that of effort i by coordinate k.  By q is along q ⊕ s
+/// e_k with v and a held componentwise; by a is the mass matrix.  External wrenches are held in their links' axes, and
+/// move with the links (Singh, Russell, Wensing, RA-L 7(2), 2022).  O(bodies × depth).  Reads batch.q, batch.v,
+/// batch.a, batch.external; writes dtau_dq into batch.result[0] (rows of nv × nv), dtau_dv into batch.result[1] (rows
+/// of nv × nv), dtau_da into batch.result[2] (rows of nv × nv).
+template <class S>
+KSL_EXPORT void inverse_dynamics_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
 } // namespace ksl

@@ -67,4 +67,12 @@ template <class S>
 KSL_EXPORT void external_power(const model &m, data &d, const S *q, const S *v, S *power,
                                const external_wrenches<S> &external);
 
+/// Derivatives dtau_dq (nv, nv), dtau_dv (nv, nv), dtau_da (nv, nv) of the joint efforts that inverse dynamics gives
+/// for q (nq), v (nv), a (nv), each row-major: element (i, k) is that of effort i by coordinate k.  By q is along q ⊕ s
+/// e_k with v and a held componentwise; by a is the mass matrix.  External wrenches are held in their links' axes, and
+/// move with the links (Singh, Russell, Wensing, RA-L 7(2), 2022).  O(bodies × depth).  No allocation.
+template <class S>
+KSL_EXPORT void inverse_dynamics_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *dtau_dq,
+                                             S *dtau_dv, S *dtau_da, const external_wrenches<S> &external = {});
+
 } // namespace ksl

@@ -54,6 +54,7 @@ KSL_KERNELS({name}) = ksl::kernels_of<ksl::{name}_algorithm>;
 def kernel(row: Algorithm) -> str:
     steps = {
         "efforts_and_reactions": {},
+        "sparse_results": {"compute": row.name, "elements": f"elements_of_{row.name}"},
         "symmetric_matrix": {"compute": row.name, "upper_triangle": f"elements_of_{row.name}"},
     }.get(row.form, {"compute": row.name})
     text = "".join("\n" + STEP.format(name=name, call=engine_call(row, function)) for name, function in steps.items())

@@ -13,7 +13,8 @@
   extern "C" const ksl::algorithm_kernels ksl_kernels_frame_poses_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_jacobian_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_energy_##set; \
-  extern "C" const ksl::algorithm_kernels ksl_kernels_external_power_##set;
+  extern "C" const ksl::algorithm_kernels ksl_kernels_external_power_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_inverse_dynamics_derivatives_##set;
 
 #define KSL_KERNEL_TABLE(set) \
   { \
@@ -25,4 +26,5 @@
     .jacobian = &ksl_kernels_jacobian_##set, \
     .energy = &ksl_kernels_energy_##set, \
     .external_power = &ksl_kernels_external_power_##set, \
+    .inverse_dynamics_derivatives = &ksl_kernels_inverse_dynamics_derivatives_##set, \
   }

@@ -61,7 +61,7 @@ TEST_CASE("the algorithms allocate nothing") {
   const double push[6] = {1, 2, 3, 4, 5, 6};
   const ksl::external_wrenches<double> external = {1, &links.back(), push};
   double kinetic = 0, potential = 0, sum = 0, poses[32];
-  std::vector<double> M(nv * nv), J(6 * nv);
+  std::vector<double> M(nv * nv), J(6 * nv), D(2 * nv * nv);
 
   long before = allocations;
   void *volatile block = std::malloc(100);
@@ -76,6 +76,7 @@ TEST_CASE("the algorithms allocate nothing") {
     ksl::inverse_dynamics_with_reactions(m, d, q.data(), v.data(), a.data(), tau.data(), request, wrenches.data(), external);
     ksl::forward_dynamics(m, d, q.data(), v.data(), tau.data(), a.data(), external);
     ksl::mass_matrix(m, d, q.data(), M.data());
+    ksl::inverse_dynamics_derivatives(m, d, q.data(), v.data(), a.data(), &D[0], &D[nv * nv], M.data(), external);
     ksl::bias(m, d, q.data(), v.data(), tau.data(), external);
     ksl::gravity_torque(m, d, q.data(), tau.data(), external);
     ksl::jacobian(m, d, q.data(), links[0], {}, J.data());
@@ -98,7 +99,7 @@ TEST_CASE("the calls of the C interface that compute allocate nothing") {
   REQUIRE(ksl_model_load(KSL_EXAMPLES "/robots/ur5.urdf", nullptr, &m) == KSL_OK);
   REQUIRE(ksl_data_create(m, &d) == KSL_OK);
   const double x[6] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6};
-  double tau[6], wrenches[48], poses[32], M[36], J[36], kinetic, potential;
+  double tau[6], wrenches[48], poses[32], M[36], dq[36], dv[36], J[36], kinetic, potential;
   int joints[8];
   for (int i = 0; i < 8; ++i)
     joints[i] = i;
@@ -112,6 +113,7 @@ TEST_CASE("the calls of the C interface that compute allocate nothing") {
     fine &= ksl_inverse_dynamics_with_reactions(m, d, x, x, x, nullptr, tau, 8, joints, nullptr, wrenches) == KSL_OK;
     fine &= ksl_forward_dynamics(m, d, x, x, x, nullptr, tau) == KSL_OK;
     fine &= ksl_mass_matrix(m, d, x, M) == KSL_OK;
+    fine &= ksl_inverse_dynamics_derivatives(m, d, x, x, x, nullptr, dq, dv, M) == KSL_OK;
     fine &= ksl_bias(m, d, x, x, nullptr, tau) == KSL_OK;
     fine &= ksl_gravity_torque(m, d, x, nullptr, tau) == KSL_OK;
     fine &= ksl_external_power(m, d, x, x, nullptr, &kinetic) == KSL_OK;

@@ -6,6 +6,7 @@
 #include "ksl/engine/energy.hpp"
 #include "ksl/engine/forward_dynamics.hpp"
 #include "ksl/engine/frame_jacobian.hpp"
+#include "ksl/engine/inverse_dynamics_derivatives.hpp"
 #include "ksl/engine/mass_matrix.hpp"
 #include "ksl/engine/owned_workspace.hpp"
 #include "ksl/engine/reactions.hpp"
@@ -120,6 +121,15 @@ template <class T> numbers<T> inertias(const ksl::model &m, const numbers<T> &q)
   return M;
 }
 
+/// Derivatives of the efforts by q, v and a.
+template <class T> numbers<T> derivatives_of_efforts(const ksl::model &m, const state<T> &s) {
+  const ksl::owned_workspace<ksl::inverse_dynamics_derivatives_workspace<T>> w(m.view());
+  const std::size_t n = s.v.size() * s.v.size();
+  numbers<T> D(3 * n);
+  ksl::inverse_dynamics_derivatives<T>(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), pushes(s.push), &D[0], &D[n], &D[2 * n]);
+  return D;
+}
+
 template <class T> struct energies { T kinetic, potential; };
 
 template <class T> energies<T> energy_of(const ksl::model &m, const numbers<T> &q, const numbers<T> &v) {
@@ -200,6 +210,7 @@ template <class T> numbers<T> everything(const ksl::model &m, const state<T> &s)
   add(efforts_with_reactions(m, s));
   add(accelerations(m, s));
   add(inertias(m, s.q));
+  add(derivatives_of_efforts(m, s));
   add(poses(m, s.q));
   const energies<T> e = energy_of(m, s.q, s.v);
   add({e.kinetic, e.potential, power(m, s)});

@@ -4,6 +4,7 @@
 #include "ksl/engine/energy.hpp"
 #include "ksl/engine/forward_dynamics.hpp"
 #include "ksl/engine/frame_jacobian.hpp"
+#include "ksl/engine/inverse_dynamics_derivatives.hpp"
 #include "ksl/engine/mass_matrix.hpp"
 #include "ksl/engine/reactions.hpp"
 
@@ -65,6 +66,9 @@ TEST_CASE("and no algorithm reads what it has not written") {
         [&](const auto &w, double *out) { ksl::forward_dynamics<double>(view, w, q, v, a, external, out); });
   check(type_identity<ksl::mass_matrix_workspace<double>>(), 4,
         [&](const auto &w, double *out) { ksl::mass_matrix<double>(view, w, q, out); });
+  check(type_identity<ksl::inverse_dynamics_derivatives_workspace<double>>(), 12, [&](const auto &w, double *out) {
+    ksl::inverse_dynamics_derivatives<double>(view, w, q, v, a, external, out, out + 4, out + 8);
+  });
   check(type_identity<ksl::forward_kinematics_workspace<double>>(), 48,
         [&](const auto &w, double *out) { ksl::frame_poses<double>(view, w, q, 3, links, out); });
   check(type_identity<ksl::energy_workspace<double>>(), 2,

@@ -15,12 +15,12 @@ struct coordinate_run { int first, end; };
 
 template <class T> struct inverse_dynamics_derivatives_workspace {
   wrench_derivatives_workspace<T> wrenches;
-  array_of<int> depth;           ///< of each body: index of its last run
+  array_of<int> depth;           ///< of each body: index of its last run; for plain numbers, as the runs
   array_of<coordinate_run> runs; ///< that carry the body which is visited, from the base on
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     wrenches.lay_out(memory, model);
-    memory.lay_out(model.bodies, depth, runs);
+    memory.lay_out(is_number<T> ? model.bodies : 0, depth, runs);
   }
 };
 

@@ -51,15 +51,16 @@ template <class T> struct wrench_derivatives_workspace {
   per_body<mat3x3, T> rotation; ///< axes of each body
   per_body<vec3, T> origin;
   per_body<body_twist, T> motion;
-  per_coordinate<body_twist, T> carrier; ///< motion of the body that carries the joint
   per_coordinate<coordinate_motion, T> coordinate;
-  per_coordinate<subtree_dynamics, T> subtree; ///< of each body, at its joint's last coordinate; later of its subtree, at each
-  per_coordinate<wrench_derivative, T> derivative;
+  per_coordinate<subtree_dynamics, T> subtree;     ///< of each body, at its joint's last coordinate; later of its subtree, at all
+  per_coordinate<body_twist, T> carrier;           ///< motion of the body that carries the joint; for plain numbers
+  per_coordinate<wrench_derivative, T> derivative; ///< for plain numbers
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     pose.lay_out(memory, model);
     memory.lay_out(model.bodies, rotation, origin, motion);
-    memory.lay_out(model.nv, carrier, coordinate, subtree, derivative);
+    memory.lay_out(is_number<T> ? model.nv : 0, carrier, derivative);
+    memory.lay_out(model.nv, coordinate, subtree);
   }
 };
 
