@@ -72,46 +72,6 @@ template <class T> struct tau_derivative_matrices {
   }
 };
 
-template <class P, template <class> class V, class T> KSL_LANES V<P> in_all_lanes(const V<T> &v) {
-  constexpr int n = numbers_in<V<T>, T>;
-  V<P> out;
-  for (int c = 0; c < n; ++c)
-    reinterpret_cast<P *>(&out)[c] = P(reinterpret_cast<const T *>(&v)[c]);
-  return out;
-}
-
-/// sum += d
-template <class T> KSL_LANES void add_dynamics(const subtree_dynamics<T> &d, subtree_dynamics<T> &sum) {
-  for (int c = 0; c < numbers_in<subtree_dynamics<T>, T>; ++c) {
-    T &x = reinterpret_cast<T *>(&sum)[c];
-    x = x + reinterpret_cast<const T *>(&d)[c];
-  }
-}
-
-/// Adds the dynamics of each subtree to its parent's, and sets the derivatives of the wrenches; for plain numbers.
-template <class T>
-KSL_LANES void sum_subtrees(const model_view<T> &model, const wrench_derivatives_workspace<T> &w) {
-  constexpr int numbers = numbers_in<subtree_dynamics<T>, T>;
-  for (int i = model.bodies - 1; i > 0; --i) {
-    const body<T> &b = model.body[i];
-    const int own = b.v_index + b.nv - 1;
-    subtree_dynamics<T> d = w.subtree.get(own);
-    for (int k = b.v_index; k < own; ++k)
-      w.subtree.set(k, d);
-    if (b.parent > 0) {
-      const int parent = last_coordinate(model, b.parent);
-      for (int c = 0; c < numbers; ++c) {
-        T &sum = w.subtree.number(parent, c);
-        sum = sum + reinterpret_cast<const T *>(&d)[c];
-      }
-    }
-  }
-  for (int k = 0; k < model.nv; k += native_lanes<T>) {
-    using P = native_pack<T>;
-    w.derivative.set(k, derivative_of(w.subtree.template get<P>(k), w.coordinate.template get<P>(k)));
-  }
-}
-
 /// Extends the list of runs to those that carry body i, and returns how many these are.  Bodies are visited in order.
 template <class T> KSL_LANES int extend_runs(const model_view<scalar_of<T>> &model,
                                              const inverse_dynamics_derivatives_workspace<T> &w, int i) {

@@ -54,13 +54,13 @@ template <class T> struct wrench_derivatives_workspace {
   per_coordinate<coordinate_motion, T> coordinate;
   per_coordinate<subtree_dynamics, T> subtree;     ///< of each body, at its joint's last coordinate; later of its subtree, at all
   per_coordinate<body_twist, T> carrier;           ///< motion of the body that carries the joint; for plain numbers
-  per_coordinate<wrench_derivative, T> derivative; ///< for plain numbers
+  per_coordinate<wrench_derivative, T> derivative;
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     pose.lay_out(memory, model);
     memory.lay_out(model.bodies, rotation, origin, motion);
-    memory.lay_out(is_number<T> ? model.nv : 0, carrier, derivative);
-    memory.lay_out(model.nv, coordinate, subtree);
+    memory.lay_out(is_number<T> ? model.nv : 0, carrier);
+    memory.lay_out(model.nv, coordinate, subtree, derivative);
   }
 };
 
@@ -241,6 +241,17 @@ KSL_LANES void set_bodies(const model_view<scalar_of<T>> &model, const per_coord
   }
 }
 
+/// External wrench e, in common axes and about the common point.
+template <class T>
+inline coscrew<T> external_in_common_axes(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w,
+                                          const external_wrenches<T> &external, int e) {
+  const int i = model.link[external.link[e]].body;
+  const SE3<T> D = {w.rotation[i], w.origin[i]};
+  coscrew<T> f = external_in_body(model, external, e);
+  algebra<T>::product_CoAdc(&D, &f, &f);
+  return f;
+}
+
 /// Motions of all bodies and coordinates, and the dynamics of each body by itself.
 template <class T>
 KSL_LANES void forward_motions(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w, const T *q, const T *v,
@@ -266,16 +277,57 @@ KSL_LANES void forward_motions(const model_view<scalar_of<T>> &model, const wren
     const int i = model.link[external.link[e]].body;
     if (i == 0)
       continue;
-    const mat3x3<T> R = w.rotation[i];
-    const vec3<T> r = w.origin[i];
-    coscrew<T> f = external_in_body(model, external, e);
-    algebra<T>::product_CoAdrc(&R, &f, &f);
-    algebra<T>::product_CoAdtc(&r, &f, &f);
     const int k = last_coordinate(model, i);
+    const coscrew<T> f = external_in_common_axes(model, w, external, e);
     coscrew<T> rest = w.subtree.template part<coscrew, T, 22>(k);
     algebra<T>::nxpy_cc(&f, &rest);
     w.subtree.template set_part<coscrew, T, 22>(k, rest);
   }
+}
+
+/// The same numbers in all lanes of P.
+template <class P, template <class> class V, class T> KSL_LANES V<P> in_all_lanes(const V<T> &v) {
+  constexpr int n = numbers_in<V<T>, T>;
+  V<P> out;
+  for (int c = 0; c < n; ++c)
+    reinterpret_cast<P *>(&out)[c] = P(reinterpret_cast<const T *>(&v)[c]);
+  return out;
+}
+
+/// sum += d
+template <class T> KSL_LANES void add_dynamics(const subtree_dynamics<T> &d, subtree_dynamics<T> &sum) {
+  for (int c = 0; c < numbers_in<subtree_dynamics<T>, T>; ++c) {
+    T &x = reinterpret_cast<T *>(&sum)[c];
+    x = x + reinterpret_cast<const T *>(&d)[c];
+  }
+}
+
+/// Adds the dynamics of each subtree to its parent's, and sets the derivatives of the wrenches through the joints.
+template <class T>
+KSL_LANES void sum_subtrees(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w) {
+  for (int i = model.bodies - 1; i > 0; --i) {
+    const body<scalar_of<T>> &b = model.body[i];
+    const int last = b.v_index + b.nv - 1;
+    const subtree_dynamics<T> d = w.subtree.get(last);
+    for (int k = b.v_index; k <= last; ++k) {
+      if (k < last)
+        w.subtree.set(k, d);
+      if constexpr (!is_number<T>)
+        w.derivative.set(k, derivative_of(d, w.coordinate.at(k)));
+    }
+    if (b.parent == 0)
+      continue;
+    const int parent = last_coordinate(model, b.parent);
+    for (int c = 0; c < numbers_in<subtree_dynamics<T>, T>; ++c) {
+      T &sum = w.subtree.number(parent, c);
+      sum = sum + reinterpret_cast<const T *>(&d)[c];
+    }
+  }
+  if constexpr (is_number<T>)
+    for (int k = 0; k < model.nv; k += native_lanes<T>) {
+      using P = native_pack<T>;
+      w.derivative.set(k, derivative_of(w.subtree.template get<P>(k), w.coordinate.template get<P>(k)));
+    }
 }
 
 } // namespace KSL_ISA
