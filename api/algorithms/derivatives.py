@@ -28,4 +28,28 @@ Singh, Russell, Wensing, Efficient Analytical Derivatives of Rigid-Body Dynamics
 (RA-L 7(2), 2022); O(bodies × depth).
 """,
     ),
+    Algorithm(
+        name="reactions_derivatives",
+        header="reactions_derivatives.hpp",
+        inputs=("q", "v", "a"),
+        external="optional",
+        request="joints",
+        results=(
+            Result("by_q", ("joints", 6, "nv"), "derivative of the reactions by q"),
+            Result("by_v", ("joints", 6, "nv"), "by v"),
+            Result("by_a", ("joints", 6, "nv"), "by a"),
+        ),
+        form="sparse_results",
+        summary="Derivatives of reactions by q, v and a, each (…, joints, 6, nv).",
+        text="Derivatives {by_q}, {by_v}, {by_a} of the reactions of the joints that are asked for, for {q}, {v}, {a}: those of the "
+        "components in the requested axes, about the requested point, of the requested part.  By q is along q ⊕ s e_k with v and a "
+        "held componentwise.  External wrenches are held in their links' axes, and move with the links (after Singh, Russell, "
+        "Wensing, RA-L 7(2), 2022).  O(joints × nv).",
+        python="""
+All arguments as in :meth:`reactions`, whose components in the requested axes are differentiated, whether or not
+these axes and the point move.  By q is along q ⊕ s e_k (:meth:`integrate`), with v and a held componentwise.
+External wrenches are held in their links' axes, and move with the links.
+out: three arrays, one for each derivative.  After Singh, Russell, Wensing (RA-L 7(2), 2022); O(joints × nv).
+""",
+    ),
 )

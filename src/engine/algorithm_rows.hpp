@@ -16,6 +16,7 @@ struct kernel_table {
   const algorithm_kernels *energy;
   const algorithm_kernels *external_power;
   const algorithm_kernels *inverse_dynamics_derivatives;
+  const algorithm_kernels *reactions_derivatives;
 };
 
 namespace rows {
@@ -119,6 +120,17 @@ constexpr algorithm_row inverse_dynamics_derivatives = {
     .kernels = &kernel_table::inverse_dynamics_derivatives,
 };
 
+constexpr algorithm_row reactions_derivatives = {
+    .name = "reactions_derivatives",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .external = external_use::optional,
+    .request = request_kind::joints,
+    .results = 3,
+    .result = {{"by_q", 3, {extent::joints, extent::six, extent::nv}}, {"by_v", 3, {extent::joints, extent::six, extent::nv}}, {"by_a", 3, {extent::joints, extent::six, extent::nv}}},
+    .kernels = &kernel_table::reactions_derivatives,
+};
+
 constexpr algorithm_row reactions = {
     .name = "reactions",
     .inputs = 3,
@@ -181,6 +193,7 @@ constexpr const algorithm_row *all[] = {
     &energy,
     &external_power,
     &inverse_dynamics_derivatives,
+    &reactions_derivatives,
 };
 
 } // namespace rows

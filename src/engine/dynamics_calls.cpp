@@ -71,6 +71,13 @@ void inverse_dynamics_derivatives(const model &m, data &d, const S *q, const S *
                                                         .result = {dtau_dq, dtau_dv, dtau_da}});
 }
 
+template <class S>
+void reactions_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *by_q, S *by_v,
+                           const reaction_request &request, S *by_a, const external_wrenches<S> &external) {
+  compute<S>(rows::reactions_derivatives, m, d, {.q = q, .v = v, .a = a, .external = external, .joints = &request,
+                                                 .result = {by_q, by_v, by_a}});
+}
+
 template void inverse_dynamics<double>(const model &, data &, const double *, const double *, const double *, double *,
                                        const external_wrenches<double> &);
 template void inverse_dynamics<float>(const model &, data &, const float *, const float *, const float *, float *,
@@ -109,5 +116,11 @@ template void inverse_dynamics_derivatives<double>(const model &, data &, const 
                                                    const external_wrenches<double> &);
 template void inverse_dynamics_derivatives<float>(const model &, data &, const float *, const float *, const float *,
                                                   float *, float *, float *, const external_wrenches<float> &);
+template void reactions_derivatives<double>(const model &, data &, const double *, const double *, const double *,
+                                            double *, double *, const reaction_request &, double *,
+                                            const external_wrenches<double> &);
+template void reactions_derivatives<float>(const model &, data &, const float *, const float *, const float *, float *,
+                                           float *, const reaction_request &, float *,
+                                           const external_wrenches<float> &);
 
 } // namespace ksl

@@ -14,7 +14,8 @@
   extern "C" const ksl::algorithm_kernels ksl_kernels_jacobian_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_energy_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_external_power_##set; \
-  extern "C" const ksl::algorithm_kernels ksl_kernels_inverse_dynamics_derivatives_##set;
+  extern "C" const ksl::algorithm_kernels ksl_kernels_inverse_dynamics_derivatives_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_reactions_derivatives_##set;
 
 #define KSL_KERNEL_TABLE(set) \
   { \
@@ -27,4 +28,5 @@
     .energy = &ksl_kernels_energy_##set, \
     .external_power = &ksl_kernels_external_power_##set, \
     .inverse_dynamics_derivatives = &ksl_kernels_inverse_dynamics_derivatives_##set, \
+    .reactions_derivatives = &ksl_kernels_reactions_derivatives_##set, \
   }
