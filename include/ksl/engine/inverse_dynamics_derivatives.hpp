@@ -10,9 +10,6 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// A run of coordinates without gaps, each of which carries the next.
-struct coordinate_run { int first, end; };
-
 template <class T> struct inverse_dynamics_derivatives_workspace {
   wrench_derivatives_workspace<T> wrenches;
   array_of<int> depth;           ///< of each body: index of its last run; for plain numbers, as the runs

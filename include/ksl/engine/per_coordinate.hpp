@@ -6,6 +6,9 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
+/// Coordinates without gaps: [first, end).
+struct coordinate_run { int first, end; };
+
 /// A V<T> for each coordinate.  With plain numbers, every number has a row of its own over the coordinates.  One load, at any
 /// coordinate, then reads it for as many coordinates as a register holds.  With other scalars the numbers of a coordinate are
 /// neighbours.
