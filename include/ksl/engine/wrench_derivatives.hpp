@@ -285,12 +285,16 @@ KSL_LANES void forward_motions(const model_view<scalar_of<T>> &model, const wren
   }
 }
 
-/// The same numbers in all lanes of P.
+/// The same numbers in all lanes of P; unrolled, as body_lanes::read_all.
+template <int n, class T, class P> KSL_LANES void spread_all(const T *from, P *to) {
+  if constexpr (n > 0) {
+    spread_all<n - 1>(from, to);
+    to[n - 1] = P(from[n - 1]);
+  }
+}
 template <class P, template <class> class V, class T> KSL_LANES V<P> in_all_lanes(const V<T> &v) {
-  constexpr int n = numbers_in<V<T>, T>;
   V<P> out;
-  for (int c = 0; c < n; ++c)
-    reinterpret_cast<P *>(&out)[c] = P(reinterpret_cast<const T *>(&v)[c]);
+  spread_all<numbers_in<V<T>, T>>(reinterpret_cast<const T *>(&v), reinterpret_cast<P *>(&out));
   return out;
 }
 
