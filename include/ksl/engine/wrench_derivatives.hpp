@@ -256,6 +256,8 @@ inline coscrew<T> external_in_common_axes(const model_view<scalar_of<T>> &model,
 template <class T>
 KSL_LANES void forward_motions(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w, const T *q, const T *v,
                                const T *a, const external_wrenches<T> &external) {
+  w.rotation.clear_last_lanes(model.bodies), w.origin.clear_last_lanes(model.bodies), w.motion.clear_last_lanes(model.bodies);
+  w.carrier.clear_beyond(model.nv), w.coordinate.clear_beyond(model.nv), w.derivative.clear_beyond(model.nv);
   start_at_ground(model, w);
   const auto move = [&]<joint_kind K>(int i, const vec3<T> &offset) KSL_INLINED {
     const body<scalar_of<T>> &b = model.body[i];
