@@ -114,7 +114,7 @@ template <class T> void link_dynamics(const model_view<scalar_of<T>> &model, con
     if (parent < 0)
       continue;
     if (model.link[l].body > 0 && model.link[parent].body == 0) {
-      const SE3<T> D = tree_pose(model, d, model.link[l].body);
+      const SE3<T> D = tree_pose(model, d, tree_of(model, model.link[l].body));
       coscrew<T> f;
       A::product_CoAdc(&D, &w.link[l].f, &f);
       A::xpy_cc(&f, &w.link[parent].f);
@@ -134,9 +134,12 @@ template <class S> inline coordinate_run carried_by(const model_view<S> &model, 
   while (end < model.links && model.link[end].parent >= link)
     ++end;
   coordinate_run run = {0, 0};
-  for (int i = l.body + 1; i < model.bodies; ++i)
-    if (const int child = model.body[i].link; child > link && child < end)
+  for (int i = l.body + 1; i < model.bodies; ++i) {
+    const bool inside = !(model.body[i].link >= 0); // of a universal joint, whose link is that of the next body
+    const int child = model.body[i + inside].link;
+    if (child > link && child < end)
       run = {run.end > 0 ? run.first : model.body[i].v_index, model.body[i].v_index + model.body[i].nv};
+  }
   return run;
 }
 
@@ -277,17 +280,46 @@ template <class T> KSL_LANES void clear_others(const model_view<scalar_of<T>> &m
   out.clear(0, begin);
 }
 
+/// Adds what follows from the motion of a universal joint's first axis in the child, where the wrench is split: constraint and
+/// actuation part exchange a moment when the second angle changes (joint<universal>::move_first_drive).  f: the whole wrench in the
+/// canonical frame of the second body, whose pose in the requested frame is D.
+template <class T>
+inline void add_rate_of_split(const wrench_derivatives_workspace<T> &w, const body<scalar_of<T>> &b, wrench_part part,
+                              const coscrew<T> &f, const SE3<T> &D, const reaction_rows_of_joint<T> &out) {
+  const plane_rotation<T> theta = w.pose.rotation(b);
+  const T normal = theta.cosine * f.ang.x - theta.sine * f.ang.y, across = theta.sine * f.ang.x + theta.cosine * f.ang.y, o = T(0);
+  coscrew<T> rate = {{o, o, o}, {theta.sine * normal + theta.cosine * across, theta.cosine * normal - theta.sine * across, o}};
+  if (part == wrench_part::constraint)
+    algebra<T>::coscrew_invert(&rate);
+  algebra<T>::product_CoAdc(&D, &rate, &rate);
+  out.set_by_q(b.v_index, b.v_index + 1, [&]<class P>(int k) KSL_INLINED {
+    coscrew<P> sum = out.template get_by_q<P>(k);
+    const coscrew<P> change = in_all_lanes<P, coscrew>(rate);
+    algebra<P>::xpy_cc(&change, &sum);
+    return sum;
+  });
+}
+
+/// A body's rotation about its joint's axis, in all lanes of P.
+template <class P, class T> struct rotation_in_lanes {
+  const pose_workspace<T> &pose;
+  KSL_LANES plane_rotation<P> rotation(const body<scalar_of<T>> &b) const {
+    return in_all_lanes<P, plane_rotation>(pose.rotation(b));
+  }
+};
+
 /// The same for a part of the wrench: it is split in the axes of body i, in which the joint's motion is constant.
 template <joint_kind K, class T>
 KSL_LANES coscrew<T> set_part_of_reaction(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w, int i,
                                           const subtree_dynamics<T> &d, coordinate_run carried, wrench_part part,
                                           const SE3<T> &frame, const reaction_rows_of_joint<T> &out) {
+  const ksl::body<scalar_of<T>> &b = model.body[i];
   const SE3<T> body = {w.rotation[i], w.origin[i]};
   SE3<T> D; // of the body in the requested frame
   algebra<T>::product_dinvd(&frame, &body, &D);
   const auto express = [&]<class P>(const coscrew<P> &f) KSL_INLINED {
     const SE3<P> there = in_all_lanes<P, SE3>(D);
-    coscrew<P> x = part_through<K>(model.body[i], part, expressed(in_all_lanes<P, SE3>(body), f));
+    coscrew<P> x = part_through<K>(b, rotation_in_lanes<P, T>{w.pose}, part, expressed(in_all_lanes<P, SE3>(body), f));
     algebra<P>::product_CoAdc(&there, &x, &x);
     return x;
   };
@@ -295,6 +327,9 @@ KSL_LANES coscrew<T> set_part_of_reaction(const model_view<scalar_of<T>> &model,
   set_reaction(model, w, i, dynamics, carried, out, [&]<class P>(const wrench_by<P> &by) KSL_INLINED {
     return wrench_by<P>{express(by.q), express(by.v), express(by.a)};
   });
+  if constexpr (only_turns(K))
+    if (b.ends_universal)
+      add_rate_of_split(w, b, part, expressed(body, d.f), D, out);
   return express(d.f);
 }
 
