@@ -44,7 +44,7 @@ TEST_CASE("numbers for each body") {
   CHECK(numbers_per_body<ksl::forward_dynamics_workspace>() == 64);
   CHECK(numbers_per_body<ksl::mass_matrix_workspace>() == 27);
   CHECK(numbers_per_body<ksl::forward_kinematics_workspace>() == 14);
-  CHECK(numbers_per_body<ksl::jacobian_workspace>() == 14);
+  CHECK(numbers_per_body<ksl::jacobian_workspace>() == 2);
   CHECK(numbers_per_body<ksl::energy_workspace>() == 20);
   CHECK(numbers_per_body<ksl::external_power_workspace>() == 20);
 }
