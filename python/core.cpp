@@ -137,11 +137,14 @@ NB_MODULE(_core, module) {
   nb::class_<calls::link_request>(module, "Links", "Which links, by index, in what order; and how a motion of one is expressed.")
       .def(
           "__init__",
-          [](calls::link_request *self, std::vector<int> index, bool world_axes, bool at_world, bool angular_first) {
+          [](calls::link_request *self, std::vector<int> index, bool world_axes, bool at_world, bool angular_first, bool classical,
+             std::array<double, 3> offset) {
             const auto in = [](bool world) { return world ? ksl::expressed_in::world : ksl::expressed_in::frame; };
-            new (self) calls::link_request{std::move(index), {in(world_axes), in(at_world), angular_first}};
+            const auto kind = classical ? ksl::acceleration_kind::classical : ksl::acceleration_kind::spatial;
+            new (self) calls::link_request{std::move(index), {in(world_axes), in(at_world), angular_first, kind, {offset[0], offset[1], offset[2]}}};
           },
-          "index"_a, "world_axes"_a = false, "at_world"_a = false, "angular_first"_a = false)
+          "index"_a, "world_axes"_a = false, "at_world"_a = false, "angular_first"_a = false, "classical"_a = false,
+          "offset"_a = std::array<double, 3>{})
       .def_prop_ro("n", [](const calls::link_request &links) { return links.index.size(); });
 
   nb::class_<ksl::model> model(module, "Model");

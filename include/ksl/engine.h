@@ -127,11 +127,17 @@ typedef struct ksl_reaction_options_t {
 
 typedef enum ksl_expressed_t { KSL_IN_FRAME, KSL_IN_WORLD } ksl_expressed_t;
 
+/** Which acceleration.  Classical: that of the link's point which is at the origin in question.  Spatial: less ω × v of it. */
+typedef enum ksl_acceleration_t { KSL_SPATIAL, KSL_CLASSICAL } ksl_acceleration_t;
+
 /** How a motion of a link's frame is expressed.  All zeros is the default: about the frame's origin, in its axes, linear
-    first.  KSL_IN_WORLD: about the world's origin, in its axes. */
+    first, accelerations spatial.  KSL_IN_WORLD: about the world's origin, in its axes.  offset: of the frame's origin from
+    the link's, in the link's axes, m. */
 typedef struct ksl_frame_options_t {
   ksl_expressed_t axes, at;
   ksl_order_t order;
+  ksl_acceleration_t kind;
+  double offset[3];
 } ksl_frame_options_t;
 
 /** Reactions through n joints into wrenches (n, 6).  Call it right after ksl_inverse_dynamics (or _with_reactions) in the same

@@ -86,7 +86,10 @@ frame_options frame_options_of(const ksl_frame_options_t *options) {
   const auto known = [](int value) { return value == 0 || value == 1; };
   require(known(options->axes) && known(options->at) && known(options->order),
           "axes, at and order must be values of their enumerations");
-  return {static_cast<expressed_in>(options->axes), static_cast<expressed_in>(options->at), options->order == KSL_ANGULAR_FIRST};
+  require(known(options->kind), "kind must be a value of its enumeration");
+  require_finite(options->offset, 3, "offset");
+  return {static_cast<expressed_in>(options->axes), static_cast<expressed_in>(options->at), options->order == KSL_ANGULAR_FIRST,
+          static_cast<acceleration_kind>(options->kind), {options->offset[0], options->offset[1], options->offset[2]}};
 }
 
 template <class S>

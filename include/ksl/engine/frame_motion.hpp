@@ -209,5 +209,26 @@ void frame_accelerations(const model_view<scalar_of<T>> &model, const frame_acce
   });
 }
 
+/// Velocity (3) of the point of a link at the options' offset, for q (nq) and v (nv); in the link's axes or the world's.
+template <class T> void point_velocity(const model_view<scalar_of<T>> &model, const frame_velocities_workspace<T> &w, const T *q,
+                                       const T *v, int link, frame_options how, T *out) {
+  T twist[6];
+  how.at = expressed_in::frame, how.angular_first = false;
+  frame_velocities(model, w, q, v, 1, &link, how, twist);
+  for (int k = 0; k < 3; ++k)
+    out[k] = twist[k];
+}
+
+/// Acceleration (3) of the point, for q (nq), v (nv) and dv (nv), without gravity.
+template <class T>
+void point_acceleration(const model_view<scalar_of<T>> &model, const frame_accelerations_workspace<T> &w, const T *q, const T *v,
+                        const T *dv, int link, frame_options how, T *out) {
+  T acceleration[6];
+  how.at = expressed_in::frame, how.angular_first = false, how.kind = acceleration_kind::classical;
+  frame_accelerations(model, w, q, v, dv, 1, &link, how, acceleration);
+  for (int k = 0; k < 3; ++k)
+    out[k] = acceleration[k];
+}
+
 } // namespace KSL_ISA
 } // namespace ksl

@@ -12,10 +12,11 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// Calls compute(angle, sine, cosine) for the joints of the bodies from `first` towards the ground, and stores rotations about z.
-template <class T, class Compute> KSL_LANES void
-rotations_of_supports(const model_view<scalar_of<T>> &model, const pose_workspace<T> &w, const T *q, int first, Compute compute) {
-  for (int i = first; i > 0; i = model.body[i].parent) {
+/// Calls compute(angle, sine, cosine) for the joints from body `first` to body `last`, which carries it and is left out, and stores
+/// rotations about z.
+template <class T, class Compute> KSL_LANES void rotations_of_supports(const model_view<scalar_of<T>> &model, const pose_workspace<T> &w,
+                                                                       const T *q, int first, int last, Compute compute) {
+  for (int i = first; i != last; i = model.body[i].parent) {
     const int k = model.body[i].angle_index;
     if (k < 0)
       continue;
@@ -28,11 +29,11 @@ rotations_of_supports(const model_view<scalar_of<T>> &model, const pose_workspac
 
 /// The same for plain doubles, with the joints in the lanes: a register ends with the first angle that is not computed yet.
 template <class Compute> KSL_LANES void rotations_of_supports(const model_view<double> &model, const pose_workspace<double> &w,
-                                                              const double *q, int first, Compute compute) {
+                                                              const double *q, int first, int last, Compute compute) {
   using P = native_pack<double>;
   constexpr int lanes = native_lanes<double>;
   int computed = INT_MAX; // angles from here on
-  for (int i = first; i > 0; i = model.body[i].parent) {
+  for (int i = first; i != last; i = model.body[i].parent) {
     const int k = model.body[i].angle_index;
     if (k < 0 || k >= computed)
       continue;
@@ -47,20 +48,20 @@ template <class Compute> KSL_LANES void rotations_of_supports(const model_view<d
   }
 }
 
-/// sines_and_cosines for body `first` and the bodies that carry it.
-template <class T>
-void sines_and_cosines_of_supports(const model_view<scalar_of<T>> &model, const pose_workspace<T> &w, const T *q, int first) {
+/// sines_and_cosines for the bodies from `first` to `last`, which carries it and is left out.
+template <class T> void sines_and_cosines_of_supports(const model_view<scalar_of<T>> &model, const pose_workspace<T> &w, const T *q,
+                                                      int first, int last = 0) {
   const auto any = []<class P>(const P &x, P &sine, P &cosine) { sine_cosine(x, sine, cosine); };
   if constexpr (is_number<T> || is_pack<T>) {
     bool in_range = true;
-    rotations_of_supports(model, w, q, first, [&]<class P>(const P &x, P &sine, P &cosine) KSL_INLINED {
+    rotations_of_supports(model, w, q, first, last, [&]<class P>(const P &x, P &sine, P &cosine) KSL_INLINED {
       in_range &= magnitudes_at_most(x, trigonometry<scalar_of<P>>::fast_range);
       sine_cosine_in_fast_range(x, sine, cosine);
     });
     if (in_range) [[likely]]
       return;
   }
-  rotations_of_supports(model, w, q, first, any);
+  rotations_of_supports(model, w, q, first, last, any);
 }
 
 /// The pose of a link's body in a frame of that link, `offset` from the link's origin.
