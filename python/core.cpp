@@ -7,6 +7,7 @@
 #include <nanobind/stl/vector.h>
 
 #include "calls.hpp"
+#include "inverse_kinematics.hpp"
 #include "ksl/config.h"
 
 namespace nb = nanobind;
@@ -176,6 +177,8 @@ NB_MODULE(_core, module) {
                      return rows;
                    });
   add_calls(model);
+  model.def("inverse_kinematics", &calls::inverse_kinematics, "frames"_a, "target"_a, "start"_a.none(), "position_tolerance"_a,
+            "orientation_tolerance"_a, "iterations"_a, "starts"_a, "seed"_a, "limits"_a, "threads"_a.none());
 
   module.def("load", &load, "path"_a, "floating_base"_a, "mimic_independent"_a, "strict"_a, "gravity"_a, "payloads"_a,
              "masses_optional"_a);

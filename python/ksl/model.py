@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from ksl import _core
 from ksl.calls import Calls
 from ksl.errors import DescriptionWarning
+from ksl.inverse_kinematics import InverseKinematicsCalls
 from ksl.requests import one_of, three_numbers
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ _Arguments = tuple[str, bool, bool, bool, list[float], list[tuple[str, float, li
 """Arguments of `_core.load`, from which a model is made."""
 
 
-class Model(Calls):
+class Model(Calls, InverseKinematicsCalls):
     """A mechanism, immutable.  Made by :func:`load`.
 
     A pickle contains the arguments of `load`, with an absolute path.  Unpickling, for example in a worker of

@@ -106,6 +106,12 @@ STUB = '''\
     from numpy.typing import NDArray
 
 {calls}
+Model\\.inverse_kinematics$:
+    def inverse_kinematics(
+        self, frames: list[tuple[int, float, float]], target: Any, start: Any, position_tolerance: float, orientation_tolerance: float,
+        iterations: int, starts: int, seed: int, limits: bool, threads: int | None,
+    ) -> tuple[NDArray[numpy.floating], NDArray[numpy.floating], NDArray[numpy.intc], NDArray[numpy.intc], NDArray[numpy.intc]]: ...
+
 Model\\.(joints|links)$:
     @property
     def \\1(self) -> list[dict[str, Any]]: ...

@@ -12,7 +12,8 @@ namespace {
 
 constexpr std::size_t alignment = 64; ///< of workspaces
 
-/// Memory of the calling thread, kept from call to call.
+} // namespace
+
 std::byte *scratch(std::size_t bytes) {
   struct aligned_delete {
     void operator()(std::byte *p) const { ::operator delete(p, std::align_val_t(alignment)); }
@@ -27,6 +28,8 @@ std::byte *scratch(std::size_t bytes) {
   }
   return memory.get();
 }
+
+namespace {
 
 /// The batch without the inputs and results that the row doesn't name.
 template <class S> batch_view<S> as_row_names(const algorithm_row &row, const batch_view<S> &given) {
