@@ -138,13 +138,13 @@ NB_MODULE(_core, module) {
   nb::class_<calls::link_request>(module, "Links", "Which links, by index, in what order; and how a motion of one is expressed.")
       .def(
           "__init__",
-          [](calls::link_request *self, std::vector<int> index, bool world_axes, bool at_world, bool angular_first, bool classical,
+          [](calls::link_request *self, std::vector<int> index, bool world_axes, bool at_world, bool angular_first, int kind,
              std::array<double, 3> offset) {
             const auto in = [](bool world) { return world ? ksl::expressed_in::world : ksl::expressed_in::frame; };
-            const auto kind = classical ? ksl::acceleration_kind::classical : ksl::acceleration_kind::spatial;
-            new (self) calls::link_request{std::move(index), {in(world_axes), in(at_world), angular_first, kind, {offset[0], offset[1], offset[2]}}};
+            const auto which = static_cast<ksl::acceleration_kind>(kind);
+            new (self) calls::link_request{std::move(index), {in(world_axes), in(at_world), angular_first, which, {offset[0], offset[1], offset[2]}}};
           },
-          "index"_a, "world_axes"_a = false, "at_world"_a = false, "angular_first"_a = false, "classical"_a = false,
+          "index"_a, "world_axes"_a = false, "at_world"_a = false, "angular_first"_a = false, "kind"_a = 0,
           "offset"_a = std::array<double, 3>{})
       .def_prop_ro("n", [](const calls::link_request &links) { return links.index.size(); });
 

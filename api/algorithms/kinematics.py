@@ -76,9 +76,9 @@ axes, at, order: as in :meth:`frame_velocity`.  q, v, out, threads: as in :meth:
         python="""
 kind: "classical" is the acceleration of the link's point that is at the origin in question, and the rate of ω.
 "spatial" is less by ω × v of that point in the linear part: the rate of the twist about a point at rest.
-axes, at: "frame" or "world", in whose axes and about whose origin.  The rates of the numbers of
-:meth:`frame_velocity` are the spatial acceleration where axes and at are the same, and the classical one with
-axes="world", at="frame".  Either kind is J a + (rate of J) v of the Jacobians so expressed.
+"rate" is that of each number of :meth:`frame_velocity` with the same keywords, J a + (rate of J) v: the spatial
+acceleration where axes and at are the same, the classical one with axes="world", at="frame".
+axes, at: "frame" or "world", in whose axes and about whose origin.
 
 order, offset: as in :meth:`frame_velocity`.  q, v, a, out, threads: as in :meth:`inverse_dynamics`.  m/s², rad/s².
 Featherstone, RBDA 2008, eq. (5.15) and section 2.11; O(depth).

@@ -14,7 +14,7 @@ class Result:
     """A result: its name in C and C++, its shape, and what it is.
 
     shape: for each axis, of which there are at most four, a number (3, 4, 6 or 10), "nq", "nv", "links" or "joints" (how many
-    are requested).  Empty: one number.
+    are requested), or "6 links".  Empty: one number.
     """
 
     name: str

@@ -135,4 +135,30 @@ template <class S>
 KSL_EXPORT void external_power(const model &m, data &d, const S *q, const S *v, S *power,
                                const external_wrenches<S> &external);
 
+/// Inverse operational-space inertia inverse (6 links, 6 links) = J M⁻¹ Jᵀ, symmetric, of n frames for q (nq): rates of
+/// all their twists for a unit wrench on each (Khatib 1987; by propagation as Lilly and Orin 1993).  At most as many
+/// frames as the model has links.  O(bodies + n² depth).  frame_options by default: about the frame's origin, in its
+/// axes, linear first.  No allocation.
+template <class S>
+KSL_EXPORT void operational_space_inertia_inverse(const model &m, data &d, const S *q, int n, const int *links,
+                                                  const frame_options &how, S *inverse);
+
+/// Operational-space inertia inertia (6 links, 6 links), the inverse of J M⁻¹ Jᵀ, of n frames for q (nq), and its
+/// rank.  Directions that depend on those before, up to 1e-10 of their own inverse inertia (1e-4 in single precision),
+/// have zeros.  At most as many frames as the model has links.  O(bodies + n² depth + n³).  frame_options by default:
+/// about the frame's origin, in its axes, linear first.  No allocation.
+template <class S>
+KSL_EXPORT void operational_space_inertia(const model &m, data &d, const S *q, S *inertia, int n, const int *links,
+                                          const frame_options &how, S *rank);
+
+/// Dynamics at n frames for q (nq) and v (nv), under gravity and external wrenches: F = inertia x'' + bias for wrenches
+/// F on the frames, no efforts, and rates x'' of the numbers of their twists.  inertia (6 links, 6 links); bias (6
+/// links) = inertia (J M⁻¹ b − (rate of J) v), b the bias of the joints; pseudo_inverse (nv, 6 links) = M⁻¹ Jᵀ inertia;
+/// rank as in operational_space_inertia (Khatib 1987).  At most as many frames as the model has links.  O(n bodies + n²
+/// depth + n³).  frame_options by default: about the frame's origin, in its axes, linear first.  No allocation.
+template <class S>
+KSL_EXPORT void operational_space(const model &m, data &d, const S *q, const S *v, S *inertia, S *bias,
+                                  S *pseudo_inverse, int n, const int *links, const frame_options &how, S *rank,
+                                  const external_wrenches<S> &external = {});
+
 } // namespace ksl

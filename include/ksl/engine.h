@@ -128,8 +128,9 @@ typedef struct ksl_reaction_options_t {
 
 typedef enum ksl_expressed_t { KSL_IN_FRAME, KSL_IN_WORLD } ksl_expressed_t;
 
-/** Which acceleration.  Classical: that of the link's point which is at the origin in question.  Spatial: less ω × v of it. */
-typedef enum ksl_acceleration_t { KSL_SPATIAL, KSL_CLASSICAL } ksl_acceleration_t;
+/** Which acceleration.  Classical: that of the link's point which is at the origin in question.  Spatial: less ω × v of it.
+    Rate: that of the numbers of the twist. */
+typedef enum ksl_acceleration_t { KSL_SPATIAL, KSL_CLASSICAL, KSL_RATE } ksl_acceleration_t;
 
 /** How a motion of a link's frame is expressed.  All zeros is the default: about the frame's origin, in its axes, linear
     first, accelerations spatial.  KSL_IN_WORLD: about the world's origin, in its axes.  offset: of the frame's origin from

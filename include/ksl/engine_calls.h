@@ -402,6 +402,81 @@ KSL_EXPORT ksl_status_t ksl_external_power_batchf(const ksl_model_t *model, size
                                                   const ksl_external_rowsf_t *external, float *power,
                                                   ptrdiff_t power_stride, int threads);
 
+/** Inverse operational-space inertia inverse (6 links, 6 links) = J M⁻¹ Jᵀ, symmetric, of n frames for q (nq): rates
+    of all their twists for a unit wrench on each (Khatib 1987; by propagation as Lilly and Orin 1993).  At most as
+    many frames as the model has links.  O(bodies + n² depth).  options may be NULL: about the frame's origin, in its
+    axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_operational_space_inertia_inverse(
+    const ksl_model_t *model, ksl_data_t *data, const double *q, int n, const int *links,
+    const ksl_frame_options_t *options, double *inverse);
+KSL_EXPORT ksl_status_t ksl_operational_space_inertia_inversef(
+    const ksl_model_t *model, ksl_data_t *data, const float *q, int n, const int *links,
+    const ksl_frame_options_t *options, float *inverse);
+KSL_EXPORT ksl_status_t ksl_operational_space_inertia_inverse_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, int links_n, const int *links,
+    const ksl_frame_options_t *options, double *inverse, ptrdiff_t inverse_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_operational_space_inertia_inverse_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, int links_n, const int *links,
+    const ksl_frame_options_t *options, float *inverse, ptrdiff_t inverse_stride, int threads);
+
+/** Operational-space inertia inertia (6 links, 6 links), the inverse of J M⁻¹ Jᵀ, of n frames for q (nq), and its
+    rank.  Directions that depend on those before, up to 1e-10 of their own inverse inertia (1e-4 in single
+    precision), have zeros.  At most as many frames as the model has links.  O(bodies + n² depth + n³).  options may
+    be NULL: about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_operational_space_inertia(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                      double *inertia, int n, const int *links,
+                                                      const ksl_frame_options_t *options, double *rank);
+KSL_EXPORT ksl_status_t ksl_operational_space_inertiaf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                       float *inertia, int n, const int *links,
+                                                       const ksl_frame_options_t *options, float *rank);
+KSL_EXPORT ksl_status_t ksl_operational_space_inertia_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                            ptrdiff_t q_stride, double *inertia,
+                                                            ptrdiff_t inertia_stride, int links_n, const int *links,
+                                                            const ksl_frame_options_t *options, double *rank,
+                                                            ptrdiff_t rank_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_operational_space_inertia_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, float *inertia, ptrdiff_t inertia_stride,
+    int links_n, const int *links, const ksl_frame_options_t *options, float *rank, ptrdiff_t rank_stride, int threads);
+
+/** Dynamics at n frames for q (nq) and v (nv), under gravity and external wrenches: F = inertia x'' + bias for
+    wrenches F on the frames, no efforts, and rates x'' of the numbers of their twists.  inertia (6 links, 6 links);
+    bias (6 links) = inertia (J M⁻¹ b − (rate of J) v), b the bias of the joints; pseudo_inverse (nv, 6 links) = M⁻¹
+    Jᵀ inertia; rank as in operational_space_inertia (Khatib 1987).  At most as many frames as the model has links.
+    O(n bodies + n² depth + n³).  external may be NULL: no wrench.  options may be NULL: about the frame's origin, in
+    its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_operational_space(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                              const double *v, const ksl_external_t *external, double *inertia,
+                                              double *bias, double *pseudo_inverse, int n, const int *links,
+                                              const ksl_frame_options_t *options, double *rank);
+KSL_EXPORT ksl_status_t ksl_operational_spacef(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                               const float *v, const ksl_externalf_t *external, float *inertia,
+                                               float *bias, float *pseudo_inverse, int n, const int *links,
+                                               const ksl_frame_options_t *options, float *rank);
+KSL_EXPORT ksl_status_t ksl_operational_space_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                    ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                    double *inertia, ptrdiff_t inertia_stride, double *bias,
+                                                    ptrdiff_t bias_stride, double *pseudo_inverse,
+                                                    ptrdiff_t pseudo_inverse_stride, int links_n, const int *links,
+                                                    const ksl_frame_options_t *options, double *rank,
+                                                    ptrdiff_t rank_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_operational_space_external_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const ksl_external_rows_t *external, double *inertia, ptrdiff_t inertia_stride, double *bias, ptrdiff_t bias_stride,
+    double *pseudo_inverse, ptrdiff_t pseudo_inverse_stride, int links_n, const int *links,
+    const ksl_frame_options_t *options, double *rank, ptrdiff_t rank_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_operational_space_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                     ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                     float *inertia, ptrdiff_t inertia_stride, float *bias,
+                                                     ptrdiff_t bias_stride, float *pseudo_inverse,
+                                                     ptrdiff_t pseudo_inverse_stride, int links_n, const int *links,
+                                                     const ksl_frame_options_t *options, float *rank,
+                                                     ptrdiff_t rank_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_operational_space_external_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const ksl_external_rowsf_t *external, float *inertia, ptrdiff_t inertia_stride, float *bias, ptrdiff_t bias_stride,
+    float *pseudo_inverse, ptrdiff_t pseudo_inverse_stride, int links_n, const int *links,
+    const ksl_frame_options_t *options, float *rank, ptrdiff_t rank_stride, int threads);
+
 KSL_END_C
 
 #endif

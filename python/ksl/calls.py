@@ -178,9 +178,9 @@ class Calls(Requests):
 
         kind: "classical" is the acceleration of the link's point that is at the origin in question, and the rate of ω.
         "spatial" is less by ω × v of that point in the linear part: the rate of the twist about a point at rest.
-        axes, at: "frame" or "world", in whose axes and about whose origin.  The rates of the numbers of
-        :meth:`frame_velocity` are the spatial acceleration where axes and at are the same, and the classical one with
-        axes="world", at="frame".  Either kind is J a + (rate of J) v of the Jacobians so expressed.
+        "rate" is that of each number of :meth:`frame_velocity` with the same keywords, J a + (rate of J) v: the spatial
+        acceleration where axes and at are the same, the classical one with axes="world", at="frame".
+        axes, at: "frame" or "world", in whose axes and about whose origin.
 
         order, offset: as in :meth:`frame_velocity`.  q, v, a, out, threads: as in :meth:`inverse_dynamics`.  m/s², rad/s².
         Featherstone, RBDA 2008, eq. (5.15) and section 2.11; O(depth).
@@ -348,6 +348,75 @@ class Calls(Requests):
         q (…, nq), v (…, nv); external, out, threads: as in :meth:`inverse_dynamics`.  No wrench, no power.
         """
         return self._core.external_power(q, v, None, None, external, None, out, threads)
+
+    def operational_space_inertia_inverse(
+        self,
+        q: ArrayLike,
+        names: Iterable[str] | None = None,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Inverse operational-space inertia (…, 6 names, 6 names), J M⁻¹ Jᵀ, symmetric, for q (…, nq).
+
+        names: in the order wanted; rows and columns are the six numbers of the first frame's twist, then of the second's …
+        axes, at, order: as in :meth:`frame_velocity`, whose numbers these are; wrenches have power with them.
+        q, out, threads: as in :meth:`inverse_dynamics`.  It exists for any frames, also where it is singular.
+        Khatib, IEEE J. Robotics and Automation 3 (1987) 43; by propagation of wrenches through articulated bodies, as Lilly
+        and Orin (1993).  O(bodies + n² depth).  NaN where a joint can move without moving any mass.
+        """
+        return self._core.operational_space_inertia_inverse(q, None, None, None, None, self._frames_of(names, axes, at, order, None), out, threads)
+
+    def operational_space_inertia(
+        self,
+        q: ArrayLike,
+        names: Iterable[str] | None = None,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        out: tuple[Array,
+        Array] | None = None,
+        threads: int | None = None,
+    ) -> tuple[Array, Array]:
+        """Operational-space inertia (…, 6 names, 6 names), symmetric, and its rank (…), for q (…, nq).
+
+        The inverse of :meth:`operational_space_inertia_inverse`, with the same arguments.  Where that is singular, directions
+        that depend on those before (their pivot is below 1e-10 of the diagonal element, 1e-4 in single precision) are left
+        out and have zeros: it is then a generalised inverse.  The rank is a number of the arrays' type.
+        O(bodies + n² depth + n³).
+        """
+        return self._core.operational_space_inertia(q, None, None, None, None, self._frames_of(names, axes, at, order, None), out, threads)
+
+    def operational_space(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        external: External | None = None,
+        names: Iterable[str] | None = None,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        out: tuple[Array,
+        Array,
+        Array,
+        Array] | None = None,
+        threads: int | None = None,
+    ) -> tuple[Array, Array, Array, Array]:
+        """Inertia, bias force, dynamically consistent pseudo-inverse and rank of frames, for q (…, nq) and v (…, nv).
+
+        With F the wrenches on the frames (6 names), x'' the rates of their twists' numbers, and no joint efforts:
+        F = inertia x'' + bias.  Returns inertia (…, 6 names, 6 names); bias (…, 6 names), the wrenches under which the
+        twists stay as they are, gravity, velocities and external wrenches included: inertia (J M⁻¹ b − (rate of J) v) with
+        b = :meth:`bias`; pseudo_inverse (…, nv, 6 names) = M⁻¹ Jᵀ inertia: of all accelerations that give x'', those with the
+        efforts Jᵀ F; and the rank (…).  Where that lacks, see :meth:`operational_space_inertia`.
+
+        names, axes, at, order: as in :meth:`operational_space_inertia_inverse`.  q, v, external, threads: as in
+        :meth:`inverse_dynamics`.  out: four arrays.  Khatib, IEEE J. Robotics and Automation 3 (1987) 43.
+        O(n bodies + n² depth + n³).
+        """
+        return self._core.operational_space(q, v, None, None, external, self._frames_of(names, axes, at, order, None), out, threads)
 
     rnea = inverse_dynamics
     aba = forward_dynamics

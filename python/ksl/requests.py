@@ -17,6 +17,8 @@ from ksl.mechanism import Mechanism
 from ksl.states import Point
 
 REQUESTS_KEPT = 64
+KINDS = ("spatial", "classical", "rate")
+"""Of accelerations, in the order of the compiled calls."""
 
 _PLAIN_NUMBERS = frozenset((float, int))
 _pack_three = struct.Struct("3d").pack
@@ -66,7 +68,7 @@ class Requests(Mechanism):
                 world_axes=one_of(axes, "axes", "frame", "world") == "world",
                 at_world=one_of(at, "at", "frame", "world") == "world",
                 angular_first=one_of(order, "order", "lin_ang", "ang_lin") == "ang_lin",
-                classical=one_of(kind, "kind", "spatial", "classical") == "classical",
+                kind=KINDS.index(one_of(kind, "kind", *KINDS)),
                 offset=(0.0, 0.0, 0.0) if offset is None else three_numbers(offset, "point or offset"),
             )
             if offset is None or point is not None:

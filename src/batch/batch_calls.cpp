@@ -132,4 +132,22 @@ template <class S> void external_power_batch(const model &m, const batch_view<S>
 template void external_power_batch(const model &, const batch_view<double> &, int);
 template void external_power_batch(const model &, const batch_view<float> &, int);
 
+template <class S> void operational_space_inertia_inverse_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::operational_space_inertia_inverse, m, batch, threads);
+}
+template void operational_space_inertia_inverse_batch(const model &, const batch_view<double> &, int);
+template void operational_space_inertia_inverse_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void operational_space_inertia_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::operational_space_inertia, m, batch, threads);
+}
+template void operational_space_inertia_batch(const model &, const batch_view<double> &, int);
+template void operational_space_inertia_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void operational_space_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::operational_space, m, batch, threads);
+}
+template void operational_space_batch(const model &, const batch_view<double> &, int);
+template void operational_space_batch(const model &, const batch_view<float> &, int);
+
 } // namespace ksl

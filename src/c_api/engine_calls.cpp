@@ -724,4 +724,130 @@ ksl_status_t ksl_external_power_batchf(const ksl_model_t *model, size_t n, const
                            external, threads);
 }
 
+ksl_status_t ksl_operational_space_inertia_inverse(const ksl_model_t *model, ksl_data_t *data, const double *q, int n,
+                                                   const int *links, const ksl_frame_options_t *options,
+                                                   double *inverse) {
+  return state_call<rows::operational_space_inertia_inverse, double>(
+      model, data, {.q = q, .links = {n, links}, .result = {inverse}}, no_external, options);
+}
+
+ksl_status_t ksl_operational_space_inertia_inversef(const ksl_model_t *model, ksl_data_t *data, const float *q, int n,
+                                                    const int *links, const ksl_frame_options_t *options,
+                                                    float *inverse) {
+  return state_call<rows::operational_space_inertia_inverse, float>(
+      model, data, {.q = q, .links = {n, links}, .result = {inverse}}, no_external, options);
+}
+
+ksl_status_t ksl_operational_space_inertia_inverse_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                         ptrdiff_t q_stride, int links_n, const int *links,
+                                                         const ksl_frame_options_t *options, double *inverse,
+                                                         ptrdiff_t inverse_stride, int threads) {
+  return batch_call<double>(rows::operational_space_inertia_inverse, model,
+                            {.n = n, .q = {q, q_stride}, .links = {links_n, links}, .result = {{inverse, inverse_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_operational_space_inertia_inverse_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                          ptrdiff_t q_stride, int links_n, const int *links,
+                                                          const ksl_frame_options_t *options, float *inverse,
+                                                          ptrdiff_t inverse_stride, int threads) {
+  return batch_call<float>(rows::operational_space_inertia_inverse, model,
+                           {.n = n, .q = {q, q_stride}, .links = {links_n, links}, .result = {{inverse, inverse_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_operational_space_inertia(const ksl_model_t *model, ksl_data_t *data, const double *q, double *inertia,
+                                           int n, const int *links, const ksl_frame_options_t *options, double *rank) {
+  return state_call<rows::operational_space_inertia, double>(
+      model, data, {.q = q, .links = {n, links}, .result = {inertia, rank}}, no_external, options);
+}
+
+ksl_status_t ksl_operational_space_inertiaf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *inertia,
+                                            int n, const int *links, const ksl_frame_options_t *options, float *rank) {
+  return state_call<rows::operational_space_inertia, float>(model, data,
+                                                            {.q = q, .links = {n, links}, .result = {inertia, rank}},
+                                                            no_external, options);
+}
+
+ksl_status_t ksl_operational_space_inertia_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                 ptrdiff_t q_stride, double *inertia, ptrdiff_t inertia_stride,
+                                                 int links_n, const int *links, const ksl_frame_options_t *options,
+                                                 double *rank, ptrdiff_t rank_stride, int threads) {
+  return batch_call<double>(rows::operational_space_inertia, model,
+                            {.n = n, .q = {q, q_stride}, .links = {links_n, links}, .result = {{inertia, inertia_stride}, {rank, rank_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_operational_space_inertia_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                  ptrdiff_t q_stride, float *inertia, ptrdiff_t inertia_stride,
+                                                  int links_n, const int *links, const ksl_frame_options_t *options,
+                                                  float *rank, ptrdiff_t rank_stride, int threads) {
+  return batch_call<float>(rows::operational_space_inertia, model,
+                           {.n = n, .q = {q, q_stride}, .links = {links_n, links}, .result = {{inertia, inertia_stride}, {rank, rank_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_operational_space(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                   const ksl_external_t *external, double *inertia, double *bias,
+                                   double *pseudo_inverse, int n, const int *links, const ksl_frame_options_t *options,
+                                   double *rank) {
+  return state_call<rows::operational_space, double>(model, data,
+                                                     {.q = q, .v = v, .links = {n, links}, .result = {inertia, bias, pseudo_inverse, rank}},
+                                                     external, options);
+}
+
+ksl_status_t ksl_operational_spacef(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                    const ksl_externalf_t *external, float *inertia, float *bias, float *pseudo_inverse,
+                                    int n, const int *links, const ksl_frame_options_t *options, float *rank) {
+  return state_call<rows::operational_space, float>(model, data,
+                                                    {.q = q, .v = v, .links = {n, links}, .result = {inertia, bias, pseudo_inverse, rank}},
+                                                    external, options);
+}
+
+ksl_status_t ksl_operational_space_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                         const double *v, ptrdiff_t v_stride, double *inertia, ptrdiff_t inertia_stride,
+                                         double *bias, ptrdiff_t bias_stride, double *pseudo_inverse,
+                                         ptrdiff_t pseudo_inverse_stride, int links_n, const int *links,
+                                         const ksl_frame_options_t *options, double *rank, ptrdiff_t rank_stride,
+                                         int threads) {
+  return batch_call<double>(rows::operational_space, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{inertia, inertia_stride}, {bias, bias_stride}, {pseudo_inverse, pseudo_inverse_stride}, {rank, rank_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_operational_space_external_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                  ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                  const ksl_external_rows_t *external, double *inertia,
+                                                  ptrdiff_t inertia_stride, double *bias, ptrdiff_t bias_stride,
+                                                  double *pseudo_inverse, ptrdiff_t pseudo_inverse_stride, int links_n,
+                                                  const int *links, const ksl_frame_options_t *options, double *rank,
+                                                  ptrdiff_t rank_stride, int threads) {
+  return batch_call<double>(rows::operational_space, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{inertia, inertia_stride}, {bias, bias_stride}, {pseudo_inverse, pseudo_inverse_stride}, {rank, rank_stride}}},
+                            external, threads, options);
+}
+
+ksl_status_t ksl_operational_space_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                          const float *v, ptrdiff_t v_stride, float *inertia, ptrdiff_t inertia_stride,
+                                          float *bias, ptrdiff_t bias_stride, float *pseudo_inverse,
+                                          ptrdiff_t pseudo_inverse_stride, int links_n, const int *links,
+                                          const ksl_frame_options_t *options, float *rank, ptrdiff_t rank_stride,
+                                          int threads) {
+  return batch_call<float>(rows::operational_space, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{inertia, inertia_stride}, {bias, bias_stride}, {pseudo_inverse, pseudo_inverse_stride}, {rank, rank_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_operational_space_external_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                   ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                   const ksl_external_rowsf_t *external, float *inertia,
+                                                   ptrdiff_t inertia_stride, float *bias, ptrdiff_t bias_stride,
+                                                   float *pseudo_inverse, ptrdiff_t pseudo_inverse_stride, int links_n,
+                                                   const int *links, const ksl_frame_options_t *options, float *rank,
+                                                   ptrdiff_t rank_stride, int threads) {
+  return batch_call<float>(rows::operational_space, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{inertia, inertia_stride}, {bias, bias_stride}, {pseudo_inverse, pseudo_inverse_stride}, {rank, rank_stride}}},
+                           external, threads, options);
+}
+
 } // extern "C"

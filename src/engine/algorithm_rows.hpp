@@ -23,6 +23,9 @@ struct kernel_table {
   const algorithm_kernels *relative_jacobian;
   const algorithm_kernels *energy;
   const algorithm_kernels *external_power;
+  const algorithm_kernels *operational_space_inertia_inverse;
+  const algorithm_kernels *operational_space_inertia;
+  const algorithm_kernels *operational_space;
 };
 
 namespace rows {
@@ -203,6 +206,39 @@ constexpr algorithm_row external_power = {
     .kernels = &kernel_table::external_power,
 };
 
+constexpr algorithm_row operational_space_inertia_inverse = {
+    .name = "operational_space_inertia_inverse",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::frames,
+    .results = 1,
+    .result = {{"inverse", 2, {extent::twists, extent::twists}}},
+    .kernels = &kernel_table::operational_space_inertia_inverse,
+};
+
+constexpr algorithm_row operational_space_inertia = {
+    .name = "operational_space_inertia",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::frames,
+    .results = 2,
+    .result = {{"inertia", 2, {extent::twists, extent::twists}}, {"rank", 0, {}}},
+    .kernels = &kernel_table::operational_space_inertia,
+};
+
+constexpr algorithm_row operational_space = {
+    .name = "operational_space",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .external = external_use::optional,
+    .request = request_kind::frames,
+    .results = 4,
+    .result = {{"inertia", 2, {extent::twists, extent::twists}}, {"bias", 1, {extent::twists}}, {"pseudo_inverse", 2, {extent::nv, extent::twists}}, {"rank", 0, {}}},
+    .kernels = &kernel_table::operational_space,
+};
+
 constexpr algorithm_row reactions = {
     .name = "reactions",
     .inputs = 3,
@@ -298,6 +334,9 @@ constexpr const algorithm_row *all[] = {
     &relative_jacobian,
     &energy,
     &external_power,
+    &operational_space_inertia_inverse,
+    &operational_space_inertia,
+    &operational_space,
 };
 
 } // namespace rows

@@ -125,6 +125,27 @@ void external_power(const model &m, data &d, const S *q, const S *v, S *power, c
   compute<S>(rows::external_power, m, d, {.q = q, .v = v, .external = external, .result = {power}});
 }
 
+template <class S>
+void operational_space_inertia_inverse(const model &m, data &d, const S *q, int n, const int *links,
+                                       const frame_options &how, S *inverse) {
+  compute<S>(rows::operational_space_inertia_inverse, m, d, {
+      .q = q, .links = {n, links}, .frame = how, .result = {inverse}});
+}
+
+template <class S>
+void operational_space_inertia(const model &m, data &d, const S *q, S *inertia, int n, const int *links,
+                               const frame_options &how, S *rank) {
+  compute<S>(rows::operational_space_inertia, m, d, {.q = q, .links = {n, links}, .frame = how,
+                                                     .result = {inertia, rank}});
+}
+
+template <class S>
+void operational_space(const model &m, data &d, const S *q, const S *v, S *inertia, S *bias, S *pseudo_inverse, int n,
+                       const int *links, const frame_options &how, S *rank, const external_wrenches<S> &external) {
+  compute<S>(rows::operational_space, m, d, {.q = q, .v = v, .external = external, .links = {n, links}, .frame = how,
+                                             .result = {inertia, bias, pseudo_inverse, rank}});
+}
+
 template void inverse_dynamics<double>(const model &, data &, const double *, const double *, const double *, double *,
                                        const external_wrenches<double> &);
 template void inverse_dynamics<float>(const model &, data &, const float *, const float *, const float *, float *,
@@ -195,5 +216,19 @@ template void external_power<double>(const model &, data &, const double *, cons
                                      const external_wrenches<double> &);
 template void external_power<float>(const model &, data &, const float *, const float *, float *,
                                     const external_wrenches<float> &);
+template void operational_space_inertia_inverse<double>(const model &, data &, const double *, int, const int *,
+                                                        const frame_options &, double *);
+template void operational_space_inertia_inverse<float>(const model &, data &, const float *, int, const int *,
+                                                       const frame_options &, float *);
+template void operational_space_inertia<double>(const model &, data &, const double *, double *, int, const int *,
+                                                const frame_options &, double *);
+template void operational_space_inertia<float>(const model &, data &, const float *, float *, int, const int *,
+                                               const frame_options &, float *);
+template void operational_space<double>(const model &, data &, const double *, const double *, double *, double *,
+                                        double *, int, const int *, const frame_options &, double *,
+                                        const external_wrenches<double> &);
+template void operational_space<float>(const model &, data &, const float *, const float *, float *, float *, float *,
+                                       int, const int *, const frame_options &, float *,
+                                       const external_wrenches<float> &);
 
 } // namespace ksl

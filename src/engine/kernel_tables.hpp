@@ -21,7 +21,10 @@
   extern "C" const ksl::algorithm_kernels ksl_kernels_relative_velocity_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_relative_jacobian_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_energy_##set; \
-  extern "C" const ksl::algorithm_kernels ksl_kernels_external_power_##set;
+  extern "C" const ksl::algorithm_kernels ksl_kernels_external_power_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_operational_space_inertia_inverse_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_operational_space_inertia_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_operational_space_##set;
 
 #define KSL_KERNEL_TABLE(set) \
   { \
@@ -41,4 +44,7 @@
     .relative_jacobian = &ksl_kernels_relative_jacobian_##set, \
     .energy = &ksl_kernels_energy_##set, \
     .external_power = &ksl_kernels_external_power_##set, \
+    .operational_space_inertia_inverse = &ksl_kernels_operational_space_inertia_inverse_##set, \
+    .operational_space_inertia = &ksl_kernels_operational_space_inertia_##set, \
+    .operational_space = &ksl_kernels_operational_space_##set, \
   }

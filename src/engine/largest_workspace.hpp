@@ -8,6 +8,7 @@
 #include "ksl/engine/frame_motion.hpp"
 #include "ksl/engine/inverse_dynamics.hpp"
 #include "ksl/engine/mass_matrix.hpp"
+#include "ksl/engine/operational_space.hpp"
 #include "ksl/engine/reactions.hpp"
 #include "ksl/engine/relative_motion.hpp"
 
@@ -34,6 +35,9 @@ inline std::size_t largest_workspace(const model_view<double> &m) {
       workspace_bytes<relative_jacobian_workspace<double>>(m),
       workspace_bytes<energy_workspace<double>>(m),
       workspace_bytes<external_power_workspace<double>>(m),
+      workspace_bytes<operational_space_inertia_inverse_workspace<double>>(m),
+      workspace_bytes<operational_space_inertia_workspace<double>>(m),
+      workspace_bytes<operational_space_workspace<double>>(m),
   });
 }
 

@@ -732,3 +732,128 @@ TEST_CASE("external_power: C++ and C, one state and batches, in float") {
   };
   faces::agree<float>(ksl::rows::external_power, cpp, c, cpp_batch, c_batch);
 }
+
+TEST_CASE("operational_space_inertia_inverse: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::operational_space_inertia_inverse(s.r.m, s.r.d, s.q, 3, s.r.links.data(), s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_operational_space_inertia_inverse(s.r.c_model, s.r.c_data, s.q, 3, s.r.links.data(), s.r.c_how,
+                                                s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::operational_space_inertia_inverse_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_operational_space_inertia_inverse_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, 3,
+                                                      s.r.links.data(), s.r.c_how, s.batch.result[0].first,
+                                                      s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::operational_space_inertia_inverse, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("operational_space_inertia_inverse: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::operational_space_inertia_inverse(s.r.m, s.r.d, s.q, 3, s.r.links.data(), s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_operational_space_inertia_inversef(s.r.c_model, s.r.c_data, s.q, 3, s.r.links.data(), s.r.c_how,
+                                                 s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::operational_space_inertia_inverse_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_operational_space_inertia_inverse_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, 3,
+                                                       s.r.links.data(), s.r.c_how, s.batch.result[0].first,
+                                                       s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::operational_space_inertia_inverse, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("operational_space_inertia: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::operational_space_inertia(s.r.m, s.r.d, s.q, s.result[0], 3, s.r.links.data(), s.r.how, s.result[1]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_operational_space_inertia(s.r.c_model, s.r.c_data, s.q, s.result[0], 3, s.r.links.data(), s.r.c_how,
+                                        s.result[1]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::operational_space_inertia_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_operational_space_inertia_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                              s.batch.result[0].first, s.batch.result[0].stride, 3, s.r.links.data(),
+                                              s.r.c_how, s.batch.result[1].first, s.batch.result[1].stride,
+                                              s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::operational_space_inertia, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("operational_space_inertia: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::operational_space_inertia(s.r.m, s.r.d, s.q, s.result[0], 3, s.r.links.data(), s.r.how, s.result[1]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_operational_space_inertiaf(s.r.c_model, s.r.c_data, s.q, s.result[0], 3, s.r.links.data(), s.r.c_how,
+                                         s.result[1]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::operational_space_inertia_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_operational_space_inertia_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                               s.batch.result[0].first, s.batch.result[0].stride, 3, s.r.links.data(),
+                                               s.r.c_how, s.batch.result[1].first, s.batch.result[1].stride,
+                                               s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::operational_space_inertia, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("operational_space: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::operational_space(s.r.m, s.r.d, s.q, s.v, s.result[0], s.result[1], s.result[2], 3, s.r.links.data(), s.r.how,
+                           s.result[3], s.external);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_operational_space(s.r.c_model, s.r.c_data, s.q, s.v, &s.c_external, s.result[0], s.result[1], s.result[2],
+                                3, s.r.links.data(), s.r.c_how, s.result[3]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::operational_space_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_operational_space_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                               s.batch.v.stride, &s.external, s.batch.result[0].first,
+                                               s.batch.result[0].stride, s.batch.result[1].first,
+                                               s.batch.result[1].stride, s.batch.result[2].first,
+                                               s.batch.result[2].stride, 3, s.r.links.data(), s.r.c_how,
+                                               s.batch.result[3].first, s.batch.result[3].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::operational_space, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("operational_space: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::operational_space(s.r.m, s.r.d, s.q, s.v, s.result[0], s.result[1], s.result[2], 3, s.r.links.data(), s.r.how,
+                           s.result[3], s.external);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_operational_spacef(s.r.c_model, s.r.c_data, s.q, s.v, &s.c_external, s.result[0], s.result[1],
+                                 s.result[2], 3, s.r.links.data(), s.r.c_how, s.result[3]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::operational_space_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_operational_space_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                s.batch.v.stride, &s.external, s.batch.result[0].first,
+                                                s.batch.result[0].stride, s.batch.result[1].first,
+                                                s.batch.result[1].stride, s.batch.result[2].first,
+                                                s.batch.result[2].stride, 3, s.r.links.data(), s.r.c_how,
+                                                s.batch.result[3].first, s.batch.result[3].stride,
+                                                s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::operational_space, cpp, c, cpp_batch, c_batch);
+}

@@ -184,6 +184,14 @@ void frame_velocities(const model_view<scalar_of<T>> &model, const frame_velocit
                   [&](int k, const screw<T> &s) KSL_INLINED { write_motion(s, how, out + 6 * k); });
 }
 
+/// How many times ω × v is taken off the classical acceleration.  It is zero once for a frame at rest, and once for a frame's own
+/// axes if its numbers are differentiated.
+constexpr int times_turning(const frame_options &how) {
+  if (how.kind != acceleration_kind::rate)
+    return how.kind == acceleration_kind::spatial ? 1 : 0;
+  return (how.at == expressed_in::world ? 1 : 0) + (how.axes == expressed_in::frame ? 1 : 0);
+}
+
 /// Accelerations of n links' frames into out (n, 6) for q (nq), v (nv) and dv (nv), without gravity: of the kind that the
 /// options say.  O(bodies that carry the links).
 template <class T>
@@ -201,10 +209,8 @@ void frame_accelerations(const model_view<scalar_of<T>> &model, const frame_acce
               });
   express_motions(model, w.in_world, w.motion, n, links, how, [&](int k, const frame_motion<T> &m) KSL_INLINED {
     vec3<T> a = m.body.acceleration, turning;
-    if (how.kind == acceleration_kind::spatial) {
-      algebra<T>::cross_vv(&m.body.angular_velocity, &m.velocity, &turning);
-      algebra<T>::nxpy_vv(&turning, &a);
-    }
+    algebra<T>::cross_vv(&m.body.angular_velocity, &m.velocity, &turning);
+    algebra<T>::axpy_vv(T(-times_turning(how)), &turning, &a);
     write_motion({a, m.body.angular_acceleration}, how, out + 6 * k);
   });
 }
