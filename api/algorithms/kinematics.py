@@ -41,7 +41,7 @@ q, out, threads: as in :meth:`inverse_dynamics`.  O(bodies + links).
         results=(Result("twist", (6,), "twist of the frame, m/s and rad/s"),),
         variant_of="frame_velocities",
         summary="Twist (…, 6) of a link's frame, or of a joint's (the child link's), for q (…, nq) and v (…, nv); m/s, rad/s.",
-        text="Twist {twist} of a link's frame for {q} and {v}.  O(depth).",
+        text="Twist {twist} of a link's frame for {q} and {v} (Featherstone, RBDA 2008, eq. (5.14)).  O(depth).",
         python="""
 axes, at: "frame" or "world", in whose axes and about whose origin the twist is.  order: "lin_ang" or "ang_lin".
 offset: three numbers, of the frame's origin from the link's, in the link's axes, m; none by default.
@@ -72,7 +72,8 @@ axes, at, order: as in :meth:`frame_velocity`.  q, v, out, threads: as in :meth:
         results=(Result("acceleration", (6,), "acceleration of the frame, m/s² and rad/s²"),),
         variant_of="frame_accelerations",
         summary="Acceleration (…, 6) of a link's frame, or of a joint's (the child link's), for q (…, nq), v and a (…, nv); no gravity.",
-        text="Acceleration {acceleration} of a link's frame for {q}, {v} and {a}, without gravity.  O(depth).",
+        text="Acceleration {acceleration} of a link's frame for {q}, {v} and {a}, without gravity (Featherstone, RBDA 2008, eq. (5.15) and "
+        "section 2.11).  O(depth).",
         python="""
 kind: "classical" is the acceleration of the link's point that is at the origin in question, and the rate of ω.
 "spatial" is less by ω × v of that point in the linear part: the rate of the twist about a point at rest.
@@ -154,7 +155,8 @@ q, out, threads: as in :meth:`inverse_dynamics`.  Featherstone, RBDA 2008, eq. (
         request="frame",
         results=(Result("rate", (6, "nv"), "rate of the Jacobian of the frame"),),
         summary="Rate (…, 6, nv) of the Jacobian of a link's frame, for q (…, nq) and v (…, nv): of each of its numbers.",
-        text="Rate {rate} of the Jacobian of a link's frame, row-major, for {q} and {v}: J a + rate v is the rate of J v.  O(depth).",
+        text="Rate {rate} of the Jacobian of a link's frame, row-major, for {q} and {v}: J a + rate v is the rate of J v (Featherstone, RBDA "
+        "2008, eqs. (2.45), (3.35)).  O(depth).",
         python="""
 The rate of each number of :meth:`jacobian` with the same keywords: J a + rate v is the rate of J v.
 q, v, out, threads: as in :meth:`inverse_dynamics`.  Featherstone, RBDA 2008, eqs. (2.45), (3.35); O(depth).
@@ -167,8 +169,8 @@ q, v, out, threads: as in :meth:`inverse_dynamics`.  Featherstone, RBDA 2008, eq
         request="relative",
         results=(Result("pose", (4, 4), "pose of the one frame in the other, m"),),
         summary="Pose (…, 4, 4) of a link's frame as seen from another link's, for q (…, nq); m.",
-        text="Pose {pose}, row-major, of a link's frame as seen from another link's for {q}; of the options, the offset counts.  Only "
-        "the joints between the links enter.",
+        text="Pose {pose}, row-major, of a link's frame as seen from another link's for {q}; of the options, the offset counts.  "
+        "O(joints between the links).",
         python="""
 name, seen_from: links, or joints (the child links).  offset: of the first frame's origin, as in :meth:`frame_velocity`.
 axes, at, order: don't matter.  q, out, threads: as in :meth:`inverse_dynamics`.  O(joints between the links).
@@ -182,7 +184,7 @@ axes, at, order: don't matter.  q, out, threads: as in :meth:`inverse_dynamics`.
         results=(Result("twist", (6,), "twist of the one frame relative to the other, m/s and rad/s"),),
         summary="Twist (…, 6) of a link's frame relative to another link's, for q (…, nq) and v (…, nv); m/s, rad/s.",
         text="Twist {twist} of a link's frame relative to another link's for {q} and {v}.  The other frame takes the place of the world in "
-        "the options.  Only the joints between the links enter.",
+        "the options.  O(joints between the links).",
         python="""
 name, seen_from: links, or joints (the child links).  It is the twist that an observer who moves with `seen_from` sees.
 axes, at: "frame" or "world"; the frame `seen_from` takes the place of the world.
@@ -198,7 +200,7 @@ O(joints between the links).
         results=(Result("J", (6, "nv"), "relative twist for each joint velocity"),),
         summary="Jacobian (…, 6, nv) of a link's frame relative to another link's, for q (…, nq): J v is the relative twist.",
         text="Jacobian {J}, row-major, of a link's frame relative to another link's for {q}: J v is the relative velocity.  Columns of "
-        "joints that don't lie between the links are zero.",
+        "joints that don't lie between the links are zero.  O(joints between the links), besides writing 6 nv numbers.",
         python="""
 name, seen_from, axes, at, order, offset: as in :meth:`relative_velocity`.
 q, out, threads: as in :meth:`inverse_dynamics`.  O(joints between the links), besides writing 6 nv numbers.

@@ -62,9 +62,9 @@ KSL_EXPORT void mass_matrix_batch(const model &m, const batch_view<S> &batch, in
 template <class S>
 KSL_EXPORT void frame_poses_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Twist twist (6) of a link's frame for q (nq) and v (nv).  O(depth).  frame_options by default: about the frame's
-/// origin, in its axes, linear first.  Reads batch.q, batch.v, batch.links (the first; without one nothing is
-/// computed), batch.frame; writes twist into batch.result[0] (rows of 6).
+/// Twist twist (6) of a link's frame for q (nq) and v (nv) (Featherstone, RBDA 2008, eq. (5.14)).  O(depth).
+/// frame_options by default: about the frame's origin, in its axes, linear first.  Reads batch.q, batch.v, batch.links
+/// (the first; without one nothing is computed), batch.frame; writes twist into batch.result[0] (rows of 6).
 template <class S>
 KSL_EXPORT void frame_velocity_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
@@ -75,10 +75,10 @@ KSL_EXPORT void frame_velocity_batch(const model &m, const batch_view<S> &batch,
 template <class S>
 KSL_EXPORT void frame_velocities_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Acceleration acceleration (6) of a link's frame for q (nq), v (nv) and a (nv), without gravity.  O(depth).
-/// frame_options by default: about the frame's origin, in its axes, linear first.  Reads batch.q, batch.v, batch.a,
-/// batch.links (the first; without one nothing is computed), batch.frame; writes acceleration into batch.result[0]
-/// (rows of 6).
+/// Acceleration acceleration (6) of a link's frame for q (nq), v (nv) and a (nv), without gravity (Featherstone, RBDA
+/// 2008, eq. (5.15) and section 2.11).  O(depth).  frame_options by default: about the frame's origin, in its axes,
+/// linear first.  Reads batch.q, batch.v, batch.a, batch.links (the first; without one nothing is computed),
+/// batch.frame; writes acceleration into batch.result[0] (rows of 6).
 template <class S>
 KSL_EXPORT void frame_acceleration_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
@@ -111,30 +111,31 @@ template <class S>
 KSL_EXPORT void jacobian_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Rate rate (6, nv) of the Jacobian of a link's frame, row-major, for q (nq) and v (nv): J a + rate v is the rate of J
-/// v.  O(depth).  frame_options by default: about the frame's origin, in its axes, linear first.  Reads batch.q,
-/// batch.v, batch.links (the first; without one nothing is computed), batch.frame; writes rate into batch.result[0]
-/// (rows of 6 × nv).
+/// v (Featherstone, RBDA 2008, eqs. (2.45), (3.35)).  O(depth).  frame_options by default: about the frame's origin, in
+/// its axes, linear first.  Reads batch.q, batch.v, batch.links (the first; without one nothing is computed),
+/// batch.frame; writes rate into batch.result[0] (rows of 6 × nv).
 template <class S>
 KSL_EXPORT void jacobian_rate_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Pose pose (4, 4), row-major, of a link's frame as seen from another link's for q (nq); of the options, the offset
-/// counts.  Only the joints between the links enter.  frame_options by default: about the frame's origin, in its axes,
-/// linear first.  Reads batch.q, batch.links (two: the link, and the one that it is seen from; with fewer nothing is
+/// counts.  O(joints between the links).  frame_options by default: about the frame's origin, in its axes, linear
+/// first.  Reads batch.q, batch.links (two: the link, and the one that it is seen from; with fewer nothing is
 /// computed), batch.frame; writes pose into batch.result[0] (rows of 4 × 4).
 template <class S>
 KSL_EXPORT void relative_pose_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Twist twist (6) of a link's frame relative to another link's for q (nq) and v (nv).  The other frame takes the place
-/// of the world in the options.  Only the joints between the links enter.  frame_options by default: about the frame's
-/// origin, in its axes, linear first.  Reads batch.q, batch.v, batch.links (two: the link, and the one that it is seen
-/// from; with fewer nothing is computed), batch.frame; writes twist into batch.result[0] (rows of 6).
+/// of the world in the options.  O(joints between the links).  frame_options by default: about the frame's origin, in
+/// its axes, linear first.  Reads batch.q, batch.v, batch.links (two: the link, and the one that it is seen from; with
+/// fewer nothing is computed), batch.frame; writes twist into batch.result[0] (rows of 6).
 template <class S>
 KSL_EXPORT void relative_velocity_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Jacobian J (6, nv), row-major, of a link's frame relative to another link's for q (nq): J v is the relative
-/// velocity.  Columns of joints that don't lie between the links are zero.  frame_options by default: about the frame's
-/// origin, in its axes, linear first.  Reads batch.q, batch.links (two: the link, and the one that it is seen from;
-/// with fewer nothing is computed), batch.frame; writes J into batch.result[0] (rows of 6 × nv).
+/// velocity.  Columns of joints that don't lie between the links are zero.  O(joints between the links), besides
+/// writing 6 nv numbers.  frame_options by default: about the frame's origin, in its axes, linear first.  Reads
+/// batch.q, batch.links (two: the link, and the one that it is seen from; with fewer nothing is computed), batch.frame;
+/// writes J into batch.result[0] (rows of 6 × nv).
 template <class S>
 KSL_EXPORT void relative_jacobian_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 

@@ -51,8 +51,8 @@ KSL_EXPORT void mass_matrix(const model &m, data &d, const S *q, S *M);
 template <class S>
 KSL_EXPORT void frame_poses(const model &m, data &d, const S *q, int n, const int *links, S *poses);
 
-/// Twist twist (6) of a link's frame for q (nq) and v (nv).  O(depth).  frame_options by default: about the frame's
-/// origin, in its axes, linear first.  No allocation.
+/// Twist twist (6) of a link's frame for q (nq) and v (nv) (Featherstone, RBDA 2008, eq. (5.14)).  O(depth).
+/// frame_options by default: about the frame's origin, in its axes, linear first.  No allocation.
 template <class S>
 KSL_EXPORT void frame_velocity(const model &m, data &d, const S *q, const S *v, int link, const frame_options &how,
                                S *twist);
@@ -64,8 +64,9 @@ template <class S>
 KSL_EXPORT void frame_velocities(const model &m, data &d, const S *q, const S *v, int n, const int *links,
                                  const frame_options &how, S *twists);
 
-/// Acceleration acceleration (6) of a link's frame for q (nq), v (nv) and a (nv), without gravity.  O(depth).
-/// frame_options by default: about the frame's origin, in its axes, linear first.  No allocation.
+/// Acceleration acceleration (6) of a link's frame for q (nq), v (nv) and a (nv), without gravity (Featherstone, RBDA
+/// 2008, eq. (5.15) and section 2.11).  O(depth).  frame_options by default: about the frame's origin, in its axes,
+/// linear first.  No allocation.
 template <class S>
 KSL_EXPORT void frame_acceleration(const model &m, data &d, const S *q, const S *v, const S *a, int link,
                                    const frame_options &how, S *acceleration);
@@ -98,28 +99,30 @@ template <class S>
 KSL_EXPORT void jacobian(const model &m, data &d, const S *q, int link, const frame_options &how, S *J);
 
 /// Rate rate (6, nv) of the Jacobian of a link's frame, row-major, for q (nq) and v (nv): J a + rate v is the rate of J
-/// v.  O(depth).  frame_options by default: about the frame's origin, in its axes, linear first.  No allocation.
+/// v (Featherstone, RBDA 2008, eqs. (2.45), (3.35)).  O(depth).  frame_options by default: about the frame's origin, in
+/// its axes, linear first.  No allocation.
 template <class S>
 KSL_EXPORT void jacobian_rate(const model &m, data &d, const S *q, const S *v, int link, const frame_options &how,
                               S *rate);
 
 /// Pose pose (4, 4), row-major, of a link's frame as seen from another link's for q (nq); of the options, the offset
-/// counts.  Only the joints between the links enter.  frame_options by default: about the frame's origin, in its axes,
-/// linear first.  No allocation.
+/// counts.  O(joints between the links).  frame_options by default: about the frame's origin, in its axes, linear
+/// first.  No allocation.
 template <class S>
 KSL_EXPORT void relative_pose(const model &m, data &d, const S *q, int link, int seen_from, const frame_options &how,
                               S *pose);
 
 /// Twist twist (6) of a link's frame relative to another link's for q (nq) and v (nv).  The other frame takes the place
-/// of the world in the options.  Only the joints between the links enter.  frame_options by default: about the frame's
-/// origin, in its axes, linear first.  No allocation.
+/// of the world in the options.  O(joints between the links).  frame_options by default: about the frame's origin, in
+/// its axes, linear first.  No allocation.
 template <class S>
 KSL_EXPORT void relative_velocity(const model &m, data &d, const S *q, const S *v, int link, int seen_from,
                                   const frame_options &how, S *twist);
 
 /// Jacobian J (6, nv), row-major, of a link's frame relative to another link's for q (nq): J v is the relative
-/// velocity.  Columns of joints that don't lie between the links are zero.  frame_options by default: about the frame's
-/// origin, in its axes, linear first.  No allocation.
+/// velocity.  Columns of joints that don't lie between the links are zero.  O(joints between the links), besides
+/// writing 6 nv numbers.  frame_options by default: about the frame's origin, in its axes, linear first.  No
+/// allocation.
 template <class S>
 KSL_EXPORT void relative_jacobian(const model &m, data &d, const S *q, int link, int seen_from,
                                   const frame_options &how, S *J);

@@ -188,8 +188,8 @@ KSL_EXPORT ksl_status_t ksl_frame_poses_batchf(const ksl_model_t *model, size_t 
                                                int links_n, const int *links, float *poses, ptrdiff_t poses_stride,
                                                int threads);
 
-/** Twist twist (6) of a link's frame for q (nq) and v (nv).  O(depth).  options may be NULL: about the frame's
-    origin, in its axes, linear first. */
+/** Twist twist (6) of a link's frame for q (nq) and v (nv) (Featherstone, RBDA 2008, eq. (5.14)).  O(depth).
+    options may be NULL: about the frame's origin, in its axes, linear first. */
 KSL_EXPORT ksl_status_t ksl_frame_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
                                            int link, const ksl_frame_options_t *options, double *twist);
 KSL_EXPORT ksl_status_t ksl_frame_velocityf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
@@ -221,8 +221,9 @@ KSL_EXPORT ksl_status_t ksl_frame_velocities_batchf(const ksl_model_t *model, si
                                                     const int *links, const ksl_frame_options_t *options, float *twists,
                                                     ptrdiff_t twists_stride, int threads);
 
-/** Acceleration acceleration (6) of a link's frame for q (nq), v (nv) and a (nv), without gravity.  O(depth).
-    options may be NULL: about the frame's origin, in its axes, linear first. */
+/** Acceleration acceleration (6) of a link's frame for q (nq), v (nv) and a (nv), without gravity (Featherstone,
+    RBDA 2008, eq. (5.15) and section 2.11).  O(depth).  options may be NULL: about the frame's origin, in its axes,
+    linear first. */
 KSL_EXPORT ksl_status_t ksl_frame_acceleration(const ksl_model_t *model, ksl_data_t *data, const double *q,
                                                const double *v, const double *a, int link,
                                                const ksl_frame_options_t *options, double *acceleration);
@@ -312,7 +313,8 @@ KSL_EXPORT ksl_status_t ksl_jacobian_batchf(const ksl_model_t *model, size_t n, 
                                             int threads);
 
 /** Rate rate (6, nv) of the Jacobian of a link's frame, row-major, for q (nq) and v (nv): J a + rate v is the rate
-    of J v.  O(depth).  options may be NULL: about the frame's origin, in its axes, linear first. */
+    of J v (Featherstone, RBDA 2008, eqs. (2.45), (3.35)).  O(depth).  options may be NULL: about the frame's origin,
+    in its axes, linear first. */
 KSL_EXPORT ksl_status_t ksl_jacobian_rate(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
                                           int link, const ksl_frame_options_t *options, double *rate);
 KSL_EXPORT ksl_status_t ksl_jacobian_ratef(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
@@ -327,8 +329,7 @@ KSL_EXPORT ksl_status_t ksl_jacobian_rate_batchf(const ksl_model_t *model, size_
                                                  int threads);
 
 /** Pose pose (4, 4), row-major, of a link's frame as seen from another link's for q (nq); of the options, the offset
-    counts.  Only the joints between the links enter.  options may be NULL: about the frame's origin, in its axes,
-    linear first. */
+    counts.  O(joints between the links).  options may be NULL: about the frame's origin, in its axes, linear first. */
 KSL_EXPORT ksl_status_t ksl_relative_pose(const ksl_model_t *model, ksl_data_t *data, const double *q, int link,
                                           int seen_from, const ksl_frame_options_t *options, double *pose);
 KSL_EXPORT ksl_status_t ksl_relative_posef(const ksl_model_t *model, ksl_data_t *data, const float *q, int link,
@@ -341,8 +342,8 @@ KSL_EXPORT ksl_status_t ksl_relative_pose_batchf(const ksl_model_t *model, size_
                                                  float *pose, ptrdiff_t pose_stride, int threads);
 
 /** Twist twist (6) of a link's frame relative to another link's for q (nq) and v (nv).  The other frame takes the
-    place of the world in the options.  Only the joints between the links enter.  options may be NULL: about the
-    frame's origin, in its axes, linear first. */
+    place of the world in the options.  O(joints between the links).  options may be NULL: about the frame's origin,
+    in its axes, linear first. */
 KSL_EXPORT ksl_status_t ksl_relative_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q,
                                               const double *v, int link, int seen_from,
                                               const ksl_frame_options_t *options, double *twist);
@@ -359,8 +360,8 @@ KSL_EXPORT ksl_status_t ksl_relative_velocity_batchf(const ksl_model_t *model, s
                                                      ptrdiff_t twist_stride, int threads);
 
 /** Jacobian J (6, nv), row-major, of a link's frame relative to another link's for q (nq): J v is the relative
-    velocity.  Columns of joints that don't lie between the links are zero.  options may be NULL: about the frame's
-    origin, in its axes, linear first. */
+    velocity.  Columns of joints that don't lie between the links are zero.  O(joints between the links), besides
+    writing 6 nv numbers.  options may be NULL: about the frame's origin, in its axes, linear first. */
 KSL_EXPORT ksl_status_t ksl_relative_jacobian(const ksl_model_t *model, ksl_data_t *data, const double *q, int link,
                                               int seen_from, const ksl_frame_options_t *options, double *J);
 KSL_EXPORT ksl_status_t ksl_relative_jacobianf(const ksl_model_t *model, ksl_data_t *data, const float *q, int link,

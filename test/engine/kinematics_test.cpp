@@ -4,6 +4,7 @@
 
 #include "ksl/dual.hpp"
 #include "ksl/engine/frame_motion.hpp"
+#include "ksl/engine/relative_motion.hpp"
 #include "ksl/engine/owned_workspace.hpp"
 
 #include <doctest/doctest.h>
@@ -54,10 +55,10 @@ template <class T> numbers<T> jacobian_of(const numbers<T> &q, int link, const k
   return J;
 }
 
-numbers<double> rate_of(const motion &s, int link, const ksl::frame_options &how) {
-  const ksl::owned_workspace<ksl::jacobian_rate_workspace<double>> w(robot().view());
-  numbers<double> rate(6 * s.v.size());
-  ksl::jacobian_rate<double>(robot().view(), *w, s.q.data(), s.v.data(), link, how, rate.data());
+template <class T> numbers<T> rate_of(const numbers<T> &q, const numbers<T> &v, int link, const ksl::frame_options &how) {
+  const ksl::owned_workspace<ksl::jacobian_rate_workspace<T>> w(robot().view());
+  numbers<T> rate(6 * v.size());
+  ksl::jacobian_rate<T>(robot().view(), *w, q.data(), v.data(), link, how, rate.data());
   return rate;
 }
 
@@ -69,12 +70,54 @@ numbers<T> velocities(const numbers<T> &q, const numbers<T> &v, const numbers<in
   return out;
 }
 
-numbers<double> accelerations(const motion &s, const numbers<int> &links, const ksl::frame_options &how) {
-  const ksl::owned_workspace<ksl::frame_accelerations_workspace<double>> w(robot().view());
-  numbers<double> out(6 * links.size());
-  ksl::frame_accelerations<double>(robot().view(), *w, s.q.data(), s.v.data(), s.a.data(), static_cast<int>(links.size()),
-                                   links.data(), how, out.data());
+template <class T> numbers<T> accelerations(const numbers<T> &q, const numbers<T> &v, const numbers<T> &a, const numbers<int> &links,
+                                            const ksl::frame_options &how) {
+  const ksl::owned_workspace<ksl::frame_accelerations_workspace<T>> w(robot().view());
+  numbers<T> out(6 * links.size());
+  ksl::frame_accelerations<T>(robot().view(), *w, q.data(), v.data(), a.data(), static_cast<int>(links.size()), links.data(), how,
+                              out.data());
   return out;
+}
+numbers<double> accelerations(const motion &s, const numbers<int> &links, const ksl::frame_options &how) {
+  return accelerations(s.q, s.v, s.a, links, how);
+}
+
+template <class T> struct relative_motion {
+  numbers<T> pose, velocity, J;
+};
+template <class T>
+relative_motion<T> relative_motion_of(const numbers<T> &q, const numbers<T> &v, int link, int seen_from, const ksl::frame_options &how) {
+  const ksl::owned_workspace<ksl::relative_pose_workspace<T>> w(robot().view());
+  relative_motion<T> m = {numbers<T>(16), numbers<T>(6), numbers<T>(6 * v.size())};
+  ksl::relative_pose<T>(robot().view(), *w, q.data(), link, seen_from, how, m.pose.data());
+  ksl::relative_velocity<T>(robot().view(), *w, q.data(), v.data(), link, seen_from, how, m.velocity.data());
+  ksl::relative_jacobian<T>(robot().view(), *w, q.data(), link, seen_from, how, m.J.data());
+  return m;
+}
+
+template <class T> numbers<T> point_velocity_of(const numbers<T> &q, const numbers<T> &v, int link, const ksl::frame_options &how) {
+  const ksl::owned_workspace<ksl::frame_velocities_workspace<T>> w(robot().view());
+  numbers<T> out(3);
+  ksl::point_velocity<T>(robot().view(), *w, q.data(), v.data(), link, how, out.data());
+  return out;
+}
+template <class T> numbers<T>
+point_acceleration_of(const numbers<T> &q, const numbers<T> &v, const numbers<T> &a, int link, const ksl::frame_options &how) {
+  const ksl::owned_workspace<ksl::frame_accelerations_workspace<T>> w(robot().view());
+  numbers<T> out(3);
+  ksl::point_acceleration<T>(robot().view(), *w, q.data(), v.data(), a.data(), link, how, out.data());
+  return out;
+}
+
+/// Rᵀ ṗ, and ω of Rᵀ Ṙ = ω̃, of a row-major pose.
+numbers<double> twist_of(const time_dual *R) {
+  numbers<double> twist(6, 0.0);
+  for (std::size_t k = 0; k < 3; ++k)
+    for (std::size_t r = 0; r < 3; ++r) {
+      twist[k] += R[4 * r + k].value * R[4 * r + 3].derivative[0];
+      twist[3 + k] += R[4 * r + (k + 2) % 3].value * R[4 * r + (k + 1) % 3].derivative[0];
+    }
+  return twist;
 }
 
 void check_close(const numbers<double> &found, const numbers<double> &expected) {
@@ -135,14 +178,7 @@ TEST_CASE("kinematics: a frame's velocity is the derivative of its pose, and J v
   ksl::frame_poses<time_dual>(robot().view(), *w, q.data(), static_cast<int>(links.size()), links.data(), poses.data());
   const numbers<double> found = velocities(s.q, s.v, links, {});
   for (std::size_t l = 0; l < links.size(); ++l) {
-    const time_dual *const R = &poses[16 * l]; // row-major, with the position in the last column
-    numbers<double> twist(6, 0.0);             // Rᵀ ṗ, and Rᵀ Ṙ = ω̃
-    for (std::size_t k = 0; k < 3; ++k)
-      for (std::size_t r = 0; r < 3; ++r) {
-        twist[k] += R[4 * r + k].value * R[4 * r + 3].derivative[0];
-        twist[3 + k] += R[4 * r + (k + 2) % 3].value * R[4 * r + (k + 1) % 3].derivative[0];
-      }
-    check_close({found.begin() + 6 * static_cast<std::ptrdiff_t>(l), found.begin() + 6 * static_cast<std::ptrdiff_t>(l + 1)}, twist);
+    check_close({found.begin() + 6 * static_cast<std::ptrdiff_t>(l), found.begin() + 6 * static_cast<std::ptrdiff_t>(l + 1)}, twist_of(&poses[16 * l]));
   }
   for_all_options([&](const ksl::frame_options &how) {
     for (int link : links)
@@ -158,8 +194,10 @@ TEST_CASE("kinematics: rates of Jacobians and accelerations are derivatives by t
     const numbers<time_dual> q = robots::moved(robot(), s.q, moving(still, s.v)), v = moving(s.v, s.a);
     for_all_options([&](ksl::frame_options how) {
       for (int link : all_links()) {
-        check_close(rate_of(s, link, how), derivatives(jacobian_of(q, link, how)));
-        // of the numbers of the velocity: in moving axes and about a moving point, or in fixed ones, the spatial acceleration;
+        check_close(rate_of(s.q, s.v, link, how), derivatives(jacobian_of(q, link, how)));
+        how.kind = acceleration_kind::rate;
+        check_close(accelerations(s, {link}, how), derivatives(velocities(q, v, {link}, how)));
+        // that is: in moving axes and about a moving point, or in fixed ones, the spatial acceleration;
         // in fixed axes about a moving point the classical one
         if (how.axes != how.at && how.axes == expressed_in::frame)
           continue;
@@ -202,4 +240,42 @@ TEST_CASE("kinematics: several frames at once have the bits of each alone") {
       }
     }
   });
+}
+
+TEST_CASE("kinematics: the motion of a frame as seen from another is the derivative of its pose in that, and J v") {
+  std::mt19937 random(5);
+  const motion s = random_motion(random);
+  const numbers<time_dual> q = robots::moved(robot(), s.q, moving(numbers<double>(s.v.size(), 0.0), s.v)), v = moving(s.v, s.a);
+  for (int link : all_links())
+    for (int seen_from : all_links()) {
+      ksl::frame_options how;
+      how.offset[0] = 0.2, how.offset[2] = -0.1;
+      const relative_motion<time_dual> m = relative_motion_of(q, v, link, seen_from, how);
+      const numbers<double> twist = twist_of(m.pose.data());
+      check_close(relative_motion_of(s.q, s.v, link, seen_from, how).velocity, twist);
+      for_all_options([&](const ksl::frame_options &options) {
+        const relative_motion<double> found = relative_motion_of(s.q, s.v, link, seen_from, options);
+        check_close(product(found.J, s.v), found.velocity);
+      });
+      how.axes = expressed_in::world, how.at = expressed_in::frame; // ṗ, in the axes of the other
+      const numbers<double> seen = relative_motion_of(s.q, s.v, link, seen_from, how).velocity;
+      check_close({seen[0], seen[1], seen[2]}, {m.pose[3].derivative[0], m.pose[7].derivative[0], m.pose[11].derivative[0]});
+    }
+  for_all_options([&](const ksl::frame_options &how) { // seen from the ground, which is the world
+    for (int link : all_links())
+      check_close(relative_motion_of(s.q, s.v, link, 0, how).velocity, velocities(s.q, s.v, {link}, how));
+  });
+}
+
+TEST_CASE("kinematics: points move as their positions and velocities change") {
+  std::mt19937 random(6);
+  const motion s = random_motion(random);
+  const numbers<time_dual> q = robots::moved(robot(), s.q, moving(numbers<double>(s.v.size(), 0.0), s.v)), v = moving(s.v, s.a);
+  ksl::frame_options how;
+  how.axes = expressed_in::world, how.offset[0] = 0.3, how.offset[1] = -0.2, how.offset[2] = 0.5;
+  for (int link : all_links()) {
+    const relative_motion<time_dual> m = relative_motion_of(q, v, link, 0, how);
+    check_close(point_velocity_of(s.q, s.v, link, how), {m.pose[3].derivative[0], m.pose[7].derivative[0], m.pose[11].derivative[0]});
+    check_close(point_acceleration_of(s.q, s.v, s.a, link, how), derivatives(point_velocity_of(q, v, link, how)));
+  }
 }

@@ -120,7 +120,7 @@ KSL_LANES void move_bodies(const model_view<scalar_of<T>> &model, const pose_wor
 template <class T, class Motion>
 KSL_LANES void to_frame(const model_view<scalar_of<T>> &model, int link, const frame_options &how, Motion &m) {
   SE3<T> frame = spread<T>(model.link[link].pose);
-  const vec3<T> offset = {T(how.offset[0]), T(how.offset[1]), T(how.offset[2])};
+  const vec3<T> offset = offset_of<T>(how);
   algebra<T>::product_dv(&frame, &offset, &frame.t);
   move_along(frame.t, m);
   rotate_motion(m, [&](vec3<T> &x) KSL_INLINED { algebra<T>::product_drinvv(&frame.R, &x, &x); });
@@ -138,7 +138,7 @@ template <class T, class Motion> KSL_LANES void to_world_origin(const SE3<T> &fr
 template <class T>
 KSL_LANES SE3<T> frame_pose_at(const model_view<scalar_of<T>> &model, const array_of<SE3<T>> &in_world, int link, const frame_options &how) {
   SE3<T> D = link_pose(model, in_world, link);
-  const vec3<T> offset = {T(how.offset[0]), T(how.offset[1]), T(how.offset[2])};
+  const vec3<T> offset = offset_of<T>(how);
   algebra<T>::product_dv(&D, &offset, &D.t);
   return D;
 }
@@ -210,7 +210,7 @@ void frame_accelerations(const model_view<scalar_of<T>> &model, const frame_acce
   express_motions(model, w.in_world, w.motion, n, links, how, [&](int k, const frame_motion<T> &m) KSL_INLINED {
     vec3<T> a = m.body.acceleration, turning;
     algebra<T>::cross_vv(&m.body.angular_velocity, &m.velocity, &turning);
-    algebra<T>::axpy_vv(T(-times_turning(how)), &turning, &a);
+    algebra<T>::axpy_vv(T(static_cast<scalar_of<T>>(-times_turning(how))), &turning, &a);
     write_motion({a, m.body.angular_acceleration}, how, out + 6 * k);
   });
 }

@@ -89,7 +89,7 @@ template <class T> SE3<T> frame_about_body(const model_view<scalar_of<T>> &model
   using A = algebra<T>;
   const int first = model.link[link].body;
   SE3<T> in_body = spread<T>(model.link[link].pose), frame;
-  const vec3<T> offset = {T(how.offset[0]), T(how.offset[1]), T(how.offset[2])};
+  const vec3<T> offset = offset_of<T>(how);
   A::product_dv(&in_body, &offset, &in_body.t);
   const mat3x3<T> R = w.rotation[first];
   A::product_drv(&R, &in_body.t, &frame.t);

@@ -7,8 +7,6 @@
 #include "ksl/engine/forward_kinematics.hpp"
 #include "ksl/engine/frame_options.hpp"
 
-#include <climits>
-
 namespace ksl {
 inline namespace KSL_ISA {
 
@@ -32,7 +30,7 @@ template <class Compute> KSL_LANES void rotations_of_supports(const model_view<d
                                                               const double *q, int first, int last, Compute compute) {
   using P = native_pack<double>;
   constexpr int lanes = native_lanes<double>;
-  int computed = INT_MAX; // angles from here on
+  int computed = model.nq; // angles from here on
   for (int i = first; i != last; i = model.body[i].parent) {
     const int k = model.body[i].angle_index;
     if (k < 0 || k >= computed)
@@ -64,11 +62,17 @@ template <class T> void sines_and_cosines_of_supports(const model_view<scalar_of
   rotations_of_supports(model, w, q, first, last, any);
 }
 
+/// The offset of the options, in any scalar.
+template <class T> KSL_LANES vec3<T> offset_of(const frame_options &how) {
+  using S = scalar_of<T>;
+  return {T(static_cast<S>(how.offset[0])), T(static_cast<S>(how.offset[1])), T(static_cast<S>(how.offset[2]))};
+}
+
 /// The pose of a link's body in a frame of that link, `offset` from the link's origin.
 template <class T> inline SE3<T> body_in_frame(const model_view<scalar_of<T>> &model, int link, const frame_options &how) {
   using A = algebra<T>;
   SE3<T> frame = spread<T>(model.link[link].pose), D;
-  const vec3<T> offset = {T(how.offset[0]), T(how.offset[1]), T(how.offset[2])};
+  const vec3<T> offset = offset_of<T>(how);
   A::product_dv(&frame, &offset, &frame.t);
   A::SE3_inverted(&frame, &D);
   return D;
