@@ -391,7 +391,7 @@ private:
         for (int c = 0; c < joint<K>::nq; ++c) {
           const S lower = model_.lower[b.q_index + c], upper = model_.upper[b.q_index + c];
           if (options_.limits && upper - lower < S(1e30)) {
-            const bool all_round = joint<K>::has_angle && lower < S(-pi) && upper > S(pi);
+            const bool all_round = only_turns(K) && lower < S(-pi) && upper > S(pi);
             const double from = all_round ? -pi : lower, to = all_round ? pi : upper;
             drawn[c] = S(from + (to - from) * number_of(b.v_index + c));
           }

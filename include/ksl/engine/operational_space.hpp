@@ -148,7 +148,9 @@ void propagate(const model_view<scalar_of<T>> &model, const operational_space_in
     if (!w.carries[i])
       continue;
     const body<scalar_of<T>> &b = model.body[i];
+    bool free = false;
     by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
+      free = joint<K>::is_free;
       if constexpr (joint<K>::is_free) {
         receive_free(i);
       } else {
@@ -172,7 +174,7 @@ void propagate(const model_view<scalar_of<T>> &model, const operational_space_in
     for (int f = 0; f < n; ++f) {
       if (w.at[f] != i)
         continue;
-      w.at[f] = model.body[i].kind == joint_kind::floating ? 0 : b.parent;
+      w.at[f] = free ? 0 : b.parent;
       for (coscrew<T> &wrench : w.wrench[f].column)
         A::product_CoAdtc(&d.offset[i], &wrench, &wrench);
     }
