@@ -188,8 +188,119 @@ KSL_EXPORT ksl_status_t ksl_frame_poses_batchf(const ksl_model_t *model, size_t 
                                                int links_n, const int *links, float *poses, ptrdiff_t poses_stride,
                                                int threads);
 
+/** Twist twist (6) of a link's frame for q (nq) and v (nv) (Featherstone, RBDA 2008, eq. (5.14)).  O(depth).
+    options may be NULL: about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_frame_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                           int link, const ksl_frame_options_t *options, double *twist);
+KSL_EXPORT ksl_status_t ksl_frame_velocityf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                            int link, const ksl_frame_options_t *options, float *twist);
+KSL_EXPORT ksl_status_t ksl_frame_velocity_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                 ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, int link,
+                                                 const ksl_frame_options_t *options, double *twist,
+                                                 ptrdiff_t twist_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_frame_velocity_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                  ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, int link,
+                                                  const ksl_frame_options_t *options, float *twist,
+                                                  ptrdiff_t twist_stride, int threads);
+
+/** Twists twists (links, 6) of links' frames for q (nq) and v (nv).  A link may come twice.  All are computed from
+    one walk over the bodies that carry any of them.  O(bodies + links).  options may be NULL: about the frame's
+    origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_frame_velocities(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                             const double *v, int n, const int *links,
+                                             const ksl_frame_options_t *options, double *twists);
+KSL_EXPORT ksl_status_t ksl_frame_velocitiesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                              const float *v, int n, const int *links,
+                                              const ksl_frame_options_t *options, float *twists);
+KSL_EXPORT ksl_status_t ksl_frame_velocities_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                   ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, int links_n,
+                                                   const int *links, const ksl_frame_options_t *options, double *twists,
+                                                   ptrdiff_t twists_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_frame_velocities_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                    ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, int links_n,
+                                                    const int *links, const ksl_frame_options_t *options, float *twists,
+                                                    ptrdiff_t twists_stride, int threads);
+
+/** Acceleration acceleration (6) of a link's frame for q (nq), v (nv) and a (nv), without gravity (Featherstone,
+    RBDA 2008, eq. (5.15) and section 2.11).  O(depth).  options may be NULL: about the frame's origin, in its axes,
+    linear first. */
+KSL_EXPORT ksl_status_t ksl_frame_acceleration(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                               const double *v, const double *a, int link,
+                                               const ksl_frame_options_t *options, double *acceleration);
+KSL_EXPORT ksl_status_t ksl_frame_accelerationf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                const float *v, const float *a, int link,
+                                                const ksl_frame_options_t *options, float *acceleration);
+KSL_EXPORT ksl_status_t ksl_frame_acceleration_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                     ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                     const double *a, ptrdiff_t a_stride, int link,
+                                                     const ksl_frame_options_t *options, double *acceleration,
+                                                     ptrdiff_t acceleration_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_frame_acceleration_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                      ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                      const float *a, ptrdiff_t a_stride, int link,
+                                                      const ksl_frame_options_t *options, float *acceleration,
+                                                      ptrdiff_t acceleration_stride, int threads);
+
+/** Accelerations accelerations (links, 6) of links' frames for q (nq), v (nv) and a (nv), without gravity.  A link
+    may come twice.  All are computed from one walk over the bodies that carry any of them.  O(bodies + links).
+    options may be NULL: about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_frame_accelerations(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                const double *v, const double *a, int n, const int *links,
+                                                const ksl_frame_options_t *options, double *accelerations);
+KSL_EXPORT ksl_status_t ksl_frame_accelerationsf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                 const float *v, const float *a, int n, const int *links,
+                                                 const ksl_frame_options_t *options, float *accelerations);
+KSL_EXPORT ksl_status_t ksl_frame_accelerations_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                      ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                      const double *a, ptrdiff_t a_stride, int links_n,
+                                                      const int *links, const ksl_frame_options_t *options,
+                                                      double *accelerations, ptrdiff_t accelerations_stride,
+                                                      int threads);
+KSL_EXPORT ksl_status_t ksl_frame_accelerations_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                       ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                       const float *a, ptrdiff_t a_stride, int links_n,
+                                                       const int *links, const ksl_frame_options_t *options,
+                                                       float *accelerations, ptrdiff_t accelerations_stride,
+                                                       int threads);
+
+/** Velocity (3) of the point of a link that the options' offset names, for q (nq) and v (nv); in the axes that the
+    options name.  O(depth).  options may be NULL: about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_point_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                           int link, const ksl_frame_options_t *options, double *velocity);
+KSL_EXPORT ksl_status_t ksl_point_velocityf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                            int link, const ksl_frame_options_t *options, float *velocity);
+KSL_EXPORT ksl_status_t ksl_point_velocity_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                 ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, int link,
+                                                 const ksl_frame_options_t *options, double *velocity,
+                                                 ptrdiff_t velocity_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_point_velocity_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                  ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, int link,
+                                                  const ksl_frame_options_t *options, float *velocity,
+                                                  ptrdiff_t velocity_stride, int threads);
+
+/** Acceleration (3) of the point of a link that the options' offset names, for q (nq), v (nv) and a (nv), without
+    gravity; in the axes that the options name.  O(depth).  options may be NULL: about the frame's origin, in its
+    axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_point_acceleration(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                               const double *v, const double *a, int link,
+                                               const ksl_frame_options_t *options, double *acceleration);
+KSL_EXPORT ksl_status_t ksl_point_accelerationf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                const float *v, const float *a, int link,
+                                                const ksl_frame_options_t *options, float *acceleration);
+KSL_EXPORT ksl_status_t ksl_point_acceleration_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                     ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                     const double *a, ptrdiff_t a_stride, int link,
+                                                     const ksl_frame_options_t *options, double *acceleration,
+                                                     ptrdiff_t acceleration_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_point_acceleration_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                      ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                      const float *a, ptrdiff_t a_stride, int link,
+                                                      const ksl_frame_options_t *options, float *acceleration,
+                                                      ptrdiff_t acceleration_stride, int threads);
+
 /** Jacobian J (6, nv) of a link's frame, row-major, for q (nq): J v is the frame's twist (Featherstone, RBDA 2008,
-    eq. (4.14)).  O(bodies).  options may be NULL: about the frame's origin, in its axes, linear first. */
+    eq. (4.14)).  O(depth), besides writing 6 nv numbers.  options may be NULL: about the frame's origin, in its
+    axes, linear first. */
 KSL_EXPORT ksl_status_t ksl_jacobian(const ksl_model_t *model, ksl_data_t *data, const double *q, int link,
                                      const ksl_frame_options_t *options, double *J);
 KSL_EXPORT ksl_status_t ksl_jacobianf(const ksl_model_t *model, ksl_data_t *data, const float *q, int link,
@@ -200,6 +311,144 @@ KSL_EXPORT ksl_status_t ksl_jacobian_batch(const ksl_model_t *model, size_t n, c
 KSL_EXPORT ksl_status_t ksl_jacobian_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
                                             int link, const ksl_frame_options_t *options, float *J, ptrdiff_t J_stride,
                                             int threads);
+
+/** Rate rate (6, nv) of the Jacobian of a link's frame, row-major, for q (nq) and v (nv): J a + rate v is the rate
+    of J v (Featherstone, RBDA 2008, eqs. (2.45), (3.35)).  O(depth).  options may be NULL: about the frame's origin,
+    in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_jacobian_rate(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                          int link, const ksl_frame_options_t *options, double *rate);
+KSL_EXPORT ksl_status_t ksl_jacobian_ratef(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                           int link, const ksl_frame_options_t *options, float *rate);
+KSL_EXPORT ksl_status_t ksl_jacobian_rate_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                                const double *v, ptrdiff_t v_stride, int link,
+                                                const ksl_frame_options_t *options, double *rate, ptrdiff_t rate_stride,
+                                                int threads);
+KSL_EXPORT ksl_status_t ksl_jacobian_rate_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                                 const float *v, ptrdiff_t v_stride, int link,
+                                                 const ksl_frame_options_t *options, float *rate, ptrdiff_t rate_stride,
+                                                 int threads);
+
+/** Pose pose (4, 4), row-major, of a link's frame as seen from another link's for q (nq); of the options, the offset
+    counts.  O(joints between the links).  options may be NULL: about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_relative_pose(const ksl_model_t *model, ksl_data_t *data, const double *q, int link,
+                                          int seen_from, const ksl_frame_options_t *options, double *pose);
+KSL_EXPORT ksl_status_t ksl_relative_posef(const ksl_model_t *model, ksl_data_t *data, const float *q, int link,
+                                           int seen_from, const ksl_frame_options_t *options, float *pose);
+KSL_EXPORT ksl_status_t ksl_relative_pose_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                                int link, int seen_from, const ksl_frame_options_t *options,
+                                                double *pose, ptrdiff_t pose_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_relative_pose_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                                 int link, int seen_from, const ksl_frame_options_t *options,
+                                                 float *pose, ptrdiff_t pose_stride, int threads);
+
+/** Twist twist (6) of a link's frame relative to another link's for q (nq) and v (nv).  The other frame takes the
+    place of the world in the options.  O(joints between the links).  options may be NULL: about the frame's origin,
+    in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_relative_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                              const double *v, int link, int seen_from,
+                                              const ksl_frame_options_t *options, double *twist);
+KSL_EXPORT ksl_status_t ksl_relative_velocityf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                               const float *v, int link, int seen_from,
+                                               const ksl_frame_options_t *options, float *twist);
+KSL_EXPORT ksl_status_t ksl_relative_velocity_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                    ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, int link,
+                                                    int seen_from, const ksl_frame_options_t *options, double *twist,
+                                                    ptrdiff_t twist_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_relative_velocity_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                     ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, int link,
+                                                     int seen_from, const ksl_frame_options_t *options, float *twist,
+                                                     ptrdiff_t twist_stride, int threads);
+
+/** Jacobian J (6, nv), row-major, of a link's frame relative to another link's for q (nq): J v is the relative
+    velocity.  Columns of joints that don't lie between the links are zero.  O(joints between the links), besides
+    writing 6 nv numbers.  options may be NULL: about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_relative_jacobian(const ksl_model_t *model, ksl_data_t *data, const double *q, int link,
+                                              int seen_from, const ksl_frame_options_t *options, double *J);
+KSL_EXPORT ksl_status_t ksl_relative_jacobianf(const ksl_model_t *model, ksl_data_t *data, const float *q, int link,
+                                               int seen_from, const ksl_frame_options_t *options, float *J);
+KSL_EXPORT ksl_status_t ksl_relative_jacobian_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                    ptrdiff_t q_stride, int link, int seen_from,
+                                                    const ksl_frame_options_t *options, double *J, ptrdiff_t J_stride,
+                                                    int threads);
+KSL_EXPORT ksl_status_t ksl_relative_jacobian_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                     ptrdiff_t q_stride, int link, int seen_from,
+                                                     const ksl_frame_options_t *options, float *J, ptrdiff_t J_stride,
+                                                     int threads);
+
+/** Inverse operational-space inertia inverse (6 links, 6 links) = J M⁻¹ Jᵀ, symmetric, of n frames for q (nq): rates
+    of all their twists for a unit wrench on each (Khatib 1987; by propagation as Lilly and Orin 1993).  At most as
+    many frames as the model has links.  O(bodies + n² depth).  options may be NULL: about the frame's origin, in its
+    axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_operational_space_inertia_inverse(
+    const ksl_model_t *model, ksl_data_t *data, const double *q, int n, const int *links,
+    const ksl_frame_options_t *options, double *inverse);
+KSL_EXPORT ksl_status_t ksl_operational_space_inertia_inversef(
+    const ksl_model_t *model, ksl_data_t *data, const float *q, int n, const int *links,
+    const ksl_frame_options_t *options, float *inverse);
+KSL_EXPORT ksl_status_t ksl_operational_space_inertia_inverse_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, int links_n, const int *links,
+    const ksl_frame_options_t *options, double *inverse, ptrdiff_t inverse_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_operational_space_inertia_inverse_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, int links_n, const int *links,
+    const ksl_frame_options_t *options, float *inverse, ptrdiff_t inverse_stride, int threads);
+
+/** Operational-space inertia inertia (6 links, 6 links), the inverse of J M⁻¹ Jᵀ, of n frames for q (nq), and its
+    rank.  Directions that depend on those before, up to 1e-10 of their own inverse inertia (1e-4 in single
+    precision), have zeros.  At most as many frames as the model has links.  O(bodies + n² depth + n³).  options may
+    be NULL: about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_operational_space_inertia(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                      double *inertia, int n, const int *links,
+                                                      const ksl_frame_options_t *options, double *rank);
+KSL_EXPORT ksl_status_t ksl_operational_space_inertiaf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                       float *inertia, int n, const int *links,
+                                                       const ksl_frame_options_t *options, float *rank);
+KSL_EXPORT ksl_status_t ksl_operational_space_inertia_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                            ptrdiff_t q_stride, double *inertia,
+                                                            ptrdiff_t inertia_stride, int links_n, const int *links,
+                                                            const ksl_frame_options_t *options, double *rank,
+                                                            ptrdiff_t rank_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_operational_space_inertia_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, float *inertia, ptrdiff_t inertia_stride,
+    int links_n, const int *links, const ksl_frame_options_t *options, float *rank, ptrdiff_t rank_stride, int threads);
+
+/** Dynamics at n frames for q (nq) and v (nv), under gravity and external wrenches: F = inertia x'' + bias for
+    wrenches F on the frames, no efforts, and rates x'' of the numbers of their twists.  inertia (6 links, 6 links);
+    bias (6 links) = inertia (J M⁻¹ b − (rate of J) v), b the bias of the joints; pseudo_inverse (nv, 6 links) = M⁻¹
+    Jᵀ inertia; rank as in operational_space_inertia (Khatib 1987).  At most as many frames as the model has links.
+    O(n bodies + n² depth + n³).  external may be NULL: no wrench.  options may be NULL: about the frame's origin, in
+    its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_operational_space(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                              const double *v, const ksl_external_t *external, double *inertia,
+                                              double *bias, double *pseudo_inverse, int n, const int *links,
+                                              const ksl_frame_options_t *options, double *rank);
+KSL_EXPORT ksl_status_t ksl_operational_spacef(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                               const float *v, const ksl_externalf_t *external, float *inertia,
+                                               float *bias, float *pseudo_inverse, int n, const int *links,
+                                               const ksl_frame_options_t *options, float *rank);
+KSL_EXPORT ksl_status_t ksl_operational_space_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                    ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                    double *inertia, ptrdiff_t inertia_stride, double *bias,
+                                                    ptrdiff_t bias_stride, double *pseudo_inverse,
+                                                    ptrdiff_t pseudo_inverse_stride, int links_n, const int *links,
+                                                    const ksl_frame_options_t *options, double *rank,
+                                                    ptrdiff_t rank_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_operational_space_external_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const ksl_external_rows_t *external, double *inertia, ptrdiff_t inertia_stride, double *bias, ptrdiff_t bias_stride,
+    double *pseudo_inverse, ptrdiff_t pseudo_inverse_stride, int links_n, const int *links,
+    const ksl_frame_options_t *options, double *rank, ptrdiff_t rank_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_operational_space_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                     ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                     float *inertia, ptrdiff_t inertia_stride, float *bias,
+                                                     ptrdiff_t bias_stride, float *pseudo_inverse,
+                                                     ptrdiff_t pseudo_inverse_stride, int links_n, const int *links,
+                                                     const ksl_frame_options_t *options, float *rank,
+                                                     ptrdiff_t rank_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_operational_space_external_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const ksl_external_rowsf_t *external, float *inertia, ptrdiff_t inertia_stride, float *bias, ptrdiff_t bias_stride,
+    float *pseudo_inverse, ptrdiff_t pseudo_inverse_stride, int links_n, const int *links,
+    const ksl_frame_options_t *options, float *rank, ptrdiff_t rank_stride, int threads);
 
 /** Kinetic and potential energy, J, for q (nq) and v (nv); the latter zero with every centroid at the world's
     origin.  O(bodies). */

@@ -90,11 +90,13 @@ private:
     std::vector<ksl::link<S>> links;
     vec3<S> gravity;
     std::vector<S> inertia, theta0_sine, theta0_cosine; // contiguous, for lanes
+    std::vector<S> lower, upper;
     int first_angle = 0, angles_end = 0;
 
     model_view<S> view(int nq, int nv, int pose_numbers) const {
       return {static_cast<int>(bodies.size()), static_cast<int>(links.size()), nq, nv, pose_numbers, gravity, bodies.data(),
-              links.data(), inertia.data(), theta0_sine.data(), theta0_cosine.data(), first_angle, angles_end};
+              links.data(), inertia.data(), theta0_sine.data(), theta0_cosine.data(), first_angle, angles_end,
+              lower.data(), upper.data()};
     }
   };
 

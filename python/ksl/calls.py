@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ksl import _core
 from ksl.requests import Requests
-from ksl.states import Array, Expressed, External, Order, Part, Point, Side
+from ksl.states import Acceleration, Array, Expressed, External, Order, Part, Point, Side
 
 
 class Calls(Requests):
@@ -121,6 +121,120 @@ class Calls(Requests):
         """
         return self._core.frame_poses(q, None, None, None, None, self._links_of(names), out, threads)
 
+    def frame_velocity(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        name: str,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        offset: ArrayLike | None = None,
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Twist (…, 6) of a link's frame, or of a joint's (the child link's), for q (…, nq) and v (…, nv); m/s, rad/s.
+
+        axes, at: "frame" or "world", in whose axes and about whose origin the twist is.  order: "lin_ang" or "ang_lin".
+        offset: three numbers, of the frame's origin from the link's, in the link's axes, m; none by default.
+        q, v, out, threads: as in :meth:`inverse_dynamics`.  Featherstone, RBDA 2008, eq. (5.14); O(depth): only the bodies
+        that carry the link enter.
+        """
+        return self._core.frame_velocity(q, v, None, None, None, self._frames_of((name,), axes, at, order, offset), out, threads)
+
+    def frame_velocities(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        names: Iterable[str] | None = None,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Twists (…, names, 6) of links' frames, or of joints' (the child links'), for q (…, nq) and v (…, nv); m/s, rad/s.
+
+        names: in the order wanted; by default all links in the order of `link_names`.
+        axes, at, order: as in :meth:`frame_velocity`.  q, v, out, threads: as in :meth:`inverse_dynamics`.  O(bodies + links).
+        """
+        return self._core.frame_velocities(q, v, None, None, None, self._frames_of(names, axes, at, order, None), out, threads)
+
+    def frame_acceleration(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        name: str,
+        kind: Acceleration = "spatial",
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        offset: ArrayLike | None = None,
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Acceleration (…, 6) of a link's frame, or of a joint's (the child link's), for q (…, nq), v and a (…, nv); no gravity.
+
+        kind: "classical" is the acceleration of the link's point that is at the origin in question, and the rate of ω.
+        "spatial" is less by ω × v of that point in the linear part: the rate of the twist about a point at rest.
+        "rate" is that of each number of :meth:`frame_velocity` with the same keywords, J a + (rate of J) v: the spatial
+        acceleration where axes and at are the same, the classical one with axes="world", at="frame".
+        axes, at: "frame" or "world", in whose axes and about whose origin.
+
+        order, offset: as in :meth:`frame_velocity`.  q, v, a, out, threads: as in :meth:`inverse_dynamics`.  m/s², rad/s².
+        Featherstone, RBDA 2008, eq. (5.15) and section 2.11; O(depth).
+        """
+        return self._core.frame_acceleration(q, v, a, None, None, self._frames_of((name,), axes, at, order, offset, kind), out, threads)
+
+    def frame_accelerations(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        names: Iterable[str] | None = None,
+        kind: Acceleration = "spatial",
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Accelerations (…, names, 6) of links' frames, or of joints' (the child links'), for q (…, nq), v and a (…, nv); no gravity.
+
+        names: in the order wanted; by default all links in the order of `link_names`.
+        kind, axes, at, order: as in :meth:`frame_acceleration`.  q, v, a, out, threads: as in :meth:`inverse_dynamics`.
+        O(bodies + links).
+        """
+        return self._core.frame_accelerations(q, v, a, None, None, self._frames_of(names, axes, at, order, None, kind), out, threads)
+
+    def point_velocity(
+        self, q: ArrayLike, v: ArrayLike, name: str, point: ArrayLike, axes: Expressed = "frame", out: Array | None = None, threads: int | None = None
+    ) -> Array:
+        """Velocity (…, 3) of a point fixed in a link, for q (…, nq) and v (…, nv); m/s.
+
+        name: of the link, or of a joint (the child link).  point: three numbers, in the link's axes, m.
+        axes: "frame" or "world".  q, v, out, threads: as in :meth:`inverse_dynamics`.  O(depth).
+        """
+        return self._core.point_velocity(q, v, None, None, None, self._frames_of((name,), axes, "frame", "lin_ang", point), out, threads)
+
+    def point_acceleration(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        name: str,
+        point: ArrayLike,
+        axes: Expressed = "frame",
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Acceleration (…, 3) of a point fixed in a link, for q (…, nq), v and a (…, nv), without gravity; m/s².
+
+        name, point, axes: as in :meth:`point_velocity`.  q, v, a, out, threads: as in :meth:`inverse_dynamics`.  O(depth).
+        """
+        return self._core.point_acceleration(q, v, a, None, None, self._frames_of((name,), axes, "frame", "lin_ang", point), out, threads)
+
     def jacobian(
         self,
         q: ArrayLike,
@@ -128,15 +242,166 @@ class Calls(Requests):
         axes: Expressed = "frame",
         at: Expressed = "frame",
         order: Order = "lin_ang",
+        offset: ArrayLike | None = None,
         out: Array | None = None,
         threads: int | None = None,
     ) -> Array:
         """Jacobian (…, 6, nv) of a link's frame, or of a joint's (the child link's), for q (…, nq): J v is its twist.
 
         axes, at: "frame" or "world", in whose axes and about whose origin twists are.  order: "lin_ang" or "ang_lin".
-        q, out, threads: as in :meth:`inverse_dynamics`.  Featherstone, RBDA 2008, eq. (4.14); O(bodies).
+        offset: three numbers, of the frame's origin from the link's, in the link's axes, m; none by default.
+        q, out, threads: as in :meth:`inverse_dynamics`.  Featherstone, RBDA 2008, eq. (4.14); O(depth), besides writing
+        6 nv numbers: only the bodies that carry the link enter.
         """
-        return self._core.jacobian(q, None, None, None, None, self._frames_of((name,), axes, at, order), out, threads)
+        return self._core.jacobian(q, None, None, None, None, self._frames_of((name,), axes, at, order, offset), out, threads)
+
+    def jacobian_rate(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        name: str,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        offset: ArrayLike | None = None,
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Rate (…, 6, nv) of the Jacobian of a link's frame, for q (…, nq) and v (…, nv): of each of its numbers.
+
+        The rate of each number of :meth:`jacobian` with the same keywords: J a + rate v is the rate of J v.
+        q, v, out, threads: as in :meth:`inverse_dynamics`.  Featherstone, RBDA 2008, eqs. (2.45), (3.35); O(depth).
+        """
+        return self._core.jacobian_rate(q, v, None, None, None, self._frames_of((name,), axes, at, order, offset), out, threads)
+
+    def relative_pose(
+        self,
+        q: ArrayLike,
+        name: str,
+        seen_from: str,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        offset: ArrayLike | None = None,
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Pose (…, 4, 4) of a link's frame as seen from another link's, for q (…, nq); m.
+
+        name, seen_from: links, or joints (the child links).  offset: of the first frame's origin, as in :meth:`frame_velocity`.
+        axes, at, order: don't matter.  q, out, threads: as in :meth:`inverse_dynamics`.  O(joints between the links).
+        """
+        return self._core.relative_pose(q, None, None, None, None, self._frames_of((name, seen_from), axes, at, order, offset), out, threads)
+
+    def relative_velocity(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        name: str,
+        seen_from: str,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        offset: ArrayLike | None = None,
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Twist (…, 6) of a link's frame relative to another link's, for q (…, nq) and v (…, nv); m/s, rad/s.
+
+        name, seen_from: links, or joints (the child links).  It is the twist that an observer who moves with `seen_from` sees.
+        axes, at: "frame" or "world"; the frame `seen_from` takes the place of the world.
+        order, offset: as in :meth:`frame_velocity`.  q, v, out, threads: as in :meth:`inverse_dynamics`.
+        O(joints between the links).
+        """
+        return self._core.relative_velocity(q, v, None, None, None, self._frames_of((name, seen_from), axes, at, order, offset), out, threads)
+
+    def relative_jacobian(
+        self,
+        q: ArrayLike,
+        name: str,
+        seen_from: str,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        offset: ArrayLike | None = None,
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Jacobian (…, 6, nv) of a link's frame relative to another link's, for q (…, nq): J v is the relative twist.
+
+        name, seen_from, axes, at, order, offset: as in :meth:`relative_velocity`.
+        q, out, threads: as in :meth:`inverse_dynamics`.  O(joints between the links), besides writing 6 nv numbers.
+        """
+        return self._core.relative_jacobian(q, None, None, None, None, self._frames_of((name, seen_from), axes, at, order, offset), out, threads)
+
+    def operational_space_inertia_inverse(
+        self,
+        q: ArrayLike,
+        names: Iterable[str] | None = None,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Inverse operational-space inertia (…, 6 names, 6 names), J M⁻¹ Jᵀ, symmetric, for q (…, nq).
+
+        names: in the order wanted; rows and columns are the six numbers of the first frame's twist, then of the second's …
+        axes, at, order: as in :meth:`frame_velocity`, whose numbers these are; wrenches have power with them.
+        q, out, threads: as in :meth:`inverse_dynamics`.  It exists for any frames, also where it is singular.
+        Khatib, IEEE J. Robotics and Automation 3 (1987) 43; by propagation of wrenches through articulated bodies, as Lilly
+        and Orin (1993).  O(bodies + n² depth).  NaN where a joint can move without moving any mass.
+        """
+        return self._core.operational_space_inertia_inverse(q, None, None, None, None, self._frames_of(names, axes, at, order, None), out, threads)
+
+    def operational_space_inertia(
+        self,
+        q: ArrayLike,
+        names: Iterable[str] | None = None,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        out: tuple[Array,
+        Array] | None = None,
+        threads: int | None = None,
+    ) -> tuple[Array, Array]:
+        """Operational-space inertia (…, 6 names, 6 names), symmetric, and its rank (…), for q (…, nq).
+
+        The inverse of :meth:`operational_space_inertia_inverse`, with the same arguments.  Where that is singular, directions
+        that depend on those before (their pivot is below 1e-10 of the diagonal element, 1e-4 in single precision) are left
+        out and have zeros: it is then a generalised inverse.  The rank is a number of the arrays' type.
+        O(bodies + n² depth + n³).
+        """
+        return self._core.operational_space_inertia(q, None, None, None, None, self._frames_of(names, axes, at, order, None), out, threads)
+
+    def operational_space(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        external: External | None = None,
+        names: Iterable[str] | None = None,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        out: tuple[Array,
+        Array,
+        Array,
+        Array] | None = None,
+        threads: int | None = None,
+    ) -> tuple[Array, Array, Array, Array]:
+        """Inertia, bias force, dynamically consistent pseudo-inverse and rank of frames, for q (…, nq) and v (…, nv).
+
+        With F the wrenches on the frames (6 names), x'' the rates of their twists' numbers, and no joint efforts:
+        F = inertia x'' + bias.  Returns inertia (…, 6 names, 6 names); bias (…, 6 names), the wrenches under which the
+        twists stay as they are, gravity, velocities and external wrenches included: inertia (J M⁻¹ b − (rate of J) v) with
+        b = :meth:`bias`; pseudo_inverse (…, nv, 6 names) = M⁻¹ Jᵀ inertia: of all accelerations that give x'', those with the
+        efforts Jᵀ F; and the rank (…).  Where that lacks, see :meth:`operational_space_inertia`.
+
+        names, axes, at, order: as in :meth:`operational_space_inertia_inverse`.  q, v, external, threads: as in
+        :meth:`inverse_dynamics`.  out: four arrays.  Khatib, IEEE J. Robotics and Automation 3 (1987) 43.
+        O(n bodies + n² depth + n³).
+        """
+        return self._core.operational_space(q, v, None, None, external, self._frames_of(names, axes, at, order, None), out, threads)
 
     def energy(self, q: ArrayLike, v: ArrayLike, out: tuple[Array, Array] | None = None, threads: int | None = None) -> tuple[Array, Array]:
         """Kinetic and potential energy, J, each (…), for q (…, nq), v (…, nv).

@@ -326,6 +326,198 @@ ksl_status_t ksl_frame_poses_batchf(const ksl_model_t *model, size_t n, const fl
                            no_external_rows, threads);
 }
 
+ksl_status_t ksl_frame_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, int link,
+                                const ksl_frame_options_t *options, double *twist) {
+  return state_call<rows::frame_velocity, double>(model, data, {.q = q, .v = v, .links = {1, &link}, .result = {twist}},
+                                                  no_external, options);
+}
+
+ksl_status_t ksl_frame_velocityf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, int link,
+                                 const ksl_frame_options_t *options, float *twist) {
+  return state_call<rows::frame_velocity, float>(model, data, {.q = q, .v = v, .links = {1, &link}, .result = {twist}},
+                                                 no_external, options);
+}
+
+ksl_status_t ksl_frame_velocity_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                      const double *v, ptrdiff_t v_stride, int link, const ksl_frame_options_t *options,
+                                      double *twist, ptrdiff_t twist_stride, int threads) {
+  return batch_call<double>(rows::frame_velocity, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {1, &link}, .result = {{twist, twist_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_frame_velocity_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                       const float *v, ptrdiff_t v_stride, int link, const ksl_frame_options_t *options,
+                                       float *twist, ptrdiff_t twist_stride, int threads) {
+  return batch_call<float>(rows::frame_velocity, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {1, &link}, .result = {{twist, twist_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_frame_velocities(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, int n,
+                                  const int *links, const ksl_frame_options_t *options, double *twists) {
+  return state_call<rows::frame_velocities, double>(model, data,
+                                                    {.q = q, .v = v, .links = {n, links}, .result = {twists}},
+                                                    no_external, options);
+}
+
+ksl_status_t ksl_frame_velocitiesf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, int n,
+                                   const int *links, const ksl_frame_options_t *options, float *twists) {
+  return state_call<rows::frame_velocities, float>(model, data,
+                                                   {.q = q, .v = v, .links = {n, links}, .result = {twists}},
+                                                   no_external, options);
+}
+
+ksl_status_t ksl_frame_velocities_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                        const double *v, ptrdiff_t v_stride, int links_n, const int *links,
+                                        const ksl_frame_options_t *options, double *twists, ptrdiff_t twists_stride,
+                                        int threads) {
+  return batch_call<double>(rows::frame_velocities, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{twists, twists_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_frame_velocities_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                         const float *v, ptrdiff_t v_stride, int links_n, const int *links,
+                                         const ksl_frame_options_t *options, float *twists, ptrdiff_t twists_stride,
+                                         int threads) {
+  return batch_call<float>(rows::frame_velocities, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{twists, twists_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_frame_acceleration(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                    const double *a, int link, const ksl_frame_options_t *options,
+                                    double *acceleration) {
+  return state_call<rows::frame_acceleration, double>(model, data,
+                                                      {.q = q, .v = v, .a = a, .links = {1, &link}, .result = {acceleration}},
+                                                      no_external, options);
+}
+
+ksl_status_t ksl_frame_accelerationf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                     const float *a, int link, const ksl_frame_options_t *options,
+                                     float *acceleration) {
+  return state_call<rows::frame_acceleration, float>(model, data,
+                                                     {.q = q, .v = v, .a = a, .links = {1, &link}, .result = {acceleration}},
+                                                     no_external, options);
+}
+
+ksl_status_t ksl_frame_acceleration_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                          const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+                                          int link, const ksl_frame_options_t *options, double *acceleration,
+                                          ptrdiff_t acceleration_stride, int threads) {
+  return batch_call<double>(rows::frame_acceleration, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .links = {1, &link}, .result = {{acceleration, acceleration_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_frame_acceleration_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                           const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+                                           int link, const ksl_frame_options_t *options, float *acceleration,
+                                           ptrdiff_t acceleration_stride, int threads) {
+  return batch_call<float>(rows::frame_acceleration, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .links = {1, &link}, .result = {{acceleration, acceleration_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_frame_accelerations(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                     const double *a, int n, const int *links, const ksl_frame_options_t *options,
+                                     double *accelerations) {
+  return state_call<rows::frame_accelerations, double>(model, data,
+                                                       {.q = q, .v = v, .a = a, .links = {n, links}, .result = {accelerations}},
+                                                       no_external, options);
+}
+
+ksl_status_t ksl_frame_accelerationsf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                      const float *a, int n, const int *links, const ksl_frame_options_t *options,
+                                      float *accelerations) {
+  return state_call<rows::frame_accelerations, float>(model, data,
+                                                      {.q = q, .v = v, .a = a, .links = {n, links}, .result = {accelerations}},
+                                                      no_external, options);
+}
+
+ksl_status_t ksl_frame_accelerations_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                           const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+                                           int links_n, const int *links, const ksl_frame_options_t *options,
+                                           double *accelerations, ptrdiff_t accelerations_stride, int threads) {
+  return batch_call<double>(rows::frame_accelerations, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .links = {links_n, links}, .result = {{accelerations, accelerations_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_frame_accelerations_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                            const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+                                            int links_n, const int *links, const ksl_frame_options_t *options,
+                                            float *accelerations, ptrdiff_t accelerations_stride, int threads) {
+  return batch_call<float>(rows::frame_accelerations, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .links = {links_n, links}, .result = {{accelerations, accelerations_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_point_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, int link,
+                                const ksl_frame_options_t *options, double *velocity) {
+  return state_call<rows::point_velocity, double>(model, data,
+                                                  {.q = q, .v = v, .links = {1, &link}, .result = {velocity}},
+                                                  no_external, options);
+}
+
+ksl_status_t ksl_point_velocityf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, int link,
+                                 const ksl_frame_options_t *options, float *velocity) {
+  return state_call<rows::point_velocity, float>(model, data,
+                                                 {.q = q, .v = v, .links = {1, &link}, .result = {velocity}},
+                                                 no_external, options);
+}
+
+ksl_status_t ksl_point_velocity_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                      const double *v, ptrdiff_t v_stride, int link, const ksl_frame_options_t *options,
+                                      double *velocity, ptrdiff_t velocity_stride, int threads) {
+  return batch_call<double>(rows::point_velocity, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {1, &link}, .result = {{velocity, velocity_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_point_velocity_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                       const float *v, ptrdiff_t v_stride, int link, const ksl_frame_options_t *options,
+                                       float *velocity, ptrdiff_t velocity_stride, int threads) {
+  return batch_call<float>(rows::point_velocity, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {1, &link}, .result = {{velocity, velocity_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_point_acceleration(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                    const double *a, int link, const ksl_frame_options_t *options,
+                                    double *acceleration) {
+  return state_call<rows::point_acceleration, double>(model, data,
+                                                      {.q = q, .v = v, .a = a, .links = {1, &link}, .result = {acceleration}},
+                                                      no_external, options);
+}
+
+ksl_status_t ksl_point_accelerationf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                     const float *a, int link, const ksl_frame_options_t *options,
+                                     float *acceleration) {
+  return state_call<rows::point_acceleration, float>(model, data,
+                                                     {.q = q, .v = v, .a = a, .links = {1, &link}, .result = {acceleration}},
+                                                     no_external, options);
+}
+
+ksl_status_t ksl_point_acceleration_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                          const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+                                          int link, const ksl_frame_options_t *options, double *acceleration,
+                                          ptrdiff_t acceleration_stride, int threads) {
+  return batch_call<double>(rows::point_acceleration, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .links = {1, &link}, .result = {{acceleration, acceleration_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_point_acceleration_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                           const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+                                           int link, const ksl_frame_options_t *options, float *acceleration,
+                                           ptrdiff_t acceleration_stride, int threads) {
+  return batch_call<float>(rows::point_acceleration, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .links = {1, &link}, .result = {{acceleration, acceleration_stride}}},
+                           no_external_rows, threads, options);
+}
+
 ksl_status_t ksl_jacobian(const ksl_model_t *model, ksl_data_t *data, const double *q, int link,
                           const ksl_frame_options_t *options, double *J) {
   return state_call<rows::jacobian, double>(model, data, {.q = q, .links = {1, &link}, .result = {J}}, no_external,
@@ -350,6 +542,260 @@ ksl_status_t ksl_jacobian_batchf(const ksl_model_t *model, size_t n, const float
   return batch_call<float>(rows::jacobian, model,
                            {.n = n, .q = {q, q_stride}, .links = {1, &link}, .result = {{J, J_stride}}},
                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_jacobian_rate(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, int link,
+                               const ksl_frame_options_t *options, double *rate) {
+  return state_call<rows::jacobian_rate, double>(model, data, {.q = q, .v = v, .links = {1, &link}, .result = {rate}},
+                                                 no_external, options);
+}
+
+ksl_status_t ksl_jacobian_ratef(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, int link,
+                                const ksl_frame_options_t *options, float *rate) {
+  return state_call<rows::jacobian_rate, float>(model, data, {.q = q, .v = v, .links = {1, &link}, .result = {rate}},
+                                                no_external, options);
+}
+
+ksl_status_t ksl_jacobian_rate_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                     const double *v, ptrdiff_t v_stride, int link, const ksl_frame_options_t *options,
+                                     double *rate, ptrdiff_t rate_stride, int threads) {
+  return batch_call<double>(rows::jacobian_rate, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {1, &link}, .result = {{rate, rate_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_jacobian_rate_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                      const float *v, ptrdiff_t v_stride, int link, const ksl_frame_options_t *options,
+                                      float *rate, ptrdiff_t rate_stride, int threads) {
+  return batch_call<float>(rows::jacobian_rate, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {1, &link}, .result = {{rate, rate_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_relative_pose(const ksl_model_t *model, ksl_data_t *data, const double *q, int link, int seen_from,
+                               const ksl_frame_options_t *options, double *pose) {
+  const int links[] = {link, seen_from};
+  return state_call<rows::relative_pose, double>(model, data, {.q = q, .links = {2, links}, .result = {pose}},
+                                                 no_external, options);
+}
+
+ksl_status_t ksl_relative_posef(const ksl_model_t *model, ksl_data_t *data, const float *q, int link, int seen_from,
+                                const ksl_frame_options_t *options, float *pose) {
+  const int links[] = {link, seen_from};
+  return state_call<rows::relative_pose, float>(model, data, {.q = q, .links = {2, links}, .result = {pose}},
+                                                no_external, options);
+}
+
+ksl_status_t ksl_relative_pose_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, int link,
+                                     int seen_from, const ksl_frame_options_t *options, double *pose,
+                                     ptrdiff_t pose_stride, int threads) {
+  const int links[] = {link, seen_from};
+  return batch_call<double>(rows::relative_pose, model,
+                            {.n = n, .q = {q, q_stride}, .links = {2, links}, .result = {{pose, pose_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_relative_pose_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, int link,
+                                      int seen_from, const ksl_frame_options_t *options, float *pose,
+                                      ptrdiff_t pose_stride, int threads) {
+  const int links[] = {link, seen_from};
+  return batch_call<float>(rows::relative_pose, model,
+                           {.n = n, .q = {q, q_stride}, .links = {2, links}, .result = {{pose, pose_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_relative_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                   int link, int seen_from, const ksl_frame_options_t *options, double *twist) {
+  const int links[] = {link, seen_from};
+  return state_call<rows::relative_velocity, double>(model, data,
+                                                     {.q = q, .v = v, .links = {2, links}, .result = {twist}},
+                                                     no_external, options);
+}
+
+ksl_status_t ksl_relative_velocityf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                    int link, int seen_from, const ksl_frame_options_t *options, float *twist) {
+  const int links[] = {link, seen_from};
+  return state_call<rows::relative_velocity, float>(model, data,
+                                                    {.q = q, .v = v, .links = {2, links}, .result = {twist}},
+                                                    no_external, options);
+}
+
+ksl_status_t ksl_relative_velocity_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                         const double *v, ptrdiff_t v_stride, int link, int seen_from,
+                                         const ksl_frame_options_t *options, double *twist, ptrdiff_t twist_stride,
+                                         int threads) {
+  const int links[] = {link, seen_from};
+  return batch_call<double>(rows::relative_velocity, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {2, links}, .result = {{twist, twist_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_relative_velocity_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                          const float *v, ptrdiff_t v_stride, int link, int seen_from,
+                                          const ksl_frame_options_t *options, float *twist, ptrdiff_t twist_stride,
+                                          int threads) {
+  const int links[] = {link, seen_from};
+  return batch_call<float>(rows::relative_velocity, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {2, links}, .result = {{twist, twist_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_relative_jacobian(const ksl_model_t *model, ksl_data_t *data, const double *q, int link, int seen_from,
+                                   const ksl_frame_options_t *options, double *J) {
+  const int links[] = {link, seen_from};
+  return state_call<rows::relative_jacobian, double>(model, data, {.q = q, .links = {2, links}, .result = {J}},
+                                                     no_external, options);
+}
+
+ksl_status_t ksl_relative_jacobianf(const ksl_model_t *model, ksl_data_t *data, const float *q, int link, int seen_from,
+                                    const ksl_frame_options_t *options, float *J) {
+  const int links[] = {link, seen_from};
+  return state_call<rows::relative_jacobian, float>(model, data, {.q = q, .links = {2, links}, .result = {J}},
+                                                    no_external, options);
+}
+
+ksl_status_t ksl_relative_jacobian_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                         int link, int seen_from, const ksl_frame_options_t *options, double *J,
+                                         ptrdiff_t J_stride, int threads) {
+  const int links[] = {link, seen_from};
+  return batch_call<double>(rows::relative_jacobian, model,
+                            {.n = n, .q = {q, q_stride}, .links = {2, links}, .result = {{J, J_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_relative_jacobian_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                          int link, int seen_from, const ksl_frame_options_t *options, float *J,
+                                          ptrdiff_t J_stride, int threads) {
+  const int links[] = {link, seen_from};
+  return batch_call<float>(rows::relative_jacobian, model,
+                           {.n = n, .q = {q, q_stride}, .links = {2, links}, .result = {{J, J_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_operational_space_inertia_inverse(const ksl_model_t *model, ksl_data_t *data, const double *q, int n,
+                                                   const int *links, const ksl_frame_options_t *options,
+                                                   double *inverse) {
+  return state_call<rows::operational_space_inertia_inverse, double>(
+      model, data, {.q = q, .links = {n, links}, .result = {inverse}}, no_external, options);
+}
+
+ksl_status_t ksl_operational_space_inertia_inversef(const ksl_model_t *model, ksl_data_t *data, const float *q, int n,
+                                                    const int *links, const ksl_frame_options_t *options,
+                                                    float *inverse) {
+  return state_call<rows::operational_space_inertia_inverse, float>(
+      model, data, {.q = q, .links = {n, links}, .result = {inverse}}, no_external, options);
+}
+
+ksl_status_t ksl_operational_space_inertia_inverse_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                         ptrdiff_t q_stride, int links_n, const int *links,
+                                                         const ksl_frame_options_t *options, double *inverse,
+                                                         ptrdiff_t inverse_stride, int threads) {
+  return batch_call<double>(rows::operational_space_inertia_inverse, model,
+                            {.n = n, .q = {q, q_stride}, .links = {links_n, links}, .result = {{inverse, inverse_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_operational_space_inertia_inverse_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                          ptrdiff_t q_stride, int links_n, const int *links,
+                                                          const ksl_frame_options_t *options, float *inverse,
+                                                          ptrdiff_t inverse_stride, int threads) {
+  return batch_call<float>(rows::operational_space_inertia_inverse, model,
+                           {.n = n, .q = {q, q_stride}, .links = {links_n, links}, .result = {{inverse, inverse_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_operational_space_inertia(const ksl_model_t *model, ksl_data_t *data, const double *q, double *inertia,
+                                           int n, const int *links, const ksl_frame_options_t *options, double *rank) {
+  return state_call<rows::operational_space_inertia, double>(
+      model, data, {.q = q, .links = {n, links}, .result = {inertia, rank}}, no_external, options);
+}
+
+ksl_status_t ksl_operational_space_inertiaf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *inertia,
+                                            int n, const int *links, const ksl_frame_options_t *options, float *rank) {
+  return state_call<rows::operational_space_inertia, float>(model, data,
+                                                            {.q = q, .links = {n, links}, .result = {inertia, rank}},
+                                                            no_external, options);
+}
+
+ksl_status_t ksl_operational_space_inertia_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                 ptrdiff_t q_stride, double *inertia, ptrdiff_t inertia_stride,
+                                                 int links_n, const int *links, const ksl_frame_options_t *options,
+                                                 double *rank, ptrdiff_t rank_stride, int threads) {
+  return batch_call<double>(rows::operational_space_inertia, model,
+                            {.n = n, .q = {q, q_stride}, .links = {links_n, links}, .result = {{inertia, inertia_stride}, {rank, rank_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_operational_space_inertia_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                  ptrdiff_t q_stride, float *inertia, ptrdiff_t inertia_stride,
+                                                  int links_n, const int *links, const ksl_frame_options_t *options,
+                                                  float *rank, ptrdiff_t rank_stride, int threads) {
+  return batch_call<float>(rows::operational_space_inertia, model,
+                           {.n = n, .q = {q, q_stride}, .links = {links_n, links}, .result = {{inertia, inertia_stride}, {rank, rank_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_operational_space(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                   const ksl_external_t *external, double *inertia, double *bias,
+                                   double *pseudo_inverse, int n, const int *links, const ksl_frame_options_t *options,
+                                   double *rank) {
+  return state_call<rows::operational_space, double>(model, data,
+                                                     {.q = q, .v = v, .links = {n, links}, .result = {inertia, bias, pseudo_inverse, rank}},
+                                                     external, options);
+}
+
+ksl_status_t ksl_operational_spacef(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                    const ksl_externalf_t *external, float *inertia, float *bias, float *pseudo_inverse,
+                                    int n, const int *links, const ksl_frame_options_t *options, float *rank) {
+  return state_call<rows::operational_space, float>(model, data,
+                                                    {.q = q, .v = v, .links = {n, links}, .result = {inertia, bias, pseudo_inverse, rank}},
+                                                    external, options);
+}
+
+ksl_status_t ksl_operational_space_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                         const double *v, ptrdiff_t v_stride, double *inertia, ptrdiff_t inertia_stride,
+                                         double *bias, ptrdiff_t bias_stride, double *pseudo_inverse,
+                                         ptrdiff_t pseudo_inverse_stride, int links_n, const int *links,
+                                         const ksl_frame_options_t *options, double *rank, ptrdiff_t rank_stride,
+                                         int threads) {
+  return batch_call<double>(rows::operational_space, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{inertia, inertia_stride}, {bias, bias_stride}, {pseudo_inverse, pseudo_inverse_stride}, {rank, rank_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_operational_space_external_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                  ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                  const ksl_external_rows_t *external, double *inertia,
+                                                  ptrdiff_t inertia_stride, double *bias, ptrdiff_t bias_stride,
+                                                  double *pseudo_inverse, ptrdiff_t pseudo_inverse_stride, int links_n,
+                                                  const int *links, const ksl_frame_options_t *options, double *rank,
+                                                  ptrdiff_t rank_stride, int threads) {
+  return batch_call<double>(rows::operational_space, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{inertia, inertia_stride}, {bias, bias_stride}, {pseudo_inverse, pseudo_inverse_stride}, {rank, rank_stride}}},
+                            external, threads, options);
+}
+
+ksl_status_t ksl_operational_space_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                          const float *v, ptrdiff_t v_stride, float *inertia, ptrdiff_t inertia_stride,
+                                          float *bias, ptrdiff_t bias_stride, float *pseudo_inverse,
+                                          ptrdiff_t pseudo_inverse_stride, int links_n, const int *links,
+                                          const ksl_frame_options_t *options, float *rank, ptrdiff_t rank_stride,
+                                          int threads) {
+  return batch_call<float>(rows::operational_space, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{inertia, inertia_stride}, {bias, bias_stride}, {pseudo_inverse, pseudo_inverse_stride}, {rank, rank_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_operational_space_external_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                   ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                   const ksl_external_rowsf_t *external, float *inertia,
+                                                   ptrdiff_t inertia_stride, float *bias, ptrdiff_t bias_stride,
+                                                   float *pseudo_inverse, ptrdiff_t pseudo_inverse_stride, int links_n,
+                                                   const int *links, const ksl_frame_options_t *options, float *rank,
+                                                   ptrdiff_t rank_stride, int threads) {
+  return batch_call<float>(rows::operational_space, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{inertia, inertia_stride}, {bias, bias_stride}, {pseudo_inverse, pseudo_inverse_stride}, {rank, rank_stride}}},
+                           external, threads, options);
 }
 
 ksl_status_t ksl_energy(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, double *kinetic,

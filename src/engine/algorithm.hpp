@@ -31,7 +31,8 @@ struct algorithm_kernels {
 struct kernel_table;
 
 /// An extent of a result: a fixed number, or one that follows from the model or from what is requested.
-enum class extent : unsigned char { three, four, six, ten, nq, nv, links, joints };
+/// twists: six numbers for each link.
+enum class extent : unsigned char { three, four, six, ten, nq, nv, links, twists, joints };
 
 struct result_row {
   const char *name;
@@ -79,6 +80,14 @@ constexpr int least_links(request_kind request) {
   const bool one = request == request_kind::link || request == request_kind::frame;
   return one ? 1 : request == request_kind::relative ? 2 : 0;
 }
+/// May a call name no more links than the model has?  So it is where every link is combined with every other.
+constexpr bool links_are_few(const algorithm_row &row) {
+  for (int r = 0; r < row.results; ++r)
+    for (int i = 1; i < row.result[r].axes; ++i)
+      if (row.result[r].shape[i] == extent::twists)
+        return true;
+  return false;
+}
 /// Does a call name links?
 constexpr bool names_links(request_kind request) {
   return request != request_kind::none && request != request_kind::joints && request != request_kind::reactions;
@@ -98,6 +107,7 @@ constexpr int length_of(extent e, const extents &of) {
   case extent::nq: return of.nq;
   case extent::nv: return of.nv;
   case extent::links: return of.links;
+  case extent::twists: return 6 * of.links;
   case extent::joints: return of.joints;
   }
   return 0;

@@ -12,7 +12,18 @@ struct kernel_table {
   const algorithm_kernels *forward_dynamics;
   const algorithm_kernels *mass_matrix;
   const algorithm_kernels *frame_poses;
+  const algorithm_kernels *frame_velocities;
+  const algorithm_kernels *frame_accelerations;
+  const algorithm_kernels *point_velocity;
+  const algorithm_kernels *point_acceleration;
   const algorithm_kernels *jacobian;
+  const algorithm_kernels *jacobian_rate;
+  const algorithm_kernels *relative_pose;
+  const algorithm_kernels *relative_velocity;
+  const algorithm_kernels *relative_jacobian;
+  const algorithm_kernels *operational_space_inertia_inverse;
+  const algorithm_kernels *operational_space_inertia;
+  const algorithm_kernels *operational_space;
   const algorithm_kernels *energy;
   const algorithm_kernels *external_power;
   const algorithm_kernels *inverse_dynamics_derivatives;
@@ -76,6 +87,50 @@ constexpr algorithm_row frame_poses = {
     .kernels = &kernel_table::frame_poses,
 };
 
+constexpr algorithm_row frame_velocities = {
+    .name = "frame_velocities",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .external = external_use::none,
+    .request = request_kind::frames,
+    .results = 1,
+    .result = {{"twists", 2, {extent::links, extent::six}}},
+    .kernels = &kernel_table::frame_velocities,
+};
+
+constexpr algorithm_row frame_accelerations = {
+    .name = "frame_accelerations",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .external = external_use::none,
+    .request = request_kind::frames,
+    .results = 1,
+    .result = {{"accelerations", 2, {extent::links, extent::six}}},
+    .kernels = &kernel_table::frame_accelerations,
+};
+
+constexpr algorithm_row point_velocity = {
+    .name = "point_velocity",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .external = external_use::none,
+    .request = request_kind::frame,
+    .results = 1,
+    .result = {{"velocity", 1, {extent::three}}},
+    .kernels = &kernel_table::point_velocity,
+};
+
+constexpr algorithm_row point_acceleration = {
+    .name = "point_acceleration",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .external = external_use::none,
+    .request = request_kind::frame,
+    .results = 1,
+    .result = {{"acceleration", 1, {extent::three}}},
+    .kernels = &kernel_table::point_acceleration,
+};
+
 constexpr algorithm_row jacobian = {
     .name = "jacobian",
     .inputs = 1,
@@ -85,6 +140,83 @@ constexpr algorithm_row jacobian = {
     .results = 1,
     .result = {{"J", 2, {extent::six, extent::nv}}},
     .kernels = &kernel_table::jacobian,
+};
+
+constexpr algorithm_row jacobian_rate = {
+    .name = "jacobian_rate",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .external = external_use::none,
+    .request = request_kind::frame,
+    .results = 1,
+    .result = {{"rate", 2, {extent::six, extent::nv}}},
+    .kernels = &kernel_table::jacobian_rate,
+};
+
+constexpr algorithm_row relative_pose = {
+    .name = "relative_pose",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::relative,
+    .results = 1,
+    .result = {{"pose", 2, {extent::four, extent::four}}},
+    .kernels = &kernel_table::relative_pose,
+};
+
+constexpr algorithm_row relative_velocity = {
+    .name = "relative_velocity",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .external = external_use::none,
+    .request = request_kind::relative,
+    .results = 1,
+    .result = {{"twist", 1, {extent::six}}},
+    .kernels = &kernel_table::relative_velocity,
+};
+
+constexpr algorithm_row relative_jacobian = {
+    .name = "relative_jacobian",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::relative,
+    .results = 1,
+    .result = {{"J", 2, {extent::six, extent::nv}}},
+    .kernels = &kernel_table::relative_jacobian,
+};
+
+constexpr algorithm_row operational_space_inertia_inverse = {
+    .name = "operational_space_inertia_inverse",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::frames,
+    .results = 1,
+    .result = {{"inverse", 2, {extent::twists, extent::twists}}},
+    .kernels = &kernel_table::operational_space_inertia_inverse,
+};
+
+constexpr algorithm_row operational_space_inertia = {
+    .name = "operational_space_inertia",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::frames,
+    .results = 2,
+    .result = {{"inertia", 2, {extent::twists, extent::twists}}, {"rank", 0, {}}},
+    .kernels = &kernel_table::operational_space_inertia,
+};
+
+constexpr algorithm_row operational_space = {
+    .name = "operational_space",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .external = external_use::optional,
+    .request = request_kind::frames,
+    .results = 4,
+    .result = {{"inertia", 2, {extent::twists, extent::twists}}, {"bias", 1, {extent::twists}}, {"pseudo_inverse", 2, {extent::nv, extent::twists}}, {"rank", 0, {}}},
+    .kernels = &kernel_table::operational_space,
 };
 
 constexpr algorithm_row energy = {
@@ -179,6 +311,30 @@ constexpr algorithm_row frame_pose = {
     .variant_of = &frame_poses,
 };
 
+constexpr algorithm_row frame_velocity = {
+    .name = "frame_velocity",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .external = external_use::none,
+    .request = request_kind::frame,
+    .results = 1,
+    .result = {{"twist", 1, {extent::six}}},
+    .kernels = &kernel_table::frame_velocities,
+    .variant_of = &frame_velocities,
+};
+
+constexpr algorithm_row frame_acceleration = {
+    .name = "frame_acceleration",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .external = external_use::none,
+    .request = request_kind::frame,
+    .results = 1,
+    .result = {{"acceleration", 1, {extent::six}}},
+    .kernels = &kernel_table::frame_accelerations,
+    .variant_of = &frame_accelerations,
+};
+
 constexpr const algorithm_row *all[] = {
     &inverse_dynamics,
     &inverse_dynamics_with_reactions,
@@ -189,7 +345,20 @@ constexpr const algorithm_row *all[] = {
     &mass_matrix,
     &frame_pose,
     &frame_poses,
+    &frame_velocity,
+    &frame_velocities,
+    &frame_acceleration,
+    &frame_accelerations,
+    &point_velocity,
+    &point_acceleration,
     &jacobian,
+    &jacobian_rate,
+    &relative_pose,
+    &relative_velocity,
+    &relative_jacobian,
+    &operational_space_inertia_inverse,
+    &operational_space_inertia,
+    &operational_space,
     &energy,
     &external_power,
     &inverse_dynamics_derivatives,

@@ -11,7 +11,18 @@
   extern "C" const ksl::algorithm_kernels ksl_kernels_forward_dynamics_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_mass_matrix_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_frame_poses_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_frame_velocities_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_frame_accelerations_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_point_velocity_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_point_acceleration_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_jacobian_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_jacobian_rate_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_relative_pose_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_relative_velocity_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_relative_jacobian_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_operational_space_inertia_inverse_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_operational_space_inertia_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_operational_space_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_energy_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_external_power_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_inverse_dynamics_derivatives_##set; \
@@ -24,7 +35,18 @@
     .forward_dynamics = &ksl_kernels_forward_dynamics_##set, \
     .mass_matrix = &ksl_kernels_mass_matrix_##set, \
     .frame_poses = &ksl_kernels_frame_poses_##set, \
+    .frame_velocities = &ksl_kernels_frame_velocities_##set, \
+    .frame_accelerations = &ksl_kernels_frame_accelerations_##set, \
+    .point_velocity = &ksl_kernels_point_velocity_##set, \
+    .point_acceleration = &ksl_kernels_point_acceleration_##set, \
     .jacobian = &ksl_kernels_jacobian_##set, \
+    .jacobian_rate = &ksl_kernels_jacobian_rate_##set, \
+    .relative_pose = &ksl_kernels_relative_pose_##set, \
+    .relative_velocity = &ksl_kernels_relative_velocity_##set, \
+    .relative_jacobian = &ksl_kernels_relative_jacobian_##set, \
+    .operational_space_inertia_inverse = &ksl_kernels_operational_space_inertia_inverse_##set, \
+    .operational_space_inertia = &ksl_kernels_operational_space_inertia_##set, \
+    .operational_space = &ksl_kernels_operational_space_##set, \
     .energy = &ksl_kernels_energy_##set, \
     .external_power = &ksl_kernels_external_power_##set, \
     .inverse_dynamics_derivatives = &ksl_kernels_inverse_dynamics_derivatives_##set, \

@@ -5,11 +5,14 @@
 #include "ksl/engine/forward_dynamics.hpp"
 #include "ksl/engine/forward_kinematics.hpp"
 #include "ksl/engine/frame_jacobian.hpp"
+#include "ksl/engine/frame_motion.hpp"
 #include "ksl/engine/inverse_dynamics.hpp"
 #include "ksl/engine/inverse_dynamics_derivatives.hpp"
 #include "ksl/engine/mass_matrix.hpp"
+#include "ksl/engine/operational_space.hpp"
 #include "ksl/engine/reactions.hpp"
 #include "ksl/engine/reactions_derivatives.hpp"
+#include "ksl/engine/relative_motion.hpp"
 
 #include <algorithm>
 
@@ -23,7 +26,18 @@ inline std::size_t largest_workspace(const model_view<double> &m) {
       workspace_bytes<forward_dynamics_workspace<double>>(m),
       workspace_bytes<mass_matrix_workspace<double>>(m),
       workspace_bytes<forward_kinematics_workspace<double>>(m),
+      workspace_bytes<frame_velocities_workspace<double>>(m),
+      workspace_bytes<frame_accelerations_workspace<double>>(m),
+      workspace_bytes<frame_velocities_workspace<double>>(m),
+      workspace_bytes<frame_accelerations_workspace<double>>(m),
       workspace_bytes<jacobian_workspace<double>>(m),
+      workspace_bytes<jacobian_rate_workspace<double>>(m),
+      workspace_bytes<relative_pose_workspace<double>>(m),
+      workspace_bytes<relative_velocity_workspace<double>>(m),
+      workspace_bytes<relative_jacobian_workspace<double>>(m),
+      workspace_bytes<operational_space_inertia_inverse_workspace<double>>(m),
+      workspace_bytes<operational_space_inertia_workspace<double>>(m),
+      workspace_bytes<operational_space_workspace<double>>(m),
       workspace_bytes<energy_workspace<double>>(m),
       workspace_bytes<external_power_workspace<double>>(m),
       workspace_bytes<inverse_dynamics_derivatives_workspace<double>>(m),

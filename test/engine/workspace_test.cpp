@@ -47,7 +47,7 @@ TEST_CASE("numbers for each body") {
   CHECK(numbers_per_body<ksl::inverse_dynamics_derivatives_workspace>() == 99);
   CHECK(numbers_per_body<ksl::reactions_derivatives_workspace>() == 99 + 28);
   CHECK(numbers_per_body<ksl::forward_kinematics_workspace>() == 14);
-  CHECK(numbers_per_body<ksl::jacobian_workspace>() == 14);
+  CHECK(numbers_per_body<ksl::jacobian_workspace>() == 2);
   CHECK(numbers_per_body<ksl::energy_workspace>() == 20);
   CHECK(numbers_per_body<ksl::external_power_workspace>() == 20);
 }

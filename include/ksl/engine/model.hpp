@@ -63,6 +63,7 @@ template <class T> struct model_view {
   const T *inertia;                       ///< spatial_inertia of each body with all welded links (body_lanes.hpp)
   const T *theta0_sine, *theta0_cosine;   ///< of the joint that each number in q belongs to, padded as joint_angles
   int first_angle, angles_end;            ///< the range of indices in q that contains all joint angles
+  const T *lower, *upper;                 ///< limits of the numbers in q; infinite where there are none
 };
 
 } // namespace ksl
