@@ -14,7 +14,7 @@ class Result:
     """A result: its name in C and C++, its shape, and what it is.
 
     shape: for each axis, of which there are at most four, a number (3, 4, 6 or 10), "nq", "nv", "links" or "joints" (how many
-    are requested).  Empty: one number.
+    are requested), or "tree" (how many elements of a matrix aren't zero by the shape of the tree).  Empty: one number.
     """
 
     name: str
@@ -36,6 +36,7 @@ class Algorithm:
         "joints": joints, and how their wrenches are expressed; the results are those of the row
         "reactions": the same; the reactions are a result besides those of the row, and there may be several requests
     form: how results are stored from lanes to rows, a struct of src/engine/forms.hpp.
+    elements: of the forms symmetric_matrix, upper_triangle and tree_elements, the function that computes the elements in w.rows.
     variant_of: the algorithm that computes this one, with zeros for the inputs that this one doesn't have.
     faces: the languages for which a call is generated.  Other calls are written by hand, or are private.
     text: one sentence for C, C++ and the reference; {tau}, {q} … stand for names with shapes.
@@ -52,6 +53,7 @@ class Algorithm:
     external: str = ""
     request: str = ""
     form: str = "whole_results"
+    elements: str = ""
     workspace: str = ""
     variant_of: str = ""
     faces: tuple[str, ...] = ("c++", "c", "python")

@@ -56,6 +56,19 @@ KSL_EXPORT void forward_dynamics_batch(const model &m, const batch_view<S> &batc
 template <class S>
 KSL_EXPORT void mass_matrix_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
+/// Upper triangle, diagonal included, of the mass matrix M (nv, nv), row-major, for q (nq); elements below the diagonal
+/// are left as they are.  Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2); O(bodies × depth).
+/// Reads batch.q; writes M into batch.result[0] (rows of nv × nv).
+template <class S>
+KSL_EXPORT void mass_matrix_upper_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// The elements M (tree) of the lower triangle of the mass matrix that aren't zero by the shape of the tree, row by
+/// row, for q (nq): of each row those in the columns of the joints on the path from the ground, the diagonal last.
+/// Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2 and section 6.5); O(bodies × depth).  Reads
+/// batch.q; writes M into batch.result[0] (rows of tree).
+template <class S>
+KSL_EXPORT void mass_matrix_tree_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
 /// Poses poses (links, 4, 4) of links' frames in the world, m, each matrix row-major, for q (nq).  A link may come
 /// twice.  All are computed from one walk over the bodies: O(bodies + links).  Reads batch.q, batch.links; writes poses
 /// into batch.result[0] (rows of links.n × 4 × 4).

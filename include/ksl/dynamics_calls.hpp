@@ -46,6 +46,19 @@ KSL_EXPORT void forward_dynamics(const model &m, data &d, const S *q, const S *v
 template <class S>
 KSL_EXPORT void mass_matrix(const model &m, data &d, const S *q, S *M);
 
+/// Upper triangle, diagonal included, of the mass matrix M (nv, nv), row-major, for q (nq); elements below the diagonal
+/// are left as they are.  Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2); O(bodies × depth).  No
+/// allocation.
+template <class S>
+KSL_EXPORT void mass_matrix_upper(const model &m, data &d, const S *q, S *M);
+
+/// The elements M (tree) of the lower triangle of the mass matrix that aren't zero by the shape of the tree, row by
+/// row, for q (nq): of each row those in the columns of the joints on the path from the ground, the diagonal last.
+/// Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2 and section 6.5); O(bodies × depth).  No
+/// allocation.
+template <class S>
+KSL_EXPORT void mass_matrix_tree(const model &m, data &d, const S *q, S *M);
+
 /// Poses poses (links, 4, 4) of links' frames in the world, m, each matrix row-major, for q (nq).  A link may come
 /// twice.  All are computed from one walk over the bodies: O(bodies + links).  No allocation.
 template <class S>

@@ -175,6 +175,26 @@ KSL_EXPORT ksl_status_t ksl_mass_matrix_batch(const ksl_model_t *model, size_t n
 KSL_EXPORT ksl_status_t ksl_mass_matrix_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
                                                float *M, ptrdiff_t M_stride, int threads);
 
+/** Upper triangle, diagonal included, of the mass matrix M (nv, nv), row-major, for q (nq); elements below the
+    diagonal are left as they are.  Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2); O(bodies ×
+    depth). */
+KSL_EXPORT ksl_status_t ksl_mass_matrix_upper(const ksl_model_t *model, ksl_data_t *data, const double *q, double *M);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_upperf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *M);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_upper_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                    ptrdiff_t q_stride, double *M, ptrdiff_t M_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_upper_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                     ptrdiff_t q_stride, float *M, ptrdiff_t M_stride, int threads);
+
+/** The elements M (tree) of the lower triangle of the mass matrix that aren't zero by the shape of the tree, row by
+    row, for q (nq): of each row those in the columns of the joints on the path from the ground, the diagonal last.
+    Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2 and section 6.5); O(bodies × depth). */
+KSL_EXPORT ksl_status_t ksl_mass_matrix_tree(const ksl_model_t *model, ksl_data_t *data, const double *q, double *M);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_treef(const ksl_model_t *model, ksl_data_t *data, const float *q, float *M);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_tree_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                   ptrdiff_t q_stride, double *M, ptrdiff_t M_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_tree_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                    ptrdiff_t q_stride, float *M, ptrdiff_t M_stride, int threads);
+
 /** Poses poses (links, 4, 4) of links' frames in the world, m, each matrix row-major, for q (nq).  A link may come
     twice.  All are computed from one walk over the bodies: O(bodies + links). */
 KSL_EXPORT ksl_status_t ksl_frame_poses(const ksl_model_t *model, ksl_data_t *data, const double *q, int n,

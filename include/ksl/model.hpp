@@ -51,6 +51,9 @@ public:
   int nq() const { return nq_; }
   int nv() const { return nv_; }
 
+  /// How many elements of the lower triangle of the mass matrix aren't zero by the shape of the tree.
+  int tree_elements() const { return tree_elements_; }
+
   /// All joints: the moving ones in the order of q (depth first, children in file order), then the fixed ones, `base` last.
   const std::vector<joint_row> &joints() const { return joints_; }
   int moving_joints() const { return moving_joints_; }
@@ -73,8 +76,8 @@ public:
   const robot_description &description() const { return description_; }
 
   /// The arrays that algorithms run on, in double and in single precision; valid as long as the model lives.
-  model_view<double> view() const { return double_.view(nq_, nv_, pose_numbers_); }
-  model_view<float> view_single() const { return single_.view(nq_, nv_, pose_numbers_); }
+  model_view<double> view() const { return double_.view(*this); }
+  model_view<float> view_single() const { return single_.view(*this); }
   template <class S> model_view<S> view_in() const {
     if constexpr (sizeof(S) == sizeof(double))
       return view();
@@ -87,13 +90,15 @@ private:
   template <class S> struct arrays {
     std::vector<ksl::body<S>> bodies;
     std::vector<ksl::link<S>> links;
+    std::vector<spatial_inertia<S>> augmented;
     vec3<S> gravity;
     std::vector<S> inertia, theta0_sine, theta0_cosine; // contiguous, for lanes
     int first_angle = 0, angles_end = 0;
 
-    model_view<S> view(int nq, int nv, int pose_numbers) const {
-      return {static_cast<int>(bodies.size()), static_cast<int>(links.size()), nq, nv, pose_numbers, gravity, bodies.data(),
-              links.data(), inertia.data(), theta0_sine.data(), theta0_cosine.data(), first_angle, angles_end};
+    model_view<S> view(const model &m) const {
+      return {static_cast<int>(bodies.size()), static_cast<int>(links.size()), m.nq_, m.nv_, m.pose_numbers_, m.longest_path_,
+              m.tree_elements_, gravity, bodies.data(),
+              links.data(), inertia.data(), augmented.data(), theta0_sine.data(), theta0_cosine.data(), first_angle, angles_end};
     }
   };
 
@@ -103,7 +108,7 @@ private:
   std::vector<link_description> links_;
   arrays<double> double_;
   arrays<float> single_;
-  int nq_ = 0, nv_ = 0, pose_numbers_ = 0, moving_joints_ = 0;
+  int nq_ = 0, nv_ = 0, pose_numbers_ = 0, longest_path_ = 0, tree_elements_ = 0, moving_joints_ = 0;
 
   friend class model_builder;
 };

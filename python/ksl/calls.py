@@ -103,8 +103,25 @@ class Calls(Requests):
         """Mass matrix (…, nv, nv), symmetric: inverse_dynamics = mass_matrix · a + bias.
 
         Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2); O(bodies × depth).
+        :meth:`mass_matrix_upper` and :meth:`mass_matrix_tree` write less, which is what takes the time in batches of large robots.
         """
         return self._core.mass_matrix(q, None, None, None, None, None, out, threads)
+
+    def mass_matrix_upper(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Upper triangle of the mass matrix, in an array (…, nv, nv).
+
+        q, out, threads: as in :meth:`inverse_dynamics`.  Elements below the diagonal are left as they are in `out`, and have any value
+        without it.  For solvers that read one triangle: ``scipy.linalg.cho_factor(M)``, ``numpy.linalg.eigvalsh(M, UPLO="U")``.
+        """
+        return self._core.mass_matrix_upper(q, None, None, None, None, None, out, threads)
+
+    def mass_matrix_tree(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """The elements (…, tree) of the mass matrix that aren't zero by the shape of the tree.
+
+        q, out, threads: as in :meth:`inverse_dynamics`.  Compressed sparse rows of the lower triangle:
+        ``scipy.sparse.csr_matrix((M, m.tree_columns, m.tree_rows))``.  Featherstone, RBDA 2008, table 6.2 and section 6.5.
+        """
+        return self._core.mass_matrix_tree(q, None, None, None, None, None, out, threads)
 
     def frame_pose(self, q: ArrayLike, name: str, out: Array | None = None, threads: int | None = None) -> Array:
         """Pose (…, 4, 4) in the world of a link's frame, or of a joint's (the child link's), for q (…, nq).

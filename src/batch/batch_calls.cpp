@@ -48,6 +48,18 @@ template <class S> void mass_matrix_batch(const model &m, const batch_view<S> &b
 template void mass_matrix_batch(const model &, const batch_view<double> &, int);
 template void mass_matrix_batch(const model &, const batch_view<float> &, int);
 
+template <class S> void mass_matrix_upper_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::mass_matrix_upper, m, batch, threads);
+}
+template void mass_matrix_upper_batch(const model &, const batch_view<double> &, int);
+template void mass_matrix_upper_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void mass_matrix_tree_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::mass_matrix_tree, m, batch, threads);
+}
+template void mass_matrix_tree_batch(const model &, const batch_view<double> &, int);
+template void mass_matrix_tree_batch(const model &, const batch_view<float> &, int);
+
 template <class S> void frame_poses_batch(const model &m, const batch_view<S> &batch, int threads) {
   compute_batch(rows::frame_poses, m, batch, threads);
 }

@@ -300,6 +300,46 @@ ksl_status_t ksl_mass_matrix_batchf(const ksl_model_t *model, size_t n, const fl
                            no_external_rows, threads);
 }
 
+ksl_status_t ksl_mass_matrix_upper(const ksl_model_t *model, ksl_data_t *data, const double *q, double *M) {
+  return state_call<rows::mass_matrix_upper, double>(model, data, {.q = q, .result = {M}}, no_external);
+}
+
+ksl_status_t ksl_mass_matrix_upperf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *M) {
+  return state_call<rows::mass_matrix_upper, float>(model, data, {.q = q, .result = {M}}, no_external);
+}
+
+ksl_status_t ksl_mass_matrix_upper_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                         double *M, ptrdiff_t M_stride, int threads) {
+  return batch_call<double>(rows::mass_matrix_upper, model, {.n = n, .q = {q, q_stride}, .result = {{M, M_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_mass_matrix_upper_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                          float *M, ptrdiff_t M_stride, int threads) {
+  return batch_call<float>(rows::mass_matrix_upper, model, {.n = n, .q = {q, q_stride}, .result = {{M, M_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_mass_matrix_tree(const ksl_model_t *model, ksl_data_t *data, const double *q, double *M) {
+  return state_call<rows::mass_matrix_tree, double>(model, data, {.q = q, .result = {M}}, no_external);
+}
+
+ksl_status_t ksl_mass_matrix_treef(const ksl_model_t *model, ksl_data_t *data, const float *q, float *M) {
+  return state_call<rows::mass_matrix_tree, float>(model, data, {.q = q, .result = {M}}, no_external);
+}
+
+ksl_status_t ksl_mass_matrix_tree_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                        double *M, ptrdiff_t M_stride, int threads) {
+  return batch_call<double>(rows::mass_matrix_tree, model, {.n = n, .q = {q, q_stride}, .result = {{M, M_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_mass_matrix_tree_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                         float *M, ptrdiff_t M_stride, int threads) {
+  return batch_call<float>(rows::mass_matrix_tree, model, {.n = n, .q = {q, q_stride}, .result = {{M, M_stride}}},
+                           no_external_rows, threads);
+}
+
 ksl_status_t ksl_frame_poses(const ksl_model_t *model, ksl_data_t *data, const double *q, int n, const int *links,
                              double *poses) {
   return state_call<rows::frame_poses, double>(model, data, {.q = q, .links = {n, links}, .result = {poses}},

@@ -11,6 +11,8 @@ struct kernel_table {
   const algorithm_kernels *inverse_dynamics_with_reactions;
   const algorithm_kernels *forward_dynamics;
   const algorithm_kernels *mass_matrix;
+  const algorithm_kernels *mass_matrix_upper;
+  const algorithm_kernels *mass_matrix_tree;
   const algorithm_kernels *frame_poses;
   const algorithm_kernels *jacobian;
   const algorithm_kernels *energy;
@@ -61,6 +63,28 @@ constexpr algorithm_row mass_matrix = {
     .results = 1,
     .result = {{"M", 2, {extent::nv, extent::nv}}},
     .kernels = &kernel_table::mass_matrix,
+};
+
+constexpr algorithm_row mass_matrix_upper = {
+    .name = "mass_matrix_upper",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .results = 1,
+    .result = {{"M", 2, {extent::nv, extent::nv}}},
+    .kernels = &kernel_table::mass_matrix_upper,
+};
+
+constexpr algorithm_row mass_matrix_tree = {
+    .name = "mass_matrix_tree",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .results = 1,
+    .result = {{"M", 1, {extent::tree}}},
+    .kernels = &kernel_table::mass_matrix_tree,
 };
 
 constexpr algorithm_row frame_poses = {
@@ -163,6 +187,8 @@ constexpr const algorithm_row *all[] = {
     &gravity_torque,
     &forward_dynamics,
     &mass_matrix,
+    &mass_matrix_upper,
+    &mass_matrix_tree,
     &frame_pose,
     &frame_poses,
     &jacobian,

@@ -45,6 +45,16 @@ void mass_matrix(const model &m, data &d, const S *q, S *M) {
 }
 
 template <class S>
+void mass_matrix_upper(const model &m, data &d, const S *q, S *M) {
+  compute<S>(rows::mass_matrix_upper, m, d, {.q = q, .result = {M}});
+}
+
+template <class S>
+void mass_matrix_tree(const model &m, data &d, const S *q, S *M) {
+  compute<S>(rows::mass_matrix_tree, m, d, {.q = q, .result = {M}});
+}
+
+template <class S>
 void frame_poses(const model &m, data &d, const S *q, int n, const int *links, S *poses) {
   compute<S>(rows::frame_poses, m, d, {.q = q, .links = {n, links}, .result = {poses}});
 }
@@ -87,6 +97,10 @@ template void forward_dynamics<float>(const model &, data &, const float *, cons
                                       const external_wrenches<float> &);
 template void mass_matrix<double>(const model &, data &, const double *, double *);
 template void mass_matrix<float>(const model &, data &, const float *, float *);
+template void mass_matrix_upper<double>(const model &, data &, const double *, double *);
+template void mass_matrix_upper<float>(const model &, data &, const float *, float *);
+template void mass_matrix_tree<double>(const model &, data &, const double *, double *);
+template void mass_matrix_tree<float>(const model &, data &, const float *, float *);
 template void frame_poses<double>(const model &, data &, const double *, int, const int *, double *);
 template void frame_poses<float>(const model &, data &, const float *, int, const int *, float *);
 template void jacobian<double>(const model &, data &, const double *, int, const frame_options &, double *);

@@ -10,6 +10,8 @@
   extern "C" const ksl::algorithm_kernels ksl_kernels_inverse_dynamics_with_reactions_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_forward_dynamics_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_mass_matrix_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_mass_matrix_upper_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_mass_matrix_tree_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_frame_poses_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_jacobian_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_energy_##set; \
@@ -21,6 +23,8 @@
     .inverse_dynamics_with_reactions = &ksl_kernels_inverse_dynamics_with_reactions_##set, \
     .forward_dynamics = &ksl_kernels_forward_dynamics_##set, \
     .mass_matrix = &ksl_kernels_mass_matrix_##set, \
+    .mass_matrix_upper = &ksl_kernels_mass_matrix_upper_##set, \
+    .mass_matrix_tree = &ksl_kernels_mass_matrix_tree_##set, \
     .frame_poses = &ksl_kernels_frame_poses_##set, \
     .jacobian = &ksl_kernels_jacobian_##set, \
     .energy = &ksl_kernels_energy_##set, \

@@ -20,6 +20,8 @@ inline std::size_t largest_workspace(const model_view<double> &m) {
       workspace_bytes<reactions_workspace<double>>(m),
       workspace_bytes<forward_dynamics_workspace<double>>(m),
       workspace_bytes<mass_matrix_workspace<double>>(m),
+      workspace_bytes<mass_matrix_workspace<double>>(m),
+      workspace_bytes<mass_matrix_workspace<double>>(m),
       workspace_bytes<forward_kinematics_workspace<double>>(m),
       workspace_bytes<jacobian_workspace<double>>(m),
       workspace_bytes<energy_workspace<double>>(m),

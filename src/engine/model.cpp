@@ -154,6 +154,12 @@ private:
     b.nv = row.nv;
     b.angle_index = row.has_angle ? m_.nq_ : -1;
     b.chain_start = chain_start(kind, parent);
+    const int added = static_cast<int>(m_.double_.bodies.size());
+    if (parent >= 0) {
+      const body<double> &p = m_.double_.bodies[static_cast<std::size_t>(parent)];
+      b.line_start = parent > 0 && parent == added - 1 ? p.line_start : added;
+      b.ancestors = p.ancestors + p.nv;
+    }
     b.pose_index = m_.pose_numbers_;
     b.link = link;
     b.is_base = parent == 0 && row.is_free;
@@ -193,6 +199,7 @@ private:
     close_subtrees();
     choose_canonical_axes(m_.double_.bodies, m_.double_.links);
     add_inertias();
+    add_augmented();
     add_angles();
     round_to_single();
     for (const payload &p : options_.payloads)
@@ -228,6 +235,35 @@ private:
     }
   }
 
+  /// The augmented inertias of subtree_inertia.hpp, and the length of the longest path.
+  void add_augmented() {
+    auto &d = m_.double_;
+    const auto bodies = d.bodies.size();
+    d.augmented.resize(bodies);
+    for (std::size_t i = 0; i < bodies; ++i) {
+      d.augmented[i] = bodies_at<double, double>{static_cast<int>(i)}.get<spatial_inertia>(d.inertia.data());
+      d.bodies[i].alpha_of_tensor = of_tensor(d.bodies[i].alpha);
+      m_.longest_path_ = std::max(m_.longest_path_, d.bodies[i].ancestors + d.bodies[i].nv);
+      for (int c = 0; c < d.bodies[i].nv; ++c)
+        m_.tree_elements_ += d.bodies[i].ancestors + c + 1;
+    }
+    for (std::size_t i = bodies; i-- > 1;) {
+      const body<double> &b = d.bodies[i];
+      spatial_inertia<double> &parent = d.augmented[static_cast<std::size_t>(b.parent)];
+      const double m = d.augmented[i].m; // of the whole subtree
+      with_joint(b.kind, [&]<class J>(J) {
+        if constexpr (J::shifts_origin) {
+          parent.m += m;
+        } else {
+          const spatial_inertia<double> point = {m, {0, 0, 0}, 0, 0, 0, 0, 0, 0};
+          spatial_inertia<double> there;
+          A::spatial_inertia_translated(&point, &b.placement.t, &there);
+          A::spatial_inertia_added(&parent, &there, &parent);
+        }
+      });
+    }
+  }
+
   /// The constants theta0 of joint angles, as contiguous arrays that can be loaded into lanes.
   void add_angles() {
     auto &d = m_.double_;
@@ -255,6 +291,8 @@ private:
       s.links.push_back(spread<float>(l));
     s.gravity = spread<float>(d.gravity);
     s.inertia.assign(d.inertia.begin(), d.inertia.end());
+    for (const spatial_inertia<double> &I : d.augmented)
+      s.augmented.push_back(spread<float>(I));
     s.theta0_sine.assign(d.theta0_sine.begin(), d.theta0_sine.end());
     s.theta0_cosine.assign(d.theta0_cosine.begin(), d.theta0_cosine.end());
     s.first_angle = d.first_angle, s.angles_end = d.angles_end;

@@ -219,6 +219,74 @@ TEST_CASE("mass_matrix: C++ and C, one state and batches, in float") {
   faces::agree<float>(ksl::rows::mass_matrix, cpp, c, cpp_batch, c_batch);
 }
 
+TEST_CASE("mass_matrix_upper: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::mass_matrix_upper(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_mass_matrix_upper(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::mass_matrix_upper_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_mass_matrix_upper_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                      s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::mass_matrix_upper, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("mass_matrix_upper: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::mass_matrix_upper(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_mass_matrix_upperf(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::mass_matrix_upper_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_mass_matrix_upper_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                       s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::mass_matrix_upper, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("mass_matrix_tree: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::mass_matrix_tree(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_mass_matrix_tree(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::mass_matrix_tree_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_mass_matrix_tree_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                     s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::mass_matrix_tree, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("mass_matrix_tree: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::mass_matrix_tree(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_mass_matrix_treef(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::mass_matrix_tree_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_mass_matrix_tree_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                      s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::mass_matrix_tree, cpp, c, cpp_batch, c_batch);
+}
+
 TEST_CASE("frame_poses: C++ and C, one state and batches, in double") {
   const auto cpp = [](faces::one<double> &s) {
     ksl::frame_poses(s.r.m, s.r.d, s.q, 3, s.r.links.data(), s.result[0]);

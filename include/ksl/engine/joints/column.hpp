@@ -30,6 +30,19 @@ template <bool turns, bool slides, class T> struct joint_column {
       algebra<T>::axpy_vv(turns ? pitch * x : x, &z, &a.lin);
   }
 
+  /// S about another point, at which the body's origin is seen.
+  KSL_LANES screw<T> about(const vec3<T> &origin) const {
+    using A = algebra<T>;
+    screw<T> s = {z, z};
+    if constexpr (turns)
+      A::cross_vv(&origin, &z, &s.lin);
+    else
+      s.ang = {T(0), T(0), T(0)};
+    if constexpr (turns && slides)
+      A::axpy_vv(pitch, &z, &s.lin);
+    return s;
+  }
+
   /// U = A S
   KSL_LANES coscrew<T> momentum(const articulated_inertia<T> &A) const {
     using algebra = ksl::algebra<T>;

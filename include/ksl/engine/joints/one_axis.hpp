@@ -16,6 +16,7 @@ template <bool turns, bool slides> struct one_axis_joint {
   static constexpr const char *other_name = nullptr;
   static constexpr int nq = 1, nv = 1;
   static constexpr bool has_axis = true, has_pitch = turns && slides, has_limits = true, has_angle = turns, is_free = false;
+  static constexpr bool shifts_origin = slides;
   static constexpr int quaternion = -1, pose_numbers = slides ? 3 : 0; // its translation
   template <class T> using column_type = joint_column<turns, slides, T>;
 

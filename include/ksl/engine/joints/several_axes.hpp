@@ -14,6 +14,7 @@ template <int... coordinates> struct several_axes_joint {
   static constexpr const char *other_name = nullptr;
   static constexpr bool has_axis = false, has_pitch = false, has_limits = false, has_angle = false, is_free = nv == 6;
   static constexpr bool slides = ((coordinates < 3) || ...), turns = ((coordinates >= 3) || ...);
+  static constexpr bool shifts_origin = slides;
 
   /// S q̇
   template <class T> static KSL_LANES screw<T> twist(const body<scalar_of<T>> &, const T *v) { return to_vectors<screw>(v); }
