@@ -9,7 +9,7 @@ ROWS = (
         inputs=("q",),
         results=(Result("M", ("nv", "nv"), "mass matrix, both triangles"),),
         form="symmetric_matrix",
-        elements="rows_of_mass_matrix",
+        elements="elements_of_mass_matrix",
         summary="Mass matrix (…, nv, nv), symmetric: inverse_dynamics = mass_matrix · a + bias.",
         text="Mass matrix {M}, row-major, both triangles, for {q}, by the composite-rigid-body algorithm (Featherstone, RBDA 2008, "
         "table 6.2): tau = M a + bias.  O(bodies × depth).",
@@ -24,7 +24,7 @@ Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2); O(bodies ×
         inputs=("q",),
         results=(Result("M", ("nv", "nv"), "mass matrix, upper triangle"),),
         form="upper_triangle",
-        elements="rows_of_mass_matrix",
+        elements="elements_of_mass_matrix",
         workspace="mass_matrix_workspace",
         summary="Upper triangle of the mass matrix, in an array (…, nv, nv).",
         text="Upper triangle, diagonal included, of the mass matrix {M}, row-major, for {q}; elements below the diagonal are left as "
@@ -39,8 +39,6 @@ without it.  For solvers that read one triangle: ``scipy.linalg.cho_factor(M)``,
         header="mass_matrix.hpp",
         inputs=("q",),
         results=(Result("M", ("tree",), "elements of the lower triangle"),),
-        form="tree_elements",
-        elements="rows_of_mass_matrix",
         workspace="mass_matrix_workspace",
         summary="The elements (…, tree) of the mass matrix that aren't zero by the shape of the tree.",
         text="The elements {M} of the lower triangle of the mass matrix that aren't zero by the shape of the tree, row by row, for {q}: "

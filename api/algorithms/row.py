@@ -36,7 +36,7 @@ class Algorithm:
         "joints": joints, and how their wrenches are expressed; the results are those of the row
         "reactions": the same; the reactions are a result besides those of the row, and there may be several requests
     form: how results are stored from lanes to rows, a struct of src/engine/forms.hpp.
-    elements: of the forms symmetric_matrix, upper_triangle and tree_elements, the function that computes the elements in w.rows.
+    elements: of the forms symmetric_matrix and upper_triangle, the function that computes the upper triangle alone, without zeros.
     variant_of: the algorithm that computes this one, with zeros for the inputs that this one doesn't have.
     faces: the languages for which a call is generated.  Other calls are written by hand, or are private.
     text: one sentence for C, C++ and the reference; {tau}, {q} … stand for names with shapes.

@@ -52,7 +52,11 @@ public:
   int nv() const { return nv_; }
 
   /// How many elements of the lower triangle of the mass matrix aren't zero by the shape of the tree.
-  int tree_elements() const { return tree_elements_; }
+  int tree_elements() const { return tree_row_.back(); }
+  /// Where the rows of these elements begin, and where they end (nv + 1).
+  const std::vector<int> &tree_rows() const { return tree_row_; }
+  /// In which columns they are.
+  std::vector<int> tree_columns() const;
 
   /// All joints: the moving ones in the order of q (depth first, children in file order), then the fixed ones, `base` last.
   const std::vector<joint_row> &joints() const { return joints_; }
@@ -97,8 +101,9 @@ private:
 
     model_view<S> view(const model &m) const {
       return {static_cast<int>(bodies.size()), static_cast<int>(links.size()), m.nq_, m.nv_, m.pose_numbers_, m.longest_path_,
-              m.tree_elements_, gravity, bodies.data(),
-              links.data(), inertia.data(), augmented.data(), theta0_sine.data(), theta0_cosine.data(), first_angle, angles_end};
+              m.tree_row_.back(), gravity, bodies.data(),
+              links.data(), inertia.data(), augmented.data(), theta0_sine.data(), theta0_cosine.data(),
+              m.tree_row_.data(), first_angle, angles_end};
     }
   };
 
@@ -106,9 +111,10 @@ private:
   std::vector<joint_row> joints_;
   std::vector<quaternion_in_q> quaternions_;
   std::vector<link_description> links_;
+  std::vector<int> tree_row_ = {0};
   arrays<double> double_;
   arrays<float> single_;
-  int nq_ = 0, nv_ = 0, pose_numbers_ = 0, longest_path_ = 0, tree_elements_ = 0, moving_joints_ = 0;
+  int nq_ = 0, nv_ = 0, pose_numbers_ = 0, longest_path_ = 0, moving_joints_ = 0;
 
   friend class model_builder;
 };

@@ -14,11 +14,11 @@ REQUEST = {
 }
 
 
-def engine_call(row: Algorithm, function: str, results: bool) -> str:
+def engine_call(row: Algorithm, function: str) -> str:
     """The call of the engine's function with the members of a state_view."""
     arguments = [f"s.{name}" for name in row.inputs]
     arguments += REQUEST.get(row.request, []) + (["s.external"] if row.external else [])
-    arguments += [f"s.result[{i}]" for i in range(len(row.results)) if results]
+    arguments += [f"s.result[{i}]" for i in range(len(row.results))]
     return f"{function}(model, w, {', '.join(arguments)});"
 
 
@@ -54,9 +54,9 @@ KSL_KERNELS({name}) = ksl::kernels_of<ksl::{name}_algorithm>;
 def kernel(row: Algorithm) -> str:
     steps = {
         "efforts_and_reactions": {},
-        **{form: {"compute": row.name, "rows": row.elements} for form in ("symmetric_matrix", "upper_triangle", "tree_elements")},
+        **{form: {"compute": row.name, "elements": row.elements} for form in ("symmetric_matrix", "upper_triangle")},
     }.get(row.form, {"compute": row.name})
-    text = "".join("\n" + STEP.format(name=name, call=engine_call(row, function, results=name == "compute")) for name, function in steps.items())
+    text = "".join("\n" + STEP.format(name=name, call=engine_call(row, function)) for name, function in steps.items())
     row_lines = "".join(f"      {line},\n" for line in row_members(row))
     return KERNEL.format(mark=MARK, row=row_lines, header=row.header, name=row.name, form=row.form, workspace=workspace(row), steps=text)
 

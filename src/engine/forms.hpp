@@ -3,67 +3,69 @@
 #pragma once
 
 #include "engine/kernel.hpp"
-#include "ksl/engine/tree_rows.hpp"
 
 namespace ksl {
 inline namespace KSL_ISA {
 namespace forms {
 
-/// Which elements of a matrix over the coordinates of a tree (engine/tree_rows.hpp) are stored.
-enum class stored { both_triangles, upper_triangle, tree_elements };
+/// Stores a symmetric n × n matrix of packs, given by its upper triangle.
+template <class T, int W>
+void store_symmetric(const pack<T, W> *upper, int n, int valid, T *rows, std::ptrdiff_t stride) {
+  const pack<T, W> *element = upper;
+  int row = 0, column = 0;
+  const auto next = [&]() -> const pack<T, W> & { // down the column to the diagonal, then along the row
+    const pack<T, W> &x = *element;
+    element += column < row ? n : 1;
+    if (++column == n)
+      column = 0, element = upper + ++row;
+    return x;
+  };
+  store_next<T, W>(next, n * n, valid, rows, stride);
+}
 
-/// Such a matrix, of which Algorithm::rows computes the elements that aren't zero by the shape of the tree.  In lanes they are
-/// stored from there to the rows of a batch, in the order of a list that is made once.
-template <class Algorithm, stored which> struct matrix_of_tree : whole_results<Algorithm> {
+/// A symmetric matrix (nv, nv).  In lanes only its upper triangle is computed, by Algorithm::elements.
+template <class Algorithm> struct symmetric_matrix : whole_results<Algorithm> {
   template <class P> struct lanes {
-    using S = scalar_of<P>;
-    int *element; ///< where each number lies in w.rows; −1: it is zero
-    int segments, n;
+    P *matrix;
+    bool cleared = false;
 
-    void lay_out(arena &memory, const model_view<S> &model, const batch_view<S> &) {
-      n = which == stored::tree_elements ? model.tree_elements : model.nv * model.nv;
-      segments = which == stored::upper_triangle ? model.nv : 1;
-      element = memory.take<int>(n);
-      if (memory.counts())
-        return;
-      const int pitch = model.longest_path;
-      int *next = element;
-      for (int k = 0; k < n && which != stored::tree_elements; ++k)
-        element[k] = -1;
-      for_each_row(model, [&](const auto &, int i, index row, index place) {
-        for_each_line(model, i, [&](index column, index first, index width) {
-          for (index k = 0; k < width && column + k <= row; ++k) {
-            const int at = static_cast<int>(row) * pitch + static_cast<int>(first + k);
-            if constexpr (which == stored::tree_elements)
-              next[first + k] = at;
-            else
-              element[row * model.nv + column + k] = element[(column + k) * model.nv + row] = at;
-          }
-        });
-        next += place + 1;
-      });
+    void lay_out(arena &memory, const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &) {
+      matrix = memory.take<P>(model.nv * model.nv);
     }
-    void compute(const model_view<S> &model, const workspace_of<Algorithm, P> &w, state_view<P> &s, const block<P> &b) {
-      const rows_view<S> &rows = b.batch.result[0];
-      if (!rows.first)
-        return; // not wanted
-      Algorithm::rows(model, w, s);
-      const P *const from = w.rows[0], zero(S(0));
-      for (int r = 0; r < segments; ++r) {
-        const int begin = segments > 1 ? r * model.nv + r : 0, end = segments > 1 ? (r + 1) * model.nv : n;
-        const int *at = element + begin;
-        const auto next = [&]() -> const P & {
-          const int k = *at++;
-          return k < 0 ? zero : from[k];
-        };
-        store_next<S, sizeof(P) / sizeof(S)>(next, end - begin, b.valid, row(rows, b.k) + begin, rows.stride);
-      }
+    /// Computes the upper triangle, if it is wanted.
+    bool elements(const model_view<scalar_of<P>> &model, const workspace_of<Algorithm, P> &w, state_view<P> &s, const block<P> &b) {
+      if (!b.batch.result[0].first)
+        return false;
+      for (int i = 0; i < model.nv * model.nv && !cleared; ++i)
+        matrix[i] = P(scalar_of<P>(0)); // zeros that follow from the shape of the tree are the same in every block
+      cleared = true;
+      s.result[0] = matrix;
+      Algorithm::elements(model, w, s);
+      return true;
+    }
+    void compute(const model_view<scalar_of<P>> &model, const workspace_of<Algorithm, P> &w, state_view<P> &s,
+                 const block<P> &b) {
+      const rows_view<scalar_of<P>> &rows = b.batch.result[0];
+      if (elements(model, w, s, b))
+        store_symmetric(matrix, model.nv, b.valid, row(rows, b.k), rows.stride);
     }
   };
 };
-template <class Algorithm> using symmetric_matrix = matrix_of_tree<Algorithm, stored::both_triangles>;
-template <class Algorithm> using upper_triangle = matrix_of_tree<Algorithm, stored::upper_triangle>;
-template <class Algorithm> using tree_elements = matrix_of_tree<Algorithm, stored::tree_elements>;
+
+/// The upper triangle of a matrix (nv, nv).
+template <class Algorithm> struct upper_triangle : symmetric_matrix<Algorithm> {
+  template <class P> struct lanes : symmetric_matrix<Algorithm>::template lanes<P> {
+    void store(const model_view<scalar_of<P>> &model, scalar_of<P> *out, const rows_view<scalar_of<P>> &rows, int valid) const {
+      for (std::ptrdiff_t i = 0; i < model.nv; ++i)
+        store_rows(this->matrix + i * (model.nv + 1), model.nv - static_cast<int>(i), valid, out + i * (model.nv + 1), rows.stride);
+    }
+    void compute(const model_view<scalar_of<P>> &model, const workspace_of<Algorithm, P> &w, state_view<P> &s,
+                 const block<P> &b) {
+      if (this->elements(model, w, s, b))
+        store(model, row(b.batch.result[0], b.k), b.batch.result[0], b.valid);
+    }
+  };
+};
 
 /// Poses (links, 4, 4).  Each matrix is kept in registers until it is stored.
 template <class Algorithm> struct poses_of_links : whole_results<Algorithm> {

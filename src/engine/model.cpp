@@ -245,7 +245,7 @@ private:
       d.bodies[i].alpha_of_tensor = of_tensor(d.bodies[i].alpha);
       m_.longest_path_ = std::max(m_.longest_path_, d.bodies[i].ancestors + d.bodies[i].nv);
       for (int c = 0; c < d.bodies[i].nv; ++c)
-        m_.tree_elements_ += d.bodies[i].ancestors + c + 1;
+        m_.tree_row_.push_back(m_.tree_row_.back() + d.bodies[i].ancestors + c + 1);
     }
     for (std::size_t i = bodies; i-- > 1;) {
       const body<double> &b = d.bodies[i];
@@ -321,6 +321,18 @@ int model::find_link(const std::string &name) const {
     if (links_[i].name == name)
       return static_cast<int>(i);
   return -1;
+}
+
+std::vector<int> model::tree_columns() const {
+  const model_view<double> m = view();
+  std::vector<int> columns(static_cast<std::size_t>(tree_elements()));
+  for (int i = 1; i < m.bodies; ++i)
+    for (int c = 0; c < m.body[i].nv; ++c) {
+      int *const row = columns.data() + tree_row_[static_cast<std::size_t>(m.body[i].v_index + c)];
+      row[m.body[i].ancestors + c] = m.body[i].v_index + c;
+      for_each_ancestor(m, i, c, [&](index column, index place) { row[place] = static_cast<int>(column); });
+    }
+  return columns;
 }
 
 data::data(const model &m)

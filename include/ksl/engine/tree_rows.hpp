@@ -1,22 +1,19 @@
-// KSL: symmetric matrices over joint coordinates whose zeros follow from the shape of the tree, by their non-zero elements.
+// KSL: symmetric matrices over joint coordinates, by the elements that aren't zero by the shape of the tree.
 //
 // An element (i, j) of the mass matrix is zero unless one joint carries the other.  So row i is stored as the elements of its
 // lower triangle in the columns of the joints on the path from the ground to i, in that order, i itself last.  The path of an
 // ancestor is the beginning of the path of i.  Thus a row is combined with those of its ancestors element by element, without
-// indices (Featherstone, RBDA (2008), section 6.5, stores the same elements in an array of nv × nv).
+// indices.  (Featherstone, RBDA (2008), section 6.5, has the same elements in an array of nv × nv.)
 #pragma once
 
-#include "ksl/engine/matrix_rows.hpp"
+#include "ksl/engine/symmetric_matrix.hpp"
 #include "ksl/engine/workspace.hpp"
 
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// How many elements of a row precede that of coordinate c of body i: its place on the path.
-template <class S> KSL_LANES index place_on_path(const body<S> &b, int c) { return b.ancestors + c; }
-
-/// The rows in a workspace.  All begin at the same distance.  With plain numbers they are padded to whole registers, and what
-/// lies beyond the last element may be overwritten.
+/// The rows in a workspace, at equal distances.  With plain numbers they are padded to whole registers, and what lies beyond the
+/// last element may be overwritten.
 template <class T> class tree_rows {
 public:
   template <class S> KSL_LANES void lay_out(arena &memory, const model_view<S> &model) {
@@ -24,41 +21,57 @@ public:
     first_ = memory.take<T>(static_cast<int>(pitch_) * model.nv);
   }
   KSL_LANES T *operator[](index row) const { return first_ + row * pitch_; }
-  KSL_LANES index pitch() const { return pitch_; }
+
+  KSL_LANES void set(index, index place, index row, const T &x) const { first_[row * pitch_ + place] = x; }
+  KSL_LANES void clear(index, index, index) const {}
 
 private:
   T *first_;
   index pitch_;
 };
 
-/// Calls step(column, place, n) for the joints on the path to body i, i included, from the last to the first: n neighbouring
-/// columns of a matrix, and their place on the path.
-template <class S, class Step> KSL_LANES void for_each_line(const model_view<S> &model, int i, Step step) {
-  while (i > 0) {
-    const body<S> &end = model.body[i], &start = model.body[end.line_start];
-    step(index(start.v_index), index(start.ancestors), index(end.v_index + end.nv - start.v_index));
-    i = start.parent;
-  }
-}
+/// The same elements one after the other, row by row, without gaps: the lower triangle in compressed sparse rows.
+template <class T> class compressed_rows {
+public:
+  compressed_rows(const model_view<scalar_of<T>> &model, T *first) : first_(first), row_(model.tree_row) {}
+  KSL_LANES void set(index, index place, index row, const T &x) const { first_[row_[row] + place] = x; }
+  KSL_LANES void clear(index, index, index) const {}
 
-/// Calls step(b, i, row) for each row of the matrix, where i is the body whose joint has that coordinate.
+private:
+  T *first_;
+  const int *row_; ///< where each row begins
+};
+
+/// Calls step(body, row, place) for each row of the matrix, where place is that of its diagonal element.
 template <class S, class Step> KSL_LANES void for_each_row(const model_view<S> &model, Step step) {
   for (int i = 1; i < model.bodies; ++i)
     for (int c = 0; c < model.body[i].nv; ++c)
-      step(model.body[i], i, index(model.body[i].v_index + c), index(model.body[i].ancestors + c));
+      step(model.body[i], index(model.body[i].v_index + c), index(model.body[i].ancestors + c));
 }
 
-/// x[0 … n) −= a y[0 … n), in registers with plain numbers, where up to a register beyond may be written.
+/// Calls step(ancestor, place) for the coordinates of the joints on the path to coordinate c of body i, which itself comes first
+/// and is not included.
+template <class S, class Step> KSL_LANES void for_each_ancestor(const model_view<S> &model, int i, int c, Step step) {
+  while (i > 0) {
+    const body<S> &b = model.body[i], &start = model.body[b.line_start];
+    index place = b.ancestors + c - 1;
+    for (index column = b.v_index + c - 1; column >= start.v_index; --column, --place)
+      step(column, place);
+    i = start.parent;
+    c = model.body[i].nv;
+  }
+}
+
+/// x[0 … n) −= a y[0 … n): in registers with plain numbers, so that up to a register beyond may be written.
 template <class T> KSL_LANES void subtract_scaled(const T &a, const T *y, T *x, index n) {
   if constexpr (is_number<T>) {
     using P = native_pack<T>;
     const P factor(a);
     for (index k = 0; k < n; k += native_lanes<T>) {
       P u, v;
-      __builtin_memcpy(&u, y + k, sizeof(P));
-      __builtin_memcpy(&v, x + k, sizeof(P));
-      v = v - factor * u;
-      __builtin_memcpy(x + k, &v, sizeof(P));
+      body_lanes::read(y + k, u);
+      body_lanes::read(x + k, v);
+      body_lanes::write(v - factor * u, x + k);
     }
   } else {
     for (index k = 0; k < n; ++k)
@@ -66,58 +79,11 @@ template <class T> KSL_LANES void subtract_scaled(const T &a, const T *y, T *x, 
   }
 }
 
-/// Copies n numbers, and nothing beyond.
-template <class T> KSL_LANES void copy_numbers(const T *from, T *to, index n) {
-  if constexpr (is_number<T>)
-    for (index k = 0; k < n; k += native_lanes<T>) {
-      native_pack<T> x;
-      __builtin_memcpy(&x, from + k, sizeof x); // within the padded row
-      store_first<T>(x, to + k, static_cast<int>(n - k));
-    }
-  else
-    for (index k = 0; k < n; ++k)
-      to[k] = from[k];
-}
-
 /// The elements one after the other, row by row, without gaps: the lower triangle in compressed sparse rows.
-template <class T>
-void store_tree_rows(const model_view<scalar_of<T>> &model, const tree_rows<T> &rows, T *out) {
-  for_each_row(model, [&](const auto &, int, index row, index place) KSL_INLINED {
-    copy_numbers(rows[row], out, place + 1);
-    out += place + 1;
-  });
-}
-
-/// Both triangles of a matrix (nv, nv), zeros included.
-template <class T>
-void store_symmetric_rows(const model_view<scalar_of<T>> &model, const tree_rows<T> &rows, T *M) {
-  const index n = model.nv;
-  if (model.longest_path < n) // there are branches, and zeros
-    clear_numbers(M, n * n);
-  for_each_row(model, [&](const auto &, int i, index row, index) KSL_INLINED {
-    const T *const from = rows[row];
-    for_each_line(model, i, [&](index column, index place, index width) KSL_INLINED {
-      const index end = column + width > row ? row + 1 - column : width; // of the own joint, only the lower triangle
-      copy_numbers(from + place, M + row * n + column, end);
-      for (index k = 0; k < end; ++k)
-        M[(column + k) * n + row] = from[place + k];
-    });
-  });
-}
-
-/// The upper triangle of a matrix (nv, nv), zeros included.  The elements below it are left as they are.
-template <class T>
-void store_upper_rows(const model_view<scalar_of<T>> &model, const tree_rows<T> &rows, T *M) {
-  const index n = model.nv;
-  for (index row = 0; row < n && model.longest_path < n; ++row)
-    clear_numbers(M + row * n + row, n - row);
-  for_each_row(model, [&](const auto &, int i, index row, index) KSL_INLINED {
-    const T *const from = rows[row];
-    for_each_line(model, i, [&](index column, index place, index width) KSL_INLINED {
-      const index end = column + width > row ? row + 1 - column : width;
-      for (index k = 0; k < end; ++k)
-        M[(column + k) * n + row] = from[place + k];
-    });
+template <class T> void store_tree_rows(const model_view<scalar_of<T>> &model, const tree_rows<T> &rows, T *out) {
+  for_each_row(model, [&](const auto &, index row, index place) KSL_INLINED {
+    for (index k = 0; k <= place; ++k)
+      *out++ = rows[row][k];
   });
 }
 

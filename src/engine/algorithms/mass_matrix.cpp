@@ -24,8 +24,8 @@ struct mass_matrix_algorithm {
   }
 
   template <class T>
-  static void rows(const model_view<scalar_of<T>> &model, const workspace<T> &w, const state_view<T> &s) {
-    rows_of_mass_matrix(model, w, s.q);
+  static void elements(const model_view<scalar_of<T>> &model, const workspace<T> &w, const state_view<T> &s) {
+    elements_of_mass_matrix(model, w, s.q, s.result[0]);
   }
 };
 

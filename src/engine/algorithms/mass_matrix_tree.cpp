@@ -15,17 +15,12 @@ struct mass_matrix_tree_algorithm {
       .results = 1,
       .result = {{"M", 1, {extent::tree}}},
   };
-  using form = forms::tree_elements<mass_matrix_tree_algorithm>;
+  using form = forms::whole_results<mass_matrix_tree_algorithm>;
   template <class T> using workspace = mass_matrix_workspace<T>;
 
   template <class T>
   static void compute(const model_view<scalar_of<T>> &model, const workspace<T> &w, const state_view<T> &s) {
     mass_matrix_tree(model, w, s.q, s.result[0]);
-  }
-
-  template <class T>
-  static void rows(const model_view<scalar_of<T>> &model, const workspace<T> &w, const state_view<T> &s) {
-    rows_of_mass_matrix(model, w, s.q);
   }
 };
 
