@@ -9,6 +9,8 @@
 #include "ksl/engine/symmetric_matrix.hpp"
 #include "ksl/engine/workspace.hpp"
 
+#include <type_traits>
+
 namespace ksl {
 inline namespace KSL_ISA {
 
@@ -77,6 +79,74 @@ template <class T> KSL_LANES void subtract_scaled(const T &a, const T *y, T *x, 
     for (index k = 0; k < n; ++k)
       x[k] = x[k] - a * y[k];
   }
+}
+
+/// x[0 … n) *= a, alike.
+template <class T> KSL_LANES void scale(const T &a, T *x, index n) {
+  if constexpr (is_number<T>) {
+    using P = native_pack<T>;
+    const P factor(a);
+    for (index k = 0; k < n; k += native_lanes<T>) {
+      P v;
+      body_lanes::read(x + k, v);
+      body_lanes::write(factor * v, x + k);
+    }
+  } else {
+    for (index k = 0; k < n; ++k)
+      x[k] = a * x[k];
+  }
+}
+
+/// y −= Σ a[k] (row[k] of x), k < terms: rows of `width` numbers, `pitch` apart.  Alike.
+template <class T>
+KSL_LANES void subtract_combination(const T *a, const array_of<int> &row, index terms, const T *x, index pitch, T *y, index width) {
+  using P = std::conditional_t<is_number<T>, native_pack<T>, T>;
+  constexpr index lanes = sizeof(P) / sizeof(T);
+  for (index c = 0; c < width; c += lanes) {
+    P sum, v;
+    body_lanes::read(y + c, sum);
+    for (index k = 0; k < terms; ++k) {
+      body_lanes::read(x + row[k] * pitch + c, v);
+      sum = sum - P(a[k]) * v;
+    }
+    body_lanes::write(sum, y + c);
+  }
+}
+
+/// A square matrix in a workspace, whose rows are padded to whole registers.
+template <class T> class padded_matrix {
+public:
+  KSL_LANES void lay_out(arena &memory, int n) {
+    n_ = n, pitch_ = padded(n);
+    first_ = memory.take<T>(n * padded(n));
+  }
+  KSL_LANES T *operator[](index row) const { return first_ + row * pitch_; }
+  KSL_LANES index pitch() const { return pitch_; }
+
+  /// Copies the matrix to one without gaps.
+  KSL_LANES void store(T *to) const {
+    for (index row = 0; row < n_; ++row)
+      for (index k = 0; k < n_; k += native_lanes<T>) {
+        native_pack<T> x;
+        body_lanes::read(first_ + row * pitch_ + k, x);
+        store_first<T>(x, to + row * n_ + k, static_cast<int>(n_ - k));
+      }
+  }
+
+private:
+  T *first_;
+  index n_, pitch_;
+};
+
+/// x[k] = a, by a store of the whole register, so that it can be reloaded at once.
+template <class T> KSL_LANES void set_lane(T *x, index k, const T &a) {
+  using P = native_pack<T>;
+  const index block = k / native_lanes<T> * native_lanes<T>;
+  P v, number;
+  for (int i = 0; i < native_lanes<T>; ++i)
+    number.set(i, T(i));
+  body_lanes::read(x + block, v);
+  body_lanes::write(math<P>::select(number == P(T(k - block)), P(a), v), x + block);
 }
 
 /// The elements one after the other, row by row, without gaps: the lower triangle in compressed sparse rows.
