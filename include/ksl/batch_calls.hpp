@@ -93,4 +93,24 @@ KSL_EXPORT void energy_batch(const model &m, const batch_view<S> &batch, int thr
 template <class S>
 KSL_EXPORT void external_power_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
+/// Derivatives dtau_dq (nv, nv), dtau_dv (nv, nv), dtau_da (nv, nv) of the joint efforts that inverse dynamics gives
+/// for q (nq), v (nv), a (nv), each row-major: element (i, k) is that of effort i by coordinate k.  By q is along q ⊕ s
+/// e_k with v and a held componentwise; by a is the mass matrix.  External wrenches are held in their links' axes, and
+/// move with the links (Singh, Russell, Wensing, RA-L 7(2), 2022).  O(bodies × depth).  Reads batch.q, batch.v,
+/// batch.a, batch.external; writes dtau_dq into batch.result[0] (rows of nv × nv), dtau_dv into batch.result[1] (rows
+/// of nv × nv), dtau_da into batch.result[2] (rows of nv × nv).
+template <class S>
+KSL_EXPORT void inverse_dynamics_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Derivatives by_q (joints, 6, nv), by_v (joints, 6, nv), by_a (joints, 6, nv) of the reactions of the joints that are
+/// asked for, for q (nq), v (nv), a (nv): those of the components in the requested axes, about the requested point, of
+/// the requested part.  By q is along q ⊕ s e_k with v and a held componentwise.  External wrenches are held in their
+/// links' axes, and move with the links (after Singh, Russell, Wensing, RA-L 7(2), 2022).  O(joints × nv).
+/// reaction_request by default: the whole wrench on the child side, about the joint's origin, in the axes of the child
+/// link, linear first.  Reads batch.q, batch.v, batch.a, batch.external, batch.joints; writes by_q into batch.result[0]
+/// (rows of joints->n × 6 × nv), by_v into batch.result[1] (rows of joints->n × 6 × nv), by_a into batch.result[2]
+/// (rows of joints->n × 6 × nv).
+template <class S>
+KSL_EXPORT void reactions_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
 } // namespace ksl

@@ -80,4 +80,23 @@ template <class S>
 KSL_EXPORT void external_power(const model &m, data &d, const S *q, const S *v, S *power,
                                const external_wrenches<S> &external);
 
+/// Derivatives dtau_dq (nv, nv), dtau_dv (nv, nv), dtau_da (nv, nv) of the joint efforts that inverse dynamics gives
+/// for q (nq), v (nv), a (nv), each row-major: element (i, k) is that of effort i by coordinate k.  By q is along q ⊕ s
+/// e_k with v and a held componentwise; by a is the mass matrix.  External wrenches are held in their links' axes, and
+/// move with the links (Singh, Russell, Wensing, RA-L 7(2), 2022).  O(bodies × depth).  No allocation.
+template <class S>
+KSL_EXPORT void inverse_dynamics_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *dtau_dq,
+                                             S *dtau_dv, S *dtau_da, const external_wrenches<S> &external = {});
+
+/// Derivatives by_q (joints, 6, nv), by_v (joints, 6, nv), by_a (joints, 6, nv) of the reactions of the joints that are
+/// asked for, for q (nq), v (nv), a (nv): those of the components in the requested axes, about the requested point, of
+/// the requested part.  By q is along q ⊕ s e_k with v and a held componentwise.  External wrenches are held in their
+/// links' axes, and move with the links (after Singh, Russell, Wensing, RA-L 7(2), 2022).  O(joints × nv).
+/// reaction_request by default: the whole wrench on the child side, about the joint's origin, in the axes of the child
+/// link, linear first.  No allocation.
+template <class S>
+KSL_EXPORT void reactions_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *by_q, S *by_v,
+                                      const reaction_request &request, S *by_a,
+                                      const external_wrenches<S> &external = {});
+
 } // namespace ksl

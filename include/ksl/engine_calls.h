@@ -249,6 +249,75 @@ KSL_EXPORT ksl_status_t ksl_external_power_batchf(const ksl_model_t *model, size
                                                   const ksl_external_rowsf_t *external, float *power,
                                                   ptrdiff_t power_stride, int threads);
 
+/** Derivatives dtau_dq (nv, nv), dtau_dv (nv, nv), dtau_da (nv, nv) of the joint efforts that inverse dynamics gives
+    for q (nq), v (nv), a (nv), each row-major: element (i, k) is that of effort i by coordinate k.  By q is along q
+    ⊕ s e_k with v and a held componentwise; by a is the mass matrix.  External wrenches are held in their links'
+    axes, and move with the links (Singh, Russell, Wensing, RA-L 7(2), 2022).  O(bodies × depth).  external may be
+    NULL: no wrench. */
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                         const double *v, const double *a,
+                                                         const ksl_external_t *external, double *dtau_dq,
+                                                         double *dtau_dv, double *dtau_da);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                          const float *v, const float *a,
+                                                          const ksl_externalf_t *external, float *dtau_dq,
+                                                          float *dtau_dv, float *dtau_da);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_derivatives_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *a, ptrdiff_t a_stride, double *dtau_dq, ptrdiff_t dtau_dq_stride, double *dtau_dv,
+    ptrdiff_t dtau_dv_stride, double *dtau_da, ptrdiff_t dtau_da_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_derivatives_external_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *a, ptrdiff_t a_stride, const ksl_external_rows_t *external, double *dtau_dq, ptrdiff_t dtau_dq_stride,
+    double *dtau_dv, ptrdiff_t dtau_dv_stride, double *dtau_da, ptrdiff_t dtau_da_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_derivatives_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *a, ptrdiff_t a_stride, float *dtau_dq, ptrdiff_t dtau_dq_stride, float *dtau_dv,
+    ptrdiff_t dtau_dv_stride, float *dtau_da, ptrdiff_t dtau_da_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_derivatives_external_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *a, ptrdiff_t a_stride, const ksl_external_rowsf_t *external, float *dtau_dq, ptrdiff_t dtau_dq_stride,
+    float *dtau_dv, ptrdiff_t dtau_dv_stride, float *dtau_da, ptrdiff_t dtau_da_stride, int threads);
+
+/** Derivatives by_q (joints, 6, nv), by_v (joints, 6, nv), by_a (joints, 6, nv) of the reactions of the joints that
+    are asked for, for q (nq), v (nv), a (nv): those of the components in the requested axes, about the requested
+    point, of the requested part.  By q is along q ⊕ s e_k with v and a held componentwise.  External wrenches are
+    held in their links' axes, and move with the links (after Singh, Russell, Wensing, RA-L 7(2), 2022).  O(joints ×
+    nv).  external may be NULL: no wrench.  options may be NULL: the whole wrench on the child side, about the
+    joint's origin, in the axes of the child link, linear first. */
+KSL_EXPORT ksl_status_t ksl_reactions_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                  const double *v, const double *a, const ksl_external_t *external,
+                                                  double *by_q, double *by_v, int n, const int *joints,
+                                                  const ksl_reaction_options_t *options, double *by_a);
+KSL_EXPORT ksl_status_t ksl_reactions_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                   const float *v, const float *a, const ksl_externalf_t *external,
+                                                   float *by_q, float *by_v, int n, const int *joints,
+                                                   const ksl_reaction_options_t *options, float *by_a);
+KSL_EXPORT ksl_status_t ksl_reactions_derivatives_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                        ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                        const double *a, ptrdiff_t a_stride, double *by_q,
+                                                        ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
+                                                        int joints_n, const int *joints,
+                                                        const ksl_reaction_options_t *options, double *by_a,
+                                                        ptrdiff_t by_a_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_reactions_derivatives_external_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *a, ptrdiff_t a_stride, const ksl_external_rows_t *external, double *by_q, ptrdiff_t by_q_stride,
+    double *by_v, ptrdiff_t by_v_stride, int joints_n, const int *joints, const ksl_reaction_options_t *options,
+    double *by_a, ptrdiff_t by_a_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_reactions_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                         ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                         const float *a, ptrdiff_t a_stride, float *by_q,
+                                                         ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride,
+                                                         int joints_n, const int *joints,
+                                                         const ksl_reaction_options_t *options, float *by_a,
+                                                         ptrdiff_t by_a_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_reactions_derivatives_external_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *a, ptrdiff_t a_stride, const ksl_external_rowsf_t *external, float *by_q, ptrdiff_t by_q_stride,
+    float *by_v, ptrdiff_t by_v_stride, int joints_n, const int *joints, const ksl_reaction_options_t *options,
+    float *by_a, ptrdiff_t by_a_stride, int threads);
+
 KSL_END_C
 
 #endif

@@ -170,6 +170,54 @@ class Calls(Requests):
         """
         return self._core.external_power(q, v, None, None, external, None, out, threads)
 
+    def inverse_dynamics_derivatives(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        external: External | None = None,
+        out: tuple[Array,
+        Array,
+        Array] | None = None,
+        threads: int | None = None,
+    ) -> tuple[Array, Array, Array]:
+        """Derivatives of inverse_dynamics by q, v and a, each (…, nv, nv).
+
+        q, v, a, external, threads: as in :meth:`inverse_dynamics`.  Element (i, k) is that of effort i by coordinate k.
+        By q is along q ⊕ s e_k (:meth:`integrate`), with v and a held componentwise.  By a is the mass matrix.
+        External wrenches are held in their links' axes, and move with the links.
+        out: three arrays, one for each derivative.
+        Singh, Russell, Wensing, Efficient Analytical Derivatives of Rigid-Body Dynamics Using Spatial Vector Algebra
+        (RA-L 7(2), 2022); O(bodies × depth).
+        """
+        return self._core.inverse_dynamics_derivatives(q, v, a, None, external, None, out, threads)
+
+    def reactions_derivatives(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        external: External | None = None,
+        on: Side = "child",
+        at: Point = "joint",
+        axes: str = "joint",
+        order: Order = "lin_ang",
+        part: Part = "total",
+        joints: Iterable[str] | None = None,
+        out: tuple[Array,
+        Array,
+        Array] | None = None,
+        threads: int | None = None,
+    ) -> tuple[Array, Array, Array]:
+        """Derivatives of reactions by q, v and a, each (…, joints, 6, nv).
+
+        All arguments as in :meth:`reactions`, whose components in the requested axes are differentiated, whether or not
+        these axes and the point move.  By q is along q ⊕ s e_k (:meth:`integrate`), with v and a held componentwise.
+        External wrenches are held in their links' axes, and move with the links.
+        out: three arrays, one for each derivative.  After Singh, Russell, Wensing (RA-L 7(2), 2022); O(joints × nv).
+        """
+        return self._core.reactions_derivatives(q, v, a, None, external, self._request(on, at, axes, order, part, joints), out, threads)
+
     rnea = inverse_dynamics
     aba = forward_dynamics
     crba = mass_matrix

@@ -84,4 +84,16 @@ template <class S> void external_power_batch(const model &m, const batch_view<S>
 template void external_power_batch(const model &, const batch_view<double> &, int);
 template void external_power_batch(const model &, const batch_view<float> &, int);
 
+template <class S> void inverse_dynamics_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::inverse_dynamics_derivatives, m, batch, threads);
+}
+template void inverse_dynamics_derivatives_batch(const model &, const batch_view<double> &, int);
+template void inverse_dynamics_derivatives_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void reactions_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::reactions_derivatives, m, batch, threads);
+}
+template void reactions_derivatives_batch(const model &, const batch_view<double> &, int);
+template void reactions_derivatives_batch(const model &, const batch_view<float> &, int);
+
 } // namespace ksl

@@ -444,4 +444,118 @@ ksl_status_t ksl_external_power_batchf(const ksl_model_t *model, size_t n, const
                            external, threads);
 }
 
+ksl_status_t ksl_inverse_dynamics_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                              const double *v, const double *a, const ksl_external_t *external,
+                                              double *dtau_dq, double *dtau_dv, double *dtau_da) {
+  return state_call<rows::inverse_dynamics_derivatives, double>(
+      model, data, {.q = q, .v = v, .a = a, .result = {dtau_dq, dtau_dv, dtau_da}}, external);
+}
+
+ksl_status_t ksl_inverse_dynamics_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                               const float *v, const float *a, const ksl_externalf_t *external,
+                                               float *dtau_dq, float *dtau_dv, float *dtau_da) {
+  return state_call<rows::inverse_dynamics_derivatives, float>(
+      model, data, {.q = q, .v = v, .a = a, .result = {dtau_dq, dtau_dv, dtau_da}}, external);
+}
+
+ksl_status_t ksl_inverse_dynamics_derivatives_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                    ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                    const double *a, ptrdiff_t a_stride, double *dtau_dq,
+                                                    ptrdiff_t dtau_dq_stride, double *dtau_dv, ptrdiff_t dtau_dv_stride,
+                                                    double *dtau_da, ptrdiff_t dtau_da_stride, int threads) {
+  return batch_call<double>(rows::inverse_dynamics_derivatives, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{dtau_dq, dtau_dq_stride}, {dtau_dv, dtau_dv_stride}, {dtau_da, dtau_da_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_inverse_dynamics_derivatives_external_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *a, ptrdiff_t a_stride, const ksl_external_rows_t *external, double *dtau_dq, ptrdiff_t dtau_dq_stride,
+    double *dtau_dv, ptrdiff_t dtau_dv_stride, double *dtau_da, ptrdiff_t dtau_da_stride, int threads) {
+  return batch_call<double>(rows::inverse_dynamics_derivatives, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{dtau_dq, dtau_dq_stride}, {dtau_dv, dtau_dv_stride}, {dtau_da, dtau_da_stride}}},
+                            external, threads);
+}
+
+ksl_status_t ksl_inverse_dynamics_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                     ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                     const float *a, ptrdiff_t a_stride, float *dtau_dq,
+                                                     ptrdiff_t dtau_dq_stride, float *dtau_dv, ptrdiff_t dtau_dv_stride,
+                                                     float *dtau_da, ptrdiff_t dtau_da_stride, int threads) {
+  return batch_call<float>(rows::inverse_dynamics_derivatives, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{dtau_dq, dtau_dq_stride}, {dtau_dv, dtau_dv_stride}, {dtau_da, dtau_da_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_inverse_dynamics_derivatives_external_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *a, ptrdiff_t a_stride, const ksl_external_rowsf_t *external, float *dtau_dq, ptrdiff_t dtau_dq_stride,
+    float *dtau_dv, ptrdiff_t dtau_dv_stride, float *dtau_da, ptrdiff_t dtau_da_stride, int threads) {
+  return batch_call<float>(rows::inverse_dynamics_derivatives, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{dtau_dq, dtau_dq_stride}, {dtau_dv, dtau_dv_stride}, {dtau_da, dtau_da_stride}}},
+                           external, threads);
+}
+
+ksl_status_t ksl_reactions_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                       const double *a, const ksl_external_t *external, double *by_q, double *by_v,
+                                       int n, const int *joints, const ksl_reaction_options_t *options, double *by_a) {
+  return state_call<rows::reactions_derivatives, double>(model, data,
+                                                         {.q = q, .v = v, .a = a, .result = {by_q, by_v, by_a}},
+                                                         external, {n, joints, options});
+}
+
+ksl_status_t ksl_reactions_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                        const float *a, const ksl_externalf_t *external, float *by_q, float *by_v,
+                                        int n, const int *joints, const ksl_reaction_options_t *options, float *by_a) {
+  return state_call<rows::reactions_derivatives, float>(model, data,
+                                                        {.q = q, .v = v, .a = a, .result = {by_q, by_v, by_a}},
+                                                        external, {n, joints, options});
+}
+
+ksl_status_t ksl_reactions_derivatives_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                             const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+                                             double *by_q, ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
+                                             int joints_n, const int *joints, const ksl_reaction_options_t *options,
+                                             double *by_a, ptrdiff_t by_a_stride, int threads) {
+  return batch_call<double>(rows::reactions_derivatives, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}, {by_a, by_a_stride}}},
+                            no_external_rows, threads, nullptr, {joints_n, joints, options});
+}
+
+ksl_status_t ksl_reactions_derivatives_external_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                      ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                      const double *a, ptrdiff_t a_stride,
+                                                      const ksl_external_rows_t *external, double *by_q,
+                                                      ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
+                                                      int joints_n, const int *joints,
+                                                      const ksl_reaction_options_t *options, double *by_a,
+                                                      ptrdiff_t by_a_stride, int threads) {
+  return batch_call<double>(rows::reactions_derivatives, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}, {by_a, by_a_stride}}},
+                            external, threads, nullptr, {joints_n, joints, options});
+}
+
+ksl_status_t ksl_reactions_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                              const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+                                              float *by_q, ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride,
+                                              int joints_n, const int *joints, const ksl_reaction_options_t *options,
+                                              float *by_a, ptrdiff_t by_a_stride, int threads) {
+  return batch_call<float>(rows::reactions_derivatives, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}, {by_a, by_a_stride}}},
+                           no_external_rows, threads, nullptr, {joints_n, joints, options});
+}
+
+ksl_status_t ksl_reactions_derivatives_external_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                       ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                       const float *a, ptrdiff_t a_stride,
+                                                       const ksl_external_rowsf_t *external, float *by_q,
+                                                       ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride,
+                                                       int joints_n, const int *joints,
+                                                       const ksl_reaction_options_t *options, float *by_a,
+                                                       ptrdiff_t by_a_stride, int threads) {
+  return batch_call<float>(rows::reactions_derivatives, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}, {by_a, by_a_stride}}},
+                           external, threads, nullptr, {joints_n, joints, options});
+}
+
 } // extern "C"

@@ -17,6 +17,8 @@ struct kernel_table {
   const algorithm_kernels *jacobian;
   const algorithm_kernels *energy;
   const algorithm_kernels *external_power;
+  const algorithm_kernels *inverse_dynamics_derivatives;
+  const algorithm_kernels *reactions_derivatives;
 };
 
 namespace rows {
@@ -131,6 +133,28 @@ constexpr algorithm_row external_power = {
     .kernels = &kernel_table::external_power,
 };
 
+constexpr algorithm_row inverse_dynamics_derivatives = {
+    .name = "inverse_dynamics_derivatives",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .external = external_use::optional,
+    .request = request_kind::none,
+    .results = 3,
+    .result = {{"dtau_dq", 2, {extent::nv, extent::nv}}, {"dtau_dv", 2, {extent::nv, extent::nv}}, {"dtau_da", 2, {extent::nv, extent::nv}}},
+    .kernels = &kernel_table::inverse_dynamics_derivatives,
+};
+
+constexpr algorithm_row reactions_derivatives = {
+    .name = "reactions_derivatives",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .external = external_use::optional,
+    .request = request_kind::joints,
+    .results = 3,
+    .result = {{"by_q", 3, {extent::joints, extent::six, extent::nv}}, {"by_v", 3, {extent::joints, extent::six, extent::nv}}, {"by_a", 3, {extent::joints, extent::six, extent::nv}}},
+    .kernels = &kernel_table::reactions_derivatives,
+};
+
 constexpr algorithm_row reactions = {
     .name = "reactions",
     .inputs = 3,
@@ -194,6 +218,8 @@ constexpr const algorithm_row *all[] = {
     &jacobian,
     &energy,
     &external_power,
+    &inverse_dynamics_derivatives,
+    &reactions_derivatives,
 };
 
 } // namespace rows

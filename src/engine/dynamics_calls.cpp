@@ -74,6 +74,20 @@ void external_power(const model &m, data &d, const S *q, const S *v, S *power, c
   compute<S>(rows::external_power, m, d, {.q = q, .v = v, .external = external, .result = {power}});
 }
 
+template <class S>
+void inverse_dynamics_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *dtau_dq, S *dtau_dv,
+                                  S *dtau_da, const external_wrenches<S> &external) {
+  compute<S>(rows::inverse_dynamics_derivatives, m, d, {.q = q, .v = v, .a = a, .external = external,
+                                                        .result = {dtau_dq, dtau_dv, dtau_da}});
+}
+
+template <class S>
+void reactions_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *by_q, S *by_v,
+                           const reaction_request &request, S *by_a, const external_wrenches<S> &external) {
+  compute<S>(rows::reactions_derivatives, m, d, {.q = q, .v = v, .a = a, .external = external, .joints = &request,
+                                                 .result = {by_q, by_v, by_a}});
+}
+
 template void inverse_dynamics<double>(const model &, data &, const double *, const double *, const double *, double *,
                                        const external_wrenches<double> &);
 template void inverse_dynamics<float>(const model &, data &, const float *, const float *, const float *, float *,
@@ -111,5 +125,16 @@ template void external_power<double>(const model &, data &, const double *, cons
                                      const external_wrenches<double> &);
 template void external_power<float>(const model &, data &, const float *, const float *, float *,
                                     const external_wrenches<float> &);
+template void inverse_dynamics_derivatives<double>(const model &, data &, const double *, const double *,
+                                                   const double *, double *, double *, double *,
+                                                   const external_wrenches<double> &);
+template void inverse_dynamics_derivatives<float>(const model &, data &, const float *, const float *, const float *,
+                                                  float *, float *, float *, const external_wrenches<float> &);
+template void reactions_derivatives<double>(const model &, data &, const double *, const double *, const double *,
+                                            double *, double *, const reaction_request &, double *,
+                                            const external_wrenches<double> &);
+template void reactions_derivatives<float>(const model &, data &, const float *, const float *, const float *, float *,
+                                           float *, const reaction_request &, float *,
+                                           const external_wrenches<float> &);
 
 } // namespace ksl

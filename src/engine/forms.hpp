@@ -67,6 +67,35 @@ template <class Algorithm> struct upper_triangle : symmetric_matrix<Algorithm> {
   };
 };
 
+/// Results with zeros that follow from the shape of the tree.  They are the same in every block of lanes, and written once.
+/// Algorithm::elements computes the others.
+template <class Algorithm> struct sparse_results : whole_results<Algorithm> {
+  template <class P> struct lanes {
+    P *result[most_results];
+    bool cleared = false;
+
+    static int numbers(int r, const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch) {
+      return numbers_of(Algorithm::row.result[r], extents_of(model, batch));
+    }
+    void lay_out(arena &memory, const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch) {
+      for (int r = 0; r < Algorithm::row.results; ++r)
+        result[r] = memory.take<P>(numbers(r, model, batch));
+    }
+    void compute(const model_view<scalar_of<P>> &model, const workspace_of<Algorithm, P> &w, state_view<P> &s,
+                 const block<P> &b) {
+      for (int r = 0; r < Algorithm::row.results; ++r) {
+        s.result[r] = result[r];
+        for (int i = 0; i < numbers(r, model, b.batch) && !cleared; ++i)
+          result[r][i] = P(scalar_of<P>(0));
+      }
+      cleared = true;
+      Algorithm::elements(model, w, s);
+      for (int r = 0; r < Algorithm::row.results; ++r)
+        b.store(result[r], numbers(r, model, b.batch), b.batch.result[r]);
+    }
+  };
+};
+
 /// Poses (links, 4, 4).  Each matrix is kept in registers until it is stored.
 template <class Algorithm> struct poses_of_links : whole_results<Algorithm> {
   template <class P> struct lanes {

@@ -15,7 +15,9 @@
   extern "C" const ksl::algorithm_kernels ksl_kernels_frame_poses_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_jacobian_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_energy_##set; \
-  extern "C" const ksl::algorithm_kernels ksl_kernels_external_power_##set;
+  extern "C" const ksl::algorithm_kernels ksl_kernels_external_power_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_inverse_dynamics_derivatives_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_reactions_derivatives_##set;
 
 #define KSL_KERNEL_TABLE(set) \
   { \
@@ -29,4 +31,6 @@
     .jacobian = &ksl_kernels_jacobian_##set, \
     .energy = &ksl_kernels_energy_##set, \
     .external_power = &ksl_kernels_external_power_##set, \
+    .inverse_dynamics_derivatives = &ksl_kernels_inverse_dynamics_derivatives_##set, \
+    .reactions_derivatives = &ksl_kernels_reactions_derivatives_##set, \
   }

@@ -6,8 +6,10 @@
 #include "ksl/engine/forward_kinematics.hpp"
 #include "ksl/engine/frame_jacobian.hpp"
 #include "ksl/engine/inverse_dynamics.hpp"
+#include "ksl/engine/inverse_dynamics_derivatives.hpp"
 #include "ksl/engine/mass_matrix.hpp"
 #include "ksl/engine/reactions.hpp"
+#include "ksl/engine/reactions_derivatives.hpp"
 
 #include <algorithm>
 
@@ -26,6 +28,8 @@ inline std::size_t largest_workspace(const model_view<double> &m) {
       workspace_bytes<jacobian_workspace<double>>(m),
       workspace_bytes<energy_workspace<double>>(m),
       workspace_bytes<external_power_workspace<double>>(m),
+      workspace_bytes<inverse_dynamics_derivatives_workspace<double>>(m),
+      workspace_bytes<reactions_derivatives_workspace<double>>(m),
   });
 }
 

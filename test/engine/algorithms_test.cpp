@@ -426,3 +426,94 @@ TEST_CASE("external_power: C++ and C, one state and batches, in float") {
   };
   faces::agree<float>(ksl::rows::external_power, cpp, c, cpp_batch, c_batch);
 }
+
+TEST_CASE("inverse_dynamics_derivatives: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::inverse_dynamics_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0], s.result[1], s.result[2], s.external);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_inverse_dynamics_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, s.a, &s.c_external, s.result[0],
+                                           s.result[1], s.result[2]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::inverse_dynamics_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_inverse_dynamics_derivatives_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                          s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+                                                          s.batch.a.stride, &s.external, s.batch.result[0].first,
+                                                          s.batch.result[0].stride, s.batch.result[1].first,
+                                                          s.batch.result[1].stride, s.batch.result[2].first,
+                                                          s.batch.result[2].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::inverse_dynamics_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("inverse_dynamics_derivatives: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::inverse_dynamics_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0], s.result[1], s.result[2], s.external);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_inverse_dynamics_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, &s.c_external, s.result[0],
+                                            s.result[1], s.result[2]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::inverse_dynamics_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_inverse_dynamics_derivatives_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                           s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+                                                           s.batch.a.stride, &s.external, s.batch.result[0].first,
+                                                           s.batch.result[0].stride, s.batch.result[1].first,
+                                                           s.batch.result[1].stride, s.batch.result[2].first,
+                                                           s.batch.result[2].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::inverse_dynamics_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("reactions_derivatives: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::reactions_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0], s.result[1], s.r.request, s.result[2],
+                               s.external);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_reactions_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, s.a, &s.c_external, s.result[0], s.result[1],
+                                    s.r.request.n, s.r.joints.data(), nullptr, s.result[2]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::reactions_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_reactions_derivatives_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                   s.batch.v.stride, s.batch.a.first, s.batch.a.stride, &s.external,
+                                                   s.batch.result[0].first, s.batch.result[0].stride,
+                                                   s.batch.result[1].first, s.batch.result[1].stride, s.r.request.n,
+                                                   s.r.joints.data(), nullptr, s.batch.result[2].first,
+                                                   s.batch.result[2].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::reactions_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("reactions_derivatives: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::reactions_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0], s.result[1], s.r.request, s.result[2],
+                               s.external);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_reactions_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, &s.c_external, s.result[0], s.result[1],
+                                     s.r.request.n, s.r.joints.data(), nullptr, s.result[2]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::reactions_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_reactions_derivatives_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                    s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+                                                    s.batch.a.stride, &s.external, s.batch.result[0].first,
+                                                    s.batch.result[0].stride, s.batch.result[1].first,
+                                                    s.batch.result[1].stride, s.r.request.n, s.r.joints.data(), nullptr,
+                                                    s.batch.result[2].first, s.batch.result[2].stride,
+                                                    s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::reactions_derivatives, cpp, c, cpp_batch, c_batch);
+}

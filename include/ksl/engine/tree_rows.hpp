@@ -138,6 +138,18 @@ private:
   index n_, pitch_;
 };
 
+/// to[0 … n) = from[0 … n).
+template <class T> KSL_LANES void copy_numbers(const T *from, T *to, index n) {
+  for (index k = 0; k < n; ++k)
+    to[k] = from[k];
+}
+
+/// to[0 … n) = −from[0 … n).
+template <class T> KSL_LANES void store_negative(const T *from, T *to, index n) {
+  for (index k = 0; k < n; ++k)
+    to[k] = T(0) - from[k];
+}
+
 /// x[k] = a, by a store of the whole register, so that it can be reloaded at once.
 template <class T> KSL_LANES void set_lane(T *x, index k, const T &a) {
   using P = native_pack<T>;

@@ -1,0 +1,65 @@
+// KSL: arrays over the coordinates of the velocity, laid out so that several coordinates can be computed in lanes.
+#pragma once
+
+#include "ksl/engine/workspace.hpp"
+
+namespace ksl {
+inline namespace KSL_ISA {
+
+/// A V<T> for each coordinate.  With plain numbers, every number has a row of its own over the coordinates.  One load, at any
+/// coordinate, then reads it for as many coordinates as a register holds.  With other scalars the numbers of a coordinate are
+/// neighbours.
+template <template <class> class V, class T> class per_coordinate {
+public:
+  static constexpr int numbers = numbers_in<V<T>, T>;
+
+  KSL_LANES void lay_out(arena &memory, int n) {
+    stride_ = is_number<T> ? before + padded(n + native_lanes_of - 1) : n;
+    first_ = memory.take<T>(numbers * stride_) + (is_number<T> ? before : 0);
+  }
+
+  /// The V of coordinate k, or with packs P of the coordinates k, k + 1, ...  Lanes beyond the last coordinate are undefined.
+  template <class P = T> KSL_LANES V<P> get(int k) const { return part<V, P>(k); }
+  template <class P> KSL_LANES void set(int k, const V<P> &v) const { set_part<V, P>(k, v); }
+
+  /// The numbers of V from number c on, as a U.
+  template <template <class> class U, class P, int c = 0> KSL_LANES U<P> part(int k) const {
+    U<P> u;
+    read<numbers_in<U<P>, P>, c>(k, reinterpret_cast<P *>(&u));
+    return u;
+  }
+  template <template <class> class U, class P, int c = 0> KSL_LANES void set_part(int k, const U<P> &u) const {
+    write<numbers_in<U<P>, P>, c>(k, reinterpret_cast<const P *>(&u));
+  }
+  /// The V of coordinate k in memory, where its numbers are neighbours.
+  KSL_LANES V<T> &at(int k) const
+    requires(!is_number<T>)
+  {
+    return *reinterpret_cast<V<T> *>(&number(k, 0));
+  }
+  /// Number c of coordinate k.
+  KSL_LANES T &number(int k, int c) const { return is_number<T> ? first_[c * stride_ + k] : first_[numbers * k + c]; }
+
+private:
+  static constexpr int native_lanes_of = is_number<T> ? padded(1) : 1;
+  static constexpr int before = padded(1); ///< room for a body without coordinates, the ground, before the first
+
+  template <int n, int c, class P> KSL_LANES void read(int k, P *to) const { // always unrolled, as body_lanes::read_all
+    if constexpr (n > 0) {
+      read<n - 1, c>(k, to);
+      body_lanes::read(&number(k, c + n - 1), to[n - 1]);
+    }
+  }
+  template <int n, int c, class P> KSL_LANES void write(int k, const P *from) const {
+    if constexpr (n > 0) {
+      write<n - 1, c>(k, from);
+      body_lanes::write(from[n - 1], &number(k, c + n - 1));
+    }
+  }
+
+  T *first_;
+  std::ptrdiff_t stride_;
+};
+
+} // namespace KSL_ISA
+} // namespace ksl
