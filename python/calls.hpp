@@ -122,6 +122,8 @@ public:
 
   call(const ksl::algorithm_row &row, const ksl::model &m, const nb::handle *inputs, nb::handle external, nb::handle request)
       : row_(row), m_(m), external_(nb::borrow(external)) {
+    if (row.needs_mass && m.massless_joint() >= 0)
+      refuse(std::string(row.name) + ": " + m.massless_joint_text());
     inputs_.reserve(ksl::most_inputs);
     for (int i = 0; i < row.inputs; ++i)
       inputs_.push_back({nb::borrow(inputs[i]), names[static_cast<int>(row.input_list[i])], ksl::length_of(row.input_list[i], m.nq(), m.nv())});

@@ -37,6 +37,7 @@ class Algorithm:
         "reactions": the same; the reactions are a result besides those of the row, and there may be several requests
     form: how results are stored from lanes to rows, a struct of src/engine/forms.hpp.
     elements: of the forms symmetric_matrix and upper_triangle, the function that computes the upper triangle alone, without zeros.
+    needs_mass: is the call refused if a joint can move without moving any mass.
     variant_of: the algorithm that computes this one, with zeros for the inputs that this one doesn't have.
     faces: the languages for which a call is generated.  Other calls are written by hand, or are private.
     text: one sentence for C, C++ and the reference; {tau}, {q} … stand for names with shapes.
@@ -55,6 +56,7 @@ class Algorithm:
     form: str = "whole_results"
     elements: str = ""
     workspace: str = ""
+    needs_mass: bool = False
     variant_of: str = ""
     faces: tuple[str, ...] = ("c++", "c", "python")
 

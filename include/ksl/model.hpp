@@ -62,6 +62,12 @@ public:
   const std::vector<joint_row> &joints() const { return joints_; }
   int moving_joints() const { return moving_joints_; }
 
+  /// The first joint that can move without moving any mass, whatever the position: an index into joints(), or −1.  Its acceleration
+  /// under given efforts is not determined.
+  int massless_joint() const { return massless_joint_; }
+  /// A sentence that names it, and how to mend it; empty if there is none.
+  std::string massless_joint_text() const;
+
   /// A unit quaternion [x y z w] in q: where it begins, and the joint that it belongs to.
   struct quaternion_in_q {
     int q_index;
@@ -114,7 +120,7 @@ private:
   std::vector<int> tree_row_ = {0};
   arrays<double> double_;
   arrays<float> single_;
-  int nq_ = 0, nv_ = 0, pose_numbers_ = 0, longest_path_ = 0, moving_joints_ = 0;
+  int nq_ = 0, nv_ = 0, pose_numbers_ = 0, longest_path_ = 0, moving_joints_ = 0, massless_joint_ = -1;
 
   friend class model_builder;
 };

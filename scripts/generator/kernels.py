@@ -74,6 +74,7 @@ def row_members(row: Algorithm) -> list[str]:
         f".input_list = {{{', '.join(f'input::{name}' for name in row.inputs)}}}",
         f".external = external_use::{row.external or 'none'}",
         f".request = request_kind::{row.request or 'none'}",
+        f".needs_mass = {'true' if row.needs_mass else 'false'}",
         f".results = {len(row.results)}",
         f".result = {{{', '.join(map(result_row, row.results))}}}",
     ]

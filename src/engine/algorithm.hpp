@@ -58,7 +58,8 @@ struct algorithm_row {
   input input_list[most_inputs]; ///< (inputs), in the order of calls
   external_use external;
   request_kind request;
-  int results; ///< besides reactions
+  bool needs_mass; ///< is it refused if a joint can move without moving any mass
+  int results;     ///< besides reactions
   result_row result[most_results];
   const algorithm_kernels *kernel_table::*kernels = nullptr;
   /// The row whose kernels compute this one, with zeros for the inputs that this row lacks; null if it has its own.

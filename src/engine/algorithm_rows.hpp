@@ -10,14 +10,22 @@ struct kernel_table {
   const algorithm_kernels *inverse_dynamics;
   const algorithm_kernels *inverse_dynamics_with_reactions;
   const algorithm_kernels *forward_dynamics;
+  const algorithm_kernels *forward_dynamics_by_mass_matrix;
+  const algorithm_kernels *hybrid_dynamics;
+  const algorithm_kernels *velocity_jump;
   const algorithm_kernels *mass_matrix;
   const algorithm_kernels *mass_matrix_upper;
   const algorithm_kernels *mass_matrix_tree;
+  const algorithm_kernels *mass_matrix_factor;
+  const algorithm_kernels *mass_matrix_inverse;
+  const algorithm_kernels *solve_mass_matrix;
+  const algorithm_kernels *coriolis_matrix;
   const algorithm_kernels *frame_poses;
   const algorithm_kernels *jacobian;
   const algorithm_kernels *energy;
   const algorithm_kernels *external_power;
   const algorithm_kernels *inverse_dynamics_derivatives;
+  const algorithm_kernels *forward_dynamics_derivatives;
   const algorithm_kernels *reactions_derivatives;
 };
 
@@ -29,6 +37,7 @@ constexpr algorithm_row inverse_dynamics = {
     .input_list = {input::q, input::v, input::a},
     .external = external_use::optional,
     .request = request_kind::none,
+    .needs_mass = false,
     .results = 1,
     .result = {{"tau", 1, {extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics,
@@ -40,6 +49,7 @@ constexpr algorithm_row inverse_dynamics_with_reactions = {
     .input_list = {input::q, input::v, input::a},
     .external = external_use::optional,
     .request = request_kind::reactions,
+    .needs_mass = false,
     .results = 1,
     .result = {{"tau", 1, {extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics_with_reactions,
@@ -51,9 +61,46 @@ constexpr algorithm_row forward_dynamics = {
     .input_list = {input::q, input::v, input::tau},
     .external = external_use::optional,
     .request = request_kind::none,
+    .needs_mass = true,
     .results = 1,
     .result = {{"a", 1, {extent::nv}}},
     .kernels = &kernel_table::forward_dynamics,
+};
+
+constexpr algorithm_row forward_dynamics_by_mass_matrix = {
+    .name = "forward_dynamics_by_mass_matrix",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::tau},
+    .external = external_use::optional,
+    .request = request_kind::none,
+    .needs_mass = true,
+    .results = 1,
+    .result = {{"a", 1, {extent::nv}}},
+    .kernels = &kernel_table::forward_dynamics_by_mass_matrix,
+};
+
+constexpr algorithm_row hybrid_dynamics = {
+    .name = "hybrid_dynamics",
+    .inputs = 4,
+    .input_list = {input::q, input::v, input::a, input::tau},
+    .external = external_use::optional,
+    .request = request_kind::links,
+    .needs_mass = true,
+    .results = 2,
+    .result = {{"a_out", 1, {extent::nv}}, {"tau_out", 1, {extent::nv}}},
+    .kernels = &kernel_table::hybrid_dynamics,
+};
+
+constexpr algorithm_row velocity_jump = {
+    .name = "velocity_jump",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::required,
+    .request = request_kind::none,
+    .needs_mass = true,
+    .results = 1,
+    .result = {{"dv", 1, {extent::nv}}},
+    .kernels = &kernel_table::velocity_jump,
 };
 
 constexpr algorithm_row mass_matrix = {
@@ -62,6 +109,7 @@ constexpr algorithm_row mass_matrix = {
     .input_list = {input::q},
     .external = external_use::none,
     .request = request_kind::none,
+    .needs_mass = false,
     .results = 1,
     .result = {{"M", 2, {extent::nv, extent::nv}}},
     .kernels = &kernel_table::mass_matrix,
@@ -73,6 +121,7 @@ constexpr algorithm_row mass_matrix_upper = {
     .input_list = {input::q},
     .external = external_use::none,
     .request = request_kind::none,
+    .needs_mass = false,
     .results = 1,
     .result = {{"M", 2, {extent::nv, extent::nv}}},
     .kernels = &kernel_table::mass_matrix_upper,
@@ -84,9 +133,58 @@ constexpr algorithm_row mass_matrix_tree = {
     .input_list = {input::q},
     .external = external_use::none,
     .request = request_kind::none,
+    .needs_mass = false,
     .results = 1,
     .result = {{"M", 1, {extent::tree}}},
     .kernels = &kernel_table::mass_matrix_tree,
+};
+
+constexpr algorithm_row mass_matrix_factor = {
+    .name = "mass_matrix_factor",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = true,
+    .results = 1,
+    .result = {{"LD", 1, {extent::tree}}},
+    .kernels = &kernel_table::mass_matrix_factor,
+};
+
+constexpr algorithm_row mass_matrix_inverse = {
+    .name = "mass_matrix_inverse",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = true,
+    .results = 1,
+    .result = {{"W", 2, {extent::nv, extent::nv}}},
+    .kernels = &kernel_table::mass_matrix_inverse,
+};
+
+constexpr algorithm_row solve_mass_matrix = {
+    .name = "solve_mass_matrix",
+    .inputs = 2,
+    .input_list = {input::q, input::tau},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = true,
+    .results = 1,
+    .result = {{"a", 1, {extent::nv}}},
+    .kernels = &kernel_table::solve_mass_matrix,
+};
+
+constexpr algorithm_row coriolis_matrix = {
+    .name = "coriolis_matrix",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"C", 2, {extent::nv, extent::nv}}},
+    .kernels = &kernel_table::coriolis_matrix,
 };
 
 constexpr algorithm_row frame_poses = {
@@ -95,6 +193,7 @@ constexpr algorithm_row frame_poses = {
     .input_list = {input::q},
     .external = external_use::none,
     .request = request_kind::links,
+    .needs_mass = false,
     .results = 1,
     .result = {{"poses", 3, {extent::links, extent::four, extent::four}}},
     .kernels = &kernel_table::frame_poses,
@@ -106,6 +205,7 @@ constexpr algorithm_row jacobian = {
     .input_list = {input::q},
     .external = external_use::none,
     .request = request_kind::frame,
+    .needs_mass = false,
     .results = 1,
     .result = {{"J", 2, {extent::six, extent::nv}}},
     .kernels = &kernel_table::jacobian,
@@ -117,6 +217,7 @@ constexpr algorithm_row energy = {
     .input_list = {input::q, input::v},
     .external = external_use::none,
     .request = request_kind::none,
+    .needs_mass = false,
     .results = 2,
     .result = {{"kinetic", 0, {}}, {"potential", 0, {}}},
     .kernels = &kernel_table::energy,
@@ -128,6 +229,7 @@ constexpr algorithm_row external_power = {
     .input_list = {input::q, input::v},
     .external = external_use::required,
     .request = request_kind::none,
+    .needs_mass = false,
     .results = 1,
     .result = {{"power", 0, {}}},
     .kernels = &kernel_table::external_power,
@@ -139,9 +241,22 @@ constexpr algorithm_row inverse_dynamics_derivatives = {
     .input_list = {input::q, input::v, input::a},
     .external = external_use::optional,
     .request = request_kind::none,
+    .needs_mass = false,
     .results = 3,
     .result = {{"dtau_dq", 2, {extent::nv, extent::nv}}, {"dtau_dv", 2, {extent::nv, extent::nv}}, {"dtau_da", 2, {extent::nv, extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics_derivatives,
+};
+
+constexpr algorithm_row forward_dynamics_derivatives = {
+    .name = "forward_dynamics_derivatives",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::tau},
+    .external = external_use::optional,
+    .request = request_kind::none,
+    .needs_mass = true,
+    .results = 3,
+    .result = {{"da_dq", 2, {extent::nv, extent::nv}}, {"da_dv", 2, {extent::nv, extent::nv}}, {"da_dtau", 2, {extent::nv, extent::nv}}},
+    .kernels = &kernel_table::forward_dynamics_derivatives,
 };
 
 constexpr algorithm_row reactions_derivatives = {
@@ -150,6 +265,7 @@ constexpr algorithm_row reactions_derivatives = {
     .input_list = {input::q, input::v, input::a},
     .external = external_use::optional,
     .request = request_kind::joints,
+    .needs_mass = false,
     .results = 3,
     .result = {{"by_q", 3, {extent::joints, extent::six, extent::nv}}, {"by_v", 3, {extent::joints, extent::six, extent::nv}}, {"by_a", 3, {extent::joints, extent::six, extent::nv}}},
     .kernels = &kernel_table::reactions_derivatives,
@@ -161,6 +277,7 @@ constexpr algorithm_row reactions = {
     .input_list = {input::q, input::v, input::a},
     .external = external_use::optional,
     .request = request_kind::reactions,
+    .needs_mass = false,
     .results = 0,
     .result = {},
     .kernels = &kernel_table::inverse_dynamics_with_reactions,
@@ -173,6 +290,7 @@ constexpr algorithm_row bias = {
     .input_list = {input::q, input::v},
     .external = external_use::optional,
     .request = request_kind::none,
+    .needs_mass = false,
     .results = 1,
     .result = {{"tau", 1, {extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics,
@@ -185,6 +303,7 @@ constexpr algorithm_row gravity_torque = {
     .input_list = {input::q},
     .external = external_use::optional,
     .request = request_kind::none,
+    .needs_mass = false,
     .results = 1,
     .result = {{"tau", 1, {extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics,
@@ -197,6 +316,7 @@ constexpr algorithm_row frame_pose = {
     .input_list = {input::q},
     .external = external_use::none,
     .request = request_kind::link,
+    .needs_mass = false,
     .results = 1,
     .result = {{"pose", 2, {extent::four, extent::four}}},
     .kernels = &kernel_table::frame_poses,
@@ -210,15 +330,23 @@ constexpr const algorithm_row *all[] = {
     &bias,
     &gravity_torque,
     &forward_dynamics,
+    &forward_dynamics_by_mass_matrix,
+    &hybrid_dynamics,
+    &velocity_jump,
     &mass_matrix,
     &mass_matrix_upper,
     &mass_matrix_tree,
+    &mass_matrix_factor,
+    &mass_matrix_inverse,
+    &solve_mass_matrix,
+    &coriolis_matrix,
     &frame_pose,
     &frame_poses,
     &jacobian,
     &energy,
     &external_power,
     &inverse_dynamics_derivatives,
+    &forward_dynamics_derivatives,
     &reactions_derivatives,
 };
 

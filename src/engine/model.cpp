@@ -4,6 +4,7 @@
 
 #include "engine/canonical_axes.hpp"
 #include "engine/largest_workspace.hpp"
+#include "engine/massless_joint.hpp"
 #include "load/check.hpp"
 
 #include <algorithm>
@@ -202,6 +203,7 @@ private:
     add_augmented();
     add_angles();
     round_to_single();
+    m_.massless_joint_ = ksl::massless_joint(m_);
     for (const payload &p : options_.payloads)
       if (m_.find_link(p.link) < 0)
         throw description_error(m_.description_.file + ": no link " + p.link + " to carry the payload");
@@ -321,6 +323,14 @@ int model::find_link(const std::string &name) const {
     if (links_[i].name == name)
       return static_cast<int>(i);
   return -1;
+}
+
+std::string model::massless_joint_text() const {
+  if (massless_joint_ < 0)
+    return "";
+  const joint_row &joint = joints_[static_cast<std::size_t>(massless_joint_)];
+  return "joint " + joint.name + " can move without moving any mass, so that its acceleration is not determined; give link " +
+         links_[static_cast<std::size_t>(joint.link)].name + " or a link beyond it mass and inertia, or fix the joint";
 }
 
 std::vector<int> model::tree_columns() const {

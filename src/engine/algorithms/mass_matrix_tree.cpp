@@ -12,6 +12,7 @@ struct mass_matrix_tree_algorithm {
       .input_list = {input::q},
       .external = external_use::none,
       .request = request_kind::none,
+      .needs_mass = false,
       .results = 1,
       .result = {{"M", 1, {extent::tree}}},
   };

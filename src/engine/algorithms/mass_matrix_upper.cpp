@@ -12,6 +12,7 @@ struct mass_matrix_upper_algorithm {
       .input_list = {input::q},
       .external = external_use::none,
       .request = request_kind::none,
+      .needs_mass = false,
       .results = 1,
       .result = {{"M", 2, {extent::nv, extent::nv}}},
   };
