@@ -7,6 +7,7 @@
 #pragma once
 
 #include "ksl/engine/reactions.hpp"
+#include "ksl/engine/symmetric_matrix.hpp"
 #include "ksl/engine/wrench_derivatives.hpp"
 
 namespace ksl {
