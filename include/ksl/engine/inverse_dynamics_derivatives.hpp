@@ -10,9 +10,6 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// A run of coordinates without gaps, each of which carries the next.
-struct coordinate_run { int first, end; };
-
 template <class T> struct inverse_dynamics_derivatives_workspace {
   wrench_derivatives_workspace<T> wrenches;
   array_of<int> depth;           ///< of each body: index of its last run; for plain numbers, as the runs
@@ -121,6 +118,16 @@ KSL_LANES void set_row(const body<T> &b, const inverse_dynamics_derivatives_work
     out.set_columns(row, k, none);
 }
 
+template <class T> KSL_LANES void set_rows(const model_view<T> &model, const inverse_dynamics_derivatives_workspace<T> &w,
+                                           const tau_derivative_matrices<T> &out) {
+  for (int i = 1; i < model.bodies; ++i) {
+    const body<T> &b = model.body[i];
+    const int runs = extend_runs<T>(model, w, i);
+    for (int row = b.v_index; row < b.v_index + b.nv; ++row)
+      set_row(b, w, runs, row, out);
+  }
+}
+
 /// Sets the elements of a joint's rows and columns, and adds the dynamics of its subtree to its parent's.
 template <class T>
 KSL_LANES void set_joint(const model_view<scalar_of<T>> &model, const inverse_dynamics_derivatives_workspace<T> &w, int i,
@@ -149,16 +156,11 @@ template <class T>
 void elements_of_inverse_dynamics_derivatives(const model_view<scalar_of<T>> &model,
                                               const inverse_dynamics_derivatives_workspace<T> &w, const T *q, const T *v, const T *a,
                                               const external_wrenches<T> &external, T *dtau_dq, T *dtau_dv, T *dtau_da) {
-  const tau_derivative_matrices<T> out = {dtau_dq, dtau_dv, dtau_da, model.nv};
   forward_motions(model, w.wrenches, q, v, a, external);
+  const tau_derivative_matrices<T> out = {dtau_dq, dtau_dv, dtau_da, model.nv};
   if constexpr (is_number<T>) {
     sum_subtrees(model, w.wrenches);
-    for (int i = 1; i < model.bodies; ++i) {
-      const body<T> &b = model.body[i];
-      const int runs = extend_runs(model, w, i);
-      for (int row = b.v_index; row < b.v_index + b.nv; ++row)
-        set_row(b, w, runs, row, out);
-    }
+    set_rows(model, w, out);
   } else {
     for (int i = model.bodies - 1; i > 0; --i)
       set_joint(model, w, i, out);

@@ -6,6 +6,9 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
+/// Coordinates without gaps: [first, end).
+struct coordinate_run { int first, end; };
+
 /// A V<T> for each coordinate.  With plain numbers, every number has a row of its own over the coordinates.  One load, at any
 /// coordinate, then reads it for as many coordinates as a register holds.  With other scalars the numbers of a coordinate are
 /// neighbours.
@@ -39,6 +42,14 @@ public:
   }
   /// Number c of coordinate k.
   KSL_LANES T &number(int k, int c) const { return is_number<T> ? first_[c * stride_ + k] : first_[numbers * k + c]; }
+
+  /// Writes zeros to the lanes beyond the last of n coordinates.  Numbers that happen to be there can be subnormal, and then
+  /// slow down arithmetic with the other lanes.
+  KSL_LANES void clear_beyond(int n) const {
+    if constexpr (is_number<T>)
+      for (int c = 0; c < numbers; ++c)
+        body_lanes::write(native_pack<T>(T(0)), &number(n, c));
+  }
 
 private:
   static constexpr int native_lanes_of = is_number<T> ? padded(1) : 1;

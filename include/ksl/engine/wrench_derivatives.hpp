@@ -256,6 +256,8 @@ inline coscrew<T> external_in_common_axes(const model_view<scalar_of<T>> &model,
 template <class T>
 KSL_LANES void forward_motions(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w, const T *q, const T *v,
                                const T *a, const external_wrenches<T> &external) {
+  w.rotation.clear_last_lanes(model.bodies), w.origin.clear_last_lanes(model.bodies), w.motion.clear_last_lanes(model.bodies);
+  w.carrier.clear_beyond(model.nv), w.coordinate.clear_beyond(model.nv), w.derivative.clear_beyond(model.nv);
   start_at_ground(model, w);
   const auto move = [&]<joint_kind K>(int i, const vec3<T> &offset) KSL_INLINED {
     const body<scalar_of<T>> &b = model.body[i];
@@ -285,12 +287,16 @@ KSL_LANES void forward_motions(const model_view<scalar_of<T>> &model, const wren
   }
 }
 
-/// The same numbers in all lanes of P.
+/// The same numbers in all lanes of P; unrolled, as body_lanes::read_all.
+template <int n, class T, class P> KSL_LANES void spread_all(const T *from, P *to) {
+  if constexpr (n > 0) {
+    spread_all<n - 1>(from, to);
+    to[n - 1] = P(from[n - 1]);
+  }
+}
 template <class P, template <class> class V, class T> KSL_LANES V<P> in_all_lanes(const V<T> &v) {
-  constexpr int n = numbers_in<V<T>, T>;
   V<P> out;
-  for (int c = 0; c < n; ++c)
-    reinterpret_cast<P *>(&out)[c] = P(reinterpret_cast<const T *>(&v)[c]);
+  spread_all<numbers_in<V<T>, T>>(reinterpret_cast<const T *>(&v), reinterpret_cast<P *>(&out));
   return out;
 }
 
