@@ -58,6 +58,8 @@ inline int massless_joint(const model &m) {
       return -1;
     found = body;
   }
+  while (m.view().body[found].link < 0) // inside a universal joint
+    ++found;
   for (int j = 0; j < m.moving_joints(); ++j)
     if (m.joints()[static_cast<std::size_t>(j)].link == m.view().body[found].link)
       return j;

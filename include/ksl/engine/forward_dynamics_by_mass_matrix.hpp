@@ -33,7 +33,7 @@ void forward_dynamics_by_mass_matrix(const model_view<scalar_of<T>> &model, cons
   for (int k = 0; k < model.nv; ++k)
     zero[k] = T(0);
   inverse_dynamics(model, w.inverse, q, v, zero, external, zero); // each is read before it is written
-  set_mass_matrix(model, w.mass, q, w.factor.rows);
+  rows_of_mass_matrix(model, w.mass, w.factor.rows, q);
   factorise(model, w.factor);
   for (int k = 0; k < model.nv; ++k)
     a[k] = tau[k] - zero[k];

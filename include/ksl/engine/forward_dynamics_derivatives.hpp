@@ -41,6 +41,8 @@ void solve_side_by_side(const model_view<T> &model, const forward_dynamics_deriv
     T *const to = &w.solved[row * w.pitch];
     copy_numbers(by_q + row * n, to, n);
     copy_numbers(by_v + row * n, to + n, n);
+    for (index k = 2 * n; k < w.pitch; ++k)
+      to[k] = T(0); // subnormal numbers that happen to be in the padding are slow
   }
   solve_factorised(model, w.forward.factor, &w.solved[0], 2 * n, w.pitch);
   for (index row = 0; row < n; ++row) {

@@ -62,8 +62,12 @@ void hybrid_dynamics(const model_view<scalar_of<T>> &model, const hybrid_dynamic
                      const T *tau, int links, const int *link, const external_wrenches<T> &external, T *a_out, T *tau_out) {
   for (int i = 0; i < model.bodies; ++i)
     w.given[i] = 0;
-  for (int k = 0; k < links; ++k)
-    w.given[model.link[link[k]].body] = 1;
+  for (int k = 0; k < links; ++k) {
+    const int i = model.link[link[k]].body;
+    w.given[i] = 1;
+    if (model.body[i].ends_universal)
+      w.given[model.body[i].parent] = 1;
+  }
   for (int k = 0; k < model.nv; ++k) // first, since results may be the arrays that were given
     a_out[k] = a[k], tau_out[k] = tau[k];
   start_articulated(model, w.forward, q, v, external);

@@ -32,6 +32,13 @@ template <class T> struct mass_matrix_factor_workspace {
   }
 };
 
+/// Sets the rows of M for q (nq).
+template <class T>
+void rows_of_mass_matrix(const model_view<scalar_of<T>> &model, const mass_matrix_workspace<T> &w, const tree_rows<T> &rows, const T *q) {
+  rows.clear_padding(model.nv);
+  set_mass_matrix(model, w, q, rows);
+}
+
 /// Replaces the rows of M by those of its factors.  A third of the cost of dense Cholesky factors for a chain, and
 /// O(nv × depth²) for a tree.
 template <class T> void factorise(const model_view<scalar_of<T>> &model, const factor_workspace<T> &w) {
@@ -94,7 +101,7 @@ template <class T> void solve_factorised(const model_view<scalar_of<T>> &model, 
 /// The rows of L, row by row without gaps, with D on the diagonal, for q (nq): M = Lᵀ D L.  O(nv × depth²).
 template <class T>
 void mass_matrix_factor(const model_view<scalar_of<T>> &model, const mass_matrix_factor_workspace<T> &w, const T *q, T *LD) {
-  set_mass_matrix(model, w.mass, q, w.factor.rows);
+  rows_of_mass_matrix(model, w.mass, w.factor.rows, q);
   factorise(model, w.factor);
   store_tree_rows(model, w.factor.rows, LD);
 }

@@ -97,7 +97,7 @@ template <class T> void invert_factorised(const model_view<scalar_of<T>> &model,
 /// M⁻¹ (nv, nv), row-major and symmetric, for q (nq).  O(nv² × depth) additions and multiplications, in lanes.
 template <class T>
 void mass_matrix_inverse(const model_view<scalar_of<T>> &model, const mass_matrix_inverse_workspace<T> &w, const T *q, T *W) {
-  set_mass_matrix(model, w.mass, q, w.factor.rows);
+  rows_of_mass_matrix(model, w.mass, w.factor.rows, q);
   factorise(model, w.factor);
   if constexpr (is_number<T>) {
     invert_factorised(model, w.factor, w.W);

@@ -26,6 +26,12 @@ public:
 
   KSL_LANES void set(index, index place, index row, const T &x) const { first_[row * pitch_ + place] = x; }
   KSL_LANES void clear(index, index, index) const {}
+  /// Writes zeros to all of `rows` rows of plain numbers, since subnormal numbers that happen to be in the padding are slow.
+  KSL_LANES void clear_padding(index rows) const {
+    if constexpr (is_number<T>)
+      for (index k = 0; k < rows * pitch_; k += native_lanes<T>)
+        body_lanes::write(native_pack<T>(T(0)), first_ + k);
+  }
 
 private:
   T *first_;
