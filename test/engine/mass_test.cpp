@@ -45,6 +45,7 @@ ksl::model heavy_tree(int bodies, std::mt19937 &random) {
     r.joints.push_back(robots::joint(("joint" + number).c_str(), ksl::joint_kinds[below(static_cast<int>(std::size(ksl::joint_kinds)))],
                                      below(3) ? i - 1 : below(i), i, vector(), axis));
     r.joints.back().pitch = 0.3;
+    r.joints.back().axis2 = vector();
   }
   ksl::model_options options;
   options.floating_base = below(2) == 0;

@@ -1,8 +1,8 @@
 // KSL: the first derivatives of forward dynamics.
 //
 // With tau held, a change of the state is answered by ∂a = −M⁻¹ ∂tau, where ∂tau is that of inverse dynamics at the accelerations of
-// forward dynamics (Carpentier and Mansard, "Analytical derivatives of rigid body dynamics algorithms", RSS 2018, eq. (27)).  M⁻¹ is
-// applied by factors that are as sparse as the tree.
+// forward dynamics (Carpentier and Mansard, "Analytical derivatives of rigid body dynamics algorithms", RSS 2018, eq. (27)).  M⁻¹ is a
+// result, too.  Multiplying by it keeps sums in registers, which takes half the time of solving with the factors of M.
 #pragma once
 
 #include "ksl/engine/forward_dynamics_by_mass_matrix.hpp"
@@ -15,48 +15,93 @@ inline namespace KSL_ISA {
 template <class T> struct forward_dynamics_derivatives_workspace {
   forward_dynamics_by_mass_matrix_workspace<T> forward;
   inverse_dynamics_derivatives_workspace<T> derivatives;
-  padded_matrix<T> W;        ///< M⁻¹; with plain numbers
-  array_of<T> a;             ///< accelerations
-  array_of<T> dtau;          ///< derivatives of inverse dynamics: by q, by v, by a
-  array_of<T> solved;        ///< nv rows of those by q and by v; with plain numbers
-  index pitch;               ///< between these rows
+  padded_matrix<T> W;     ///< M⁻¹; with plain numbers
+  array_of<T> a;          ///< accelerations
+  array_of<T> dtau;       ///< derivatives of inverse dynamics: by q, by v, by a
+  array_of<int> related;  ///< the coordinates that carry one body or are carried by it, its own included; with other scalars
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     forward.lay_out(memory, model);
     derivatives.lay_out(memory, model);
     W.lay_out(memory, is_number<T> ? model.nv : 0);
     a.lay_out(memory, model.nv);
-    dtau.lay_out(memory, 3 * model.nv * model.nv);
-    pitch = is_number<T> ? padded(2 * model.nv) : 0;
-    solved.lay_out(memory, model.nv * static_cast<int>(pitch));
+    dtau.lay_out(memory, 3 * model.nv * model.nv + (is_number<T> ? padded(1) : 0)); // registers are loaded at any column
+    related.lay_out(memory, model.nv);
   }
 };
 
-/// out = −M⁻¹ x of two matrices (nv, nv): with plain numbers side by side, in padded rows.
-template <class T>
-void solve_side_by_side(const model_view<T> &model, const forward_dynamics_derivatives_workspace<T> &w, const T *by_q, const T *by_v,
-                        T *da_dq, T *da_dv) {
-  const index n = model.nv;
-  for (index row = 0; row < n; ++row) {
-    T *const to = &w.solved[row * w.pitch];
-    copy_numbers(by_q + row * n, to, n);
-    copy_numbers(by_v + row * n, to + n, n);
-    for (index k = 2 * n; k < w.pitch; ++k)
-      to[k] = T(0); // subnormal numbers that happen to be in the padding are slow
+/// Columns [column, column + registers) of row `row` of out = −W X.
+template <int registers, class T>
+KSL_LANES void multiply_columns(const padded_matrix<T> &W, const T *X, index n, index row, index column, T *out) {
+  using P = native_pack<T>;
+  constexpr index lanes = native_lanes<T>;
+  P sum[registers];
+  for (int b = 0; b < registers; ++b)
+    sum[b] = P(T(0));
+  for (index k = 0; k < n; ++k) {
+    const P factor(W[row][k]);
+    for (int b = 0; b < registers; ++b) {
+      P x;
+      body_lanes::read(X + k * n + column + b * lanes, x);
+      sum[b] = sum[b] - factor * x;
+    }
   }
-  solve_factorised(model, w.forward.factor, &w.solved[0], 2 * n, w.pitch);
+  for (int b = 0; b < registers; ++b)
+    store_first<T>(sum[b], out + row * n + column + b * lanes, static_cast<int>(n - column - b * lanes));
+}
+
+/// out = −W X, X without gaps.
+template <class T> void negative_product(const padded_matrix<T> &W, const T *X, index n, T *out) {
+  constexpr index lanes = native_lanes<T>;
   for (index row = 0; row < n; ++row) {
-    const T *const from = &w.solved[row * w.pitch];
-    store_negative(from, da_dq + row * n, n);
-    store_negative(from + n, da_dv + row * n, n);
+    index column = 0;
+    for (; column + 4 * lanes <= n; column += 4 * lanes)
+      multiply_columns<4>(W, X, n, row, column, out);
+    for (; column < n; column += lanes)
+      multiply_columns<1>(W, X, n, row, column, out);
   }
 }
 
-/// out = −M⁻¹ x for other scalars; x is overwritten.
+/// Rows [row, row + rows) of one column of both products −W X and −W Y, summed over the related coordinates.
+template <int rows, class T>
+KSL_LANES void multiply_related(const T *W, const T *X, const T *Y, index n, index row, index column, const array_of<int> &related,
+                                index terms, T *X_out, T *Y_out) {
+  T x_sum[rows], y_sum[rows];
+  for (int b = 0; b < rows; ++b)
+    x_sum[b] = y_sum[b] = T(0);
+  for (index t = 0; t < terms; ++t) {
+    const index k = related[t];
+    const T x = X[k * n + column], y = Y[k * n + column];
+    for (int b = 0; b < rows; ++b) {
+      const T &w = W[(row + b) * n + k];
+      x_sum[b] = x_sum[b] - w * x;
+      y_sum[b] = y_sum[b] - w * y;
+    }
+  }
+  for (int b = 0; b < rows; ++b)
+    X_out[(row + b) * n + column] = x_sum[b], Y_out[(row + b) * n + column] = y_sum[b];
+}
+
+/// The products −W X and −W Y, where an element of X or Y is zero unless one of its coordinates carries the other.  Zeros are left
+/// out; otherwise the sums are those of negative_product, to the bit.
 template <class T>
-void solve_negative(const model_view<scalar_of<T>> &model, const factor_workspace<T> &w, T *x, T *out) {
-  solve_factorised(model, w, x, model.nv, model.nv);
-  store_negative(x, out, index(model.nv) * model.nv);
+void negative_products(const model_view<scalar_of<T>> &model, const array_of<int> &related, const T *W, const T *X, const T *Y, T *X_out,
+                       T *Y_out) {
+  const index n = model.nv;
+  for (int i = 1; i < model.bodies; ++i) {
+    const body<scalar_of<T>> &b = model.body[i];
+    for_each_ancestor(model, i, 0, [&](index ancestor, index place) KSL_INLINED { related[place] = static_cast<int>(ancestor); });
+    index terms = b.ancestors;
+    for (int k = b.v_index; k < b.v_end; ++k)
+      related[terms++] = k;
+    for (index column = b.v_index; column < b.v_index + b.nv; ++column) {
+      index row = 0;
+      for (; row + 4 <= n; row += 4)
+        multiply_related<4>(W, X, Y, n, row, column, related, terms, X_out, Y_out);
+      for (; row < n; ++row)
+        multiply_related<1>(W, X, Y, n, row, column, related, terms, X_out, Y_out);
+    }
+  }
 }
 
 /// The derivatives of a = forward_dynamics(q, v, tau), each (nv, nv), row-major: with respect to q along q ⊕ s e_k with v and tau
@@ -73,11 +118,11 @@ void forward_dynamics_derivatives(const model_view<scalar_of<T>> &model, const f
   if constexpr (is_number<T>) {
     invert_factorised(model, w.forward.factor, w.W);
     w.W.store(da_dtau);
-    solve_side_by_side(model, w, by_q, by_v, da_dq, da_dv);
+    negative_product(w.W, by_q, model.nv, da_dq);
+    negative_product(w.W, by_v, model.nv, da_dv);
   } else {
     invert_factorised(model, w.forward.factor, da_dtau);
-    solve_negative(model, w.forward.factor, by_q, da_dq);
-    solve_negative(model, w.forward.factor, by_v, da_dv);
+    negative_products(model, w.related, da_dtau, by_q, by_v, da_dq, da_dv);
   }
 }
 

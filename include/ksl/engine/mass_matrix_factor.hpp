@@ -59,28 +59,7 @@ template <class T> void factorise(const model_view<scalar_of<T>> &model, const f
   }
 }
 
-/// x = M⁻¹ x for the columns [0, width) of a matrix of nv rows, or one vector: x = L⁻¹ D⁻¹ L⁻ᵀ x.  With plain numbers, rows begin
-/// `pitch` numbers apart, and up to a register beyond the width may be written.
-template <class T>
-void solve_factorised(const model_view<scalar_of<T>> &model, const factor_workspace<T> &w, T *x, index width, index pitch) {
-  for (int i = model.bodies - 1; i > 0; --i) {
-    const body<scalar_of<T>> &b = model.body[i];
-    for (int c = b.nv - 1; c >= 0; --c) {
-      const T *const row = w.rows[b.v_index + c], *const y = x + (b.v_index + c) * pitch;
-      for_each_ancestor(model, i, c, [&](index ancestor, index place) KSL_INLINED {
-        subtract_scaled(row[place], y, x + ancestor * pitch, width);
-      });
-    }
-  }
-  for_each_row(model, [&](const auto &, index row, index place) KSL_INLINED {
-    w.path[place] = static_cast<int>(row);
-    T *const y = x + row * pitch;
-    scale(w.D_inverse[row], y, width);
-    subtract_combination(w.rows[row], w.path, place, x, pitch, y, width);
-  });
-}
-
-/// The same for one vector.
+/// x = M⁻¹ x for one vector: x = L⁻¹ D⁻¹ L⁻ᵀ x.
 template <class T> void solve_factorised(const model_view<scalar_of<T>> &model, const factor_workspace<T> &w, T *x) {
   for (int i = model.bodies - 1; i > 0; --i) {
     const body<scalar_of<T>> &b = model.body[i];

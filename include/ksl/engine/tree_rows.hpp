@@ -9,8 +9,6 @@
 #include "ksl/engine/symmetric_matrix.hpp"
 #include "ksl/engine/workspace.hpp"
 
-#include <type_traits>
-
 namespace ksl {
 inline namespace KSL_ISA {
 
@@ -103,22 +101,6 @@ template <class T> KSL_LANES void scale(const T &a, T *x, index n) {
   }
 }
 
-/// y −= Σ a[k] (row[k] of x), k < terms: rows of `width` numbers, `pitch` apart.  Alike.
-template <class T>
-KSL_LANES void subtract_combination(const T *a, const array_of<int> &row, index terms, const T *x, index pitch, T *y, index width) {
-  using P = std::conditional_t<is_number<T>, native_pack<T>, T>;
-  constexpr index lanes = sizeof(P) / sizeof(T);
-  for (index c = 0; c < width; c += lanes) {
-    P sum, v;
-    body_lanes::read(y + c, sum);
-    for (index k = 0; k < terms; ++k) {
-      body_lanes::read(x + row[k] * pitch + c, v);
-      sum = sum - P(a[k]) * v;
-    }
-    body_lanes::write(sum, y + c);
-  }
-}
-
 /// A square matrix in a workspace, whose rows are padded to whole registers.
 template <class T> class padded_matrix {
 public:
@@ -143,18 +125,6 @@ private:
   T *first_;
   index n_, pitch_;
 };
-
-/// to[0 … n) = from[0 … n).
-template <class T> KSL_LANES void copy_numbers(const T *from, T *to, index n) {
-  for (index k = 0; k < n; ++k)
-    to[k] = from[k];
-}
-
-/// to[0 … n) = −from[0 … n).
-template <class T> KSL_LANES void store_negative(const T *from, T *to, index n) {
-  for (index k = 0; k < n; ++k)
-    to[k] = T(0) - from[k];
-}
 
 /// x[k] = a, by a store of the whole register, so that it can be reloaded at once.
 template <class T> KSL_LANES void set_lane(T *x, index k, const T &a) {
