@@ -41,7 +41,7 @@ state random_state(const ksl::model &m, std::mt19937 &random) {
   return s;
 }
 
-/// A tree of bodies on joints of all kinds that need one axis at most.
+/// A tree of bodies on joints of all kinds.
 ksl::model random_tree(int bodies, std::mt19937 &random) {
   const auto below = [&](std::size_t n) { return std::uniform_int_distribution<std::size_t>(0, n - 1)(random); };
   const auto vector = [&] {
@@ -60,6 +60,8 @@ ksl::model random_tree(int bodies, std::mt19937 &random) {
     ksl::algebra<double>::vec3_normalize(&axis);
     r.joints.push_back(robots::joint(("joint" + number).c_str(), kind, parent, i, vector(), axis));
     r.joints.back().pitch = 0.3;
+    r.joints.back().axis2 = vector();
+    ksl::algebra<double>::vec3_normalize(&r.joints.back().axis2);
   }
   ksl::model_options options;
   options.floating_base = below(2) == 0;

@@ -6,7 +6,7 @@
 #include "ksl/engine/frame_jacobian.hpp"
 #include "ksl/engine/inverse_dynamics_derivatives.hpp"
 #include "ksl/engine/mass_matrix.hpp"
-#include "ksl/engine/reactions.hpp"
+#include "ksl/engine/reactions_derivatives.hpp"
 
 #include <doctest/doctest.h>
 
@@ -44,7 +44,8 @@ TEST_CASE("numbers for each body") {
   CHECK(numbers_per_body<ksl::reactions_workspace>() == 29 + 6);
   CHECK(numbers_per_body<ksl::forward_dynamics_workspace>() == 64);
   CHECK(numbers_per_body<ksl::mass_matrix_workspace>() == 27);
-  CHECK(numbers_per_body<ksl::inverse_dynamics_derivatives_workspace>() == 78);
+  CHECK(numbers_per_body<ksl::inverse_dynamics_derivatives_workspace>() == 99);
+  CHECK(numbers_per_body<ksl::reactions_derivatives_workspace>() == 99 + 28);
   CHECK(numbers_per_body<ksl::forward_kinematics_workspace>() == 14);
   CHECK(numbers_per_body<ksl::jacobian_workspace>() == 14);
   CHECK(numbers_per_body<ksl::energy_workspace>() == 20);

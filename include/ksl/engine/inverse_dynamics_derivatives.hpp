@@ -106,7 +106,7 @@ KSL_LANES void set_row(const body<T> &b, const inverse_dynamics_derivatives_work
     for (; k < run.first; k += lanes)
       out.set_columns(row, k, none);
     for (k = run.first; k < run.end; k += lanes) {
-      const auto own = in_all_lanes<P, wrench_derivative>(d.derivative.get(row));
+      const wrench_derivative<P> own = d.derivative.template in_all_lanes<P>(row);
       out.set_columns(row, k, by_carrier(own, d.coordinate.template get<P>(k)));
     }
     k = run.end;

@@ -34,6 +34,15 @@ public:
   template <template <class> class U, class P, int c = 0> KSL_LANES void set_part(int k, const U<P> &u) const {
     write<numbers_in<U<P>, P>, c>(k, reinterpret_cast<const P *>(&u));
   }
+  /// The V of coordinate k, in all lanes of P.
+  template <class P> KSL_LANES V<P> in_all_lanes(int k) const {
+    V<P> v;
+    if constexpr (is_number<T>)
+      spread_from<numbers>(k, reinterpret_cast<P *>(&v));
+    else
+      v = at(k);
+    return v;
+  }
   /// The V of coordinate k in memory, where its numbers are neighbours.
   KSL_LANES V<T> &at(int k) const
     requires(!is_number<T>)
@@ -59,6 +68,12 @@ private:
     if constexpr (n > 0) {
       read<n - 1, c>(k, to);
       body_lanes::read(&number(k, c + n - 1), to[n - 1]);
+    }
+  }
+  template <int n, class P> KSL_LANES void spread_from(int k, P *to) const {
+    if constexpr (n > 0) {
+      spread_from<n - 1>(k, to);
+      to[n - 1] = P(number(k, n - 1));
     }
   }
   template <int n, int c, class P> KSL_LANES void write(int k, const P *from) const {

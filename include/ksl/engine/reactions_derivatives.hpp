@@ -96,17 +96,6 @@ inline bool moves_with_joint(const reaction_request &request) {
   return request.at == wrench_frame::joint && request.axes == wrench_frame::joint;
 }
 
-/// The same for a request whose axes and point move with the joint.
-template <class T> inline SE3<T> frame_of_joint(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w,
-                                                const reaction_request &request, int link) {
-  SE3<T> frame = link_in_tree(model, w, link);
-  if (!in_joint_frame(request)) {
-    const vec3<T> offset = {T(request.offset[0]), T(request.offset[1]), T(request.offset[2])};
-    algebra<T>::product_dv(&frame, &offset, &frame.t);
-  }
-  return frame;
-}
-
 /// The dynamics of each link with all that it carries; of links on the ground, whose trees have different axes, only the wrench.
 template <class T> void link_dynamics(const model_view<scalar_of<T>> &model, const reactions_derivatives_workspace<T> &w,
                                       const external_wrenches<T> &external) {
@@ -125,7 +114,7 @@ template <class T> void link_dynamics(const model_view<scalar_of<T>> &model, con
     if (parent < 0)
       continue;
     if (model.link[l].body > 0 && model.link[parent].body == 0) {
-      const SE3<T> D = tree_pose(model, d, model.link[l].body);
+      const SE3<T> D = tree_pose(model, d, tree_of(model, model.link[l].body));
       coscrew<T> f;
       A::product_CoAdc(&D, &w.link[l].f, &f);
       A::xpy_cc(&f, &w.link[parent].f);
@@ -145,9 +134,12 @@ template <class S> inline coordinate_run carried_by(const model_view<S> &model, 
   while (end < model.links && model.link[end].parent >= link)
     ++end;
   coordinate_run run = {0, 0};
-  for (int i = l.body + 1; i < model.bodies; ++i)
-    if (const int child = model.body[i].link; child > link && child < end)
+  for (int i = l.body + 1; i < model.bodies; ++i) {
+    const bool inside = !(model.body[i].link >= 0); // of a universal joint, whose link is that of the next body
+    const int child = model.body[i + inside].link;
+    if (child > link && child < end)
       run = {run.end > 0 ? run.first : model.body[i].v_index, model.body[i].v_index + model.body[i].nv};
+  }
   return run;
 }
 
@@ -261,17 +253,17 @@ template <class P> KSL_LANES wrench_by<P> by_carrier_of(const subtree_dynamics<P
 }
 
 /// Derivatives of the wrench through a joint, in the frame of `express`, which takes a wrench_by<P> about the common point.
-template <class T, class Express>
+/// dynamics<P>() returns those of the bodies beyond the joint, in all lanes of P.
+template <class T, class Dynamics, class Express>
 KSL_LANES void set_reaction(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w, int body,
-                            const subtree_dynamics<T> &d, coordinate_run carried, const reaction_rows_of_joint<T> &out,
-                            Express express) {
+                            Dynamics dynamics, coordinate_run carried, const reaction_rows_of_joint<T> &out, Express express) {
   out.set(carried.first, carried.end, [&]<class P>(int k) KSL_INLINED {
     const wrench_derivative<P> f = w.derivative.template get<P>(k);
     return express(wrench_by<P>{f.by_q, f.by_v, f.by_a});
   });
   for_carriers(model, body, [&](int first, int end) KSL_INLINED {
     out.set(first, end, [&]<class P>(int k) KSL_INLINED {
-      return express(by_carrier_of(in_all_lanes<P, subtree_dynamics>(d), w.coordinate.template get<P>(k)));
+      return express(by_carrier_of(dynamics.template operator()<P>(), w.coordinate.template get<P>(k)));
     });
   });
 }
@@ -279,14 +271,8 @@ KSL_LANES void set_reaction(const model_view<scalar_of<T>> &model, const wrench_
 /// Writes zeros to the columns that set_reaction leaves.
 template <class T> KSL_LANES void clear_others(const model_view<scalar_of<T>> &model, int body, coordinate_run carried,
                                                const reaction_rows_of_joint<T> &out) {
-  if (carried.first == carried.end)
-    carried = {0, 0};
-  const int own_end = model.body[body].v_index + model.body[body].nv;
-  int begin = carried.end > 0 ? carried.end : own_end; // of what is left of the columns already looked at
-  out.clear(begin, model.nv);
-  if (carried.end > 0)
-    out.clear(own_end, carried.first);
-  begin = own_end;
+  out.clear(carried.end, model.nv);
+  int begin = carried.first; // of the columns that are looked at already
   for_carriers(model, body, [&](int first, int end) KSL_INLINED {
     out.clear(end, begin);
     begin = first;
@@ -294,23 +280,56 @@ template <class T> KSL_LANES void clear_others(const model_view<scalar_of<T>> &m
   out.clear(0, begin);
 }
 
+/// Adds what follows from the motion of a universal joint's first axis in the child, where the wrench is split: constraint and
+/// actuation part exchange a moment when the second angle changes (joint<universal>::move_first_drive).  f: the whole wrench in the
+/// canonical frame of the second body, whose pose in the requested frame is D.
+template <class T>
+inline void add_rate_of_split(const wrench_derivatives_workspace<T> &w, const body<scalar_of<T>> &b, wrench_part part,
+                              const coscrew<T> &f, const SE3<T> &D, const reaction_rows_of_joint<T> &out) {
+  const plane_rotation<T> theta = w.pose.rotation(b);
+  const T normal = theta.cosine * f.ang.x - theta.sine * f.ang.y, across = theta.sine * f.ang.x + theta.cosine * f.ang.y, o = T(0);
+  coscrew<T> rate = {{o, o, o}, {theta.sine * normal + theta.cosine * across, theta.cosine * normal - theta.sine * across, o}};
+  if (part == wrench_part::constraint)
+    algebra<T>::coscrew_invert(&rate);
+  algebra<T>::product_CoAdc(&D, &rate, &rate);
+  out.set_by_q(b.v_index, b.v_index + 1, [&]<class P>(int k) KSL_INLINED {
+    coscrew<P> sum = out.template get_by_q<P>(k);
+    const coscrew<P> change = in_all_lanes<P, coscrew>(rate);
+    algebra<P>::xpy_cc(&change, &sum);
+    return sum;
+  });
+}
+
+/// A body's rotation about its joint's axis, in all lanes of P.
+template <class P, class T> struct rotation_in_lanes {
+  const pose_workspace<T> &pose;
+  KSL_LANES plane_rotation<P> rotation(const body<scalar_of<T>> &b) const {
+    return in_all_lanes<P, plane_rotation>(pose.rotation(b));
+  }
+};
+
 /// The same for a part of the wrench: it is split in the axes of body i, in which the joint's motion is constant.
 template <joint_kind K, class T>
 KSL_LANES coscrew<T> set_part_of_reaction(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w, int i,
                                           const subtree_dynamics<T> &d, coordinate_run carried, wrench_part part,
                                           const SE3<T> &frame, const reaction_rows_of_joint<T> &out) {
+  const ksl::body<scalar_of<T>> &b = model.body[i];
   const SE3<T> body = {w.rotation[i], w.origin[i]};
   SE3<T> D; // of the body in the requested frame
   algebra<T>::product_dinvd(&frame, &body, &D);
   const auto express = [&]<class P>(const coscrew<P> &f) KSL_INLINED {
     const SE3<P> there = in_all_lanes<P, SE3>(D);
-    coscrew<P> x = part_through<K>(model.body[i], part, expressed(in_all_lanes<P, SE3>(body), f));
+    coscrew<P> x = part_through<K>(b, rotation_in_lanes<P, T>{w.pose}, part, expressed(in_all_lanes<P, SE3>(body), f));
     algebra<P>::product_CoAdc(&there, &x, &x);
     return x;
   };
-  set_reaction(model, w, i, d, carried, out, [&]<class P>(const wrench_by<P> &by) KSL_INLINED {
+  const auto dynamics = [&]<class P>() KSL_INLINED { return in_all_lanes<P, subtree_dynamics>(d); };
+  set_reaction(model, w, i, dynamics, carried, out, [&]<class P>(const wrench_by<P> &by) KSL_INLINED {
     return wrench_by<P>{express(by.q), express(by.v), express(by.a)};
   });
+  if constexpr (only_turns(K))
+    if (b.ends_universal)
+      add_rate_of_split(w, b, part, expressed(body, d.f), D, out);
   return express(d.f);
 }
 
@@ -359,36 +378,32 @@ coscrew<T> set_reaction_of_ground(const model_view<scalar_of<T>> &model, const r
     if (b.parent > 0 || b.v_index < carried.first || b.v_end > carried.end)
       continue;
     const SE3<T> frame = requested_frame(model, w.wrenches, request, link, i);
-    set_reaction(model, w.wrenches, 0, w.link[link], {b.v_index, b.v_end}, out, [&]<class P>(const wrench_by<P> &by) KSL_INLINED {
+    const auto unused = [&]<class P>() KSL_INLINED { return in_all_lanes<P, subtree_dynamics>(w.link[link]); };
+    set_reaction(model, w.wrenches, 0, unused, {b.v_index, b.v_end}, out, [&]<class P>(const wrench_by<P> &by) KSL_INLINED {
       return expressed(in_all_lanes<P, SE3>(frame), by);
     });
   }
   return expressed(requested_frame(model, w.wrenches, request, link, 0), w.link[link].f);
 }
 
-/// Derivatives of one reaction.  clear: whether zeros are written, too.
+/// Derivatives of one reaction, in any axes and about any point; of all of the wrench or a part.
 template <class T>
-void set_reaction_rows(const model_view<scalar_of<T>> &model, const reactions_derivatives_workspace<T> &w,
-                       const reaction_request &request, int link, bool clear, const reaction_rows_of_joint<T> &out) {
+void set_requested_reaction(const model_view<scalar_of<T>> &model, const reactions_derivatives_workspace<T> &w,
+                            const reaction_request &request, int link, const reaction_rows_of_joint<T> &out) {
   const ksl::link<scalar_of<T>> &l = model.link[link];
-  const bool moves = l.carried_by_moving_joint && l.body > 0, relative = !moves_with_joint(request);
-  if (clear || relative) {
-    if (l.body == 0)
-      out.clear(0, model.nv);
-    else
-      clear_others(model, l.body, carried_by(model, link), out);
-  }
+  const bool moves = l.carried_by_moving_joint && l.body > 0;
+  out.clear(0, model.nv);
   if (request.part == wrench_part::actuation && !moves)
-    return out.clear(0, model.nv);
+    return;
   coscrew<T> f;
   if (l.body == 0) {
     f = set_reaction_of_ground(model, w, request, link, out);
   } else {
     const subtree_dynamics<T> d = moves ? w.wrenches.subtree.get(last_coordinate(model, l.body)) : w.link[link];
-    const SE3<T> frame = relative ? requested_frame(model, w.wrenches, request, link, tree_of(model, l.body))
-                                  : frame_of_joint(model, w.wrenches, request, link);
+    const SE3<T> frame = requested_frame(model, w.wrenches, request, link, tree_of(model, l.body));
     if (request.part == wrench_part::total || !moves) {
-      set_reaction(model, w.wrenches, l.body, d, carried_by(model, link), out, [&]<class P>(const wrench_by<P> &by) KSL_INLINED {
+      const auto dynamics = [&]<class P>() KSL_INLINED { return in_all_lanes<P, subtree_dynamics>(d); };
+      set_reaction(model, w.wrenches, l.body, dynamics, carried_by(model, link), out, [&]<class P>(const wrench_by<P> &by) KSL_INLINED {
         return expressed(in_all_lanes<P, SE3>(frame), by);
       });
       f = expressed(frame, d.f);
@@ -398,8 +413,25 @@ void set_reaction_rows(const model_view<scalar_of<T>> &model, const reactions_de
       });
     }
   }
-  if (relative)
+  if (!moves_with_joint(request))
     add_relative_motion(model, w.wrenches, request, link, f, out);
+}
+
+/// The same for the whole wrench through a moving joint in the joint's own frame.  clear: whether zeros are written, too.
+template <class T>
+KSL_LANES void set_whole_reaction(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w,
+                                  const ksl::link<scalar_of<T>> &l, bool clear, const reaction_rows_of_joint<T> &out) {
+  const body<scalar_of<T>> &b = model.body[l.body];
+  const coordinate_run carried = {b.v_index + b.nv, b.v_end};
+  const mat3x3<T> R = w.rotation[l.body], in_body = spread<T>(l.pose.R);
+  SE3<T> frame = {R, w.origin[l.body]};
+  algebra<T>::product_drdr(&R, &in_body, &frame.R);
+  if (clear)
+    clear_others(model, l.body, carried, out);
+  const auto dynamics = [&]<class P>() KSL_INLINED { return w.subtree.template in_all_lanes<P>(carried.first - 1); };
+  set_reaction(model, w, l.body, dynamics, carried, out, [&]<class P>(const wrench_by<P> &by) KSL_INLINED {
+    return expressed(in_all_lanes<P, SE3>(frame), by);
+  });
 }
 
 /// The derivatives of reactions(q, v, a) with the same request, each (n, 6, nv), row-major; without zeros that follow from the
@@ -416,10 +448,16 @@ void elements_of_reactions_derivatives(const model_view<scalar_of<T>> &model, co
   if (any_inside)
     link_dynamics(model, w, external);
   const index n = model.nv;
+  const bool whole = request.part == wrench_part::total && in_joint_frame(request);
   for (index j = 0; j < request.n; ++j) {
     const index at = 6 * n * j;
-    set_reaction_rows(model, w, request, request.link[j], clear,
-                      {by_q + at, by_v + at, by_a + at, n, request.angular_first, request.on == wrench_side::parent});
+    const reaction_rows_of_joint<T> out = {
+        by_q + at, by_v + at, by_a + at, n, request.angular_first, request.on == wrench_side::parent};
+    const ksl::link<scalar_of<T>> &l = model.link[request.link[j]];
+    if (whole && l.carried_by_moving_joint && l.body > 0)
+      set_whole_reaction(model, w.wrenches, l, clear, out);
+    else
+      set_requested_reaction(model, w, request, request.link[j], out);
   }
 }
 
