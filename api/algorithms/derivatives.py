@@ -29,6 +29,31 @@ Singh, Russell, Wensing, Efficient Analytical Derivatives of Rigid-Body Dynamics
 """,
     ),
     Algorithm(
+        name="forward_dynamics_derivatives",
+        header="forward_dynamics_derivatives.hpp",
+        inputs=("q", "v", "tau"),
+        external="optional",
+        results=(
+            Result("da_dq", ("nv", "nv"), "derivative of the accelerations by q"),
+            Result("da_dv", ("nv", "nv"), "by v"),
+            Result("da_dtau", ("nv", "nv"), "by tau: the inverse of the mass matrix"),
+        ),
+        needs_mass=True,
+        summary="Derivatives of forward_dynamics by q, v and tau, each (…, nv, nv).",
+        text="Derivatives {da_dq}, {da_dv}, {da_dtau} of the accelerations that forward dynamics gives for {q}, {v}, {tau}, each "
+        "row-major: element (i, k) is that of acceleration i by coordinate k.  By q is along q ⊕ s e_k with v and tau held "
+        "componentwise; by tau is the inverse of the mass matrix.  External wrenches are held in their links' axes, and move with "
+        "the links (Carpentier and Mansard, RSS 2018, eq. (27)).  O(nv² × depth).",
+        python="""
+q, v, tau, external, threads: as in :meth:`forward_dynamics`.  Element (i, k) is that of acceleration i by coordinate k.
+By q is along q ⊕ s e_k (:meth:`integrate`), with v and tau held componentwise.  By tau is the inverse of the mass matrix.
+External wrenches are held in their links' axes, and move with the links.
+out: three arrays, one for each derivative.
+From those of inverse dynamics and factors of the mass matrix: Carpentier and Mansard, Analytical Derivatives of Rigid Body
+Dynamics Algorithms (RSS 2018), eq. (27); O(nv² × depth).
+""",
+    ),
+    Algorithm(
         name="reactions_derivatives",
         header="reactions_derivatives.hpp",
         inputs=("q", "v", "a"),

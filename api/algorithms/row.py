@@ -14,7 +14,7 @@ class Result:
     """A result: its name in C and C++, its shape, and what it is.
 
     shape: for each axis, of which there are at most four, a number (3, 4, 6 or 10), "nq", "nv", "links" or "joints" (how many
-    are requested), or "6 links".  Empty: one number.
+    are requested), "6 links", or "tree" (how many elements of a matrix aren't zero by the shape of the tree).  Empty: one number.
     """
 
     name: str
@@ -38,6 +38,8 @@ class Algorithm:
     keywords: of a frame or frames, what its Python call asks for besides: "kind" of acceleration, or a "point" fixed in the link
         instead of the frame's origin and the order.
     form: how results are stored from lanes to rows, a struct of src/engine/forms.hpp.
+    elements: of the forms symmetric_matrix and upper_triangle, the function that computes the upper triangle alone, without zeros.
+    needs_mass: is the call refused if a joint can move without moving any mass.
     variant_of: the algorithm that computes this one, with zeros for the inputs that this one doesn't have.
     faces: the languages for which a call is generated.  Other calls are written by hand, or are private.
     text: one sentence for C, C++ and the reference; {tau}, {q} … stand for names with shapes.
@@ -55,7 +57,9 @@ class Algorithm:
     request: str = ""
     keywords: str = ""
     form: str = "whole_results"
+    elements: str = ""
     workspace: str = ""
+    needs_mass: bool = False
     variant_of: str = ""
     faces: tuple[str, ...] = ("c++", "c", "python")
 

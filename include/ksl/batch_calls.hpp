@@ -50,11 +50,67 @@ KSL_EXPORT void gravity_torque_batch(const model &m, const batch_view<S> &batch,
 template <class S>
 KSL_EXPORT void forward_dynamics_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
+/// Accelerations a (nv) for q (nq), v (nv) and joint efforts tau (nv), under gravity and external wrenches, by the mass
+/// matrix, its factors and the bias (Featherstone, RBDA 2008, section 6.1).  O(nv × depth²).  Reads batch.q, batch.v,
+/// batch.tau, batch.external; writes a into batch.result[0] (rows of nv).
+template <class S>
+KSL_EXPORT void forward_dynamics_by_mass_matrix_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Accelerations a_out (nv) and efforts tau_out (nv) of all joints for q (nq) and v (nv), under gravity and external
+/// wrenches.  Of the joints that carry the links named, the accelerations a (nv) are given, and of the others the
+/// efforts tau (nv) (Featherstone, RBDA 2008, section 9.2).  O(bodies).  Reads batch.q, batch.v, batch.a, batch.tau,
+/// batch.external, batch.links; writes a_out into batch.result[0] (rows of nv), tau_out into batch.result[1] (rows of
+/// nv).
+template <class S>
+KSL_EXPORT void hybrid_dynamics_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Jump dv (nv) of the joint velocities at q (nq) caused by impulses on links, the time integrals of external wrenches:
+/// M dv = Σ Jᵀ impulse (Featherstone, RBDA 2008, section 11.7).  O(bodies).  Reads batch.q, batch.external; writes dv
+/// into batch.result[0] (rows of nv).
+template <class S>
+KSL_EXPORT void velocity_jump_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
 /// Mass matrix M (nv, nv), row-major, both triangles, for q (nq), by the composite-rigid-body algorithm (Featherstone,
 /// RBDA 2008, table 6.2): tau = M a + bias.  O(bodies × depth).  Reads batch.q; writes M into batch.result[0] (rows of
 /// nv × nv).
 template <class S>
 KSL_EXPORT void mass_matrix_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Upper triangle, diagonal included, of the mass matrix M (nv, nv), row-major, for q (nq); elements below the diagonal
+/// are left as they are.  Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2); O(bodies × depth).
+/// Reads batch.q; writes M into batch.result[0] (rows of nv × nv).
+template <class S>
+KSL_EXPORT void mass_matrix_upper_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// The elements M (tree) of the lower triangle of the mass matrix that aren't zero by the shape of the tree, row by
+/// row, for q (nq): of each row those in the columns of the joints on the path from the ground, the diagonal last.
+/// Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2 and section 6.5); O(bodies × depth).  Reads
+/// batch.q; writes M into batch.result[0] (rows of tree).
+template <class S>
+KSL_EXPORT void mass_matrix_tree_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Factors LD (tree) of the mass matrix M = Lᵀ D L for q (nq), L a unit lower triangle and D diagonal: the elements of
+/// L in the layout of mass_matrix_tree, with D on the diagonal (Featherstone, RBDA 2008, section 6.5, table 6.3).  O(nv
+/// × depth²).  Reads batch.q; writes LD into batch.result[0] (rows of tree).
+template <class S>
+KSL_EXPORT void mass_matrix_factor_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Inverse W (nv, nv) of the mass matrix, row-major, both triangles, for q (nq), from factors that are as sparse as the
+/// tree.  O(nv² × depth).  Reads batch.q; writes W into batch.result[0] (rows of nv × nv).
+template <class S>
+KSL_EXPORT void mass_matrix_inverse_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Accelerations a (nv) with M a = tau (nv), at q (nq), without gravity and velocities: the articulated-body algorithm
+/// (Featherstone, RBDA 2008, table 7.1).  O(bodies).  Reads batch.q, batch.tau; writes a into batch.result[0] (rows of
+/// nv).
+template <class S>
+KSL_EXPORT void solve_mass_matrix_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Coriolis matrix C (nv, nv), row-major, for q (nq) and v (nv): tau = M a + C v + gravity.  Of the matrices with this
+/// property it is the one of Christoffel's symbols, and dM/dt − 2 C is skew-symmetric (Echeandia and Wensing 2021).
+/// O(bodies × depth).  Reads batch.q, batch.v; writes C into batch.result[0] (rows of nv × nv).
+template <class S>
+KSL_EXPORT void coriolis_matrix_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Poses poses (links, 4, 4) of links' frames in the world, m, each matrix row-major, for q (nq).  A link may come
 /// twice.  All are computed from one walk over the bodies: O(bodies + links).  Reads batch.q, batch.links; writes poses
@@ -185,6 +241,15 @@ KSL_EXPORT void external_power_batch(const model &m, const batch_view<S> &batch,
 /// of nv × nv), dtau_da into batch.result[2] (rows of nv × nv).
 template <class S>
 KSL_EXPORT void inverse_dynamics_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Derivatives da_dq (nv, nv), da_dv (nv, nv), da_dtau (nv, nv) of the accelerations that forward dynamics gives for q
+/// (nq), v (nv), tau (nv), each row-major: element (i, k) is that of acceleration i by coordinate k.  By q is along q ⊕
+/// s e_k with v and tau held componentwise; by tau is the inverse of the mass matrix.  External wrenches are held in
+/// their links' axes, and move with the links (Carpentier and Mansard, RSS 2018, eq. (27)).  O(nv² × depth).  Reads
+/// batch.q, batch.v, batch.tau, batch.external; writes da_dq into batch.result[0] (rows of nv × nv), da_dv into
+/// batch.result[1] (rows of nv × nv), da_dtau into batch.result[2] (rows of nv × nv).
+template <class S>
+KSL_EXPORT void forward_dynamics_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Derivatives by_q (joints, 6, nv), by_v (joints, 6, nv), by_a (joints, 6, nv) of the reactions of the joints that are
 /// asked for, for q (nq), v (nv), a (nv): those of the components in the requested axes, about the requested point, of

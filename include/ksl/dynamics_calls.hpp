@@ -41,10 +41,63 @@ template <class S>
 KSL_EXPORT void forward_dynamics(const model &m, data &d, const S *q, const S *v, const S *tau, S *a,
                                  const external_wrenches<S> &external = {});
 
+/// Accelerations a (nv) for q (nq), v (nv) and joint efforts tau (nv), under gravity and external wrenches, by the mass
+/// matrix, its factors and the bias (Featherstone, RBDA 2008, section 6.1).  O(nv × depth²).  No allocation.
+template <class S>
+KSL_EXPORT void forward_dynamics_by_mass_matrix(const model &m, data &d, const S *q, const S *v, const S *tau, S *a,
+                                                const external_wrenches<S> &external = {});
+
+/// Accelerations a_out (nv) and efforts tau_out (nv) of all joints for q (nq) and v (nv), under gravity and external
+/// wrenches.  Of the joints that carry the links named, the accelerations a (nv) are given, and of the others the
+/// efforts tau (nv) (Featherstone, RBDA 2008, section 9.2).  O(bodies).  No allocation.
+template <class S>
+KSL_EXPORT void hybrid_dynamics(const model &m, data &d, const S *q, const S *v, const S *a, const S *tau, S *a_out,
+                                int n, const int *links, S *tau_out, const external_wrenches<S> &external = {});
+
+/// Jump dv (nv) of the joint velocities at q (nq) caused by impulses on links, the time integrals of external wrenches:
+/// M dv = Σ Jᵀ impulse (Featherstone, RBDA 2008, section 11.7).  O(bodies).  No allocation.
+template <class S>
+KSL_EXPORT void velocity_jump(const model &m, data &d, const S *q, S *dv, const external_wrenches<S> &external);
+
 /// Mass matrix M (nv, nv), row-major, both triangles, for q (nq), by the composite-rigid-body algorithm (Featherstone,
 /// RBDA 2008, table 6.2): tau = M a + bias.  O(bodies × depth).  No allocation.
 template <class S>
 KSL_EXPORT void mass_matrix(const model &m, data &d, const S *q, S *M);
+
+/// Upper triangle, diagonal included, of the mass matrix M (nv, nv), row-major, for q (nq); elements below the diagonal
+/// are left as they are.  Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2); O(bodies × depth).  No
+/// allocation.
+template <class S>
+KSL_EXPORT void mass_matrix_upper(const model &m, data &d, const S *q, S *M);
+
+/// The elements M (tree) of the lower triangle of the mass matrix that aren't zero by the shape of the tree, row by
+/// row, for q (nq): of each row those in the columns of the joints on the path from the ground, the diagonal last.
+/// Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2 and section 6.5); O(bodies × depth).  No
+/// allocation.
+template <class S>
+KSL_EXPORT void mass_matrix_tree(const model &m, data &d, const S *q, S *M);
+
+/// Factors LD (tree) of the mass matrix M = Lᵀ D L for q (nq), L a unit lower triangle and D diagonal: the elements of
+/// L in the layout of mass_matrix_tree, with D on the diagonal (Featherstone, RBDA 2008, section 6.5, table 6.3).  O(nv
+/// × depth²).  No allocation.
+template <class S>
+KSL_EXPORT void mass_matrix_factor(const model &m, data &d, const S *q, S *LD);
+
+/// Inverse W (nv, nv) of the mass matrix, row-major, both triangles, for q (nq), from factors that are as sparse as the
+/// tree.  O(nv² × depth).  No allocation.
+template <class S>
+KSL_EXPORT void mass_matrix_inverse(const model &m, data &d, const S *q, S *W);
+
+/// Accelerations a (nv) with M a = tau (nv), at q (nq), without gravity and velocities: the articulated-body algorithm
+/// (Featherstone, RBDA 2008, table 7.1).  O(bodies).  No allocation.
+template <class S>
+KSL_EXPORT void solve_mass_matrix(const model &m, data &d, const S *q, const S *tau, S *a);
+
+/// Coriolis matrix C (nv, nv), row-major, for q (nq) and v (nv): tau = M a + C v + gravity.  Of the matrices with this
+/// property it is the one of Christoffel's symbols, and dM/dt − 2 C is skew-symmetric (Echeandia and Wensing 2021).
+/// O(bodies × depth).  No allocation.
+template <class S>
+KSL_EXPORT void coriolis_matrix(const model &m, data &d, const S *q, const S *v, S *C);
 
 /// Poses poses (links, 4, 4) of links' frames in the world, m, each matrix row-major, for q (nq).  A link may come
 /// twice.  All are computed from one walk over the bodies: O(bodies + links).  No allocation.
@@ -171,6 +224,15 @@ KSL_EXPORT void external_power(const model &m, data &d, const S *q, const S *v, 
 template <class S>
 KSL_EXPORT void inverse_dynamics_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *dtau_dq,
                                              S *dtau_dv, S *dtau_da, const external_wrenches<S> &external = {});
+
+/// Derivatives da_dq (nv, nv), da_dv (nv, nv), da_dtau (nv, nv) of the accelerations that forward dynamics gives for q
+/// (nq), v (nv), tau (nv), each row-major: element (i, k) is that of acceleration i by coordinate k.  By q is along q ⊕
+/// s e_k with v and tau held componentwise; by tau is the inverse of the mass matrix.  External wrenches are held in
+/// their links' axes, and move with the links (Carpentier and Mansard, RSS 2018, eq. (27)).  O(nv² × depth).  No
+/// allocation.
+template <class S>
+KSL_EXPORT void forward_dynamics_derivatives(const model &m, data &d, const S *q, const S *v, const S *tau, S *da_dq,
+                                             S *da_dv, S *da_dtau, const external_wrenches<S> &external = {});
 
 /// Derivatives by_q (joints, 6, nv), by_v (joints, 6, nv), by_a (joints, 6, nv) of the reactions of the joints that are
 /// asked for, for q (nq), v (nv), a (nv): those of the components in the requested axes, about the requested point, of

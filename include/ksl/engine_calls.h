@@ -166,6 +166,81 @@ KSL_EXPORT ksl_status_t ksl_forward_dynamics_external_batchf(
     const float *tau, ptrdiff_t tau_stride, const ksl_external_rowsf_t *external, float *a, ptrdiff_t a_stride,
     int threads);
 
+/** Accelerations a (nv) for q (nq), v (nv) and joint efforts tau (nv), under gravity and external wrenches, by the
+    mass matrix, its factors and the bias (Featherstone, RBDA 2008, section 6.1).  O(nv × depth²).  external may be
+    NULL: no wrench. */
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_by_mass_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                            const double *v, const double *tau,
+                                                            const ksl_external_t *external, double *a);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_by_mass_matrixf(
+    const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *tau,
+    const ksl_externalf_t *external, float *a);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_by_mass_matrix_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *tau, ptrdiff_t tau_stride, double *a, ptrdiff_t a_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_by_mass_matrix_external_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *tau, ptrdiff_t tau_stride, const ksl_external_rows_t *external, double *a, ptrdiff_t a_stride,
+    int threads);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_by_mass_matrix_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *tau, ptrdiff_t tau_stride, float *a, ptrdiff_t a_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_by_mass_matrix_external_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *tau, ptrdiff_t tau_stride, const ksl_external_rowsf_t *external, float *a, ptrdiff_t a_stride,
+    int threads);
+
+/** Accelerations a_out (nv) and efforts tau_out (nv) of all joints for q (nq) and v (nv), under gravity and external
+    wrenches.  Of the joints that carry the links named, the accelerations a (nv) are given, and of the others the
+    efforts tau (nv) (Featherstone, RBDA 2008, section 9.2).  O(bodies).  external may be NULL: no wrench. */
+KSL_EXPORT ksl_status_t ksl_hybrid_dynamics(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                            const double *v, const double *a, const double *tau,
+                                            const ksl_external_t *external, double *a_out, int n, const int *links,
+                                            double *tau_out);
+KSL_EXPORT ksl_status_t ksl_hybrid_dynamicsf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                             const float *a, const float *tau, const ksl_externalf_t *external,
+                                             float *a_out, int n, const int *links, float *tau_out);
+KSL_EXPORT ksl_status_t ksl_hybrid_dynamics_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                  ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                  const double *a, ptrdiff_t a_stride, const double *tau,
+                                                  ptrdiff_t tau_stride, double *a_out, ptrdiff_t a_out_stride,
+                                                  int links_n, const int *links, double *tau_out,
+                                                  ptrdiff_t tau_out_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_hybrid_dynamics_external_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                           ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                           const double *a, ptrdiff_t a_stride, const double *tau,
+                                                           ptrdiff_t tau_stride, const ksl_external_rows_t *external,
+                                                           double *a_out, ptrdiff_t a_out_stride, int links_n,
+                                                           const int *links, double *tau_out, ptrdiff_t tau_out_stride,
+                                                           int threads);
+KSL_EXPORT ksl_status_t ksl_hybrid_dynamics_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                   ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                   const float *a, ptrdiff_t a_stride, const float *tau,
+                                                   ptrdiff_t tau_stride, float *a_out, ptrdiff_t a_out_stride,
+                                                   int links_n, const int *links, float *tau_out,
+                                                   ptrdiff_t tau_out_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_hybrid_dynamics_external_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                            ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                            const float *a, ptrdiff_t a_stride, const float *tau,
+                                                            ptrdiff_t tau_stride, const ksl_external_rowsf_t *external,
+                                                            float *a_out, ptrdiff_t a_out_stride, int links_n,
+                                                            const int *links, float *tau_out, ptrdiff_t tau_out_stride,
+                                                            int threads);
+
+/** Jump dv (nv) of the joint velocities at q (nq) caused by impulses on links, the time integrals of external
+    wrenches: M dv = Σ Jᵀ impulse (Featherstone, RBDA 2008, section 11.7).  O(bodies).  external may be NULL: no
+    wrench. */
+KSL_EXPORT ksl_status_t ksl_velocity_jump(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                          const ksl_external_t *external, double *dv);
+KSL_EXPORT ksl_status_t ksl_velocity_jumpf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                           const ksl_externalf_t *external, float *dv);
+KSL_EXPORT ksl_status_t ksl_velocity_jump_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                                const ksl_external_rows_t *external, double *dv, ptrdiff_t dv_stride,
+                                                int threads);
+KSL_EXPORT ksl_status_t ksl_velocity_jump_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                                 const ksl_external_rowsf_t *external, float *dv, ptrdiff_t dv_stride,
+                                                 int threads);
+
 /** Mass matrix M (nv, nv), row-major, both triangles, for q (nq), by the composite-rigid-body algorithm
     (Featherstone, RBDA 2008, table 6.2): tau = M a + bias.  O(bodies × depth). */
 KSL_EXPORT ksl_status_t ksl_mass_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q, double *M);
@@ -174,6 +249,72 @@ KSL_EXPORT ksl_status_t ksl_mass_matrix_batch(const ksl_model_t *model, size_t n
                                               double *M, ptrdiff_t M_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_mass_matrix_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
                                                float *M, ptrdiff_t M_stride, int threads);
+
+/** Upper triangle, diagonal included, of the mass matrix M (nv, nv), row-major, for q (nq); elements below the
+    diagonal are left as they are.  Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2); O(bodies ×
+    depth). */
+KSL_EXPORT ksl_status_t ksl_mass_matrix_upper(const ksl_model_t *model, ksl_data_t *data, const double *q, double *M);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_upperf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *M);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_upper_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                    ptrdiff_t q_stride, double *M, ptrdiff_t M_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_upper_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                     ptrdiff_t q_stride, float *M, ptrdiff_t M_stride, int threads);
+
+/** The elements M (tree) of the lower triangle of the mass matrix that aren't zero by the shape of the tree, row by
+    row, for q (nq): of each row those in the columns of the joints on the path from the ground, the diagonal last.
+    Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2 and section 6.5); O(bodies × depth). */
+KSL_EXPORT ksl_status_t ksl_mass_matrix_tree(const ksl_model_t *model, ksl_data_t *data, const double *q, double *M);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_treef(const ksl_model_t *model, ksl_data_t *data, const float *q, float *M);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_tree_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                   ptrdiff_t q_stride, double *M, ptrdiff_t M_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_tree_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                    ptrdiff_t q_stride, float *M, ptrdiff_t M_stride, int threads);
+
+/** Factors LD (tree) of the mass matrix M = Lᵀ D L for q (nq), L a unit lower triangle and D diagonal: the elements
+    of L in the layout of mass_matrix_tree, with D on the diagonal (Featherstone, RBDA 2008, section 6.5, table
+    6.3).  O(nv × depth²). */
+KSL_EXPORT ksl_status_t ksl_mass_matrix_factor(const ksl_model_t *model, ksl_data_t *data, const double *q, double *LD);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_factorf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *LD);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_factor_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                     ptrdiff_t q_stride, double *LD, ptrdiff_t LD_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_factor_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                      ptrdiff_t q_stride, float *LD, ptrdiff_t LD_stride, int threads);
+
+/** Inverse W (nv, nv) of the mass matrix, row-major, both triangles, for q (nq), from factors that are as sparse as
+    the tree.  O(nv² × depth). */
+KSL_EXPORT ksl_status_t ksl_mass_matrix_inverse(const ksl_model_t *model, ksl_data_t *data, const double *q, double *W);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_inversef(const ksl_model_t *model, ksl_data_t *data, const float *q, float *W);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_inverse_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                      ptrdiff_t q_stride, double *W, ptrdiff_t W_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_inverse_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                       ptrdiff_t q_stride, float *W, ptrdiff_t W_stride, int threads);
+
+/** Accelerations a (nv) with M a = tau (nv), at q (nq), without gravity and velocities: the articulated-body
+    algorithm (Featherstone, RBDA 2008, table 7.1).  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_solve_mass_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                              const double *tau, double *a);
+KSL_EXPORT ksl_status_t ksl_solve_mass_matrixf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                               const float *tau, float *a);
+KSL_EXPORT ksl_status_t ksl_solve_mass_matrix_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                    ptrdiff_t q_stride, const double *tau, ptrdiff_t tau_stride,
+                                                    double *a, ptrdiff_t a_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_solve_mass_matrix_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                     ptrdiff_t q_stride, const float *tau, ptrdiff_t tau_stride,
+                                                     float *a, ptrdiff_t a_stride, int threads);
+
+/** Coriolis matrix C (nv, nv), row-major, for q (nq) and v (nv): tau = M a + C v + gravity.  Of the matrices with
+    this property it is the one of Christoffel's symbols, and dM/dt − 2 C is skew-symmetric (Echeandia and Wensing
+    2021).  O(bodies × depth). */
+KSL_EXPORT ksl_status_t ksl_coriolis_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                            const double *v, double *C);
+KSL_EXPORT ksl_status_t ksl_coriolis_matrixf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                             float *C);
+KSL_EXPORT ksl_status_t ksl_coriolis_matrix_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                  ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, double *C,
+                                                  ptrdiff_t C_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_coriolis_matrix_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                   ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, float *C,
+                                                   ptrdiff_t C_stride, int threads);
 
 /** Poses poses (links, 4, 4) of links' frames in the world, m, each matrix row-major, for q (nq).  A link may come
     twice.  All are computed from one walk over the bodies: O(bodies + links). */
@@ -507,6 +648,36 @@ KSL_EXPORT ksl_status_t ksl_inverse_dynamics_derivatives_external_batchf(
     const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
     const float *a, ptrdiff_t a_stride, const ksl_external_rowsf_t *external, float *dtau_dq, ptrdiff_t dtau_dq_stride,
     float *dtau_dv, ptrdiff_t dtau_dv_stride, float *dtau_da, ptrdiff_t dtau_da_stride, int threads);
+
+/** Derivatives da_dq (nv, nv), da_dv (nv, nv), da_dtau (nv, nv) of the accelerations that forward dynamics gives for
+    q (nq), v (nv), tau (nv), each row-major: element (i, k) is that of acceleration i by coordinate k.  By q is
+    along q ⊕ s e_k with v and tau held componentwise; by tau is the inverse of the mass matrix.  External wrenches
+    are held in their links' axes, and move with the links (Carpentier and Mansard, RSS 2018, eq. (27)).  O(nv² ×
+    depth).  external may be NULL: no wrench. */
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                         const double *v, const double *tau,
+                                                         const ksl_external_t *external, double *da_dq, double *da_dv,
+                                                         double *da_dtau);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                          const float *v, const float *tau,
+                                                          const ksl_externalf_t *external, float *da_dq, float *da_dv,
+                                                          float *da_dtau);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_derivatives_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *tau, ptrdiff_t tau_stride, double *da_dq, ptrdiff_t da_dq_stride, double *da_dv,
+    ptrdiff_t da_dv_stride, double *da_dtau, ptrdiff_t da_dtau_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_derivatives_external_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *tau, ptrdiff_t tau_stride, const ksl_external_rows_t *external, double *da_dq, ptrdiff_t da_dq_stride,
+    double *da_dv, ptrdiff_t da_dv_stride, double *da_dtau, ptrdiff_t da_dtau_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_derivatives_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *tau, ptrdiff_t tau_stride, float *da_dq, ptrdiff_t da_dq_stride, float *da_dv, ptrdiff_t da_dv_stride,
+    float *da_dtau, ptrdiff_t da_dtau_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_derivatives_external_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *tau, ptrdiff_t tau_stride, const ksl_external_rowsf_t *external, float *da_dq, ptrdiff_t da_dq_stride,
+    float *da_dv, ptrdiff_t da_dv_stride, float *da_dtau, ptrdiff_t da_dtau_stride, int threads);
 
 /** Derivatives by_q (joints, 6, nv), by_v (joints, 6, nv), by_a (joints, 6, nv) of the reactions of the joints that
     are asked for, for q (nq), v (nv), a (nv): those of the components in the requested axes, about the requested

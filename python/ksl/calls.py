@@ -94,17 +94,108 @@ class Calls(Requests):
         The inverse of :meth:`inverse_dynamics`, same conventions.  Articulated-body algorithm (Featherstone, RBDA 2008,
         table 7.1); O(bodies).
 
-        Where a joint can move without moving any mass, at an end of the mechanism whose links have none, say, its
-        acceleration is not determined: it and others are then NaN or infinite, and no error is raised.
+        Raises ValueError where a joint can move without moving any mass, at an end of the mechanism whose links have none, say: its
+        acceleration is not determined.
         """
         return self._core.forward_dynamics(q, v, tau, None, external, None, out, threads)
+
+    def forward_dynamics_by_mass_matrix(
+        self, q: ArrayLike, v: ArrayLike, tau: ArrayLike, external: External | None = None, out: Array | None = None, threads: int | None = None
+    ) -> Array:
+        """The same as forward_dynamics, through the mass matrix: a = M⁻¹ (tau − bias).
+
+        For checks of :meth:`forward_dynamics`, with which it shares no step; it is slower, except for very small mechanisms.  Composite-rigid-body
+        algorithm and sparse factors (Featherstone, RBDA 2008, tables 6.2 and 6.3); O(nv × depth²).
+        """
+        return self._core.forward_dynamics_by_mass_matrix(q, v, tau, None, external, None, out, threads)
+
+    def hybrid_dynamics(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        tau: ArrayLike,
+        external: External | None = None,
+        names: Iterable[str] | None = None,
+        out: tuple[Array,
+        Array] | None = None,
+        threads: int | None = None,
+    ) -> tuple[Array, Array]:
+        """Accelerations and efforts of all joints, where the accelerations of some are given, and the efforts of the others.
+
+        names: the joints (or the links that they carry) whose accelerations are given in a (…, nv); by default all.  Of the others, the efforts
+        are given in tau (…, nv).  The remaining numbers in a and tau may have any value.  Returns (a, tau), complete.
+        q, v, external, out, threads: as in :meth:`inverse_dynamics`.  Articulated-body algorithm (Featherstone, RBDA 2008, section 9.2); O(bodies).
+        """
+        return self._core.hybrid_dynamics(q, v, a, tau, external, self._links_of(names), out, threads)
+
+    def velocity_jump(self, q: ArrayLike, external: External, out: Array | None = None, threads: int | None = None) -> Array:
+        """Jump (…, nv) of the joint velocities that impulses on links cause.
+
+        external: {link name: (…, 6)}, impulses that the environment exerts on links, N s and N m s: linear first, about the link's origin, in the
+        link's axes.  q, out, threads: as in :meth:`inverse_dynamics`.  Articulated-body algorithm without gravity and velocities; O(bodies).
+        """
+        return self._core.velocity_jump(q, None, None, None, external, None, out, threads)
 
     def mass_matrix(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
         """Mass matrix (…, nv, nv), symmetric: inverse_dynamics = mass_matrix · a + bias.
 
         Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2); O(bodies × depth).
+        :meth:`mass_matrix_upper` and :meth:`mass_matrix_tree` write less, which is what takes the time in batches of large robots.
         """
         return self._core.mass_matrix(q, None, None, None, None, None, out, threads)
+
+    def mass_matrix_upper(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Upper triangle of the mass matrix, in an array (…, nv, nv).
+
+        q, out, threads: as in :meth:`inverse_dynamics`.  Elements below the diagonal are left as they are in `out`, and have any value
+        without it.  For solvers that read one triangle: ``scipy.linalg.cho_factor(M)``, ``numpy.linalg.eigvalsh(M, UPLO="U")``.
+        """
+        return self._core.mass_matrix_upper(q, None, None, None, None, None, out, threads)
+
+    def mass_matrix_tree(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """The elements (…, tree) of the mass matrix that aren't zero by the shape of the tree.
+
+        q, out, threads: as in :meth:`inverse_dynamics`.  Compressed sparse rows of the lower triangle:
+        ``scipy.sparse.csr_matrix((M, m.tree_columns, m.tree_rows))``.  Featherstone, RBDA 2008, table 6.2 and section 6.5.
+        """
+        return self._core.mass_matrix_tree(q, None, None, None, None, None, out, threads)
+
+    def mass_matrix_factor(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Factors (…, tree) of the mass matrix that are as sparse as the tree: M = Lᵀ D L.
+
+        q, out, threads: as in :meth:`inverse_dynamics`.  The layout is that of :meth:`mass_matrix_tree`, with D instead of the ones on the
+        diagonal of L.  Featherstone, RBDA 2008, section 6.5 and table 6.3; O(nv × depth²).
+        """
+        return self._core.mass_matrix_factor(q, None, None, None, None, None, out, threads)
+
+    def mass_matrix_inverse(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Inverse (…, nv, nv) of the mass matrix, symmetric.
+
+        q, out, threads: as in :meth:`inverse_dynamics`.  From the factors of :meth:`mass_matrix_factor`, row by row (Takahashi, Fagan and
+        Chen 1973); O(nv² × depth).  :meth:`solve_mass_matrix` is faster for few vectors.
+        """
+        return self._core.mass_matrix_inverse(q, None, None, None, None, None, out, threads)
+
+    def solve_mass_matrix(self, q: ArrayLike, tau: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """a (…, nv) with mass_matrix(q) · a = tau.
+
+        q, tau, out, threads: as in :meth:`forward_dynamics`, of which this is the case without gravity, velocities and external wrenches:
+        M⁻¹ tau, by the articulated-body algorithm (Featherstone, RBDA 2008, table 7.1); O(bodies).
+        """
+        return self._core.solve_mass_matrix(q, tau, None, None, None, None, out, threads)
+
+    def coriolis_matrix(self, q: ArrayLike, v: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Coriolis matrix (…, nv, nv): inverse_dynamics = mass_matrix · a + coriolis_matrix · v + gravity_torque.
+
+        q, v, out, threads: as in :meth:`inverse_dynamics`.  Of the many matrices with C v = bias − gravity_torque this is ∫ Jᵀ dJ/dt dm, J the
+        Jacobian of a particle in world axes.  dM/dt − 2 C is skew-symmetric, for all joints.  Where every joint has one coordinate,
+        C_ij = Σ_k Γ_ijk v_k with Christoffel's symbols of the first kind of M.  Linear in v.
+
+        Echeandia and Wensing, "Numerical methods to compute the Coriolis matrix and Christoffel symbols for rigid-body systems", 2021;
+        O(bodies × depth).
+        """
+        return self._core.coriolis_matrix(q, v, None, None, None, None, out, threads)
 
     def frame_pose(self, q: ArrayLike, name: str, out: Array | None = None, threads: int | None = None) -> Array:
         """Pose (…, 4, 4) in the world of a link's frame, or of a joint's (the child link's), for q (…, nq).
@@ -439,6 +530,28 @@ class Calls(Requests):
         (RA-L 7(2), 2022); O(bodies × depth).
         """
         return self._core.inverse_dynamics_derivatives(q, v, a, None, external, None, out, threads)
+
+    def forward_dynamics_derivatives(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        tau: ArrayLike,
+        external: External | None = None,
+        out: tuple[Array,
+        Array,
+        Array] | None = None,
+        threads: int | None = None,
+    ) -> tuple[Array, Array, Array]:
+        """Derivatives of forward_dynamics by q, v and tau, each (…, nv, nv).
+
+        q, v, tau, external, threads: as in :meth:`forward_dynamics`.  Element (i, k) is that of acceleration i by coordinate k.
+        By q is along q ⊕ s e_k (:meth:`integrate`), with v and tau held componentwise.  By tau is the inverse of the mass matrix.
+        External wrenches are held in their links' axes, and move with the links.
+        out: three arrays, one for each derivative.
+        From those of inverse dynamics and factors of the mass matrix: Carpentier and Mansard, Analytical Derivatives of Rigid Body
+        Dynamics Algorithms (RSS 2018), eq. (27); O(nv² × depth).
+        """
+        return self._core.forward_dynamics_derivatives(q, v, tau, None, external, None, out, threads)
 
     def reactions_derivatives(
         self,

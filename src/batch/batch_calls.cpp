@@ -42,11 +42,65 @@ template <class S> void forward_dynamics_batch(const model &m, const batch_view<
 template void forward_dynamics_batch(const model &, const batch_view<double> &, int);
 template void forward_dynamics_batch(const model &, const batch_view<float> &, int);
 
+template <class S> void forward_dynamics_by_mass_matrix_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::forward_dynamics_by_mass_matrix, m, batch, threads);
+}
+template void forward_dynamics_by_mass_matrix_batch(const model &, const batch_view<double> &, int);
+template void forward_dynamics_by_mass_matrix_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void hybrid_dynamics_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::hybrid_dynamics, m, batch, threads);
+}
+template void hybrid_dynamics_batch(const model &, const batch_view<double> &, int);
+template void hybrid_dynamics_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void velocity_jump_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::velocity_jump, m, batch, threads);
+}
+template void velocity_jump_batch(const model &, const batch_view<double> &, int);
+template void velocity_jump_batch(const model &, const batch_view<float> &, int);
+
 template <class S> void mass_matrix_batch(const model &m, const batch_view<S> &batch, int threads) {
   compute_batch(rows::mass_matrix, m, batch, threads);
 }
 template void mass_matrix_batch(const model &, const batch_view<double> &, int);
 template void mass_matrix_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void mass_matrix_upper_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::mass_matrix_upper, m, batch, threads);
+}
+template void mass_matrix_upper_batch(const model &, const batch_view<double> &, int);
+template void mass_matrix_upper_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void mass_matrix_tree_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::mass_matrix_tree, m, batch, threads);
+}
+template void mass_matrix_tree_batch(const model &, const batch_view<double> &, int);
+template void mass_matrix_tree_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void mass_matrix_factor_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::mass_matrix_factor, m, batch, threads);
+}
+template void mass_matrix_factor_batch(const model &, const batch_view<double> &, int);
+template void mass_matrix_factor_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void mass_matrix_inverse_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::mass_matrix_inverse, m, batch, threads);
+}
+template void mass_matrix_inverse_batch(const model &, const batch_view<double> &, int);
+template void mass_matrix_inverse_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void solve_mass_matrix_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::solve_mass_matrix, m, batch, threads);
+}
+template void solve_mass_matrix_batch(const model &, const batch_view<double> &, int);
+template void solve_mass_matrix_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void coriolis_matrix_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::coriolis_matrix, m, batch, threads);
+}
+template void coriolis_matrix_batch(const model &, const batch_view<double> &, int);
+template void coriolis_matrix_batch(const model &, const batch_view<float> &, int);
 
 template <class S> void frame_poses_batch(const model &m, const batch_view<S> &batch, int threads) {
   compute_batch(rows::frame_poses, m, batch, threads);
@@ -155,6 +209,12 @@ template <class S> void inverse_dynamics_derivatives_batch(const model &m, const
 }
 template void inverse_dynamics_derivatives_batch(const model &, const batch_view<double> &, int);
 template void inverse_dynamics_derivatives_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void forward_dynamics_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::forward_dynamics_derivatives, m, batch, threads);
+}
+template void forward_dynamics_derivatives_batch(const model &, const batch_view<double> &, int);
+template void forward_dynamics_derivatives_batch(const model &, const batch_view<float> &, int);
 
 template <class S> void reactions_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
   compute_batch(rows::reactions_derivatives, m, batch, threads);

@@ -280,6 +280,138 @@ ksl_status_t ksl_forward_dynamics_external_batchf(const ksl_model_t *model, size
                            external, threads);
 }
 
+ksl_status_t ksl_forward_dynamics_by_mass_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                 const double *v, const double *tau, const ksl_external_t *external,
+                                                 double *a) {
+  return state_call<rows::forward_dynamics_by_mass_matrix, double>(
+      model, data, {.q = q, .v = v, .tau = tau, .result = {a}}, external);
+}
+
+ksl_status_t ksl_forward_dynamics_by_mass_matrixf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                  const float *v, const float *tau, const ksl_externalf_t *external,
+                                                  float *a) {
+  return state_call<rows::forward_dynamics_by_mass_matrix, float>(
+      model, data, {.q = q, .v = v, .tau = tau, .result = {a}}, external);
+}
+
+ksl_status_t ksl_forward_dynamics_by_mass_matrix_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                       ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                       const double *tau, ptrdiff_t tau_stride, double *a,
+                                                       ptrdiff_t a_stride, int threads) {
+  return batch_call<double>(rows::forward_dynamics_by_mass_matrix, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .tau = {tau, tau_stride}, .result = {{a, a_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_forward_dynamics_by_mass_matrix_external_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *tau, ptrdiff_t tau_stride, const ksl_external_rows_t *external, double *a, ptrdiff_t a_stride,
+    int threads) {
+  return batch_call<double>(rows::forward_dynamics_by_mass_matrix, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .tau = {tau, tau_stride}, .result = {{a, a_stride}}},
+                            external, threads);
+}
+
+ksl_status_t ksl_forward_dynamics_by_mass_matrix_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                        ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                        const float *tau, ptrdiff_t tau_stride, float *a,
+                                                        ptrdiff_t a_stride, int threads) {
+  return batch_call<float>(rows::forward_dynamics_by_mass_matrix, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .tau = {tau, tau_stride}, .result = {{a, a_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_forward_dynamics_by_mass_matrix_external_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *tau, ptrdiff_t tau_stride, const ksl_external_rowsf_t *external, float *a, ptrdiff_t a_stride,
+    int threads) {
+  return batch_call<float>(rows::forward_dynamics_by_mass_matrix, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .tau = {tau, tau_stride}, .result = {{a, a_stride}}},
+                           external, threads);
+}
+
+ksl_status_t ksl_hybrid_dynamics(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                 const double *a, const double *tau, const ksl_external_t *external, double *a_out,
+                                 int n, const int *links, double *tau_out) {
+  return state_call<rows::hybrid_dynamics, double>(model, data,
+                                                   {.q = q, .v = v, .a = a, .tau = tau, .links = {n, links}, .result = {a_out, tau_out}},
+                                                   external);
+}
+
+ksl_status_t ksl_hybrid_dynamicsf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                  const float *a, const float *tau, const ksl_externalf_t *external, float *a_out,
+                                  int n, const int *links, float *tau_out) {
+  return state_call<rows::hybrid_dynamics, float>(model, data,
+                                                  {.q = q, .v = v, .a = a, .tau = tau, .links = {n, links}, .result = {a_out, tau_out}},
+                                                  external);
+}
+
+ksl_status_t ksl_hybrid_dynamics_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                       const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+                                       const double *tau, ptrdiff_t tau_stride, double *a_out, ptrdiff_t a_out_stride,
+                                       int links_n, const int *links, double *tau_out, ptrdiff_t tau_out_stride,
+                                       int threads) {
+  return batch_call<double>(rows::hybrid_dynamics, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .tau = {tau, tau_stride}, .links = {links_n, links}, .result = {{a_out, a_out_stride}, {tau_out, tau_out_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_hybrid_dynamics_external_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                                const double *v, ptrdiff_t v_stride, const double *a,
+                                                ptrdiff_t a_stride, const double *tau, ptrdiff_t tau_stride,
+                                                const ksl_external_rows_t *external, double *a_out,
+                                                ptrdiff_t a_out_stride, int links_n, const int *links, double *tau_out,
+                                                ptrdiff_t tau_out_stride, int threads) {
+  return batch_call<double>(rows::hybrid_dynamics, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .tau = {tau, tau_stride}, .links = {links_n, links}, .result = {{a_out, a_out_stride}, {tau_out, tau_out_stride}}},
+                            external, threads);
+}
+
+ksl_status_t ksl_hybrid_dynamics_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                        const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+                                        const float *tau, ptrdiff_t tau_stride, float *a_out, ptrdiff_t a_out_stride,
+                                        int links_n, const int *links, float *tau_out, ptrdiff_t tau_out_stride,
+                                        int threads) {
+  return batch_call<float>(rows::hybrid_dynamics, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .tau = {tau, tau_stride}, .links = {links_n, links}, .result = {{a_out, a_out_stride}, {tau_out, tau_out_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_hybrid_dynamics_external_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                                 const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+                                                 const float *tau, ptrdiff_t tau_stride,
+                                                 const ksl_external_rowsf_t *external, float *a_out,
+                                                 ptrdiff_t a_out_stride, int links_n, const int *links, float *tau_out,
+                                                 ptrdiff_t tau_out_stride, int threads) {
+  return batch_call<float>(rows::hybrid_dynamics, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .tau = {tau, tau_stride}, .links = {links_n, links}, .result = {{a_out, a_out_stride}, {tau_out, tau_out_stride}}},
+                           external, threads);
+}
+
+ksl_status_t ksl_velocity_jump(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                               const ksl_external_t *external, double *dv) {
+  return state_call<rows::velocity_jump, double>(model, data, {.q = q, .result = {dv}}, external);
+}
+
+ksl_status_t ksl_velocity_jumpf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                const ksl_externalf_t *external, float *dv) {
+  return state_call<rows::velocity_jump, float>(model, data, {.q = q, .result = {dv}}, external);
+}
+
+ksl_status_t ksl_velocity_jump_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                     const ksl_external_rows_t *external, double *dv, ptrdiff_t dv_stride,
+                                     int threads) {
+  return batch_call<double>(rows::velocity_jump, model, {.n = n, .q = {q, q_stride}, .result = {{dv, dv_stride}}},
+                            external, threads);
+}
+
+ksl_status_t ksl_velocity_jump_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                      const ksl_external_rowsf_t *external, float *dv, ptrdiff_t dv_stride,
+                                      int threads) {
+  return batch_call<float>(rows::velocity_jump, model, {.n = n, .q = {q, q_stride}, .result = {{dv, dv_stride}}},
+                           external, threads);
+}
+
 ksl_status_t ksl_mass_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q, double *M) {
   return state_call<rows::mass_matrix, double>(model, data, {.q = q, .result = {M}}, no_external);
 }
@@ -297,6 +429,137 @@ ksl_status_t ksl_mass_matrix_batch(const ksl_model_t *model, size_t n, const dou
 ksl_status_t ksl_mass_matrix_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, float *M,
                                     ptrdiff_t M_stride, int threads) {
   return batch_call<float>(rows::mass_matrix, model, {.n = n, .q = {q, q_stride}, .result = {{M, M_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_mass_matrix_upper(const ksl_model_t *model, ksl_data_t *data, const double *q, double *M) {
+  return state_call<rows::mass_matrix_upper, double>(model, data, {.q = q, .result = {M}}, no_external);
+}
+
+ksl_status_t ksl_mass_matrix_upperf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *M) {
+  return state_call<rows::mass_matrix_upper, float>(model, data, {.q = q, .result = {M}}, no_external);
+}
+
+ksl_status_t ksl_mass_matrix_upper_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                         double *M, ptrdiff_t M_stride, int threads) {
+  return batch_call<double>(rows::mass_matrix_upper, model, {.n = n, .q = {q, q_stride}, .result = {{M, M_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_mass_matrix_upper_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                          float *M, ptrdiff_t M_stride, int threads) {
+  return batch_call<float>(rows::mass_matrix_upper, model, {.n = n, .q = {q, q_stride}, .result = {{M, M_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_mass_matrix_tree(const ksl_model_t *model, ksl_data_t *data, const double *q, double *M) {
+  return state_call<rows::mass_matrix_tree, double>(model, data, {.q = q, .result = {M}}, no_external);
+}
+
+ksl_status_t ksl_mass_matrix_treef(const ksl_model_t *model, ksl_data_t *data, const float *q, float *M) {
+  return state_call<rows::mass_matrix_tree, float>(model, data, {.q = q, .result = {M}}, no_external);
+}
+
+ksl_status_t ksl_mass_matrix_tree_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                        double *M, ptrdiff_t M_stride, int threads) {
+  return batch_call<double>(rows::mass_matrix_tree, model, {.n = n, .q = {q, q_stride}, .result = {{M, M_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_mass_matrix_tree_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                         float *M, ptrdiff_t M_stride, int threads) {
+  return batch_call<float>(rows::mass_matrix_tree, model, {.n = n, .q = {q, q_stride}, .result = {{M, M_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_mass_matrix_factor(const ksl_model_t *model, ksl_data_t *data, const double *q, double *LD) {
+  return state_call<rows::mass_matrix_factor, double>(model, data, {.q = q, .result = {LD}}, no_external);
+}
+
+ksl_status_t ksl_mass_matrix_factorf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *LD) {
+  return state_call<rows::mass_matrix_factor, float>(model, data, {.q = q, .result = {LD}}, no_external);
+}
+
+ksl_status_t ksl_mass_matrix_factor_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                          double *LD, ptrdiff_t LD_stride, int threads) {
+  return batch_call<double>(rows::mass_matrix_factor, model, {.n = n, .q = {q, q_stride}, .result = {{LD, LD_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_mass_matrix_factor_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                           float *LD, ptrdiff_t LD_stride, int threads) {
+  return batch_call<float>(rows::mass_matrix_factor, model, {.n = n, .q = {q, q_stride}, .result = {{LD, LD_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_mass_matrix_inverse(const ksl_model_t *model, ksl_data_t *data, const double *q, double *W) {
+  return state_call<rows::mass_matrix_inverse, double>(model, data, {.q = q, .result = {W}}, no_external);
+}
+
+ksl_status_t ksl_mass_matrix_inversef(const ksl_model_t *model, ksl_data_t *data, const float *q, float *W) {
+  return state_call<rows::mass_matrix_inverse, float>(model, data, {.q = q, .result = {W}}, no_external);
+}
+
+ksl_status_t ksl_mass_matrix_inverse_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                           double *W, ptrdiff_t W_stride, int threads) {
+  return batch_call<double>(rows::mass_matrix_inverse, model, {.n = n, .q = {q, q_stride}, .result = {{W, W_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_mass_matrix_inverse_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                            float *W, ptrdiff_t W_stride, int threads) {
+  return batch_call<float>(rows::mass_matrix_inverse, model, {.n = n, .q = {q, q_stride}, .result = {{W, W_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_solve_mass_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *tau,
+                                   double *a) {
+  return state_call<rows::solve_mass_matrix, double>(model, data, {.q = q, .tau = tau, .result = {a}}, no_external);
+}
+
+ksl_status_t ksl_solve_mass_matrixf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *tau,
+                                    float *a) {
+  return state_call<rows::solve_mass_matrix, float>(model, data, {.q = q, .tau = tau, .result = {a}}, no_external);
+}
+
+ksl_status_t ksl_solve_mass_matrix_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                         const double *tau, ptrdiff_t tau_stride, double *a, ptrdiff_t a_stride,
+                                         int threads) {
+  return batch_call<double>(rows::solve_mass_matrix, model,
+                            {.n = n, .q = {q, q_stride}, .tau = {tau, tau_stride}, .result = {{a, a_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_solve_mass_matrix_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                          const float *tau, ptrdiff_t tau_stride, float *a, ptrdiff_t a_stride,
+                                          int threads) {
+  return batch_call<float>(rows::solve_mass_matrix, model,
+                           {.n = n, .q = {q, q_stride}, .tau = {tau, tau_stride}, .result = {{a, a_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_coriolis_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                 double *C) {
+  return state_call<rows::coriolis_matrix, double>(model, data, {.q = q, .v = v, .result = {C}}, no_external);
+}
+
+ksl_status_t ksl_coriolis_matrixf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                  float *C) {
+  return state_call<rows::coriolis_matrix, float>(model, data, {.q = q, .v = v, .result = {C}}, no_external);
+}
+
+ksl_status_t ksl_coriolis_matrix_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                       const double *v, ptrdiff_t v_stride, double *C, ptrdiff_t C_stride,
+                                       int threads) {
+  return batch_call<double>(rows::coriolis_matrix, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .result = {{C, C_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_coriolis_matrix_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                        const float *v, ptrdiff_t v_stride, float *C, ptrdiff_t C_stride, int threads) {
+  return batch_call<float>(rows::coriolis_matrix, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .result = {{C, C_stride}}},
                            no_external_rows, threads);
 }
 
@@ -899,6 +1162,58 @@ ksl_status_t ksl_inverse_dynamics_derivatives_external_batchf(
     float *dtau_dv, ptrdiff_t dtau_dv_stride, float *dtau_da, ptrdiff_t dtau_da_stride, int threads) {
   return batch_call<float>(rows::inverse_dynamics_derivatives, model,
                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{dtau_dq, dtau_dq_stride}, {dtau_dv, dtau_dv_stride}, {dtau_da, dtau_da_stride}}},
+                           external, threads);
+}
+
+ksl_status_t ksl_forward_dynamics_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                              const double *v, const double *tau, const ksl_external_t *external,
+                                              double *da_dq, double *da_dv, double *da_dtau) {
+  return state_call<rows::forward_dynamics_derivatives, double>(
+      model, data, {.q = q, .v = v, .tau = tau, .result = {da_dq, da_dv, da_dtau}}, external);
+}
+
+ksl_status_t ksl_forward_dynamics_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                               const float *v, const float *tau, const ksl_externalf_t *external,
+                                               float *da_dq, float *da_dv, float *da_dtau) {
+  return state_call<rows::forward_dynamics_derivatives, float>(
+      model, data, {.q = q, .v = v, .tau = tau, .result = {da_dq, da_dv, da_dtau}}, external);
+}
+
+ksl_status_t ksl_forward_dynamics_derivatives_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                    ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                    const double *tau, ptrdiff_t tau_stride, double *da_dq,
+                                                    ptrdiff_t da_dq_stride, double *da_dv, ptrdiff_t da_dv_stride,
+                                                    double *da_dtau, ptrdiff_t da_dtau_stride, int threads) {
+  return batch_call<double>(rows::forward_dynamics_derivatives, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .tau = {tau, tau_stride}, .result = {{da_dq, da_dq_stride}, {da_dv, da_dv_stride}, {da_dtau, da_dtau_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_forward_dynamics_derivatives_external_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *tau, ptrdiff_t tau_stride, const ksl_external_rows_t *external, double *da_dq, ptrdiff_t da_dq_stride,
+    double *da_dv, ptrdiff_t da_dv_stride, double *da_dtau, ptrdiff_t da_dtau_stride, int threads) {
+  return batch_call<double>(rows::forward_dynamics_derivatives, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .tau = {tau, tau_stride}, .result = {{da_dq, da_dq_stride}, {da_dv, da_dv_stride}, {da_dtau, da_dtau_stride}}},
+                            external, threads);
+}
+
+ksl_status_t ksl_forward_dynamics_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                     ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                     const float *tau, ptrdiff_t tau_stride, float *da_dq,
+                                                     ptrdiff_t da_dq_stride, float *da_dv, ptrdiff_t da_dv_stride,
+                                                     float *da_dtau, ptrdiff_t da_dtau_stride, int threads) {
+  return batch_call<float>(rows::forward_dynamics_derivatives, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .tau = {tau, tau_stride}, .result = {{da_dq, da_dq_stride}, {da_dv, da_dv_stride}, {da_dtau, da_dtau_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_forward_dynamics_derivatives_external_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *tau, ptrdiff_t tau_stride, const ksl_external_rowsf_t *external, float *da_dq, ptrdiff_t da_dq_stride,
+    float *da_dv, ptrdiff_t da_dv_stride, float *da_dtau, ptrdiff_t da_dtau_stride, int threads) {
+  return batch_call<float>(rows::forward_dynamics_derivatives, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .tau = {tau, tau_stride}, .result = {{da_dq, da_dq_stride}, {da_dv, da_dv_stride}, {da_dtau, da_dtau_stride}}},
                            external, threads);
 }
 

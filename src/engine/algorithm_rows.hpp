@@ -10,7 +10,16 @@ struct kernel_table {
   const algorithm_kernels *inverse_dynamics;
   const algorithm_kernels *inverse_dynamics_with_reactions;
   const algorithm_kernels *forward_dynamics;
+  const algorithm_kernels *forward_dynamics_by_mass_matrix;
+  const algorithm_kernels *hybrid_dynamics;
+  const algorithm_kernels *velocity_jump;
   const algorithm_kernels *mass_matrix;
+  const algorithm_kernels *mass_matrix_upper;
+  const algorithm_kernels *mass_matrix_tree;
+  const algorithm_kernels *mass_matrix_factor;
+  const algorithm_kernels *mass_matrix_inverse;
+  const algorithm_kernels *solve_mass_matrix;
+  const algorithm_kernels *coriolis_matrix;
   const algorithm_kernels *frame_poses;
   const algorithm_kernels *frame_velocities;
   const algorithm_kernels *frame_accelerations;
@@ -27,6 +36,7 @@ struct kernel_table {
   const algorithm_kernels *energy;
   const algorithm_kernels *external_power;
   const algorithm_kernels *inverse_dynamics_derivatives;
+  const algorithm_kernels *forward_dynamics_derivatives;
   const algorithm_kernels *reactions_derivatives;
 };
 
@@ -38,6 +48,7 @@ constexpr algorithm_row inverse_dynamics = {
     .input_list = {input::q, input::v, input::a},
     .external = external_use::optional,
     .request = request_kind::none,
+    .needs_mass = false,
     .results = 1,
     .result = {{"tau", 1, {extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics,
@@ -49,6 +60,7 @@ constexpr algorithm_row inverse_dynamics_with_reactions = {
     .input_list = {input::q, input::v, input::a},
     .external = external_use::optional,
     .request = request_kind::reactions,
+    .needs_mass = false,
     .results = 1,
     .result = {{"tau", 1, {extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics_with_reactions,
@@ -60,9 +72,46 @@ constexpr algorithm_row forward_dynamics = {
     .input_list = {input::q, input::v, input::tau},
     .external = external_use::optional,
     .request = request_kind::none,
+    .needs_mass = true,
     .results = 1,
     .result = {{"a", 1, {extent::nv}}},
     .kernels = &kernel_table::forward_dynamics,
+};
+
+constexpr algorithm_row forward_dynamics_by_mass_matrix = {
+    .name = "forward_dynamics_by_mass_matrix",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::tau},
+    .external = external_use::optional,
+    .request = request_kind::none,
+    .needs_mass = true,
+    .results = 1,
+    .result = {{"a", 1, {extent::nv}}},
+    .kernels = &kernel_table::forward_dynamics_by_mass_matrix,
+};
+
+constexpr algorithm_row hybrid_dynamics = {
+    .name = "hybrid_dynamics",
+    .inputs = 4,
+    .input_list = {input::q, input::v, input::a, input::tau},
+    .external = external_use::optional,
+    .request = request_kind::links,
+    .needs_mass = true,
+    .results = 2,
+    .result = {{"a_out", 1, {extent::nv}}, {"tau_out", 1, {extent::nv}}},
+    .kernels = &kernel_table::hybrid_dynamics,
+};
+
+constexpr algorithm_row velocity_jump = {
+    .name = "velocity_jump",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::required,
+    .request = request_kind::none,
+    .needs_mass = true,
+    .results = 1,
+    .result = {{"dv", 1, {extent::nv}}},
+    .kernels = &kernel_table::velocity_jump,
 };
 
 constexpr algorithm_row mass_matrix = {
@@ -71,9 +120,82 @@ constexpr algorithm_row mass_matrix = {
     .input_list = {input::q},
     .external = external_use::none,
     .request = request_kind::none,
+    .needs_mass = false,
     .results = 1,
     .result = {{"M", 2, {extent::nv, extent::nv}}},
     .kernels = &kernel_table::mass_matrix,
+};
+
+constexpr algorithm_row mass_matrix_upper = {
+    .name = "mass_matrix_upper",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"M", 2, {extent::nv, extent::nv}}},
+    .kernels = &kernel_table::mass_matrix_upper,
+};
+
+constexpr algorithm_row mass_matrix_tree = {
+    .name = "mass_matrix_tree",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"M", 1, {extent::tree}}},
+    .kernels = &kernel_table::mass_matrix_tree,
+};
+
+constexpr algorithm_row mass_matrix_factor = {
+    .name = "mass_matrix_factor",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = true,
+    .results = 1,
+    .result = {{"LD", 1, {extent::tree}}},
+    .kernels = &kernel_table::mass_matrix_factor,
+};
+
+constexpr algorithm_row mass_matrix_inverse = {
+    .name = "mass_matrix_inverse",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = true,
+    .results = 1,
+    .result = {{"W", 2, {extent::nv, extent::nv}}},
+    .kernels = &kernel_table::mass_matrix_inverse,
+};
+
+constexpr algorithm_row solve_mass_matrix = {
+    .name = "solve_mass_matrix",
+    .inputs = 2,
+    .input_list = {input::q, input::tau},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = true,
+    .results = 1,
+    .result = {{"a", 1, {extent::nv}}},
+    .kernels = &kernel_table::solve_mass_matrix,
+};
+
+constexpr algorithm_row coriolis_matrix = {
+    .name = "coriolis_matrix",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"C", 2, {extent::nv, extent::nv}}},
+    .kernels = &kernel_table::coriolis_matrix,
 };
 
 constexpr algorithm_row frame_poses = {
@@ -82,6 +204,7 @@ constexpr algorithm_row frame_poses = {
     .input_list = {input::q},
     .external = external_use::none,
     .request = request_kind::links,
+    .needs_mass = false,
     .results = 1,
     .result = {{"poses", 3, {extent::links, extent::four, extent::four}}},
     .kernels = &kernel_table::frame_poses,
@@ -93,6 +216,7 @@ constexpr algorithm_row frame_velocities = {
     .input_list = {input::q, input::v},
     .external = external_use::none,
     .request = request_kind::frames,
+    .needs_mass = false,
     .results = 1,
     .result = {{"twists", 2, {extent::links, extent::six}}},
     .kernels = &kernel_table::frame_velocities,
@@ -104,6 +228,7 @@ constexpr algorithm_row frame_accelerations = {
     .input_list = {input::q, input::v, input::a},
     .external = external_use::none,
     .request = request_kind::frames,
+    .needs_mass = false,
     .results = 1,
     .result = {{"accelerations", 2, {extent::links, extent::six}}},
     .kernels = &kernel_table::frame_accelerations,
@@ -115,6 +240,7 @@ constexpr algorithm_row point_velocity = {
     .input_list = {input::q, input::v},
     .external = external_use::none,
     .request = request_kind::frame,
+    .needs_mass = false,
     .results = 1,
     .result = {{"velocity", 1, {extent::three}}},
     .kernels = &kernel_table::point_velocity,
@@ -126,6 +252,7 @@ constexpr algorithm_row point_acceleration = {
     .input_list = {input::q, input::v, input::a},
     .external = external_use::none,
     .request = request_kind::frame,
+    .needs_mass = false,
     .results = 1,
     .result = {{"acceleration", 1, {extent::three}}},
     .kernels = &kernel_table::point_acceleration,
@@ -137,6 +264,7 @@ constexpr algorithm_row jacobian = {
     .input_list = {input::q},
     .external = external_use::none,
     .request = request_kind::frame,
+    .needs_mass = false,
     .results = 1,
     .result = {{"J", 2, {extent::six, extent::nv}}},
     .kernels = &kernel_table::jacobian,
@@ -148,6 +276,7 @@ constexpr algorithm_row jacobian_rate = {
     .input_list = {input::q, input::v},
     .external = external_use::none,
     .request = request_kind::frame,
+    .needs_mass = false,
     .results = 1,
     .result = {{"rate", 2, {extent::six, extent::nv}}},
     .kernels = &kernel_table::jacobian_rate,
@@ -159,6 +288,7 @@ constexpr algorithm_row relative_pose = {
     .input_list = {input::q},
     .external = external_use::none,
     .request = request_kind::relative,
+    .needs_mass = false,
     .results = 1,
     .result = {{"pose", 2, {extent::four, extent::four}}},
     .kernels = &kernel_table::relative_pose,
@@ -170,6 +300,7 @@ constexpr algorithm_row relative_velocity = {
     .input_list = {input::q, input::v},
     .external = external_use::none,
     .request = request_kind::relative,
+    .needs_mass = false,
     .results = 1,
     .result = {{"twist", 1, {extent::six}}},
     .kernels = &kernel_table::relative_velocity,
@@ -181,6 +312,7 @@ constexpr algorithm_row relative_jacobian = {
     .input_list = {input::q},
     .external = external_use::none,
     .request = request_kind::relative,
+    .needs_mass = false,
     .results = 1,
     .result = {{"J", 2, {extent::six, extent::nv}}},
     .kernels = &kernel_table::relative_jacobian,
@@ -192,6 +324,7 @@ constexpr algorithm_row operational_space_inertia_inverse = {
     .input_list = {input::q},
     .external = external_use::none,
     .request = request_kind::frames,
+    .needs_mass = false,
     .results = 1,
     .result = {{"inverse", 2, {extent::twists, extent::twists}}},
     .kernels = &kernel_table::operational_space_inertia_inverse,
@@ -203,6 +336,7 @@ constexpr algorithm_row operational_space_inertia = {
     .input_list = {input::q},
     .external = external_use::none,
     .request = request_kind::frames,
+    .needs_mass = false,
     .results = 2,
     .result = {{"inertia", 2, {extent::twists, extent::twists}}, {"rank", 0, {}}},
     .kernels = &kernel_table::operational_space_inertia,
@@ -214,6 +348,7 @@ constexpr algorithm_row operational_space = {
     .input_list = {input::q, input::v},
     .external = external_use::optional,
     .request = request_kind::frames,
+    .needs_mass = false,
     .results = 4,
     .result = {{"inertia", 2, {extent::twists, extent::twists}}, {"bias", 1, {extent::twists}}, {"pseudo_inverse", 2, {extent::nv, extent::twists}}, {"rank", 0, {}}},
     .kernels = &kernel_table::operational_space,
@@ -225,6 +360,7 @@ constexpr algorithm_row energy = {
     .input_list = {input::q, input::v},
     .external = external_use::none,
     .request = request_kind::none,
+    .needs_mass = false,
     .results = 2,
     .result = {{"kinetic", 0, {}}, {"potential", 0, {}}},
     .kernels = &kernel_table::energy,
@@ -236,6 +372,7 @@ constexpr algorithm_row external_power = {
     .input_list = {input::q, input::v},
     .external = external_use::required,
     .request = request_kind::none,
+    .needs_mass = false,
     .results = 1,
     .result = {{"power", 0, {}}},
     .kernels = &kernel_table::external_power,
@@ -247,9 +384,22 @@ constexpr algorithm_row inverse_dynamics_derivatives = {
     .input_list = {input::q, input::v, input::a},
     .external = external_use::optional,
     .request = request_kind::none,
+    .needs_mass = false,
     .results = 3,
     .result = {{"dtau_dq", 2, {extent::nv, extent::nv}}, {"dtau_dv", 2, {extent::nv, extent::nv}}, {"dtau_da", 2, {extent::nv, extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics_derivatives,
+};
+
+constexpr algorithm_row forward_dynamics_derivatives = {
+    .name = "forward_dynamics_derivatives",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::tau},
+    .external = external_use::optional,
+    .request = request_kind::none,
+    .needs_mass = true,
+    .results = 3,
+    .result = {{"da_dq", 2, {extent::nv, extent::nv}}, {"da_dv", 2, {extent::nv, extent::nv}}, {"da_dtau", 2, {extent::nv, extent::nv}}},
+    .kernels = &kernel_table::forward_dynamics_derivatives,
 };
 
 constexpr algorithm_row reactions_derivatives = {
@@ -258,6 +408,7 @@ constexpr algorithm_row reactions_derivatives = {
     .input_list = {input::q, input::v, input::a},
     .external = external_use::optional,
     .request = request_kind::joints,
+    .needs_mass = false,
     .results = 3,
     .result = {{"by_q", 3, {extent::joints, extent::six, extent::nv}}, {"by_v", 3, {extent::joints, extent::six, extent::nv}}, {"by_a", 3, {extent::joints, extent::six, extent::nv}}},
     .kernels = &kernel_table::reactions_derivatives,
@@ -269,6 +420,7 @@ constexpr algorithm_row reactions = {
     .input_list = {input::q, input::v, input::a},
     .external = external_use::optional,
     .request = request_kind::reactions,
+    .needs_mass = false,
     .results = 0,
     .result = {},
     .kernels = &kernel_table::inverse_dynamics_with_reactions,
@@ -281,6 +433,7 @@ constexpr algorithm_row bias = {
     .input_list = {input::q, input::v},
     .external = external_use::optional,
     .request = request_kind::none,
+    .needs_mass = false,
     .results = 1,
     .result = {{"tau", 1, {extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics,
@@ -293,6 +446,7 @@ constexpr algorithm_row gravity_torque = {
     .input_list = {input::q},
     .external = external_use::optional,
     .request = request_kind::none,
+    .needs_mass = false,
     .results = 1,
     .result = {{"tau", 1, {extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics,
@@ -305,6 +459,7 @@ constexpr algorithm_row frame_pose = {
     .input_list = {input::q},
     .external = external_use::none,
     .request = request_kind::link,
+    .needs_mass = false,
     .results = 1,
     .result = {{"pose", 2, {extent::four, extent::four}}},
     .kernels = &kernel_table::frame_poses,
@@ -317,6 +472,7 @@ constexpr algorithm_row frame_velocity = {
     .input_list = {input::q, input::v},
     .external = external_use::none,
     .request = request_kind::frame,
+    .needs_mass = false,
     .results = 1,
     .result = {{"twist", 1, {extent::six}}},
     .kernels = &kernel_table::frame_velocities,
@@ -329,6 +485,7 @@ constexpr algorithm_row frame_acceleration = {
     .input_list = {input::q, input::v, input::a},
     .external = external_use::none,
     .request = request_kind::frame,
+    .needs_mass = false,
     .results = 1,
     .result = {{"acceleration", 1, {extent::six}}},
     .kernels = &kernel_table::frame_accelerations,
@@ -342,7 +499,16 @@ constexpr const algorithm_row *all[] = {
     &bias,
     &gravity_torque,
     &forward_dynamics,
+    &forward_dynamics_by_mass_matrix,
+    &hybrid_dynamics,
+    &velocity_jump,
     &mass_matrix,
+    &mass_matrix_upper,
+    &mass_matrix_tree,
+    &mass_matrix_factor,
+    &mass_matrix_inverse,
+    &solve_mass_matrix,
+    &coriolis_matrix,
     &frame_pose,
     &frame_poses,
     &frame_velocity,
@@ -362,6 +528,7 @@ constexpr const algorithm_row *all[] = {
     &energy,
     &external_power,
     &inverse_dynamics_derivatives,
+    &forward_dynamics_derivatives,
     &reactions_derivatives,
 };
 

@@ -40,8 +40,57 @@ void forward_dynamics(const model &m, data &d, const S *q, const S *v, const S *
 }
 
 template <class S>
+void forward_dynamics_by_mass_matrix(const model &m, data &d, const S *q, const S *v, const S *tau, S *a,
+                                     const external_wrenches<S> &external) {
+  compute<S>(rows::forward_dynamics_by_mass_matrix, m, d, {.q = q, .v = v, .tau = tau, .external = external,
+                                                           .result = {a}});
+}
+
+template <class S>
+void hybrid_dynamics(const model &m, data &d, const S *q, const S *v, const S *a, const S *tau, S *a_out, int n,
+                     const int *links, S *tau_out, const external_wrenches<S> &external) {
+  compute<S>(rows::hybrid_dynamics, m, d, {.q = q, .v = v, .a = a, .tau = tau, .external = external,
+                                           .links = {n, links}, .result = {a_out, tau_out}});
+}
+
+template <class S>
+void velocity_jump(const model &m, data &d, const S *q, S *dv, const external_wrenches<S> &external) {
+  compute<S>(rows::velocity_jump, m, d, {.q = q, .external = external, .result = {dv}});
+}
+
+template <class S>
 void mass_matrix(const model &m, data &d, const S *q, S *M) {
   compute<S>(rows::mass_matrix, m, d, {.q = q, .result = {M}});
+}
+
+template <class S>
+void mass_matrix_upper(const model &m, data &d, const S *q, S *M) {
+  compute<S>(rows::mass_matrix_upper, m, d, {.q = q, .result = {M}});
+}
+
+template <class S>
+void mass_matrix_tree(const model &m, data &d, const S *q, S *M) {
+  compute<S>(rows::mass_matrix_tree, m, d, {.q = q, .result = {M}});
+}
+
+template <class S>
+void mass_matrix_factor(const model &m, data &d, const S *q, S *LD) {
+  compute<S>(rows::mass_matrix_factor, m, d, {.q = q, .result = {LD}});
+}
+
+template <class S>
+void mass_matrix_inverse(const model &m, data &d, const S *q, S *W) {
+  compute<S>(rows::mass_matrix_inverse, m, d, {.q = q, .result = {W}});
+}
+
+template <class S>
+void solve_mass_matrix(const model &m, data &d, const S *q, const S *tau, S *a) {
+  compute<S>(rows::solve_mass_matrix, m, d, {.q = q, .tau = tau, .result = {a}});
+}
+
+template <class S>
+void coriolis_matrix(const model &m, data &d, const S *q, const S *v, S *C) {
+  compute<S>(rows::coriolis_matrix, m, d, {.q = q, .v = v, .result = {C}});
 }
 
 template <class S>
@@ -154,6 +203,13 @@ void inverse_dynamics_derivatives(const model &m, data &d, const S *q, const S *
 }
 
 template <class S>
+void forward_dynamics_derivatives(const model &m, data &d, const S *q, const S *v, const S *tau, S *da_dq, S *da_dv,
+                                  S *da_dtau, const external_wrenches<S> &external) {
+  compute<S>(rows::forward_dynamics_derivatives, m, d, {.q = q, .v = v, .tau = tau, .external = external,
+                                                        .result = {da_dq, da_dv, da_dtau}});
+}
+
+template <class S>
 void reactions_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *by_q, S *by_v,
                            const reaction_request &request, S *by_a, const external_wrenches<S> &external) {
   compute<S>(rows::reactions_derivatives, m, d, {.q = q, .v = v, .a = a, .external = external, .joints = &request,
@@ -181,8 +237,31 @@ template void forward_dynamics<double>(const model &, data &, const double *, co
                                        const external_wrenches<double> &);
 template void forward_dynamics<float>(const model &, data &, const float *, const float *, const float *, float *,
                                       const external_wrenches<float> &);
+template void forward_dynamics_by_mass_matrix<double>(const model &, data &, const double *, const double *,
+                                                      const double *, double *, const external_wrenches<double> &);
+template void forward_dynamics_by_mass_matrix<float>(const model &, data &, const float *, const float *, const float *,
+                                                     float *, const external_wrenches<float> &);
+template void hybrid_dynamics<double>(const model &, data &, const double *, const double *, const double *,
+                                      const double *, double *, int, const int *, double *,
+                                      const external_wrenches<double> &);
+template void hybrid_dynamics<float>(const model &, data &, const float *, const float *, const float *, const float *,
+                                     float *, int, const int *, float *, const external_wrenches<float> &);
+template void velocity_jump<double>(const model &, data &, const double *, double *, const external_wrenches<double> &);
+template void velocity_jump<float>(const model &, data &, const float *, float *, const external_wrenches<float> &);
 template void mass_matrix<double>(const model &, data &, const double *, double *);
 template void mass_matrix<float>(const model &, data &, const float *, float *);
+template void mass_matrix_upper<double>(const model &, data &, const double *, double *);
+template void mass_matrix_upper<float>(const model &, data &, const float *, float *);
+template void mass_matrix_tree<double>(const model &, data &, const double *, double *);
+template void mass_matrix_tree<float>(const model &, data &, const float *, float *);
+template void mass_matrix_factor<double>(const model &, data &, const double *, double *);
+template void mass_matrix_factor<float>(const model &, data &, const float *, float *);
+template void mass_matrix_inverse<double>(const model &, data &, const double *, double *);
+template void mass_matrix_inverse<float>(const model &, data &, const float *, float *);
+template void solve_mass_matrix<double>(const model &, data &, const double *, const double *, double *);
+template void solve_mass_matrix<float>(const model &, data &, const float *, const float *, float *);
+template void coriolis_matrix<double>(const model &, data &, const double *, const double *, double *);
+template void coriolis_matrix<float>(const model &, data &, const float *, const float *, float *);
 template void frame_poses<double>(const model &, data &, const double *, int, const int *, double *);
 template void frame_poses<float>(const model &, data &, const float *, int, const int *, float *);
 template void frame_velocity<double>(const model &, data &, const double *, const double *, int, const frame_options &,
@@ -248,6 +327,11 @@ template void inverse_dynamics_derivatives<double>(const model &, data &, const 
                                                    const double *, double *, double *, double *,
                                                    const external_wrenches<double> &);
 template void inverse_dynamics_derivatives<float>(const model &, data &, const float *, const float *, const float *,
+                                                  float *, float *, float *, const external_wrenches<float> &);
+template void forward_dynamics_derivatives<double>(const model &, data &, const double *, const double *,
+                                                   const double *, double *, double *, double *,
+                                                   const external_wrenches<double> &);
+template void forward_dynamics_derivatives<float>(const model &, data &, const float *, const float *, const float *,
                                                   float *, float *, float *, const external_wrenches<float> &);
 template void reactions_derivatives<double>(const model &, data &, const double *, const double *, const double *,
                                             double *, double *, const reaction_request &, double *,

@@ -9,7 +9,16 @@
   extern "C" const ksl::algorithm_kernels ksl_kernels_inverse_dynamics_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_inverse_dynamics_with_reactions_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_forward_dynamics_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_forward_dynamics_by_mass_matrix_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_hybrid_dynamics_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_velocity_jump_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_mass_matrix_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_mass_matrix_upper_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_mass_matrix_tree_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_mass_matrix_factor_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_mass_matrix_inverse_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_solve_mass_matrix_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_coriolis_matrix_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_frame_poses_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_frame_velocities_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_frame_accelerations_##set; \
@@ -26,6 +35,7 @@
   extern "C" const ksl::algorithm_kernels ksl_kernels_energy_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_external_power_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_inverse_dynamics_derivatives_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_forward_dynamics_derivatives_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_reactions_derivatives_##set;
 
 #define KSL_KERNEL_TABLE(set) \
@@ -33,7 +43,16 @@
     .inverse_dynamics = &ksl_kernels_inverse_dynamics_##set, \
     .inverse_dynamics_with_reactions = &ksl_kernels_inverse_dynamics_with_reactions_##set, \
     .forward_dynamics = &ksl_kernels_forward_dynamics_##set, \
+    .forward_dynamics_by_mass_matrix = &ksl_kernels_forward_dynamics_by_mass_matrix_##set, \
+    .hybrid_dynamics = &ksl_kernels_hybrid_dynamics_##set, \
+    .velocity_jump = &ksl_kernels_velocity_jump_##set, \
     .mass_matrix = &ksl_kernels_mass_matrix_##set, \
+    .mass_matrix_upper = &ksl_kernels_mass_matrix_upper_##set, \
+    .mass_matrix_tree = &ksl_kernels_mass_matrix_tree_##set, \
+    .mass_matrix_factor = &ksl_kernels_mass_matrix_factor_##set, \
+    .mass_matrix_inverse = &ksl_kernels_mass_matrix_inverse_##set, \
+    .solve_mass_matrix = &ksl_kernels_solve_mass_matrix_##set, \
+    .coriolis_matrix = &ksl_kernels_coriolis_matrix_##set, \
     .frame_poses = &ksl_kernels_frame_poses_##set, \
     .frame_velocities = &ksl_kernels_frame_velocities_##set, \
     .frame_accelerations = &ksl_kernels_frame_accelerations_##set, \
@@ -50,5 +69,6 @@
     .energy = &ksl_kernels_energy_##set, \
     .external_power = &ksl_kernels_external_power_##set, \
     .inverse_dynamics_derivatives = &ksl_kernels_inverse_dynamics_derivatives_##set, \
+    .forward_dynamics_derivatives = &ksl_kernels_forward_dynamics_derivatives_##set, \
     .reactions_derivatives = &ksl_kernels_reactions_derivatives_##set, \
   }

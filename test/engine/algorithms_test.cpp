@@ -185,6 +185,120 @@ TEST_CASE("forward_dynamics: C++ and C, one state and batches, in float") {
   faces::agree<float>(ksl::rows::forward_dynamics, cpp, c, cpp_batch, c_batch);
 }
 
+TEST_CASE("forward_dynamics_by_mass_matrix: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::forward_dynamics_by_mass_matrix(s.r.m, s.r.d, s.q, s.v, s.tau, s.result[0], s.external);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_forward_dynamics_by_mass_matrix(s.r.c_model, s.r.c_data, s.q, s.v, s.tau, &s.c_external,
+                                              s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::forward_dynamics_by_mass_matrix_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_forward_dynamics_by_mass_matrix_external_batch(
+        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+        s.batch.tau.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::forward_dynamics_by_mass_matrix, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("forward_dynamics_by_mass_matrix: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::forward_dynamics_by_mass_matrix(s.r.m, s.r.d, s.q, s.v, s.tau, s.result[0], s.external);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_forward_dynamics_by_mass_matrixf(s.r.c_model, s.r.c_data, s.q, s.v, s.tau, &s.c_external,
+                                               s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::forward_dynamics_by_mass_matrix_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_forward_dynamics_by_mass_matrix_external_batchf(
+        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+        s.batch.tau.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::forward_dynamics_by_mass_matrix, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("hybrid_dynamics: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::hybrid_dynamics(s.r.m, s.r.d, s.q, s.v, s.a, s.tau, s.result[0], 3, s.r.links.data(), s.result[1], s.external);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_hybrid_dynamics(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.tau, &s.c_external, s.result[0], 3,
+                              s.r.links.data(), s.result[1]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::hybrid_dynamics_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_hybrid_dynamics_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                             s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.batch.tau.first,
+                                             s.batch.tau.stride, &s.external, s.batch.result[0].first,
+                                             s.batch.result[0].stride, 3, s.r.links.data(), s.batch.result[1].first,
+                                             s.batch.result[1].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::hybrid_dynamics, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("hybrid_dynamics: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::hybrid_dynamics(s.r.m, s.r.d, s.q, s.v, s.a, s.tau, s.result[0], 3, s.r.links.data(), s.result[1], s.external);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_hybrid_dynamicsf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.tau, &s.c_external, s.result[0], 3,
+                               s.r.links.data(), s.result[1]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::hybrid_dynamics_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_hybrid_dynamics_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                              s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.batch.tau.first,
+                                              s.batch.tau.stride, &s.external, s.batch.result[0].first,
+                                              s.batch.result[0].stride, 3, s.r.links.data(), s.batch.result[1].first,
+                                              s.batch.result[1].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::hybrid_dynamics, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("velocity_jump: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::velocity_jump(s.r.m, s.r.d, s.q, s.result[0], s.external);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_velocity_jump(s.r.c_model, s.r.c_data, s.q, &s.c_external, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::velocity_jump_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_velocity_jump_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, &s.external,
+                                  s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::velocity_jump, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("velocity_jump: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::velocity_jump(s.r.m, s.r.d, s.q, s.result[0], s.external);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_velocity_jumpf(s.r.c_model, s.r.c_data, s.q, &s.c_external, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::velocity_jump_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_velocity_jump_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, &s.external,
+                                   s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::velocity_jump, cpp, c, cpp_batch, c_batch);
+}
+
 TEST_CASE("mass_matrix: C++ and C, one state and batches, in double") {
   const auto cpp = [](faces::one<double> &s) {
     ksl::mass_matrix(s.r.m, s.r.d, s.q, s.result[0]);
@@ -217,6 +331,214 @@ TEST_CASE("mass_matrix: C++ and C, one state and batches, in float") {
                                  s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::mass_matrix, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("mass_matrix_upper: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::mass_matrix_upper(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_mass_matrix_upper(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::mass_matrix_upper_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_mass_matrix_upper_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                      s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::mass_matrix_upper, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("mass_matrix_upper: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::mass_matrix_upper(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_mass_matrix_upperf(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::mass_matrix_upper_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_mass_matrix_upper_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                       s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::mass_matrix_upper, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("mass_matrix_tree: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::mass_matrix_tree(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_mass_matrix_tree(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::mass_matrix_tree_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_mass_matrix_tree_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                     s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::mass_matrix_tree, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("mass_matrix_tree: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::mass_matrix_tree(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_mass_matrix_treef(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::mass_matrix_tree_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_mass_matrix_tree_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                      s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::mass_matrix_tree, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("mass_matrix_factor: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::mass_matrix_factor(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_mass_matrix_factor(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::mass_matrix_factor_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_mass_matrix_factor_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                       s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::mass_matrix_factor, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("mass_matrix_factor: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::mass_matrix_factor(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_mass_matrix_factorf(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::mass_matrix_factor_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_mass_matrix_factor_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                        s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::mass_matrix_factor, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("mass_matrix_inverse: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::mass_matrix_inverse(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_mass_matrix_inverse(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::mass_matrix_inverse_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_mass_matrix_inverse_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                        s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::mass_matrix_inverse, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("mass_matrix_inverse: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::mass_matrix_inverse(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_mass_matrix_inversef(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::mass_matrix_inverse_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_mass_matrix_inverse_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                         s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::mass_matrix_inverse, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("solve_mass_matrix: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::solve_mass_matrix(s.r.m, s.r.d, s.q, s.tau, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_solve_mass_matrix(s.r.c_model, s.r.c_data, s.q, s.tau, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::solve_mass_matrix_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_solve_mass_matrix_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.tau.first,
+                                      s.batch.tau.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                      s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::solve_mass_matrix, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("solve_mass_matrix: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::solve_mass_matrix(s.r.m, s.r.d, s.q, s.tau, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_solve_mass_matrixf(s.r.c_model, s.r.c_data, s.q, s.tau, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::solve_mass_matrix_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_solve_mass_matrix_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.tau.first,
+                                       s.batch.tau.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                       s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::solve_mass_matrix, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("coriolis_matrix: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::coriolis_matrix(s.r.m, s.r.d, s.q, s.v, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_coriolis_matrix(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::coriolis_matrix_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_coriolis_matrix_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                    s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                    s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::coriolis_matrix, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("coriolis_matrix: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::coriolis_matrix(s.r.m, s.r.d, s.q, s.v, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_coriolis_matrixf(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::coriolis_matrix_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_coriolis_matrix_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                     s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                     s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::coriolis_matrix, cpp, c, cpp_batch, c_batch);
 }
 
 TEST_CASE("frame_poses: C++ and C, one state and batches, in double") {
@@ -900,6 +1222,50 @@ TEST_CASE("inverse_dynamics_derivatives: C++ and C, one state and batches, in fl
                                                            s.batch.result[2].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::inverse_dynamics_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("forward_dynamics_derivatives: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::forward_dynamics_derivatives(s.r.m, s.r.d, s.q, s.v, s.tau, s.result[0], s.result[1], s.result[2], s.external);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_forward_dynamics_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, s.tau, &s.c_external, s.result[0],
+                                           s.result[1], s.result[2]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::forward_dynamics_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_forward_dynamics_derivatives_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                          s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+                                                          s.batch.tau.stride, &s.external, s.batch.result[0].first,
+                                                          s.batch.result[0].stride, s.batch.result[1].first,
+                                                          s.batch.result[1].stride, s.batch.result[2].first,
+                                                          s.batch.result[2].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::forward_dynamics_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("forward_dynamics_derivatives: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::forward_dynamics_derivatives(s.r.m, s.r.d, s.q, s.v, s.tau, s.result[0], s.result[1], s.result[2], s.external);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_forward_dynamics_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, s.tau, &s.c_external, s.result[0],
+                                            s.result[1], s.result[2]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::forward_dynamics_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_forward_dynamics_derivatives_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                           s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+                                                           s.batch.tau.stride, &s.external, s.batch.result[0].first,
+                                                           s.batch.result[0].stride, s.batch.result[1].first,
+                                                           s.batch.result[1].stride, s.batch.result[2].first,
+                                                           s.batch.result[2].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::forward_dynamics_derivatives, cpp, c, cpp_batch, c_batch);
 }
 
 TEST_CASE("reactions_derivatives: C++ and C, one state and batches, in double") {

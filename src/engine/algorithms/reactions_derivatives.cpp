@@ -12,6 +12,7 @@ struct reactions_derivatives_algorithm {
       .input_list = {input::q, input::v, input::a},
       .external = external_use::optional,
       .request = request_kind::joints,
+      .needs_mass = false,
       .results = 3,
       .result = {{"by_q", 3, {extent::joints, extent::six, extent::nv}}, {"by_v", 3, {extent::joints, extent::six, extent::nv}}, {"by_a", 3, {extent::joints, extent::six, extent::nv}}},
   };
