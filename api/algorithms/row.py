@@ -14,7 +14,7 @@ class Result:
     """A result: its name in C and C++, its shape, and what it is.
 
     shape: for each axis, of which there are at most four, a number (3, 4, 6 or 10), "nq", "nv", "links" or "joints" (how many
-    are requested).  Empty: one number.
+    are requested), or "all_links" (those of the model).  Empty: one number.
     """
 
     name: str
@@ -35,6 +35,7 @@ class Algorithm:
         "relative": a link, the link that it is seen from, and how the motion is expressed
         "joints": joints, and how their wrenches are expressed; the results are those of the row
         "reactions": the same; the reactions are a result besides those of the row, and there may be several requests
+    links_keyword: what the argument is called in Python that names several links.
     form: how results are stored from lanes to rows, a struct of src/engine/forms.hpp.
     variant_of: the algorithm that computes this one, with zeros for the inputs that this one doesn't have.
     faces: the languages for which a call is generated.  Other calls are written by hand, or are private.
@@ -51,6 +52,7 @@ class Algorithm:
     python: str = ""
     external: str = ""
     request: str = ""
+    links_keyword: str = "names"
     form: str = "whole_results"
     workspace: str = ""
     variant_of: str = ""

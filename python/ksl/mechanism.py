@@ -60,6 +60,12 @@ class Link:
     inertia: tuple[float, float, float, float, float, float]
     """Ixx Iyy Izz Ixy Iyz Izx about the link's origin, kg m², matrix elements (signs included)."""
 
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """The ten numbers that regressors multiply: m, m cx, m cy, m cz, Ixx, Ixy, Iyy, Ixz, Iyz, Izz."""
+        xx, yy, zz, xy, yz, zx = self.inertia
+        return (self.mass, *self.first_moment, xx, xy, yy, zx, yz, zz)
+
 
 class Mechanism:
     """Joints and links of a model, by name and in order; immutable."""
@@ -81,6 +87,9 @@ class Mechanism:
             Link(**{**row, "first_moment": tuple(row["first_moment"]), "inertia": tuple(row["inertia"])}) for row in core.links
         )
         """Parents first."""
+        self.parameters: Array = np.array([link.parameters for link in self.links]).reshape(-1, 10)
+        """Inertial parameters (links, 10), as :attr:`Link.parameters`, in the order of `link_names`; read-only."""
+        self.parameters.setflags(write=False)
         self.unused: tuple[str, ...] = tuple(core.unused)
         """Contents of the file that KSL doesn't use, a line for each kind."""
         self.warnings: tuple[str, ...] = tuple(core.warnings)

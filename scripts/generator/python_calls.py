@@ -42,7 +42,7 @@ def several(row: Algorithm) -> bool:
 
 def method(row: Algorithm) -> str:
     array = "tuple[" + ", ".join("Array" for _ in row.results) + "]" if several(row) else "Array"
-    keywords, request = REQUEST[row.request]
+    keywords, request = (text.replace("names", row.links_keyword) for text in REQUEST[row.request])
     external = {"optional": "external: External | None = None", "required": "external: External"}.get(row.external, "")
     arguments = ["self", *(f"{name}: ArrayLike" for name in row.inputs), external, keywords, f"out: {array} | None = None", "threads: int | None = None"]
     line = ", ".join(filter(None, arguments))

@@ -31,7 +31,7 @@ struct algorithm_kernels {
 struct kernel_table;
 
 /// An extent of a result: a fixed number, or one that follows from the model or from what is requested.
-enum class extent : unsigned char { three, four, six, ten, nq, nv, links, joints };
+enum class extent : unsigned char { three, four, six, ten, nq, nv, links, joints, all_links };
 
 struct result_row {
   const char *name;
@@ -86,7 +86,7 @@ constexpr bool names_links(request_kind request) {
 
 /// The extents that follow from a model and a request.
 struct extents {
-  int nq, nv, links, joints;
+  int nq, nv, links, joints, all_links;
 };
 
 constexpr int length_of(extent e, const extents &of) {
@@ -99,6 +99,7 @@ constexpr int length_of(extent e, const extents &of) {
   case extent::nv: return of.nv;
   case extent::links: return of.links;
   case extent::joints: return of.joints;
+  case extent::all_links: return of.all_links;
   }
   return 0;
 }
@@ -116,9 +117,9 @@ constexpr int numbers_of(const result_row &result, const extents &of) {
   return n;
 }
 
-/// Of a model_view, or any model with nq and nv, and a state or batch.
+/// Of a model_view and a state or batch.
 template <class Model, class View> constexpr extents extents_of(const Model &model, const View &view) {
-  return {model.nq, model.nv, view.links.n, view.joints ? view.joints->n : 0};
+  return {model.nq, model.nv, view.links.n, view.joints ? view.joints->n : 0, model.links};
 }
 
 /// The member of a state_view or batch_view that holds an input.

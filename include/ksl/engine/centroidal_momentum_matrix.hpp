@@ -6,6 +6,7 @@
 #pragma once
 
 #include "ksl/engine/subtree_inertia.hpp"
+#include "ksl/engine/subtree_moment.hpp"
 #include "ksl/engine/world_axes.hpp"
 
 #include <cstddef>
@@ -33,7 +34,7 @@ template <class T> KSL_LANES void put_column(const coscrew<T> &p, T *matrix, std
 /// subtree that the ground carries to `all`.
 template <joint_kind K, class T>
 KSL_LANES void set_momenta(const model_view<scalar_of<T>> &model, const centroidal_momentum_matrix_workspace<T> &w, int i,
-                           T *matrix, moving_mass<T> &all) {
+                           T *matrix, mass_moment<T> &all) {
   using A = algebra<T>;
   const body<scalar_of<T>> &b = model.body[i];
   const spatial_inertia<T> I = subtree_inertia(model, w.children, i);
@@ -46,8 +47,12 @@ KSL_LANES void set_momenta(const model_view<scalar_of<T>> &model, const centroid
     put_column(p, matrix, model.nv, b.v_index + c);
   });
   add_to_parent<K>(I, model, w.bodies.pose, w.children, i);
-  if (b.parent == 0)
-    all.add(I, R, origin);
+  if (b.parent == 0) {
+    mass_moment<T> subtree = {I.m, I.h};
+    A::product_drv(&R, &subtree.h, &subtree.h);
+    A::axpy_vv(I.m, &origin, &subtree.h);
+    all = added(all, subtree);
+  }
 }
 
 /// A (6, nv), row-major: A v is the momentum of the bodies that move, about their centre of mass and in the world's axes, linear
@@ -55,12 +60,12 @@ KSL_LANES void set_momenta(const model_view<scalar_of<T>> &model, const centroid
 template <class T>
 void centroidal_momentum_matrix(const model_view<scalar_of<T>> &model, const centroidal_momentum_matrix_workspace<T> &w, const T *q,
                                 T *matrix) {
-  moving_mass<T> all = {T(0), {T(0), T(0), T(0)}};
-  express_in_world(model, w.bodies, q, [](auto) KSL_INLINED {});
+  mass_moment<T> all = {T(0), {T(0), T(0), T(0)}};
+  express_in_world(model, w.bodies, q);
   for (int i = model.bodies - 1; i > 0; --i)
     by_kind(model.body[i].kind, [&]<joint_kind K>() KSL_INLINED { set_momenta<K>(model, w, i, matrix, all); });
 
-  const vec3<T> center = all.point();
+  const vec3<T> center = point_of_momentum(all);
   const std::ptrdiff_t nv = model.nv;
   const T *const x = matrix, *const y = x + nv, *const z = y + nv;
   T *const about_x = matrix + 3 * nv, *const about_y = about_x + nv, *const about_z = about_y + nv;
