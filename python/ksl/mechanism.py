@@ -87,9 +87,6 @@ class Mechanism:
             Link(**{**row, "first_moment": tuple(row["first_moment"]), "inertia": tuple(row["inertia"])}) for row in core.links
         )
         """Parents first."""
-        self.parameters: Array = np.array([link.parameters for link in self.links]).reshape(-1, 10)
-        """Inertial parameters (links, 10), as :attr:`Link.parameters`, in the order of `link_names`; read-only."""
-        self.parameters.setflags(write=False)
         self.unused: tuple[str, ...] = tuple(core.unused)
         """Contents of the file that KSL doesn't use, a line for each kind."""
         self.warnings: tuple[str, ...] = tuple(core.warnings)
@@ -126,6 +123,11 @@ class Mechanism:
     def link_names(self) -> list[str]:
         """Links, parents first; the root is the first."""
         return [link.name for link in self.links]
+
+    @property
+    def parameters(self) -> Array:
+        """Inertial parameters (links, 10), as :attr:`Link.parameters`, in the order of `link_names`."""
+        return np.array([link.parameters for link in self.links])
 
     def joint(self, name: str) -> Joint:
         """The joint of that name."""
