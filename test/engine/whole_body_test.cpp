@@ -246,8 +246,10 @@ TEST_CASE("for each parameter, the rate of the momentum is what the ground exert
 TEST_CASE("regressors of dual numbers have the values of plain ones") {
   std::mt19937 random(6);
   const ksl::model m = robot();
-  const motion<double> s = random_motion(m, random);
+  motion<double> s = random_motion(m, random);
   const motion<rate> moving = in_time(m, s);
+  for (std::size_t k = 0; k < s.q.size(); ++k)
+    s.q[k] = moving.q[k].value; // quaternions have been normalised once more
   const auto same = [](const numbers<rate> &x, const numbers<double> &y) {
     bool all = x.size() == y.size();
     for (std::size_t k = 0; k < x.size(); ++k)
