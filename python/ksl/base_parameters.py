@@ -43,7 +43,7 @@ class BaseParameters:
         phi = np.asarray(parameters, dtype=float)
         if phi.shape[-2:] != (len(self.links), 10):
             raise ValueError(f"parameters: expected shape (…, {len(self.links)}, 10) for {len(self.links)} links, found {phi.shape}")
-        return np.einsum("bk,...k->...b", self.matrix, phi.reshape(*phi.shape[:-2], -1))
+        return np.asarray(np.einsum("bk,...k->...b", self.matrix, phi.reshape(*phi.shape[:-2], -1)))
 
     def regressor(self, regressor: ArrayLike) -> Array:
         """Columns (…, n) of a regressor (…, links, 10): times the combinations it gives what the regressor times φ gives."""
@@ -100,17 +100,19 @@ def of_regressor(regressor: ArrayLike, links: Sequence[str], tolerance: float = 
     if Y.ndim < 3 or Y.shape[-2:] != (len(links), 10):
         raise ValueError(f"regressor: expected shape (…, {len(links)}, 10) for {len(links)} links, found {Y.shape}")
     W = Y.reshape(-1, 10 * len(links))
-    W = np.linalg.qr(W, mode="r") if len(W) > W.shape[1] else W
+    W = triangle(W) if len(W) > W.shape[1] else W
     length = np.linalg.norm(W, axis=0)
     enters = length > 1e-13 * max(length.max(initial=0.0), 1e-300)
-    Q, columns = np.zeros((len(W), 0)), []
+    Q = np.zeros((len(W), 0))
+    columns: list[int] = []
     for k in np.flatnonzero(enters):
         rest = W[:, k] / length[k]
         for _ in range(2):  # the second time for what rounding left
             rest = rest - Q @ (Q.T @ rest)
         size = np.linalg.norm(rest)
         if size > tolerance:
-            Q, columns = np.column_stack([Q, rest / size]), [*columns, int(k)]
+            Q = np.column_stack([Q, rest / size])
+            columns.append(int(k))
     index = np.array(columns, dtype=int)
     matrix = np.zeros((len(index), W.shape[1]))
     if len(index):
@@ -124,9 +126,14 @@ def of_regressor(regressor: ArrayLike, links: Sequence[str], tolerance: float = 
     return BaseParameters(tuple(links), index, matrix, names, tuple(labels[k] for k in np.flatnonzero(~enters)))
 
 
+def triangle(x: Array) -> Array:
+    """R of the factorisation x = Q R: a matrix with the inner products of the columns of x."""
+    return np.asarray(np.linalg.qr(x, mode="r"))
+
+
 def _name(row: Array, labels: Sequence[str], first: int) -> str:
     terms = [labels[first]]
-    for k in np.flatnonzero(row):
+    for k in np.flatnonzero(row).tolist():
         if k != first:
             size = f"{abs(row[k]):.4g}"
             terms.append(f"{'-' if row[k] < 0 else '+'} {'' if size == '1' else size + ' '}{labels[k]}")

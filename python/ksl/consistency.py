@@ -44,7 +44,7 @@ def _checked(x: ArrayLike, what: str, width: int = 10) -> Array:
 
 def pseudo_inertia(parameters: ArrayLike) -> Array:
     """∫ [x; 1] [x; 1]ᵀ dm (…, 4, 4) of parameters (…, 10): [[½ tr(I) 1 − I, m c], [m cᵀ, m]]."""
-    return np.einsum("...k,kij->...ij", _checked(parameters, "parameters"), BASIS)
+    return np.asarray(np.einsum("...k,kij->...ij", _checked(parameters, "parameters"), BASIS))
 
 
 def from_pseudo_inertia(J: ArrayLike) -> Array:
@@ -127,7 +127,7 @@ def consistency_metric(parameters: ArrayLike) -> Array:
     """
     inverse = np.linalg.inv(pseudo_inertia(parameters))
     A = inverse[..., None, :, :] @ BASIS
-    return np.einsum("...aij,...bji->...ab", A, A)
+    return np.asarray(np.einsum("...aij,...bji->...ab", A, A))
 
 
 def barrier(parameters: ArrayLike) -> float:
@@ -138,7 +138,7 @@ def barrier(parameters: ArrayLike) -> float:
 
 def barrier_gradient(parameters: ArrayLike) -> Array:
     """∂ barrier / ∂ parameters (…, 10)."""
-    return -np.einsum("...ij,kji->...k", np.linalg.inv(pseudo_inertia(parameters)), BASIS)
+    return np.asarray(-np.einsum("...ij,kji->...k", np.linalg.inv(pseudo_inertia(parameters)), BASIS))
 
 
 def nearest_consistent(parameters: ArrayLike, least: float = 1e-6) -> Array:

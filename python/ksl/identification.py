@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ksl.base_parameters import BaseParameters, moving_links, of_regressor
+from ksl.base_parameters import BaseParameters, moving_links, of_regressor, triangle
 from ksl.consistency import (
     Array,
     barrier,
@@ -146,13 +146,13 @@ class _Problem:
         self._blocks: list[tuple[Array, Array]] = []
         for first in range(0, self.n, SAMPLES_AT_A_TIME):
             part = slice(first, first + SAMPLES_AT_A_TIME)
-            Y = model.inverse_dynamics_regressor(q[part], v[part], a[part], links=names).reshape(-1, model.nv, size)
+            Y: Array = np.asarray(model.inverse_dynamics_regressor(q[part], v[part], a[part], links=names), dtype=float).reshape(-1, model.nv, size)
             pushed = {link: np.broadcast_to(np.asarray(f, dtype=float), (self.n, 6))[part] for link, f in (external or {}).items()}
             rest = model.inverse_dynamics(q[part], v[part], a[part], pushed) - Y @ own
             self._blocks.append((Y, tau[part] - rest))
             for j in range(model.nv):
                 rows = np.column_stack([Y[:, j], tau[part, j] - rest[:, j]])
-                self._factors[j] = np.linalg.qr(np.vstack([self._factors[j], rows]), mode="r")
+                self._factors[j] = triangle(np.vstack([self._factors[j], rows]))
         lengths = np.linalg.cholesky(consistency_metric(_rounded(prior)))  # G = L Lᵀ
         self._from_steps = deviation * _block_diagonal(np.swapaxes(np.linalg.inv(lengths), -1, -2))
 
@@ -171,7 +171,7 @@ class _Problem:
 
     def weigh(self, sigma: Array) -> None:
         """The problem in steps x from the prior, in which the prior is the unit sphere: |B x − r|² + |x|²."""
-        R = np.linalg.qr(np.vstack([F / s for F, s in zip(self._factors, sigma)]), mode="r")
+        R = triangle(np.vstack([F / s for F, s in zip(self._factors, sigma)]))
         self._B = R[:, :-1] @ self._from_steps
         self._r = R[:, -1] - R[:, :-1] @ self.prior.ravel()
 
@@ -200,7 +200,7 @@ class _Problem:
                 phi = self._parameters(x)
                 gradient = H @ x - g + mu * P.T @ barrier_gradient(phi).ravel()
                 hessian = H + mu * P.T @ _block_diagonal(consistency_metric(phi)) @ P
-                step = -np.linalg.solve(hessian, gradient)
+                step: Array = np.asarray(-np.linalg.solve(hessian, gradient))
                 decrement = -float(gradient @ step)
                 if not decrement > 1e-9 * mu:
                     break
@@ -224,7 +224,7 @@ class _Problem:
         return x
 
     def covariance(self) -> Array:
-        R = np.linalg.qr(np.vstack([self._B, np.eye(self.prior.size)]), mode="r")
+        R = triangle(np.vstack([self._B, np.eye(self.prior.size)]))
         half = self._from_steps @ np.linalg.inv(R)
         return np.asarray(half @ half.T)
 
