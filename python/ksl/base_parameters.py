@@ -31,7 +31,7 @@ class BaseParameters:
     matrix: Array
     """(n, 10 · links): a combination is the parameter that stands for it, plus multiples of parameters that depend on it."""
     names: tuple[str, ...]
-    """The combinations as text: "forearm.Izz + 0.39 forearm.mx + …"."""
+    """The combinations as text: "forearm.Izz + 0.39 forearm.mx + …", without multiples that are small by the tolerance."""
     without_effect: tuple[str, ...]
     """Parameters that don't enter any effort."""
 
@@ -115,14 +115,16 @@ def of_regressor(regressor: ArrayLike, links: Sequence[str], tolerance: float = 
             columns.append(int(k))
     index = np.array(columns, dtype=int)
     matrix = np.zeros((len(index), W.shape[1]))
+    shown = matrix
     if len(index):
         scaled = np.linalg.lstsq(W[:, index] / length[index], W[:, enters], rcond=None)[0]
         matrix[:, enters] = scaled / length[index, None]
         matrix[:, index] = np.eye(len(index))
         share = np.abs(matrix) * length[index, None] / np.maximum(length, 1e-300)  # of what the parameter does by itself
-        matrix[share < max(10 * tolerance, 1e-10)] = 0
+        matrix[share < 1e-10] = 0
+        shown = np.where(share < max(10 * tolerance, 1e-8), 0.0, matrix)  # smaller multiples are only due to weak excitation
     labels = [f"{link}.{p}" for link in links for p in PARAMETERS]
-    names = tuple(_name(row, labels, int(k)) for row, k in zip(matrix, index))
+    names = tuple(_name(row, labels, int(k)) for row, k in zip(shown, index))
     return BaseParameters(tuple(links), index, matrix, names, tuple(labels[k] for k in np.flatnonzero(~enters)))
 
 

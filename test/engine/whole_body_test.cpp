@@ -57,7 +57,8 @@ motion<rate> in_time(const ksl::model &m, const motion<double> &s) {
   const numbers<rate> q = out.q;
   for (int i = 1; i < m.view().bodies; ++i) {
     const ksl::body<double> &b = m.view().body[i];
-    ksl::with_joint(b.kind, [&]<class J>(J) { J::integrate(&q[static_cast<std::size_t>(b.q_index)], &step[static_cast<std::size_t>(b.v_index)], &out.q[static_cast<std::size_t>(b.q_index)]); });
+    const auto q_index = static_cast<std::size_t>(b.q_index), v_index = static_cast<std::size_t>(b.v_index);
+    ksl::with_joint(b.kind, [&]<class J>(J) { J::integrate(&q[q_index], &step[v_index], &out.q[q_index]); });
   }
   return out;
 }

@@ -21,7 +21,8 @@ template <class T> struct reactions_regressor_workspace {
 
 /// The twist whose power with a wrench is that of s with the requested part of the wrench.  s is in the frame of body b; the part is
 /// the transpose of part_through (reactions.hpp).
-template <joint_kind K, class T> KSL_LANES screw<T> part_of_twist(const body<scalar_of<T>> &b, wrench_part part, const screw<T> &s) {
+template <joint_kind K, class T>
+KSL_LANES screw<T> part_of_twist(const body<scalar_of<T>> &b, const pose_workspace<T> &pose, wrench_part part, const screw<T> &s) {
   T share[joint<K>::nv];
   for_each_coordinate<joint<K>::nv>([&](auto k) KSL_INLINED {
     T unit[joint<K>::nv];
@@ -32,22 +33,29 @@ template <joint_kind K, class T> KSL_LANES screw<T> part_of_twist(const body<sca
   });
   screw<T> driven = joint<K>::twist(b, share), held;
   algebra<T>::subtract_ss(&s, &driven, &held);
+  if constexpr (only_turns(K))
+    if (b.ends_universal) { // that split is a symmetric projector: the same for twists as for wrenches
+      coscrew<T> constraint = {held.lin, held.ang}, actuation = {driven.lin, driven.ang};
+      joint<joint_kind::universal>::move_first_drive(pose.rotation(b), constraint, actuation);
+      held.ang = constraint.ang, driven.ang = actuation.ang;
+    }
   return part == wrench_part::actuation ? driven : held;
 }
 
 /// Twist s of a link's frame, in its axes: the part of it that acts on the requested part of the wrench through the joint that carries
 /// the link.  A fixed joint has no actuation.
 template <class T>
-inline screw<T> part_at_link(const model_view<scalar_of<T>> &model, const link<scalar_of<T>> &l, wrench_part part, screw<T> s) {
+inline screw<T> part_at_link(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose, const link<scalar_of<T>> &l,
+                             wrench_part part, screw<T> s) {
   const body<scalar_of<T>> &b = model.body[l.body];
   if (part == wrench_part::total)
     return s;
   if (!l.carried_by_moving_joint || l.body == 0)
     return part == wrench_part::constraint ? s : screw<T>{{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
-  const SE3<T> pose = spread<T>(l.pose);
-  algebra<T>::product_Ads(&pose, &s, &s);
-  by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED { s = part_of_twist<K>(b, part, s); });
-  algebra<T>::product_Adinvs(&pose, &s, &s);
+  const SE3<T> in_body = spread<T>(l.pose);
+  algebra<T>::product_Ads(&in_body, &s, &s);
+  by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED { s = part_of_twist<K>(b, pose, part, s); });
+  algebra<T>::product_Adinvs(&in_body, &s, &s);
   return s;
 }
 
@@ -83,7 +91,7 @@ void reactions_regressor(const model_view<scalar_of<T>> &model, const reactions_
       unit[request.angular_first ? (c + 3) % 6 : c] = sign;
       screw<T> s = {{unit[0], unit[1], unit[2]}, {unit[3], unit[4], unit[5]}};
       A::product_Adinvs(&D, &s, &s);
-      component[c] = part_at_link(model, model.link[first], request.part, s);
+      component[c] = part_at_link(model, w.poses.pose, model.link[first], request.part, s);
     }
     for (int l = first; l < n; ++l) {
       if (!is_carried(model, first, l))
