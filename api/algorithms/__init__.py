@@ -18,7 +18,9 @@ GROUPS = (
     "kinematics",
     "operational_space",
     "energy",
+    "whole_body",
     "derivatives",
+    "parameters",
 )
 """In the order of the reference."""
 

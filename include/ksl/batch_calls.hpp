@@ -233,6 +233,48 @@ KSL_EXPORT void energy_batch(const model &m, const batch_view<S> &batch, int thr
 template <class S>
 KSL_EXPORT void external_power_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
+/// Centre of mass center (3) of the bodies that move, in the world, m, for q (nq).  Links welded to the ground don't
+/// count.  NaN where nothing that moves has mass.  O(bodies).  Reads batch.q; writes center into batch.result[0] (rows
+/// of 3).
+template <class S>
+KSL_EXPORT void center_of_mass_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Jacobian J (3, nv) of the centre of mass, row-major, for q (nq): J v is its velocity in the world's axes.  Links
+/// welded to the ground don't count.  NaN where nothing that moves has mass.  O(bodies).  Reads batch.q; writes J into
+/// batch.result[0] (rows of 3 × nv).
+template <class S>
+KSL_EXPORT void center_of_mass_jacobian_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Velocity velocity (3) of the centre of mass in the world's axes, m/s, for q (nq) and v (nv).  Links welded to the
+/// ground don't count.  NaN where nothing that moves has mass.  O(bodies).  Reads batch.q, batch.v; writes velocity
+/// into batch.result[0] (rows of 3).
+template <class S>
+KSL_EXPORT void center_of_mass_velocity_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Acceleration acceleration (3) of the centre of mass in the world's axes, m/s², for q (nq), v (nv) and a (nv).
+/// Gravity doesn't enter.  Links welded to the ground don't count.  NaN where nothing that moves has mass.  O(bodies).
+/// Reads batch.q, batch.v, batch.a; writes acceleration into batch.result[0] (rows of 3).
+template <class S>
+KSL_EXPORT void center_of_mass_acceleration_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Momentum (6) about the centre of mass, in the world's axes, linear first, kg m/s and kg m²/s, for q (nq) and v (nv),
+/// of the bodies that move (Orin, Goswami, Lee, Autonomous Robots 35, 2013, eq. (7)).  O(bodies).  Reads batch.q,
+/// batch.v; writes momentum into batch.result[0] (rows of 6).
+template <class S>
+KSL_EXPORT void centroidal_momentum_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Centroidal momentum matrix (6, nv), row-major, for q (nq): times v it is the momentum about the centre of mass, in
+/// the world's axes, linear first (Orin, Goswami, Lee, Autonomous Robots 35, 2013, section 4).  O(bodies).  Reads
+/// batch.q; writes matrix into batch.result[0] (rows of 6 × nv).
+template <class S>
+KSL_EXPORT void centroidal_momentum_matrix_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Rate (6) of the momentum about the centre of mass, in the world's axes, linear first, N and N m, for q (nq), v (nv)
+/// and a (nv): the sum of all external wrenches, those of gravity and of the ground among them.  O(bodies).  Reads
+/// batch.q, batch.v, batch.a; writes rate into batch.result[0] (rows of 6).
+template <class S>
+KSL_EXPORT void centroidal_momentum_rate_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
 /// Derivatives dtau_dq (nv, nv), dtau_dv (nv, nv), dtau_da (nv, nv) of the joint efforts that inverse dynamics gives
 /// for q (nq), v (nv), a (nv), each row-major: element (i, k) is that of effort i by coordinate k.  By q is along q ⊕ s
 /// e_k with v and a held componentwise; by a is the mass matrix.  External wrenches are held in their links' axes, and
@@ -261,5 +303,40 @@ KSL_EXPORT void forward_dynamics_derivatives_batch(const model &m, const batch_v
 /// (rows of joints->n × 6 × nv).
 template <class S>
 KSL_EXPORT void reactions_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Regressor Y (nv, links, 10) of inverse dynamics for q (nq), v (nv) and a (nv): summed over all links with their
+/// parameters it is the joint efforts under gravity, without external wrenches (Atkeson, An, Hollerbach, IJRR 5,
+/// 1986).  A link has ten parameters: mass, mass × centroid, Ixx Ixy Iyy Ixz Iyz Izz about its origin, in its axes.
+/// O(links × depth).  Reads batch.q, batch.v, batch.a, batch.links; writes Y into batch.result[0] (rows of nv × links.n
+/// × 10).
+template <class S>
+KSL_EXPORT void inverse_dynamics_regressor_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Regressor Y (nv, links, 10) of the joint efforts that hold the mechanism at rest at q (nq): that of inverse dynamics
+/// with v = a = 0.  O(links × depth).  Reads batch.q, batch.links; writes Y into batch.result[0] (rows of nv × links.n
+/// × 10).
+template <class S>
+KSL_EXPORT void gravity_torque_regressor_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Regressor Y (joints, 6, all links, 10) of the reactions of the joints that are asked for, for q (nq), v (nv) and a
+/// (nv): summed over all links with their parameters (those of inverse_dynamics_regressor) it is the reactions under
+/// gravity, without external wrenches.  O(joints × links).  reaction_request by default: the whole wrench on the child
+/// side, about the joint's origin, in the axes of the child link, linear first.  Reads batch.q, batch.v, batch.a,
+/// batch.joints; writes Y into batch.result[0] (rows of joints->n × 6 × all links × 10).
+template <class S>
+KSL_EXPORT void reactions_regressor_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Regressors kinetic (links, 10) and potential (links, 10) of the energies for q (nq) and v (nv): summed over all
+/// links with their parameters (those of inverse_dynamics_regressor) they are kinetic and potential energy, J.
+/// O(bodies + links).  Reads batch.q, batch.v, batch.links; writes kinetic into batch.result[0] (rows of links.n × 10),
+/// potential into batch.result[1] (rows of links.n × 10).
+template <class S>
+KSL_EXPORT void energy_regressor_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Regressor P (6, links, 10) of the momentum about the world's origin, in its axes, linear first, for q (nq) and v
+/// (nv): summed over links with their parameters (those of inverse_dynamics_regressor) it is their momentum.  O(bodies
+/// + links).  Reads batch.q, batch.v, batch.links; writes P into batch.result[0] (rows of 6 × links.n × 10).
+template <class S>
+KSL_EXPORT void momentum_regressor_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 } // namespace ksl

@@ -217,6 +217,45 @@ template <class S>
 KSL_EXPORT void external_power(const model &m, data &d, const S *q, const S *v, S *power,
                                const external_wrenches<S> &external);
 
+/// Centre of mass center (3) of the bodies that move, in the world, m, for q (nq).  Links welded to the ground don't
+/// count.  NaN where nothing that moves has mass.  O(bodies).  No allocation.
+template <class S>
+KSL_EXPORT void center_of_mass(const model &m, data &d, const S *q, S *center);
+
+/// Jacobian J (3, nv) of the centre of mass, row-major, for q (nq): J v is its velocity in the world's axes.  Links
+/// welded to the ground don't count.  NaN where nothing that moves has mass.  O(bodies).  No allocation.
+template <class S>
+KSL_EXPORT void center_of_mass_jacobian(const model &m, data &d, const S *q, S *J);
+
+/// Velocity velocity (3) of the centre of mass in the world's axes, m/s, for q (nq) and v (nv).  Links welded to the
+/// ground don't count.  NaN where nothing that moves has mass.  O(bodies).  No allocation.
+template <class S>
+KSL_EXPORT void center_of_mass_velocity(const model &m, data &d, const S *q, const S *v, S *velocity);
+
+/// Acceleration acceleration (3) of the centre of mass in the world's axes, m/s², for q (nq), v (nv) and a (nv).
+/// Gravity doesn't enter.  Links welded to the ground don't count.  NaN where nothing that moves has mass.  O(bodies).
+/// No allocation.
+template <class S>
+KSL_EXPORT void center_of_mass_acceleration(const model &m, data &d, const S *q, const S *v, const S *a,
+                                            S *acceleration);
+
+/// Momentum (6) about the centre of mass, in the world's axes, linear first, kg m/s and kg m²/s, for q (nq) and v (nv),
+/// of the bodies that move (Orin, Goswami, Lee, Autonomous Robots 35, 2013, eq. (7)).  O(bodies).  No allocation.
+template <class S>
+KSL_EXPORT void centroidal_momentum(const model &m, data &d, const S *q, const S *v, S *momentum);
+
+/// Centroidal momentum matrix (6, nv), row-major, for q (nq): times v it is the momentum about the centre of mass, in
+/// the world's axes, linear first (Orin, Goswami, Lee, Autonomous Robots 35, 2013, section 4).  O(bodies).  No
+/// allocation.
+template <class S>
+KSL_EXPORT void centroidal_momentum_matrix(const model &m, data &d, const S *q, S *matrix);
+
+/// Rate (6) of the momentum about the centre of mass, in the world's axes, linear first, N and N m, for q (nq), v (nv)
+/// and a (nv): the sum of all external wrenches, those of gravity and of the ground among them.  O(bodies).  No
+/// allocation.
+template <class S>
+KSL_EXPORT void centroidal_momentum_rate(const model &m, data &d, const S *q, const S *v, const S *a, S *rate);
+
 /// Derivatives dtau_dq (nv, nv), dtau_dv (nv, nv), dtau_da (nv, nv) of the joint efforts that inverse dynamics gives
 /// for q (nq), v (nv), a (nv), each row-major: element (i, k) is that of effort i by coordinate k.  By q is along q ⊕ s
 /// e_k with v and a held componentwise; by a is the mass matrix.  External wrenches are held in their links' axes, and
@@ -244,5 +283,39 @@ template <class S>
 KSL_EXPORT void reactions_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *by_q, S *by_v,
                                       const reaction_request &request, S *by_a,
                                       const external_wrenches<S> &external = {});
+
+/// Regressor Y (nv, links, 10) of inverse dynamics for q (nq), v (nv) and a (nv): summed over all links with their
+/// parameters it is the joint efforts under gravity, without external wrenches (Atkeson, An, Hollerbach, IJRR 5,
+/// 1986).  A link has ten parameters: mass, mass × centroid, Ixx Ixy Iyy Ixz Iyz Izz about its origin, in its axes.
+/// O(links × depth).  No allocation.
+template <class S>
+KSL_EXPORT void inverse_dynamics_regressor(const model &m, data &d, const S *q, const S *v, const S *a, int n,
+                                           const int *links, S *Y);
+
+/// Regressor Y (nv, links, 10) of the joint efforts that hold the mechanism at rest at q (nq): that of inverse dynamics
+/// with v = a = 0.  O(links × depth).  No allocation.
+template <class S>
+KSL_EXPORT void gravity_torque_regressor(const model &m, data &d, const S *q, int n, const int *links, S *Y);
+
+/// Regressor Y (joints, 6, all links, 10) of the reactions of the joints that are asked for, for q (nq), v (nv) and a
+/// (nv): summed over all links with their parameters (those of inverse_dynamics_regressor) it is the reactions under
+/// gravity, without external wrenches.  O(joints × links).  reaction_request by default: the whole wrench on the child
+/// side, about the joint's origin, in the axes of the child link, linear first.  No allocation.
+template <class S>
+KSL_EXPORT void reactions_regressor(const model &m, data &d, const S *q, const S *v, const S *a,
+                                    const reaction_request &request, S *Y);
+
+/// Regressors kinetic (links, 10) and potential (links, 10) of the energies for q (nq) and v (nv): summed over all
+/// links with their parameters (those of inverse_dynamics_regressor) they are kinetic and potential energy, J.
+/// O(bodies + links).  No allocation.
+template <class S>
+KSL_EXPORT void energy_regressor(const model &m, data &d, const S *q, const S *v, S *kinetic, int n, const int *links,
+                                 S *potential);
+
+/// Regressor P (6, links, 10) of the momentum about the world's origin, in its axes, linear first, for q (nq) and v
+/// (nv): summed over links with their parameters (those of inverse_dynamics_regressor) it is their momentum.  O(bodies
+/// + links).  No allocation.
+template <class S>
+KSL_EXPORT void momentum_regressor(const model &m, data &d, const S *q, const S *v, int n, const int *links, S *P);
 
 } // namespace ksl

@@ -509,6 +509,62 @@ class Calls(Requests):
         """
         return self._core.external_power(q, v, None, None, external, None, out, threads)
 
+    def center_of_mass(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Centre of mass (…, 3) of the bodies that move, in the world, m, for q (…, nq).
+
+        Links that are welded to the ground don't count.  NaN where nothing that moves has mass.
+        q, out, threads: as in :meth:`inverse_dynamics`.  O(bodies).
+        """
+        return self._core.center_of_mass(q, None, None, None, None, None, out, threads)
+
+    def center_of_mass_jacobian(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Jacobian (…, 3, nv) of the centre of mass, for q (…, nq): J v is its velocity in the world's axes.
+
+        The linear rows of :meth:`centroidal_momentum_matrix`, divided by the mass; links and NaN as in :meth:`center_of_mass`.
+        q, out, threads: as in :meth:`inverse_dynamics`.  O(bodies).
+        """
+        return self._core.center_of_mass_jacobian(q, None, None, None, None, None, out, threads)
+
+    def center_of_mass_velocity(self, q: ArrayLike, v: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Velocity (…, 3) of the centre of mass in the world's axes, m/s, for q (…, nq), v (…, nv).
+
+        Links and NaN as in :meth:`center_of_mass`; q, v, out, threads as in :meth:`inverse_dynamics`.  O(bodies).
+        """
+        return self._core.center_of_mass_velocity(q, v, None, None, None, None, out, threads)
+
+    def center_of_mass_acceleration(self, q: ArrayLike, v: ArrayLike, a: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Acceleration (…, 3) of the centre of mass in the world's axes, m/s², for q (…, nq), v and a (…, nv).
+
+        The rate of :meth:`center_of_mass_velocity`; gravity doesn't enter.
+        Links and NaN as in :meth:`center_of_mass`; q, v, a, out, threads as in :meth:`inverse_dynamics`.  O(bodies).
+        """
+        return self._core.center_of_mass_acceleration(q, v, a, None, None, None, out, threads)
+
+    def centroidal_momentum(self, q: ArrayLike, v: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Momentum (…, 6) about the centre of mass, in the world's axes, linear first, for q (…, nq), v (…, nv).
+
+        Of the bodies that move; kg m/s, kg m²/s.  Where nothing that moves has mass, all is zero.
+        q, v, out, threads: as in :meth:`inverse_dynamics`.  Orin, Goswami, Lee, Autonomous Robots 35, 2013, eq. (7); O(bodies).
+        """
+        return self._core.centroidal_momentum(q, v, None, None, None, None, out, threads)
+
+    def centroidal_momentum_matrix(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Centroidal momentum matrix (…, 6, nv) for q (…, nq): times v it is :meth:`centroidal_momentum`.
+
+        A column is the momentum of the joint's subtree at unit velocity, about the centre of mass of all bodies that move.
+        q, out, threads: as in :meth:`inverse_dynamics`.  Orin, Goswami, Lee, Autonomous Robots 35, 2013, section 4; O(bodies).
+        """
+        return self._core.centroidal_momentum_matrix(q, None, None, None, None, None, out, threads)
+
+    def centroidal_momentum_rate(self, q: ArrayLike, v: ArrayLike, a: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Rate (…, 6) of the centroidal momentum, in the world's axes, linear first, for q (…, nq), v and a (…, nv).
+
+        The rate of :meth:`centroidal_momentum`: the sum of all external wrenches about the centre of mass, those of gravity and of the
+        ground among them; N, N m.
+        q, v, a, out, threads: as in :meth:`inverse_dynamics`.  O(bodies).
+        """
+        return self._core.centroidal_momentum_rate(q, v, a, None, None, None, out, threads)
+
     def inverse_dynamics_derivatives(
         self,
         q: ArrayLike,
@@ -578,6 +634,67 @@ class Calls(Requests):
         out: three arrays, one for each derivative.  After Singh, Russell, Wensing (RA-L 7(2), 2022); O(joints × nv).
         """
         return self._core.reactions_derivatives(q, v, a, None, external, self._request(on, at, axes, order, part, joints), out, threads)
+
+    def inverse_dynamics_regressor(
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, links: Iterable[str] | None = None, out: Array | None = None, threads: int | None = None
+    ) -> Array:
+        """Regressor (…, nv, links, 10) of inverse dynamics: joint efforts for each inertial parameter of each link.
+
+        numpy.einsum("...jlp,lp", regressor, model.parameters) is `inverse_dynamics` without external wrenches.
+        links: names in the order wanted; by default all links in the order of `link_names`.  Links that fixed joints weld together have
+        parameters of their own.  Those of a link: m, m cx, m cy, m cz, Ixx, Ixy, Iyy, Ixz, Iyz, Izz, about its origin and in its axes.
+        q, v, a, out, threads: as in :meth:`inverse_dynamics`.  Atkeson, An, Hollerbach, IJRR 5, 1986; O(links × depth).
+        """
+        return self._core.inverse_dynamics_regressor(q, v, a, None, None, self._links_of(links), out, threads)
+
+    def gravity_torque_regressor(self, q: ArrayLike, links: Iterable[str] | None = None, out: Array | None = None, threads: int | None = None) -> Array:
+        """Regressor (…, nv, links, 10) of the efforts at rest: those of :meth:`gravity_torque` for each inertial parameter.
+
+        Only masses and first moments enter: columns 4 to 9 are zero.
+        links, q, out, threads: as in :meth:`inverse_dynamics_regressor`, of which this is the case v = a = 0.
+        """
+        return self._core.gravity_torque_regressor(q, None, None, None, None, self._links_of(links), out, threads)
+
+    def reactions_regressor(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        on: Side = "child",
+        at: Point = "joint",
+        axes: str = "joint",
+        order: Order = "lin_ang",
+        part: Part = "total",
+        joints: Iterable[str] | None = None,
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Regressor (…, joints, 6, links, 10) of reactions: the wrench through each joint for each parameter of every link.
+
+        numpy.einsum("...jclp,lp", regressor, model.parameters) is `reactions` with the same keywords, without external wrenches.
+        All links of the model, in the order of `link_names`; a link's parameters: as in :meth:`inverse_dynamics_regressor`.
+        on, at, axes, order, part, joints: as in :meth:`reactions`.  q, v, a, out, threads: as in :meth:`inverse_dynamics`.
+        O(joints × links).
+        """
+        return self._core.reactions_regressor(q, v, a, None, None, self._request(on, at, axes, order, part, joints), out, threads)
+
+    def energy_regressor(
+        self, q: ArrayLike, v: ArrayLike, links: Iterable[str] | None = None, out: tuple[Array, Array] | None = None, threads: int | None = None
+    ) -> tuple[Array, Array]:
+        """Regressors (…, links, 10) of kinetic and of potential energy: those of :meth:`energy` for each inertial parameter.
+
+        numpy.einsum("...lp,lp", regressor, model.parameters) is the energy.  out: two arrays, for the one and for the other.
+        links, q, v, threads: as in :meth:`inverse_dynamics_regressor`.  O(bodies + links).
+        """
+        return self._core.energy_regressor(q, v, None, None, None, self._links_of(links), out, threads)
+
+    def momentum_regressor(self, q: ArrayLike, v: ArrayLike, links: Iterable[str] | None = None, out: Array | None = None, threads: int | None = None) -> Array:
+        """Regressor (…, 6, links, 10) of the momentum about the world's origin, in its axes, linear first.
+
+        About the world's origin, since the centre of mass is not a linear function of the parameters.  Linear first; kg m/s, kg m²/s.
+        links, q, v, out, threads: as in :meth:`inverse_dynamics_regressor`.  O(bodies + links).
+        """
+        return self._core.momentum_regressor(q, v, None, None, None, self._links_of(links), out, threads)
 
     rnea = inverse_dynamics
     aba = forward_dynamics

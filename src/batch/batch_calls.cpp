@@ -204,6 +204,48 @@ template <class S> void external_power_batch(const model &m, const batch_view<S>
 template void external_power_batch(const model &, const batch_view<double> &, int);
 template void external_power_batch(const model &, const batch_view<float> &, int);
 
+template <class S> void center_of_mass_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::center_of_mass, m, batch, threads);
+}
+template void center_of_mass_batch(const model &, const batch_view<double> &, int);
+template void center_of_mass_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void center_of_mass_jacobian_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::center_of_mass_jacobian, m, batch, threads);
+}
+template void center_of_mass_jacobian_batch(const model &, const batch_view<double> &, int);
+template void center_of_mass_jacobian_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void center_of_mass_velocity_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::center_of_mass_velocity, m, batch, threads);
+}
+template void center_of_mass_velocity_batch(const model &, const batch_view<double> &, int);
+template void center_of_mass_velocity_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void center_of_mass_acceleration_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::center_of_mass_acceleration, m, batch, threads);
+}
+template void center_of_mass_acceleration_batch(const model &, const batch_view<double> &, int);
+template void center_of_mass_acceleration_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void centroidal_momentum_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::centroidal_momentum, m, batch, threads);
+}
+template void centroidal_momentum_batch(const model &, const batch_view<double> &, int);
+template void centroidal_momentum_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void centroidal_momentum_matrix_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::centroidal_momentum_matrix, m, batch, threads);
+}
+template void centroidal_momentum_matrix_batch(const model &, const batch_view<double> &, int);
+template void centroidal_momentum_matrix_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void centroidal_momentum_rate_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::centroidal_momentum_rate, m, batch, threads);
+}
+template void centroidal_momentum_rate_batch(const model &, const batch_view<double> &, int);
+template void centroidal_momentum_rate_batch(const model &, const batch_view<float> &, int);
+
 template <class S> void inverse_dynamics_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
   compute_batch(rows::inverse_dynamics_derivatives, m, batch, threads);
 }
@@ -221,5 +263,35 @@ template <class S> void reactions_derivatives_batch(const model &m, const batch_
 }
 template void reactions_derivatives_batch(const model &, const batch_view<double> &, int);
 template void reactions_derivatives_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void inverse_dynamics_regressor_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::inverse_dynamics_regressor, m, batch, threads);
+}
+template void inverse_dynamics_regressor_batch(const model &, const batch_view<double> &, int);
+template void inverse_dynamics_regressor_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void gravity_torque_regressor_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::gravity_torque_regressor, m, batch, threads);
+}
+template void gravity_torque_regressor_batch(const model &, const batch_view<double> &, int);
+template void gravity_torque_regressor_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void reactions_regressor_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::reactions_regressor, m, batch, threads);
+}
+template void reactions_regressor_batch(const model &, const batch_view<double> &, int);
+template void reactions_regressor_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void energy_regressor_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::energy_regressor, m, batch, threads);
+}
+template void energy_regressor_batch(const model &, const batch_view<double> &, int);
+template void energy_regressor_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void momentum_regressor_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::momentum_regressor, m, batch, threads);
+}
+template void momentum_regressor_batch(const model &, const batch_view<double> &, int);
+template void momentum_regressor_batch(const model &, const batch_view<float> &, int);
 
 } // namespace ksl

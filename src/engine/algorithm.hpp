@@ -32,7 +32,7 @@ struct kernel_table;
 
 /// An extent of a result: a fixed number, or one that follows from the model or from what is requested.
 /// twists: six numbers for each link.
-enum class extent : unsigned char { three, four, six, ten, nq, nv, links, twists, joints, tree };
+enum class extent : unsigned char { three, four, six, ten, nq, nv, links, twists, joints, tree, all_links };
 
 struct result_row {
   const char *name;
@@ -98,6 +98,7 @@ constexpr bool names_links(request_kind request) {
 struct extents {
   int nq, nv, links, joints;
   int tree; ///< elements of a matrix that aren't zero by the shape of the tree (engine/tree_rows.hpp)
+  int all_links; ///< of the model
 };
 
 constexpr int length_of(extent e, const extents &of) {
@@ -112,6 +113,7 @@ constexpr int length_of(extent e, const extents &of) {
   case extent::twists: return 6 * of.links;
   case extent::joints: return of.joints;
   case extent::tree: return of.tree;
+  case extent::all_links: return of.all_links;
   }
   return 0;
 }
@@ -129,9 +131,9 @@ constexpr int numbers_of(const result_row &result, const extents &of) {
   return n;
 }
 
-/// Of a model_view, or any model with nq and nv, and a state or batch.
+/// Of a model_view and a state or batch.
 template <class Model, class View> constexpr extents extents_of(const Model &model, const View &view) {
-  return {model.nq, model.nv, view.links.n, view.joints ? view.joints->n : 0, model.tree_elements};
+  return {model.nq, model.nv, view.links.n, view.joints ? view.joints->n : 0, model.tree_elements, model.links};
 }
 
 /// The member of a state_view or batch_view that holds an input.

@@ -35,9 +35,20 @@ struct kernel_table {
   const algorithm_kernels *operational_space;
   const algorithm_kernels *energy;
   const algorithm_kernels *external_power;
+  const algorithm_kernels *center_of_mass;
+  const algorithm_kernels *center_of_mass_jacobian;
+  const algorithm_kernels *center_of_mass_velocity;
+  const algorithm_kernels *center_of_mass_acceleration;
+  const algorithm_kernels *centroidal_momentum;
+  const algorithm_kernels *centroidal_momentum_matrix;
+  const algorithm_kernels *centroidal_momentum_rate;
   const algorithm_kernels *inverse_dynamics_derivatives;
   const algorithm_kernels *forward_dynamics_derivatives;
   const algorithm_kernels *reactions_derivatives;
+  const algorithm_kernels *inverse_dynamics_regressor;
+  const algorithm_kernels *reactions_regressor;
+  const algorithm_kernels *energy_regressor;
+  const algorithm_kernels *momentum_regressor;
 };
 
 namespace rows {
@@ -378,6 +389,90 @@ constexpr algorithm_row external_power = {
     .kernels = &kernel_table::external_power,
 };
 
+constexpr algorithm_row center_of_mass = {
+    .name = "center_of_mass",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"center", 1, {extent::three}}},
+    .kernels = &kernel_table::center_of_mass,
+};
+
+constexpr algorithm_row center_of_mass_jacobian = {
+    .name = "center_of_mass_jacobian",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"J", 2, {extent::three, extent::nv}}},
+    .kernels = &kernel_table::center_of_mass_jacobian,
+};
+
+constexpr algorithm_row center_of_mass_velocity = {
+    .name = "center_of_mass_velocity",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"velocity", 1, {extent::three}}},
+    .kernels = &kernel_table::center_of_mass_velocity,
+};
+
+constexpr algorithm_row center_of_mass_acceleration = {
+    .name = "center_of_mass_acceleration",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"acceleration", 1, {extent::three}}},
+    .kernels = &kernel_table::center_of_mass_acceleration,
+};
+
+constexpr algorithm_row centroidal_momentum = {
+    .name = "centroidal_momentum",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"momentum", 1, {extent::six}}},
+    .kernels = &kernel_table::centroidal_momentum,
+};
+
+constexpr algorithm_row centroidal_momentum_matrix = {
+    .name = "centroidal_momentum_matrix",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"matrix", 2, {extent::six, extent::nv}}},
+    .kernels = &kernel_table::centroidal_momentum_matrix,
+};
+
+constexpr algorithm_row centroidal_momentum_rate = {
+    .name = "centroidal_momentum_rate",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"rate", 1, {extent::six}}},
+    .kernels = &kernel_table::centroidal_momentum_rate,
+};
+
 constexpr algorithm_row inverse_dynamics_derivatives = {
     .name = "inverse_dynamics_derivatives",
     .inputs = 3,
@@ -412,6 +507,54 @@ constexpr algorithm_row reactions_derivatives = {
     .results = 3,
     .result = {{"by_q", 3, {extent::joints, extent::six, extent::nv}}, {"by_v", 3, {extent::joints, extent::six, extent::nv}}, {"by_a", 3, {extent::joints, extent::six, extent::nv}}},
     .kernels = &kernel_table::reactions_derivatives,
+};
+
+constexpr algorithm_row inverse_dynamics_regressor = {
+    .name = "inverse_dynamics_regressor",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .external = external_use::none,
+    .request = request_kind::links,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"Y", 3, {extent::nv, extent::links, extent::ten}}},
+    .kernels = &kernel_table::inverse_dynamics_regressor,
+};
+
+constexpr algorithm_row reactions_regressor = {
+    .name = "reactions_regressor",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .external = external_use::none,
+    .request = request_kind::joints,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"Y", 4, {extent::joints, extent::six, extent::all_links, extent::ten}}},
+    .kernels = &kernel_table::reactions_regressor,
+};
+
+constexpr algorithm_row energy_regressor = {
+    .name = "energy_regressor",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .external = external_use::none,
+    .request = request_kind::links,
+    .needs_mass = false,
+    .results = 2,
+    .result = {{"kinetic", 2, {extent::links, extent::ten}}, {"potential", 2, {extent::links, extent::ten}}},
+    .kernels = &kernel_table::energy_regressor,
+};
+
+constexpr algorithm_row momentum_regressor = {
+    .name = "momentum_regressor",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .external = external_use::none,
+    .request = request_kind::links,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"P", 3, {extent::six, extent::links, extent::ten}}},
+    .kernels = &kernel_table::momentum_regressor,
 };
 
 constexpr algorithm_row reactions = {
@@ -492,6 +635,19 @@ constexpr algorithm_row frame_acceleration = {
     .variant_of = &frame_accelerations,
 };
 
+constexpr algorithm_row gravity_torque_regressor = {
+    .name = "gravity_torque_regressor",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::links,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"Y", 3, {extent::nv, extent::links, extent::ten}}},
+    .kernels = &kernel_table::inverse_dynamics_regressor,
+    .variant_of = &inverse_dynamics_regressor,
+};
+
 constexpr const algorithm_row *all[] = {
     &inverse_dynamics,
     &inverse_dynamics_with_reactions,
@@ -527,9 +683,21 @@ constexpr const algorithm_row *all[] = {
     &operational_space,
     &energy,
     &external_power,
+    &center_of_mass,
+    &center_of_mass_jacobian,
+    &center_of_mass_velocity,
+    &center_of_mass_acceleration,
+    &centroidal_momentum,
+    &centroidal_momentum_matrix,
+    &centroidal_momentum_rate,
     &inverse_dynamics_derivatives,
     &forward_dynamics_derivatives,
     &reactions_derivatives,
+    &inverse_dynamics_regressor,
+    &gravity_torque_regressor,
+    &reactions_regressor,
+    &energy_regressor,
+    &momentum_regressor,
 };
 
 } // namespace rows

@@ -196,6 +196,41 @@ void external_power(const model &m, data &d, const S *q, const S *v, S *power, c
 }
 
 template <class S>
+void center_of_mass(const model &m, data &d, const S *q, S *center) {
+  compute<S>(rows::center_of_mass, m, d, {.q = q, .result = {center}});
+}
+
+template <class S>
+void center_of_mass_jacobian(const model &m, data &d, const S *q, S *J) {
+  compute<S>(rows::center_of_mass_jacobian, m, d, {.q = q, .result = {J}});
+}
+
+template <class S>
+void center_of_mass_velocity(const model &m, data &d, const S *q, const S *v, S *velocity) {
+  compute<S>(rows::center_of_mass_velocity, m, d, {.q = q, .v = v, .result = {velocity}});
+}
+
+template <class S>
+void center_of_mass_acceleration(const model &m, data &d, const S *q, const S *v, const S *a, S *acceleration) {
+  compute<S>(rows::center_of_mass_acceleration, m, d, {.q = q, .v = v, .a = a, .result = {acceleration}});
+}
+
+template <class S>
+void centroidal_momentum(const model &m, data &d, const S *q, const S *v, S *momentum) {
+  compute<S>(rows::centroidal_momentum, m, d, {.q = q, .v = v, .result = {momentum}});
+}
+
+template <class S>
+void centroidal_momentum_matrix(const model &m, data &d, const S *q, S *matrix) {
+  compute<S>(rows::centroidal_momentum_matrix, m, d, {.q = q, .result = {matrix}});
+}
+
+template <class S>
+void centroidal_momentum_rate(const model &m, data &d, const S *q, const S *v, const S *a, S *rate) {
+  compute<S>(rows::centroidal_momentum_rate, m, d, {.q = q, .v = v, .a = a, .result = {rate}});
+}
+
+template <class S>
 void inverse_dynamics_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *dtau_dq, S *dtau_dv,
                                   S *dtau_da, const external_wrenches<S> &external) {
   compute<S>(rows::inverse_dynamics_derivatives, m, d, {.q = q, .v = v, .a = a, .external = external,
@@ -214,6 +249,35 @@ void reactions_derivatives(const model &m, data &d, const S *q, const S *v, cons
                            const reaction_request &request, S *by_a, const external_wrenches<S> &external) {
   compute<S>(rows::reactions_derivatives, m, d, {.q = q, .v = v, .a = a, .external = external, .joints = &request,
                                                  .result = {by_q, by_v, by_a}});
+}
+
+template <class S>
+void inverse_dynamics_regressor(const model &m, data &d, const S *q, const S *v, const S *a, int n, const int *links,
+                                S *Y) {
+  compute<S>(rows::inverse_dynamics_regressor, m, d, {.q = q, .v = v, .a = a, .links = {n, links}, .result = {Y}});
+}
+
+template <class S>
+void gravity_torque_regressor(const model &m, data &d, const S *q, int n, const int *links, S *Y) {
+  const S *const zero = d.template zero<S>();
+  compute<S>(rows::gravity_torque_regressor, m, d, {.q = q, .v = zero, .a = zero, .links = {n, links}, .result = {Y}});
+}
+
+template <class S>
+void reactions_regressor(const model &m, data &d, const S *q, const S *v, const S *a, const reaction_request &request,
+                         S *Y) {
+  compute<S>(rows::reactions_regressor, m, d, {.q = q, .v = v, .a = a, .joints = &request, .result = {Y}});
+}
+
+template <class S>
+void energy_regressor(const model &m, data &d, const S *q, const S *v, S *kinetic, int n, const int *links,
+                      S *potential) {
+  compute<S>(rows::energy_regressor, m, d, {.q = q, .v = v, .links = {n, links}, .result = {kinetic, potential}});
+}
+
+template <class S>
+void momentum_regressor(const model &m, data &d, const S *q, const S *v, int n, const int *links, S *P) {
+  compute<S>(rows::momentum_regressor, m, d, {.q = q, .v = v, .links = {n, links}, .result = {P}});
 }
 
 template void inverse_dynamics<double>(const model &, data &, const double *, const double *, const double *, double *,
@@ -323,6 +387,24 @@ template void external_power<double>(const model &, data &, const double *, cons
                                      const external_wrenches<double> &);
 template void external_power<float>(const model &, data &, const float *, const float *, float *,
                                     const external_wrenches<float> &);
+template void center_of_mass<double>(const model &, data &, const double *, double *);
+template void center_of_mass<float>(const model &, data &, const float *, float *);
+template void center_of_mass_jacobian<double>(const model &, data &, const double *, double *);
+template void center_of_mass_jacobian<float>(const model &, data &, const float *, float *);
+template void center_of_mass_velocity<double>(const model &, data &, const double *, const double *, double *);
+template void center_of_mass_velocity<float>(const model &, data &, const float *, const float *, float *);
+template void center_of_mass_acceleration<double>(const model &, data &, const double *, const double *, const double *,
+                                                  double *);
+template void center_of_mass_acceleration<float>(const model &, data &, const float *, const float *, const float *,
+                                                 float *);
+template void centroidal_momentum<double>(const model &, data &, const double *, const double *, double *);
+template void centroidal_momentum<float>(const model &, data &, const float *, const float *, float *);
+template void centroidal_momentum_matrix<double>(const model &, data &, const double *, double *);
+template void centroidal_momentum_matrix<float>(const model &, data &, const float *, float *);
+template void centroidal_momentum_rate<double>(const model &, data &, const double *, const double *, const double *,
+                                               double *);
+template void centroidal_momentum_rate<float>(const model &, data &, const float *, const float *, const float *,
+                                              float *);
 template void inverse_dynamics_derivatives<double>(const model &, data &, const double *, const double *,
                                                    const double *, double *, double *, double *,
                                                    const external_wrenches<double> &);
@@ -339,5 +421,22 @@ template void reactions_derivatives<double>(const model &, data &, const double 
 template void reactions_derivatives<float>(const model &, data &, const float *, const float *, const float *, float *,
                                            float *, const reaction_request &, float *,
                                            const external_wrenches<float> &);
+template void inverse_dynamics_regressor<double>(const model &, data &, const double *, const double *, const double *,
+                                                 int, const int *, double *);
+template void inverse_dynamics_regressor<float>(const model &, data &, const float *, const float *, const float *, int,
+                                                const int *, float *);
+template void gravity_torque_regressor<double>(const model &, data &, const double *, int, const int *, double *);
+template void gravity_torque_regressor<float>(const model &, data &, const float *, int, const int *, float *);
+template void reactions_regressor<double>(const model &, data &, const double *, const double *, const double *,
+                                          const reaction_request &, double *);
+template void reactions_regressor<float>(const model &, data &, const float *, const float *, const float *,
+                                         const reaction_request &, float *);
+template void energy_regressor<double>(const model &, data &, const double *, const double *, double *, int,
+                                       const int *, double *);
+template void energy_regressor<float>(const model &, data &, const float *, const float *, float *, int, const int *,
+                                      float *);
+template void momentum_regressor<double>(const model &, data &, const double *, const double *, int, const int *,
+                                         double *);
+template void momentum_regressor<float>(const model &, data &, const float *, const float *, int, const int *, float *);
 
 } // namespace ksl

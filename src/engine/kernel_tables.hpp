@@ -34,9 +34,20 @@
   extern "C" const ksl::algorithm_kernels ksl_kernels_operational_space_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_energy_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_external_power_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_center_of_mass_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_center_of_mass_jacobian_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_center_of_mass_velocity_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_center_of_mass_acceleration_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_centroidal_momentum_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_centroidal_momentum_matrix_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_centroidal_momentum_rate_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_inverse_dynamics_derivatives_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_forward_dynamics_derivatives_##set; \
-  extern "C" const ksl::algorithm_kernels ksl_kernels_reactions_derivatives_##set;
+  extern "C" const ksl::algorithm_kernels ksl_kernels_reactions_derivatives_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_inverse_dynamics_regressor_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_reactions_regressor_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_energy_regressor_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_momentum_regressor_##set;
 
 #define KSL_KERNEL_TABLE(set) \
   { \
@@ -68,7 +79,18 @@
     .operational_space = &ksl_kernels_operational_space_##set, \
     .energy = &ksl_kernels_energy_##set, \
     .external_power = &ksl_kernels_external_power_##set, \
+    .center_of_mass = &ksl_kernels_center_of_mass_##set, \
+    .center_of_mass_jacobian = &ksl_kernels_center_of_mass_jacobian_##set, \
+    .center_of_mass_velocity = &ksl_kernels_center_of_mass_velocity_##set, \
+    .center_of_mass_acceleration = &ksl_kernels_center_of_mass_acceleration_##set, \
+    .centroidal_momentum = &ksl_kernels_centroidal_momentum_##set, \
+    .centroidal_momentum_matrix = &ksl_kernels_centroidal_momentum_matrix_##set, \
+    .centroidal_momentum_rate = &ksl_kernels_centroidal_momentum_rate_##set, \
     .inverse_dynamics_derivatives = &ksl_kernels_inverse_dynamics_derivatives_##set, \
     .forward_dynamics_derivatives = &ksl_kernels_forward_dynamics_derivatives_##set, \
     .reactions_derivatives = &ksl_kernels_reactions_derivatives_##set, \
+    .inverse_dynamics_regressor = &ksl_kernels_inverse_dynamics_regressor_##set, \
+    .reactions_regressor = &ksl_kernels_reactions_regressor_##set, \
+    .energy_regressor = &ksl_kernels_energy_regressor_##set, \
+    .momentum_regressor = &ksl_kernels_momentum_regressor_##set, \
   }
