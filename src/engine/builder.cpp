@@ -1,7 +1,7 @@
 // The builder: links and joints as a program gives them, checked as they come.
 #include "ksl/builder.hpp"
 
-#include "engine/pose_check.hpp"
+#include "engine/rigid_pose.hpp"
 #include "load/check.hpp"
 #include "load/given.hpp"
 #include "load/words.hpp"

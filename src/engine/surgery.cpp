@@ -3,7 +3,7 @@
 
 #include "ksl/engine/quaternion_tolerance.hpp"
 #include "engine/joint_pose.hpp"
-#include "engine/pose_check.hpp"
+#include "engine/rigid_pose.hpp"
 #include "load/check.hpp"
 #include "load/words.hpp"
 

@@ -1,4 +1,4 @@
-#include "engine/pose_check.hpp"
+#include "engine/rigid_pose.hpp"
 
 #include "load/words.hpp"
 
