@@ -69,8 +69,11 @@ inline void add_builder(nb::module_ &module) {
   nb::class_<ksl::builder>(module, "Builder", "Links and joints as ksl.Builder passes them on.")
       .def(nb::init<std::string, three>(), "name"_a, "gravity"_a)
       .def(
-          "read_from", [](ksl::builder &b, const std::string &file, const std::vector<std::string> &unused) { b.read_from(file, unused); },
-          "file"_a, "unused"_a)
+          "read_from",
+          [](ksl::builder &b, const std::string &file, const std::vector<std::string> &unused, const std::vector<std::string> &warnings) {
+            b.read_from(file, unused, warnings);
+          },
+          "file"_a, "unused"_a, "warnings"_a)
       .def(
           "add_link",
           [](ksl::builder &b, const std::string &name, const mass_numbers &mass) { b.add_link(name, mass_of(mass)); },

@@ -45,8 +45,9 @@ class KSL_EXPORT builder {
 public:
   explicit builder(std::string name, std::array<double, 3> gravity = {0, 0, -9.81});
 
-  /// For readers of other formats: the file that messages name, and a line for each kind of content that isn't carried over.
-  builder &read_from(const std::string &file, const std::vector<std::string> &unused);
+  /// For readers of other formats: the file that messages name, a line for each kind of content that isn't carried over, and
+  /// warnings, a line each.
+  builder &read_from(const std::string &file, const std::vector<std::string> &unused, const std::vector<std::string> &warnings = {});
 
   /// The link that no joint carries is the root.
   builder &add_link(const std::string &name, const link_mass &mass = {});

@@ -61,7 +61,7 @@ def from_mujoco(model: Model, q: ArrayLike, v: ArrayLike | None = None, a: Array
 
 def model_of(mj: Any, file: str = "", floating_base: bool = False, strict: bool = False, masses: str | None = None) -> Model:
     """The model of a compiled `mujoco.MjModel`, with the options of :func:`ksl.load`."""
-    return _model(mj, file, floating_base, strict, None, None, masses)
+    return _model(mj, file, floating_base, strict, None, None, masses, [])
 
 
 def _load(
@@ -73,11 +73,16 @@ def _load(
         if e.name != "mujoco":
             raise
         raise DescriptionError(f"{file}: this is MJCF, which is read by the package mujoco; install it with: pip install 'ksl[mjcf]'") from None
+    said: list[str] = []
+    handler = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda text: said.append(f"MuJoCo's compiler says: {_one_line(text)}"))  # instead of a log file in the current folder
     try:
         compiled = mujoco.MjModel.from_xml_path(os.fspath(file))
     except ValueError as e:
-        raise DescriptionError(f"{file}: MuJoCo's compiler refuses the file: {' '.join(str(e).split())}; correct it there") from None
-    return _model(compiled, file, floating_base, strict, gravity, payloads, masses)
+        raise DescriptionError(f"{file}: MuJoCo's compiler refuses the file: {_one_line(e)}; correct it there") from None
+    finally:
+        mujoco.set_mju_user_warning(handler)
+    return _model(compiled, file, floating_base, strict, gravity, payloads, masses, said)
 
 
 def _model(
@@ -88,8 +93,10 @@ def _model(
     gravity: list[float] | None,
     payloads: Mapping[str, tuple[float, Sequence[float]]] | None,
     masses: str | None,
+    said: list[str],
 ) -> Model:
-    reader = _Reader(mj, file)
+    reader = _Reader(mj)
+    reader.builder._core.read_from(file, reader.unused_lines(), said)
     if floating_base and not (mj.jnt_type == FREE).any():
         raise DescriptionError(f"{file}: a floating base is asked for, but no body has a <freejoint>; add one, or don't ask for that")
     core = reader.builder._core.build(False, strict, gravity, given.payload_points(payloads), masses is not None)
@@ -99,7 +106,7 @@ def _model(
 class _Reader:
     """Bodies, joints and sites of a compiled MuJoCo model as links and joints."""
 
-    def __init__(self, mj: Any, file: str) -> None:
+    def __init__(self, mj: Any) -> None:
         self.mj = mj
         self.layout: dict[str, Any] = {"nq": int(mj.nq), "nv": int(mj.nv), "joints": {}}
         gravity = np.zeros(3) if mj.opt.disableflags & GRAVITY_DISABLED else mj.opt.gravity
@@ -113,7 +120,6 @@ class _Reader:
         for i in range(1, mj.nbody):
             self.add_body(i)
         self.add_sites()
-        self.builder._core.read_from(file, self.unused_lines())
 
     def new(self, of: str, name: str) -> str:
         """A name that no other link or joint has."""
@@ -278,6 +284,10 @@ class _Reader:
             if count:
                 lines.append(f"{word} ({count})")
         return lines
+
+
+def _one_line(text: object) -> str:
+    return " ".join(str(text).split())
 
 
 def _common_name(names: list[str]) -> str:

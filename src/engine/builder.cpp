@@ -145,9 +145,10 @@ builder::builder(std::string name, std::array<double, 3> gravity) {
   robot_.gravity = gravity;
 }
 
-builder &builder::read_from(const std::string &file, const std::vector<std::string> &unused) {
+builder &builder::read_from(const std::string &file, const std::vector<std::string> &unused, const std::vector<std::string> &warnings) {
   robot_.file = file;
   robot_.unused = unused;
+  robot_.warnings = warnings;
   return *this;
 }
 

@@ -98,6 +98,14 @@ def test_joints_of_a_stack():
     assert m.parent("toe") == "foot" and m.link("toe").mass == 0
 
 
+def test_warnings_of_the_compiler(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    same = '<joint axis="1 0 0"/>'
+    with pytest.warns(ksl.DescriptionWarning, match="MuJoCo's compiler says: Inertia matrix is too close to singular"):
+        ksl.load(in_file(tmp_path, f'<body name="b">{same}{same}{BODY}</body>'))
+    assert [path.name for path in tmp_path.iterdir()] == ["robot.xml"]  # no log
+
+
 def stack(tmp_path, *joints: str) -> list[str]:
     m = ksl.load(in_file(tmp_path, f'<body name="b">{"".join(joints).replace("{}", "")}{BODY}</body>'))
     return [m.joint(name).kind for name in m.joint_names]
@@ -112,7 +120,8 @@ def test_a_kind_is_read_only_where_it_carries_everything(tmp_path):
         assert stack(tmp_path, hinge.format(said), other) == ["revolute", "revolute"]
     assert stack(tmp_path, hinge.format('damping="1"'), other.format('damping="1"')) == ["universal"]
     assert stack(tmp_path, hinge.format('damping="1"'), slide.format('damping="1"')) == ["revolute", "prismatic"]
-    assert stack(tmp_path, hinge, hinge.replace('"a"', '"d"')) == ["revolute", "revolute"]
+    with pytest.warns(ksl.DescriptionWarning, match="singular"):
+        assert stack(tmp_path, hinge, hinge.replace('"a"', '"d"')) == ["revolute", "revolute"]
     x, y, z = (f'<joint type="slide" name="{n}" axis="{n == "x":d} {n == "y":d} {n == "z":d}"/>' for n in "xyz")
     assert stack(tmp_path, x, y, z) == ["translation"]
     assert stack(tmp_path, y, x, z) == ["prismatic"] * 3
