@@ -149,6 +149,7 @@ private:
     const joint_kind_row row = row_of(kind);
     body<double> b{};
     b.kind = kind == joint_kind::continuous ? joint_kind::revolute : kind;
+    b.described = kind;
     b.parent = parent;
     b.q_index = m_.nq_, b.v_index = b.v_end = m_.nv_;
     b.nv = row.nv;

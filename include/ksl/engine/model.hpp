@@ -15,7 +15,8 @@ namespace ksl {
 /// A body and the joint that carries it.  offset, alpha and theta0 are Denavit and Hartenberg's: the parent's axes become the
 /// body's by Rz(offset) Rx(alpha) Rz(theta), theta = theta0 + joint angle.
 template <class T> struct body {
-  joint_kind kind;           ///< of the joint; revolute for continuous ones, fixed for body 0
+  joint_kind kind;           ///< of the joint, as it moves: revolute for continuous ones; fixed for body 0
+  joint_kind described;      ///< of the joint, as the description gives it
   int parent;                ///< body; −1 for body 0
   int q_index, v_index;      ///< where the joint's numbers begin in q and in v
   int nv;                    ///< how many it has in v
