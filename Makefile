@@ -3,7 +3,7 @@
 # make test-long  the tests of many random cases with ten times as many; writes test/long_results.md
 # make bench  timings, beside what they are compared with (make bench-plots: and renews docs/performance.md)
 # make release   all of the C algebra as one header, build/release/ksl.h
-# make docs      the reference in docs/reference, from the headers and from api/algorithms.py
+# make docs      the reference in docs/reference, from the headers and from api/algorithms/
 # Each reuses what is there.  make clean removes all that was made.
 
 PYTHON ?= python3

@@ -75,6 +75,7 @@ struct argument {
   std::string expected() const {
     const char *const numbers = !name            ? "force, then moment"
                                 : name[0] == 'q' ? "nq numbers for each state"
+                                : name[0] == 'f' ? "one number for each state"
                                                  : "nv numbers for each state";
     return "expected (…, " + std::to_string(columns) + "): " + numbers;
   }
@@ -117,15 +118,13 @@ void check_quaternions(const ksl::model &m, const ksl::rows_view<const S> &q, st
 /// One call of an algorithm.
 class call {
 public:
-  call(const ksl::algorithm_row &row, const ksl::model &m, nb::handle q, nb::handle v, nb::handle x, nb::handle external,
-       nb::handle request)
+  static constexpr const char *names[] = {"q", "v", "a", "tau", "q1", "fraction"}; ///< of inputs
+
+  call(const ksl::algorithm_row &row, const ksl::model &m, const nb::handle *inputs, nb::handle external, nb::handle request)
       : row_(row), m_(m), external_(nb::borrow(external)) {
-    inputs_.reserve(3);
-    inputs_.push_back({nb::borrow(q), "q", m.nq()});
-    if (row.v)
-      inputs_.push_back({nb::borrow(v), "v", m.nv()});
-    if (row.a || row.tau)
-      inputs_.push_back({nb::borrow(x), row.a ? "a" : "tau", m.nv()});
+    inputs_.reserve(ksl::most_inputs);
+    for (int i = 0; i < row.inputs; ++i)
+      inputs_.push_back({nb::borrow(inputs[i]), names[static_cast<int>(row.input_list[i])], ksl::length_of(row.input_list[i], m.nq(), m.nv())});
     read_request(request);
   }
 
@@ -156,15 +155,17 @@ private:
 
   void read_request(nb::handle request) {
     const auto add = [&](nb::handle one) { reactions_.push_back(&nb::cast<const reactions_request &>(one).request); };
-    if (row_.request == ksl::request_kind::reactions && PyTuple_Check(request.ptr()))
+    if (row_.request == ksl::request_kind::joints)
+      joints_ = &nb::cast<const reactions_request &>(request).request;
+    else if (row_.request == ksl::request_kind::reactions && PyTuple_Check(request.ptr()))
       for (nb::handle one : nb::borrow<nb::tuple>(request))
         add(one);
     else if (row_.request == ksl::request_kind::reactions)
       add(request);
     else if (row_.request != ksl::request_kind::none)
       links_ = &nb::cast<const link_request &>(request);
-    if ((row_.request == ksl::request_kind::link || row_.request == ksl::request_kind::frame) && links_->index.size() != 1)
-      refuse("expected one link or joint");
+    if (const int least = ksl::least_links(row_.request); least > 0 && link_count() != least)
+      refuse(least == 1 ? "expected one link or joint" : "expected two links or joints");
   }
 
   /// Takes {link name: wrench}.  Returns false if it is not exactly a dict; subclasses of dict may override item access.
@@ -279,7 +280,7 @@ private:
     }
     const ksl::result_row &result = row_.result[r];
     for (int i = 0; i < result.axes; ++i)
-      add(ksl::length_of(result.shape[i], m_.nv(), link_count()));
+      add(ksl::length_of(result.shape[i], {m_.nq(), m_.nv(), link_count(), joints_ ? joints_->n : 0}));
     return shape;
   }
   int link_count() const { return links_ ? static_cast<int>(links_->index.size()) : 0; }
@@ -369,15 +370,14 @@ private:
     ksl::batch_view<S> batch;
     batch.n = static_cast<std::size_t>(leading_.states());
     std::size_t i = 0;
-    batch.q = inputs_[i++].array.template rows<const S>();
-    for (const auto &[read, rows] : {std::pair{row_.v, &batch.v}, std::pair{row_.a, &batch.a}, std::pair{row_.tau, &batch.tau}})
-      if (read)
-        *rows = inputs_[i++].array.template rows<const S>();
+    for (const argument &x : inputs_)
+      ksl::input_of(batch, row_.input_list[i++]) = x.array.template rows<const S>();
     for (const argument &x : wrenches_)
       external.push_back({x.link, x.array.template rows<const S>()});
     batch.external_n = static_cast<int>(external.size()), batch.external = external.data();
     if (links_)
       batch.links = {link_count(), links_->index.data()}, batch.frame = links_->frame;
+    batch.joints = joints_;
     const std::size_t own = static_cast<std::size_t>(row_.results);
     for (std::size_t r = 0; r < own; ++r)
       batch.result[r] = results_[r].template rows<S>();
@@ -389,11 +389,16 @@ private:
 
   /// Are the numbers of the states [first, end) finite, and quaternions of unit length?
   template <class S> bool acceptable(const ksl::batch_view<S> &batch, std::size_t first, std::size_t end) const {
-    bool well = finite(batch.q, m_.nq(), first, end) && finite(batch.v, m_.nv(), first, end) &&
-                finite(batch.a, m_.nv(), first, end) && finite(batch.tau, m_.nv(), first, end);
+    bool well = true;
+    for (int i = 0; i < row_.inputs; ++i) {
+      const ksl::input x = row_.input_list[i];
+      well = well && finite(ksl::input_of(batch, x), ksl::length_of(x, m_.nq(), m_.nv()), first, end);
+    }
     for (int e = 0; e < batch.external_n; ++e)
       well = well && finite(batch.external[e].wrench, 6, first, end);
-    check_quaternions(m_, batch.q, first, end, [&](const auto &...) { return well = false; });
+    for (ksl::input x : {ksl::input::q, ksl::input::q1})
+      if (row_.reads(x))
+        check_quaternions(m_, ksl::input_of(batch, x), first, end, [&](const auto &...) { return well = false; });
     return well;
   }
 
@@ -450,7 +455,9 @@ private:
             refuse(x.text() + "[" + index + "] is " + value + "; every number must be finite");
           }
     });
-    check_quaternions(m_, batch.q, 0, batch.n, [](const ksl::joint_row &joint, std::size_t k, const S *x) -> bool {
+    for (ksl::input x : {ksl::input::q, ksl::input::q1})
+      if (row_.reads(x))
+        check_quaternions(m_, ksl::input_of(batch, x), 0, batch.n, [](const ksl::joint_row &joint, std::size_t k, const S *x) -> bool {
       char length[32];
       std::snprintf(length, sizeof length, "%.6g", ksl::quaternion_length(x));
       refuse(joint.name + ": quaternion of state " + std::to_string(k) + " has length " + length +
@@ -464,6 +471,7 @@ private:
   std::vector<argument> inputs_, wrenches_;
   nb::object external_;
   const link_request *links_ = nullptr;
+  const ksl::reaction_request *joints_ = nullptr; ///< of results that are those of the row
   std::vector<const ksl::reaction_request *> reactions_;
   leading_shape leading_;
   bool rearranged_ = false;
@@ -471,11 +479,10 @@ private:
   std::vector<row_array> results_;
 };
 
-/// Runs an algorithm and returns its result, or a tuple of results.  v and x (a or tau) are None if the algorithm has no such
-/// input.
-inline nb::object run(const ksl::algorithm_row &row, const ksl::model &m, nb::handle q, nb::handle v, nb::handle x,
+/// Runs an algorithm and returns its result, or a tuple of results.  inputs are those that the row lists.
+inline nb::object run(const ksl::algorithm_row &row, const ksl::model &m, const nb::handle (&inputs)[ksl::most_inputs],
                       nb::handle external, nb::handle request, nb::handle out, nb::handle threads) {
-  return call(row, m, q, v, x, external, request).run(out, threads);
+  return call(row, m, inputs, external, request).run(out, threads);
 }
 
 } // namespace calls

@@ -73,9 +73,9 @@ void add_calls(nb::class_<ksl::model> &model) {
   for (const ksl::algorithm_row *row : ksl::rows::all)
     model.def(
         row->name,
-        [row](const ksl::model &m, nb::handle q, nb::handle v, nb::handle x, nb::handle external, nb::handle request,
-              nb::handle out, nb::handle threads) { return calls::run(*row, m, q, v, x, external, request, out, threads); },
-        "q"_a.none(), "v"_a.none(), "x"_a.none(), "external"_a.none(), "request"_a.none(), "out"_a.none(), "threads"_a.none());
+        [row](const ksl::model &m, nb::handle q, nb::handle x, nb::handle y, nb::handle z, nb::handle external, nb::handle request,
+              nb::handle out, nb::handle threads) { return calls::run(*row, m, {q, x, y, z}, external, request, out, threads); },
+        "q"_a.none(), "x"_a.none(), "y"_a.none(), "z"_a.none(), "external"_a.none(), "request"_a.none(), "out"_a.none(), "threads"_a.none());
 }
 
 } // namespace

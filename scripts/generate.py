@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Write what follows from api/algorithms.py: kernels, calls, methods, the reference page and the test of all interfaces.
+"""Write what follows from api/algorithms/: kernels, calls, methods, the reference page and the test of all interfaces.
 
     scripts/generate.py            writes the files, removes those of algorithms that are gone
     scripts/generate.py --check    says which files differ from what would be written, and ends with status 1

@@ -48,16 +48,17 @@ class Requests(Mechanism):
             self._link_lists.clear()
         self._link_lists[key] = links
 
-    def _frame_of(self, name: str, axes: str, at: str, order: str) -> _core.Links:
-        """One link, and how a motion of its frame is expressed."""
-        key = (name, (axes, at, order))
+    def _frames_of(self, names: Iterable[str] | None, axes: str, at: str, order: str) -> _core.Links:
+        """Links, and how motions of their frames are expressed."""
+        key = (_names(names, "names"), (axes, at, order))
         try:
             request = self._link_lists.get(key)
         except TypeError:  # unhashable, for example a list instead of a word: refused below
             request = None
         if request is None:
+            wanted = self.link_names if names is None else [names] if isinstance(names, str) else names
             request = _core.Links(
-                [self._index(self._frame_index, name, "link or joint")],
+                [self._index(self._frame_index, name, "link or joint") for name in wanted],
                 world_axes=one_of(axes, "axes", "frame", "world") == "world",
                 at_world=one_of(at, "at", "frame", "world") == "world",
                 angular_first=one_of(order, "order", "lin_ang", "ang_lin") == "ang_lin",

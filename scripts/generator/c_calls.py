@@ -1,10 +1,14 @@
 """C calls: ksl/engine_calls.h and their definitions; one state and batches, in double and (suffix f) in float."""
 
-from generator.rows import ALGORITHMS, DEFAULTS, MARK, WIDTH, Algorithm, call, comment, has, sentence
+from generator.rows import ALGORITHMS, DEFAULTS, INPUTS, MARK, WIDTH, Algorithm, call, comment, has, sentence
 
 SCALARS = {"double": "", "float": "f"}
-REQUEST = {"links": ["int links_n", "const int *links"], "link": ["int link"], "frame": ["int link", "const ksl_frame_options_t *options"],
-           "reactions": ["int n", "const int *joints", "const ksl_reaction_options_t *options"]}  # fmt: skip
+FRAME, JOINTS = "const ksl_frame_options_t *options", ["int n", "const int *joints", "const ksl_reaction_options_t *options"]
+REQUEST = {"links": ["int links_n", "const int *links"], "link": ["int link"], "frame": ["int link", FRAME],
+           "frames": ["int links_n", "const int *links", FRAME], "relative": ["int link", "int seen_from", FRAME],
+           "joints": JOINTS, "reactions": JOINTS}  # fmt: skip
+LINKS = {"links": "{N, links}", "link": "{1, &link}", "frame": "{1, &link}", "frames": "{N, links}", "relative": "{2, links}"}
+"""The member of a view that names links; N: how many."""
 
 
 def results(row: Algorithm) -> list[str]:
@@ -53,26 +57,33 @@ def declarations(row: Algorithm) -> str:
     return "\n".join(lines)
 
 
+def two_links(row: Algorithm) -> str:
+    return "  const int links[] = {link, seen_from};\n" if row.request == "relative" else ""
+
+
 def state_definition(row: Algorithm, scalar: str) -> str:
-    members = [f".{name} = {name}" for name in ("q", "v", "a", "tau") if name in row.inputs]
-    members += {"links": [".links = {n, links}"], "link": [".links = {1, &link}"], "frame": [".links = {1, &link}"]}.get(row.request, [])
+    members = [f".{name} = {name}" for name in INPUTS if name in row.inputs]
+    members += [f".links = {LINKS[row.request].replace('N', 'n')}"] if row.request in LINKS else []
     members += [f".result = {{{', '.join(r.name for r in row.results)}}}"]
     arguments = ["model", "data", "{" + ", ".join(members) + "}"]
     arguments += ["external"] if row.external else ["no_external"]
-    arguments += {"reactions": ["n", "joints", "options", "wrenches"], "frame": ["options"]}.get(row.request, [])
+    arguments += ["options"] if row.request in ("frame", "frames", "relative") else []
+    arguments += ["{n, joints, options}"] if row.request in ("joints", "reactions") else []
+    arguments += ["wrenches"] if row.request == "reactions" else []
     opening = call(f"ksl_status_t ksl_{row.name}{SCALARS[scalar]}(", state_arguments(row, scalar), ") {")
-    return f"{opening}\n" + call(f"  return state_call<rows::{row.name}, {scalar}>(", arguments, ");") + "\n}\n"
+    return f"{opening}\n{two_links(row)}" + call(f"  return state_call<rows::{row.name}, {scalar}>(", arguments, ");") + "\n}\n"
 
 
 def batch_definition(row: Algorithm, scalar: str, name: str, external: bool) -> str:
-    members = [".n = n", *(f".{x} = {{{x}, {x}_stride}}" for x in ("q", "v", "a", "tau") if x in row.inputs)]
-    members += {"links": [".links = {links_n, links}"], "link": [".links = {1, &link}"], "frame": [".links = {1, &link}"]}.get(row.request, [])
+    members = [".n = n", *(f".{x} = {{{x}, {x}_stride}}" for x in INPUTS if x in row.inputs)]
+    members += [f".links = {LINKS[row.request].replace('N', 'links_n')}"] if row.request in LINKS else []
     members += [f".result = {{{', '.join(f'{{{r.name}, {r.name}_stride}}' for r in row.results)}}}"]
     arguments = [f"rows::{row.name}", "model", "{" + ", ".join(members) + "}", "external" if external else "no_external_rows", "threads"]
-    arguments += {"reactions": ["joints_n", "joints", "options", f"rows_view<{scalar}>{{wrenches, wrenches_stride}}"],
-                  "frame": ["0", "nullptr", "nullptr", f"rows_view<{scalar}>{{}}", "options"]}.get(row.request, [])  # fmt: skip
+    arguments += ["options"] if row.request in ("frame", "frames", "relative") else []
+    arguments += ["nullptr", "{joints_n, joints, options}"] if row.request in ("joints", "reactions") else []
+    arguments += [f"rows_view<{scalar}>{{wrenches, wrenches_stride}}"] if row.request == "reactions" else []
     opening = call(f"ksl_status_t {name}{SCALARS[scalar]}(", batch_arguments(row, scalar, external), ") {")
-    return f"{opening}\n" + call(f"  return batch_call<{scalar}>(", arguments, ");") + "\n}\n"
+    return f"{opening}\n{two_links(row)}" + call(f"  return batch_call<{scalar}>(", arguments, ");") + "\n}\n"
 
 
 def definitions(row: Algorithm) -> str:

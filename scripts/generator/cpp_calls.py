@@ -2,7 +2,7 @@
 
 import re
 
-from generator.rows import ALGORITHMS, DEFAULTS, MARK, Algorithm, call, comment, has, kernels_of, sentence
+from generator.rows import ALGORITHMS, DEFAULTS, INPUTS, MARK, Algorithm, call, comment, has, kernels_of, sentence
 
 
 def request_arguments(row: Algorithm) -> list[str]:
@@ -10,6 +10,9 @@ def request_arguments(row: Algorithm) -> list[str]:
         "links": ["int n", "const int *links"],
         "link": ["int link"],
         "frame": ["int link", "const frame_options &how"],
+        "frames": ["int n", "const int *links", "const frame_options &how"],
+        "relative": ["int link", "int seen_from", "const frame_options &how"],
+        "joints": ["const reaction_request &request"],
         "reactions": ["const reaction_request &request"],
     }.get(row.request, [])
 
@@ -26,12 +29,15 @@ def arguments(row: Algorithm, default: bool) -> list[str]:
 def members(row: Algorithm) -> list[str]:
     """Initialisers of the members of state_view, in their order."""
     inputs = {name: name for name in row.inputs} | {name: "zero" for name in kernels_of(row).inputs if name not in row.inputs}
-    out = [f".{name} = {inputs[name]}" for name in ("q", "v", "a", "tau") if name in inputs]
+    out = [f".{name} = {inputs[name]}" for name in INPUTS if name in inputs]
     out += [".external = external"] if row.external else []
     out += {
         "links": [".links = {n, links}"],
         "link": [".links = {1, &link}"],
         "frame": [".links = {1, &link}", ".frame = how"],
+        "frames": [".links = {n, links}", ".frame = how"],
+        "relative": [".links = {2, links}", ".frame = how"],
+        "joints": [".joints = &request"],
         "reactions": [".reactions_n = 1", ".reactions = &wanted"],
     }.get(row.request, [])
     return out + [f".result = {{{', '.join(result.name for result in row.results)}}}"]
@@ -39,8 +45,8 @@ def members(row: Algorithm) -> list[str]:
 
 def defaults(row: Algorithm) -> str:
     """What options are where they are not set."""
-    options = {"frame": "frame_options", "reactions": "reaction_request"}.get(row.request)
-    return f"  {options} by default: {DEFAULTS[row.request]}." if options else ""
+    options = "reaction_request" if row.request in ("joints", "reactions") else "frame_options"
+    return f"  {options} by default: {DEFAULTS[row.request]}." if row.request in DEFAULTS else ""
 
 
 def of_one_state(row: Algorithm) -> str:
@@ -52,6 +58,8 @@ def definition_of_one_state(row: Algorithm) -> str:
     lines = []
     if row.request == "reactions":
         lines.append("const reaction_result<S> wanted = {&request, reactions};")
+    if row.request == "relative":
+        lines.append("const int links[] = {link, seen_from};")
     if set(kernels_of(row).inputs) - set(row.inputs):
         lines.append("const S *const zero = d.template zero<S>();")
     lines.append(call(f"  compute<S>(rows::{row.name}, m, d, {{", members(row), "});").strip())
@@ -72,9 +80,12 @@ def of_batch(row: Algorithm) -> str:
         "links": ["batch.links"],
         "link": ["batch.links (the first; without one nothing is computed)"],
         "frame": ["batch.links (the first; without one nothing is computed)", "batch.frame"],
+        "frames": ["batch.links", "batch.frame"],
+        "relative": ["batch.links (two: the link, and the one that it is seen from; with fewer nothing is computed)", "batch.frame"],
+        "joints": ["batch.joints"],
         "reactions": ["batch.reactions"],
     }.get(row.request, [])
-    what = {"nv": "nv", "links": "links.n"}
+    what = {"links": "links.n", "joints": "joints->n"}
     shapes = [" × ".join(what.get(n, str(n)) for n in result.shape) or "1" for result in row.results]
     writes = [f"{result.name} into batch.result[{i}] (rows of {shapes[i]})" for i, result in enumerate(row.results)]
     writes += ["the reactions (rows of request.n × 6)"] if row.request == "reactions" else []

@@ -2,14 +2,22 @@
 
 from generator.rows import ALGORITHMS, COMPUTING, MARK, Algorithm, Result, kernels_of
 
-EXTENTS = {4: "four", 6: "six", "nv": "nv", "links": "links"}
+EXTENTS = {3: "three", 4: "four", 6: "six", 10: "ten", **{name: name for name in ("nq", "nv", "links", "joints")}}
+
+REQUEST = {
+    "links": ["s.links.n", "s.links.index"],
+    "link": ["s.links.index[0]"],
+    "frame": ["s.links.index[0]", "s.frame"],
+    "frames": ["s.links.n", "s.links.index", "s.frame"],
+    "relative": ["s.links.index[0]", "s.links.index[1]", "s.frame"],
+    "joints": ["*s.joints"],
+}
 
 
 def engine_call(row: Algorithm, function: str) -> str:
     """The call of the engine's function with the members of a state_view."""
     arguments = [f"s.{name}" for name in row.inputs]
-    arguments += {"links": ["s.links.n", "s.links.index"], "link": ["s.links.index[0]"], "frame": ["s.links.index[0]", "s.frame"]}.get(row.request, [])
-    arguments += ["s.external"] if row.external else []
+    arguments += REQUEST.get(row.request, []) + (["s.external"] if row.external else [])
     arguments += [f"s.result[{i}]" for i in range(len(row.results))]
     return f"{function}(model, w, {', '.join(arguments)});"
 
@@ -59,10 +67,10 @@ def result_row(result: Result) -> str:
 
 
 def row_members(row: Algorithm) -> list[str]:
-    flags = [f".{name} = {'true' if name in row.inputs else 'false'}" for name in ("v", "a", "tau")]
     return [
         f'.name = "{row.name}"',
-        ", ".join(flags),
+        f".inputs = {len(row.inputs)}",
+        f".input_list = {{{', '.join(f'input::{name}' for name in row.inputs)}}}",
         f".external = external_use::{row.external or 'none'}",
         f".request = request_kind::{row.request or 'none'}",
         f".results = {len(row.results)}",

@@ -6,19 +6,22 @@ from generator.rows import ALGORITHMS, MARK, Algorithm, has
 
 WIDTH = 160
 
+EXPRESSED = 'axes: Expressed = "frame", at: Expressed = "frame", order: Order = "lin_ang"'
+WRENCHES = 'on: Side = "child", at: Point = "joint", axes: str = "joint", order: Order = "lin_ang", part: Part = "total", joints: Iterable[str] | None = None'
+
 REQUEST = {
     "": ("", "None"),
     "link": ("name: str", "self._links_of((name,))"),
-    "frame": (
-        'name: str, axes: Expressed = "frame", at: Expressed = "frame", order: Order = "lin_ang"',
-        "self._frame_of(name, axes, at, order)",
-    ),
+    "frame": (f"name: str, {EXPRESSED}", "self._frames_of((name,), axes, at, order)"),
+    "frames": (f"names: Iterable[str] | None = None, {EXPRESSED}", "self._frames_of(names, axes, at, order)"),
+    "relative": (f"name: str, seen_from: str, {EXPRESSED}", "self._frames_of((name, seen_from), axes, at, order)"),
     "links": ("names: Iterable[str] | None = None", "self._links_of(names)"),
-    "reactions": (
-        'on: Side = "child", at: Point = "joint", axes: str = "joint", order: Order = "lin_ang", part: Part = "total", joints: Iterable[str] | None = None',
-        "self._request(on, at, axes, order, part, joints)",
-    ),
+    "joints": (WRENCHES, "self._request(on, at, axes, order, part, joints)"),
+    "reactions": (WRENCHES, "self._request(on, at, axes, order, part, joints)"),
 }
+
+INPUTS_AT_MOST = 4
+"""As many as the compiled calls have arguments for; None for the others."""
 
 ALIASES = {"inverse_dynamics": "rnea", "forward_dynamics": "aba", "mass_matrix": "crba"}
 
@@ -43,8 +46,7 @@ def method(row: Algorithm) -> str:
     external = {"optional": "external: External | None = None", "required": "external: External"}.get(row.external, "")
     arguments = ["self", *(f"{name}: ArrayLike" for name in row.inputs), external, keywords, f"out: {array} | None = None", "threads: int | None = None"]
     line = ", ".join(filter(None, arguments))
-    third = next((name for name in ("a", "tau") if name in row.inputs), "None")
-    passed = ["q", "v" if "v" in row.inputs else "None", third, "external" if row.external else "None", request, "out", "threads"]
+    passed = [*row.inputs, *("None" for _ in range(INPUTS_AT_MOST - len(row.inputs))), "external" if row.external else "None", request, "out", "threads"]
     text = METHOD.format(
         name=row.name, arguments=line, result=array, summary=row.summary, compiled=row.name, passed=", ".join(passed),
         paragraphs=textwrap.indent("\n" + row.python.strip(), "        ", lambda l: l.strip() != ""),
@@ -77,7 +79,7 @@ class Calls(Requests):
 
     def _with_reactions(self, q: ArrayLike, v: ArrayLike, a: ArrayLike, external: External | None, requests: tuple[_core.Request, ...]) -> tuple[Array, ...]:
         """Efforts and, for each request, reactions, in one pass over the states."""
-        return self._core.inverse_dynamics_with_reactions(q, v, a, external, requests, None, None)
+        return self._core.inverse_dynamics_with_reactions(q, v, a, None, external, requests, None, None)
 
 {methods}
 {aliases}
@@ -107,7 +109,7 @@ Model\\.(joints|links)$:
 
 COMPILED = '''\
 Model\\.{name}$:
-    def {name}(self, q: Any, v: Any, x: Any, external: Any, request: {request}, out: Any, threads: int | None) -> {result}: ...
+    def {name}(self, q: Any, x: Any, y: Any, z: Any, external: Any, request: {request}, out: Any, threads: int | None) -> {result}: ...
 '''
 
 
@@ -116,7 +118,7 @@ def compiled(row: Algorithm) -> str:
     result = f"tuple[{', '.join(array for _ in row.results)}]" if several(row) else array
     if row.request == "reactions" and row.results:
         result = f"tuple[{array}, ...]"
-    request = {"": "None", "reactions": "Request | tuple[Request, ...]"}.get(row.request, "Links")
+    request = {"": "None", "joints": "Request", "reactions": "Request | tuple[Request, ...]"}.get(row.request, "Links")
     return COMPILED.format(name=row.name, request=request, result=result)
 
 

@@ -51,6 +51,9 @@ def section(row: Algorithm) -> str:
         "links": "Request: links, by index or name.",
         "link": "Request: one link.",
         "frame": "Request: one link's frame. `axes` and `at` give the axes and the origin of its motion, `order` the order of the six numbers.",
+        "frames": "Request: links' frames. `axes` and `at` give the axes and the origin of their motion, `order` the order of the six numbers.",
+        "relative": "Request: a link's frame, and the link that it is seen from. `axes` and `at` give the axes and the origin of its motion, `order` the order of the six numbers.",
+        "joints": "Request: joints. Part, side, point, axes and order of their wrenches are options.",
         "reactions": "Request: joints. Part, side, point, axes and order of the wrenches are options.",
     }.get(row.request, "")
     lines += [request] if request else []

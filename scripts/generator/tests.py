@@ -3,9 +3,13 @@
 from generator.c_calls import SCALARS, batches
 from generator.rows import ALGORITHMS, MARK, Algorithm, call, has
 
-REQUEST_CPP = {"links": ["3", "s.r.links.data()"], "frame": ["s.r.links[0]", "s.r.how"], "link": ["s.r.links[0]"], "reactions": ["s.r.request"]}
+REQUEST_CPP = {"links": ["3", "s.r.links.data()"], "frame": ["s.r.links[0]", "s.r.how"], "link": ["s.r.links[0]"],
+               "frames": ["3", "s.r.links.data()", "s.r.how"], "relative": ["s.r.links[0]", "s.r.links[1]", "s.r.how"],
+               "joints": ["s.r.request"], "reactions": ["s.r.request"]}  # fmt: skip
+JOINTS = ["s.r.request.n", "s.r.joints.data()", "nullptr"]
 REQUEST_C = {"links": ["3", "s.r.links.data()"], "frame": ["s.r.links[0]", "s.r.c_how"], "link": ["s.r.links[0]"],
-             "reactions": ["s.r.request.n", "s.r.joints.data()", "nullptr"]}  # fmt: skip
+             "frames": ["3", "s.r.links.data()", "s.r.c_how"], "relative": ["s.r.links[0]", "s.r.links[1]", "s.r.c_how"],
+             "joints": JOINTS, "reactions": JOINTS}  # fmt: skip
 
 
 def results(row: Algorithm) -> list[str]:

@@ -6,7 +6,6 @@
 
 #include <memory>
 #include <new>
-#include <utility>
 
 namespace ksl {
 namespace {
@@ -32,9 +31,9 @@ std::byte *scratch(std::size_t bytes) {
 /// The batch without the inputs and results that the row doesn't name.
 template <class S> batch_view<S> as_row_names(const algorithm_row &row, const batch_view<S> &given) {
   batch_view<S> batch = given;
-  for (const auto &[named, rows] : {std::pair{row.v, &batch.v}, std::pair{row.a, &batch.a}, std::pair{row.tau, &batch.tau}})
-    if (!named)
-      *rows = {};
+  for (input x : {input::v, input::a, input::tau, input::q1, input::fraction})
+    if (!row.reads(x))
+      input_of(batch, x) = {};
   if (row.external == external_use::none)
     batch.external_n = 0;
   if (row.request != request_kind::reactions)
@@ -44,29 +43,26 @@ template <class S> batch_view<S> as_row_names(const algorithm_row &row, const ba
   return batch;
 }
 
-/// Is an algorithm that asks for one link given none?
-bool lacks_link(const algorithm_row &row, const link_list &links) {
-  return (row.request == request_kind::link || row.request == request_kind::frame) && links.n < 1;
-}
+/// Is an algorithm that asks for one link or two given fewer?
+bool lacks_link(const algorithm_row &row, const link_list &links) { return links.n < least_links(row.request); }
 
 /// Memory to compute one state of a batch in.  The inputs are copied, since a result may be written in place over an argument.
 template <class S> struct one_state_memory {
   void *workspace;
-  S *q, *v, *a, *tau, *wrenches, *unwanted[most_results] = {};
+  S *numbers[most_inputs], *wrenches, *unwanted[most_results] = {};
   int *links;
   reaction_result<S> *reactions;
 
   void lay_out(arena &memory, const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t workspace_bytes) {
     workspace = memory.take<std::byte>(static_cast<int>(workspace_bytes));
-    q = memory.take<S>(m.nq());
-    for (S **numbers : {&v, &a, &tau})
-      *numbers = memory.take<S>(m.nv());
+    const algorithm_row &computed = row.variant_of ? *row.variant_of : row; // which may have more inputs and results
+    for (int i = 0; i < most_inputs; ++i)
+      numbers[i] = memory.take<S>(i < computed.inputs ? length_of(computed.input_list[i], m.nq(), m.nv()) : 0);
     wrenches = memory.take<S>(6 * batch.external_n);
     links = memory.take<int>(batch.external_n);
     reactions = memory.take<reaction_result<S>>(batch.reactions_n);
-    const algorithm_row &computed = row.variant_of ? *row.variant_of : row; // which may have more results
     for (int r = 0; r < computed.results; ++r)
-      unwanted[r] = batch.result[r].first ? nullptr : memory.take<S>(numbers_of(computed.result[r], m.nv(), batch.links.n));
+      unwanted[r] = batch.result[r].first ? nullptr : memory.take<S>(numbers_of(computed.result[r], extents_of(m.view_in<S>(), batch)));
   }
 
   static const S *copy(const rows_view<const S> &rows, std::size_t k, int columns, S *out) {
@@ -76,17 +72,20 @@ template <class S> struct one_state_memory {
     return out;
   }
 
-  /// State k of the batch.
-  state_view<S> load(const model &m, const batch_view<S> &batch, std::size_t k) const {
+  /// State k of the batch, for the row's kernels.
+  state_view<S> load(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t k) const {
+    const algorithm_row &computed = row.variant_of ? *row.variant_of : row; // which may have more inputs
     state_view<S> s;
-    s.q = copy(batch.q, k, m.nq(), q), s.v = copy(batch.v, k, m.nv(), v);
-    s.a = copy(batch.a, k, m.nv(), a), s.tau = copy(batch.tau, k, m.nv(), tau);
+    for (int i = 0; i < computed.inputs; ++i) {
+      const input x = computed.input_list[i];
+      input_of(s, x) = copy(input_of(batch, x), k, length_of(x, m.nq(), m.nv()), numbers[i]);
+    }
     for (int e = 0; e < batch.external_n; ++e) {
       links[e] = batch.external[e].link;
       copy(batch.external[e].wrench, k, 6, wrenches + 6 * e);
     }
     s.external = {batch.external_n, links, wrenches};
-    s.links = batch.links, s.frame = batch.frame;
+    s.links = batch.links, s.frame = batch.frame, s.joints = batch.joints;
     for (int r = 0; r < batch.reactions_n; ++r)
       if (batch.reactions[r].out.first)
         reactions[s.reactions_n++] = {&batch.reactions[r].request, ksl::row(batch.reactions[r].out, k)};
@@ -106,7 +105,7 @@ template <class S> void compute_one(const algorithm_row &row, const model &m, co
   state.lay_out(measure, row, m, batch, bytes);
   arena memory(scratch(measure.used()));
   state.lay_out(memory, row, m, batch, bytes);
-  kernel.state(view, state.workspace, state.load(m, batch, k));
+  kernel.state(view, state.workspace, state.load(row, m, batch, k));
 }
 
 } // namespace

@@ -13,11 +13,11 @@ template <class S> void require_finite(const S *x, int n, const char *name) {
       throw bad_argument(std::string(name) + "[" + std::to_string(i) + "] is not a finite number");
 }
 
-template <class S> void require_position(const model &m, const S *q) {
-  require_finite(q, m.nq(), "q");
+template <class S> void require_position(const model &m, const S *q, const char *name) {
+  require_finite(q, m.nq(), name);
   for (const model::quaternion_in_q &quaternion : m.quaternions())
     if (!is_unit_quaternion(q + quaternion.q_index))
-      throw bad_argument("q: the quaternion [qx qy qz qw] of " + m.joints()[static_cast<std::size_t>(quaternion.joint)].name +
+      throw bad_argument(std::string(name) + ": the quaternion [qx qy qz qw] of " + m.joints()[static_cast<std::size_t>(quaternion.joint)].name +
                          " is not of unit length");
 }
 
@@ -50,8 +50,8 @@ template <class S> external_wrenches<S> external_of(const ksl_model_t *m, const 
   return {external->n, external->link, external->wrench->at};
 }
 
-reaction_request request_of(const ksl_model_t *m, std::vector<int> &links, int n, const int *joints,
-                            const ksl_reaction_options_t *options) {
+reaction_request request_of(const ksl_model_t *m, std::vector<int> &links, const joints_argument &asked) {
+  const auto [n, joints, options] = asked;
   require(n >= 0 && n <= ksl_model_joints(m) && (joints || n == 0), "n must be between 0 and the number of joints");
   links.resize(static_cast<std::size_t>(ksl_model_joints(m)));
   for (int k = 0; k < n; ++k) {
@@ -91,19 +91,25 @@ frame_options frame_options_of(const ksl_frame_options_t *options) {
 
 template <class S>
 ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_view<S> batch,
-                        const typename c_types<S>::external_of_batch *external, int threads, int joints_n, const int *joints,
-                        const ksl_reaction_options_t *options, const rows_view<S> &wrenches, const ksl_frame_options_t *frame) {
+                        const typename c_types<S>::external_of_batch *external, int threads, const ksl_frame_options_t *frame,
+                        const joints_argument &joints, const rows_view<S> &wrenches) {
   return guarded([&] {
     require(m, "model and arrays must not be null");
     batch.frame = frame_options_of(frame);
-    if (row.request != request_kind::none && row.request != request_kind::reactions)
+    if (names_links(row.request))
       require_links(m, batch.links.n, batch.links.index);
+    std::vector<int> links;
+    reaction_request request;
+    if (row.request == request_kind::joints || row.request == request_kind::reactions)
+      request = request_of(m, links, joints);
+    if (row.request == request_kind::joints)
+      batch.joints = &request;
     const bool any = batch.n > 0;
-    require(!any || (batch.q.first && (batch.v.first || !row.v) && (batch.a.first || !row.a) && (batch.tau.first || !row.tau)),
-            "model and arrays must not be null");
+    for (int i = 0; i < row.inputs; ++i)
+      require(!any || input_of(batch, row.input_list[i]).first, "model and arrays must not be null");
     for (int r = 0; r < row.results && any; ++r)
-      require_result(batch.result[r].first, numbers_of(row.result[r], m->model.nv(), batch.links.n), row.result[r].name);
-    require_result(wrenches.first, any ? joints_n : 0, "wrenches");
+      require_result(batch.result[r].first, numbers_of(row.result[r], extents_of(m->model.template view_in<S>(), batch)), row.result[r].name);
+    require_result(wrenches.first, any ? joints.n : 0, "wrenches");
     std::vector<external_rows<S>> exerted;
     if (external) {
       require_external(m, external->n, external->link, any ? static_cast<const void *>(external->wrench) : "");
@@ -111,10 +117,9 @@ ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_vi
         exerted.push_back({external->link[e], {external->wrench + 6 * e, external->stride}});
       batch.external_n = external->n, batch.external = exerted.data();
     }
-    std::vector<int> links;
     reaction_rows<S> wanted;
     if (row.request == request_kind::reactions) {
-      wanted = {request_of(m, links, joints_n, joints, options), wrenches};
+      wanted = {request, wrenches};
       batch.reactions_n = 1, batch.reactions = &wanted;
     }
     compute_batch(row, m->model, batch, threads);
@@ -122,12 +127,12 @@ ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_vi
 }
 
 #define KSL_INSTANTIATE(S)                                                                                             \
-  template void require_position(const model &, const S *);                                                            \
+  template void require_position(const model &, const S *, const char *);                                                       \
   template void require_finite(const S *, int, const char *);                                                          \
   template external_wrenches<S> external_of(const ksl_model_t *, const c_types<S>::external *);                        \
   template ksl_status_t batch_call(const algorithm_row &, const ksl_model_t *, batch_view<S>,                          \
-                                   const c_types<S>::external_of_batch *, int, int, const int *,                       \
-                                   const ksl_reaction_options_t *, const rows_view<S> &, const ksl_frame_options_t *);
+                                   const c_types<S>::external_of_batch *, int, const ksl_frame_options_t *,            \
+                                   const joints_argument &, const rows_view<S> &);
 KSL_INSTANTIATE(double)
 KSL_INSTANTIATE(float)
 #undef KSL_INSTANTIATE

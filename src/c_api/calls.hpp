@@ -19,26 +19,37 @@ template <> struct c_types<float> {
   using external_of_batch = ksl_external_rowsf_t;
 };
 
+/// Joints as a call names them, and how their wrenches are expressed.
+struct joints_argument {
+  int n = 0;
+  const int *index = nullptr;
+  const ksl_reaction_options_t *options = nullptr; ///< may be null
+};
+
 /// Passed on by calls without external wrenches.
 struct absent {
   template <class T> operator const T *() const { return nullptr; }
 };
 constexpr absent no_external{}, no_external_rows{};
 
+constexpr const char *name_of(input x) {
+  constexpr const char *names[] = {"q", "v", "a", "tau", "q1", "fraction"};
+  return names[static_cast<int>(x)];
+}
+
 /// Checks that n numbers are finite; the message names the first that is not.
 template <class S> void require_finite(const S *x, int n, const char *name);
 
 /// Checks that positions are finite and quaternions have unit length.
-template <class S> void require_position(const model &m, const S *q);
+template <class S> void require_position(const model &m, const S *q, const char *name);
 
 /// Checks that a workspace was created for this model.
 void require_workspace(const ksl_model_t *m, const ksl_data_t *d);
 
 template <class S> external_wrenches<S> external_of(const ksl_model_t *m, const typename c_types<S>::external *external);
 
-/// The request for reactions through n joints; `links` gets their child links.
-reaction_request request_of(const ksl_model_t *m, std::vector<int> &links, int n, const int *joints,
-                            const ksl_reaction_options_t *options);
+/// The request for reactions through joints; `links` gets their child links.
+reaction_request request_of(const ksl_model_t *m, std::vector<int> &links, const joints_argument &joints);
 
 /// options may be null.
 frame_options frame_options_of(const ksl_frame_options_t *options);
@@ -52,21 +63,21 @@ inline void require_result(const void *out, int numbers, const char *name) {
 /// Checks the arguments of a row for one state: the workspace, the results and the numbers.  Inputs that the row doesn't have
 /// are taken as zero.
 template <const algorithm_row &row, class S> void check_state(const ksl_model_t *m, ksl_data_t *d, state_view<S> &s) {
-  const int nv = m->model.nv();
-  if constexpr (row.request != request_kind::none && row.request != request_kind::reactions)
+  const model_view<S> model = m->model.template view_in<S>();
+  if constexpr (names_links(row.request))
     require_links(m, s.links.n, s.links.index);
   for (int r = 0; r < row.results; ++r)
-    require_result(s.result[r], numbers_of(row.result[r], nv, s.links.n), row.result[r].name);
-  require_position(m->model, s.q);
-  const auto input = [&](bool read, const S *&numbers, const char *name) {
-    if (read)
-      require_finite(numbers, nv, name);
+    require_result(s.result[r], numbers_of(row.result[r], extents_of(model, s)), row.result[r].name);
+  for (int i = 0; i < row.inputs; ++i) {
+    const input x = row.input_list[i];
+    if (x == input::q || x == input::q1)
+      require_position(m->model, input_of(s, x), name_of(x));
     else
-      numbers = d->data.template zero<S>();
-  };
-  input(row.v, s.v, "v");
-  input(row.a, s.a, "a");
-  input(row.tau, s.tau, "tau");
+      require_finite(input_of(s, x), length_of(x, model.nq, model.nv), name_of(x));
+  }
+  for (input x : {input::v, input::a, input::tau})
+    if (!row.reads(x))
+      input_of(s, x) = d->data.template zero<S>();
 }
 
 /// Computes one state in the caller's workspace.
@@ -75,28 +86,43 @@ ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s, co
                         const ksl_frame_options_t *options = nullptr) {
   return guarded([&] {
     require_workspace(m, d);
-    if constexpr (row.request == request_kind::frame)
-      s.frame = frame_options_of(options);
+    s.frame = frame_options_of(options);
     check_state<row>(m, d, s);
     if constexpr (row.external != external_use::none)
       s.external = external_of<S>(m, external);
     d->holds_wrenches = 0;
     compute<S>(row, m->model, d->data, s);
-    if constexpr (row.kernels == rows::inverse_dynamics.kernels && row.a)
+    if constexpr (row.kernels == rows::inverse_dynamics.kernels && row.reads(input::a))
       d->holds_wrenches = sizeof(S);
   });
 }
 
-/// The same with reactions.
+/// The same for joints: all results are those of the row.
 template <const algorithm_row &row, class S>
 ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s, const typename c_types<S>::external *external,
-                        int n, const int *joints, const ksl_reaction_options_t *options, S *wrenches) {
+                        const joints_argument &joints) {
   return guarded([&] {
     require_workspace(m, d);
-    require_result(wrenches, n, "wrenches");
+    const reaction_request request = request_of(m, d->links, joints);
+    s.joints = &request;
+    check_state<row>(m, d, s);
+    if constexpr (row.external != external_use::none)
+      s.external = external_of<S>(m, external);
+    d->holds_wrenches = 0;
+    compute<S>(row, m->model, d->data, s);
+  });
+}
+
+/// The same with reactions as a further result.
+template <const algorithm_row &row, class S>
+ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s, const typename c_types<S>::external *external,
+                        const joints_argument &joints, S *wrenches) {
+  return guarded([&] {
+    require_workspace(m, d);
+    require_result(wrenches, joints.n, "wrenches");
     check_state<row>(m, d, s);
     s.external = external_of<S>(m, external);
-    const reaction_request request = request_of(m, d->links, n, joints, options);
+    const reaction_request request = request_of(m, d->links, joints);
     const reaction_result<S> wanted = {&request, wrenches};
     s.reactions_n = 1, s.reactions = &wanted;
     d->holds_wrenches = 0;
@@ -108,8 +134,8 @@ ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s, co
 /// Computes a batch.
 template <class S>
 ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_view<S> batch,
-                        const typename c_types<S>::external_of_batch *external, int threads, int joints_n = 0,
-                        const int *joints = nullptr, const ksl_reaction_options_t *options = nullptr,
-                        const rows_view<S> &wrenches = {}, const ksl_frame_options_t *frame = nullptr);
+                        const typename c_types<S>::external_of_batch *external, int threads,
+                        const ksl_frame_options_t *frame = nullptr, const joints_argument &joints = {},
+                        const rows_view<S> &wrenches = {});
 
 } // namespace ksl::c_api

@@ -1,4 +1,4 @@
-// The C interface of models, and the calls that are not generated from api/algorithms.py.
+// The C interface of models, and the calls that are not generated from api/algorithms/.
 #include "c_api/calls.hpp"
 
 namespace {
@@ -21,7 +21,7 @@ ksl_status_t reactions_of_last_state(const ksl_model_t *m, ksl_data_t *d, int n,
     require(wrenches || n == 0, "wrenches must not be null");
     require(d->holds_wrenches == sizeof(S),
             "ksl_reactions reads what ksl_inverse_dynamics left in the workspace; call that first, in the same precision");
-    ksl::reactions<S>(m->model, d->data, ksl::c_api::request_of(m, d->links, n, joints, options), wrenches,
+    ksl::reactions<S>(m->model, d->data, ksl::c_api::request_of(m, d->links, {n, joints, options}), wrenches,
                       ksl::c_api::external_of<S>(m, external));
   });
 }
@@ -115,7 +115,7 @@ ksl_status_t ksl_frame_pose(const ksl_model_t *m, ksl_data_t *d, const double *q
     ksl::c_api::require_workspace(m, d);
     require(pose, "pose must not be null");
     ksl::c_api::require_links(m, 1, &link);
-    ksl::c_api::require_position(m->model, q);
+    ksl::c_api::require_position(m->model, q, "q");
     d->holds_wrenches = 0;
     *pose = ksl::same_layout<ksl_SE3_t>(ksl::frame_pose(m->model, d->data, q, link));
   });

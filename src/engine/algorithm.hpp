@@ -1,4 +1,4 @@
-// An algorithm at run time: its row of api/algorithms.py, and its kernels.
+// An algorithm at run time: its row of api/algorithms/, and its kernels.
 #pragma once
 
 #include "ksl/engine/batch_view.hpp"
@@ -30,25 +30,32 @@ struct algorithm_kernels {
 
 struct kernel_table;
 
-/// An extent of a result: a fixed number, or the number of velocities or of links.
-enum class extent : unsigned char { four, six, nv, links };
+/// An extent of a result: a fixed number, or one that follows from the model or from what is requested.
+enum class extent : unsigned char { three, four, six, ten, nq, nv, links, joints };
 
 struct result_row {
   const char *name;
   int axes;         ///< 0: a number
-  extent shape[3];  ///< (axes)
+  extent shape[4];  ///< (axes)
 };
+
+/// An input: positions, velocities, accelerations, efforts, second positions, or one number.
+enum class input : unsigned char { q, v, a, tau, q1, fraction };
 
 /// Whether an algorithm takes external wrenches.
 enum class external_use : unsigned char { none, optional, required };
 
-/// What a call specifies besides numbers: one link, several, one with frame_options, or reactions.
-enum class request_kind : unsigned char { none, link, links, frame, reactions };
+/// What a call specifies besides numbers: one link, or several; the same with frame_options; a link and the one that it is seen
+/// from; joints with a reaction_request; or reactions, which are then a further result.
+enum class request_kind : unsigned char { none, link, links, frame, frames, relative, joints, reactions };
 
-/// One row: which inputs an algorithm reads, besides q, and which results it writes.
+constexpr int most_inputs = 4; ///< how many an algorithm can have
+
+/// One row: which inputs an algorithm reads and which results it writes.
 struct algorithm_row {
   const char *name;
-  bool v, a, tau;
+  int inputs;
+  input input_list[most_inputs]; ///< (inputs), in the order of calls
   external_use external;
   request_kind request;
   int results; ///< besides reactions
@@ -56,26 +63,75 @@ struct algorithm_row {
   const algorithm_kernels *kernel_table::*kernels = nullptr;
   /// The row whose kernels compute this one, with zeros for the inputs that this row lacks; null if it has its own.
   const algorithm_row *variant_of = nullptr;
+
+  constexpr bool reads(input x) const {
+    for (int i = 0; i < inputs; ++i)
+      if (input_list[i] == x)
+        return true;
+    return false;
+  }
 };
 
 inline namespace KSL_ISA { // since kernels call these functions
 
-constexpr int length_of(extent e, int nv, int links) {
+/// How many links a call must name at least.
+constexpr int least_links(request_kind request) {
+  const bool one = request == request_kind::link || request == request_kind::frame;
+  return one ? 1 : request == request_kind::relative ? 2 : 0;
+}
+/// Does a call name links?
+constexpr bool names_links(request_kind request) {
+  return request != request_kind::none && request != request_kind::joints && request != request_kind::reactions;
+}
+
+/// The extents that follow from a model and a request.
+struct extents {
+  int nq, nv, links, joints;
+};
+
+constexpr int length_of(extent e, const extents &of) {
   switch (e) {
+  case extent::three: return 3;
   case extent::four: return 4;
   case extent::six: return 6;
-  case extent::nv: return nv;
-  case extent::links: return links;
+  case extent::ten: return 10;
+  case extent::nq: return of.nq;
+  case extent::nv: return of.nv;
+  case extent::links: return of.links;
+  case extent::joints: return of.joints;
   }
   return 0;
 }
 
+/// How many numbers an input of one state has.
+constexpr int length_of(input x, int nq, int nv) {
+  return x == input::q || x == input::q1 ? nq : x == input::fraction ? 1 : nv;
+}
+
 /// How many numbers a result of one state has.
-constexpr int numbers_of(const result_row &result, int nv, int links) {
+constexpr int numbers_of(const result_row &result, const extents &of) {
   int n = 1;
   for (int i = 0; i < result.axes; ++i)
-    n *= length_of(result.shape[i], nv, links);
+    n *= length_of(result.shape[i], of);
   return n;
+}
+
+/// Of a model_view, or any model with nq and nv, and a state or batch.
+template <class Model, class View> constexpr extents extents_of(const Model &model, const View &view) {
+  return {model.nq, model.nv, view.links.n, view.joints ? view.joints->n : 0};
+}
+
+/// The member of a state_view or batch_view that holds an input.
+template <class View> constexpr auto &input_of(View &view, input x) {
+  switch (x) {
+  case input::q: return view.q;
+  case input::v: return view.v;
+  case input::a: return view.a;
+  case input::tau: return view.tau;
+  case input::q1: return view.q1;
+  case input::fraction: break;
+  }
+  return view.fraction;
 }
 
 } // namespace KSL_ISA

@@ -1,4 +1,4 @@
-// The calls of dynamics.hpp that are not generated from api/algorithms.py.
+// The calls of dynamics.hpp that are not generated from api/algorithms/.
 #include "ksl/dynamics.hpp"
 
 #include "engine/compute.hpp"

@@ -1,5 +1,5 @@
 // Ways to compute and store results that are faster, for some algorithms, than whole_results of engine/kernel.hpp.  A row of
-// api/algorithms.py names the form of its results.
+// api/algorithms/ names the form of its results.
 #pragma once
 
 #include "engine/kernel.hpp"

@@ -59,7 +59,7 @@ template <class Algorithm> struct whole_results {
 
     void lay_out(arena &memory, const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch) {
       for (int r = 0; r < Algorithm::row.results; ++r)
-        result[r] = memory.take<P>(numbers_of(Algorithm::row.result[r], model.nv, batch.links.n));
+        result[r] = memory.take<P>(numbers_of(Algorithm::row.result[r], extents_of(model, batch)));
     }
     void compute(const model_view<scalar_of<P>> &model, const workspace_of<Algorithm, P> &w, state_view<P> &s,
                  const block<P> &b) {
@@ -67,7 +67,7 @@ template <class Algorithm> struct whole_results {
         s.result[r] = result[r];
       Algorithm::compute(model, w, s);
       for (int r = 0; r < Algorithm::row.results; ++r)
-        b.store(result[r], numbers_of(Algorithm::row.result[r], model.nv, b.batch.links.n), b.batch.result[r]);
+        b.store(result[r], numbers_of(Algorithm::row.result[r], extents_of(model, b.batch)), b.batch.result[r]);
     }
   };
 };
@@ -90,28 +90,24 @@ template <class Algorithm, class S> void one_state(const model_view<S> &model, v
 /// The inputs of a block in lanes.
 template <class Algorithm, class P> struct input_lanes {
   static constexpr algorithm_row row = Algorithm::row;
-  P *q, *v, *a, *tau, *external;
+  P *numbers[most_inputs], *external; ///< numbers: of each input that the row lists
   int *external_link;
 
   void lay_out(arena &memory, const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch) {
-    q = memory.take<P>(model.nq);
-    v = memory.take<P>(row.v ? model.nv : 0);
-    a = memory.take<P>(row.a ? model.nv : 0);
-    tau = memory.take<P>(row.tau ? model.nv : 0);
+    for (int i = 0; i < row.inputs; ++i)
+      numbers[i] = memory.take<P>(length_of(row.input_list[i], model.nq, model.nv));
     external = memory.take<P>(row.external != external_use::none ? 6 * batch.external_n : 0);
     external_link = memory.take<int>(row.external != external_use::none ? batch.external_n : 0);
   }
 
   state_view<P> load(const model_view<scalar_of<P>> &model, const block<P> &b) const {
     state_view<P> s;
-    s.q = q, s.links = b.batch.links, s.frame = b.batch.frame;
-    b.load(b.batch.q, model.nq, q);
-    if constexpr (row.v)
-      s.v = v, b.load(b.batch.v, model.nv, v);
-    if constexpr (row.a)
-      s.a = a, b.load(b.batch.a, model.nv, a);
-    if constexpr (row.tau)
-      s.tau = tau, b.load(b.batch.tau, model.nv, tau);
+    s.links = b.batch.links, s.frame = b.batch.frame, s.joints = b.batch.joints;
+    for (int i = 0; i < row.inputs; ++i) {
+      const input x = row.input_list[i];
+      input_of(s, x) = numbers[i];
+      b.load(input_of(b.batch, x), length_of(x, model.nq, model.nv), numbers[i]);
+    }
     if constexpr (row.external != external_use::none) {
       for (int e = 0; e < b.batch.external_n; ++e) {
         external_link[e] = b.batch.external[e].link;

@@ -163,7 +163,7 @@ def test_a_new_algorithm(tmp_path):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
     header, row = blocks("A new algorithm")
     (tmp_path / "include/ksl/engine/momentum.hpp").write_text(header)
-    table = tmp_path / "api/algorithms.py"
+    table = tmp_path / "api/algorithms/energy.py"
     text = table.read_text(encoding="utf-8")
     end = text.rindex("\n]") if "\n]" in text else text.rindex("\n)")
     table.write_text(text[: end + 1] + textwrap.indent(row, "    ", lambda line: not line.startswith(("q (", '"""'))) + text[end + 1 :], encoding="utf-8")

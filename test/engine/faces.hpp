@@ -65,7 +65,7 @@ template <> struct c_types<float> {
 /// One state, as the calls take it.
 template <class S> struct one {
   robot &r;
-  const S *q, *v, *a, *tau;
+  const S *q, *v, *a, *tau, *q1, *fraction;
   ksl::external_wrenches<S> external;
   typename c_types<S>::external c_external;
   S *result[ksl::most_results];
@@ -92,12 +92,13 @@ public:
   check(const ksl::algorithm_row &row, robot &r, std::size_t n) : row_(row), r_(r), n_(n) {
     std::mt19937 random(5);
     std::uniform_real_distribution<S> number(S(-2), S(2));
-    for (auto [numbers, width] : {std::pair{&q_, r.m.nq()}, {&v_, r.m.nv()}, {&x_, r.m.nv()}, {&w_, 12}}) {
+    for (auto [numbers, width] : {std::pair{&q_, r.m.nq()}, {&v_, r.m.nv()}, {&x_, r.m.nv()}, {&w_, 12}, {&q1_, r.m.nq()}, {&fraction_, 1}}) {
       numbers->resize(n * static_cast<std::size_t>(width));
       std::generate(numbers->begin(), numbers->end(), [&] { return number(random); });
     }
-    for (std::size_t k = 0; k < n; ++k)
-      robots::normalize_quaternions(r.m, &q_[k * static_cast<std::size_t>(r.m.nq())]);
+    for (std::vector<S> *q : {&q_, &q1_})
+      for (std::size_t k = 0; k < n; ++k)
+        robots::normalize_quaternions(r.m, &(*q)[k * static_cast<std::size_t>(r.m.nq())]);
   }
 
   /// State after state, by a call for one state.
@@ -105,7 +106,7 @@ public:
     results<S> found = room(n_, 0);
     for (std::size_t k = 0; k < n_; ++k) {
       const S *const wrench = &w_[12 * k];
-      one<S> s{r_, at(q_, r_.m.nq(), k), at(v_, r_.m.nv(), k), at(x_, r_.m.nv(), k), at(x_, r_.m.nv(), k), {2, r_.pushed.data(), wrench},
+      one<S> s{r_, at(q_, r_.m.nq(), k), at(v_, r_.m.nv(), k), at(x_, r_.m.nv(), k), at(x_, r_.m.nv(), k), at(q1_, r_.m.nq(), k), at(fraction_, 1, k), {2, r_.pushed.data(), wrench},
                {2, r_.pushed.data(), reinterpret_cast<const typename c_types<S>::coscrew *>(wrench)}, {}, nullptr};
       for (int i = 0; i < row_.results; ++i)
         s.result[i] = &found.numbers[static_cast<std::size_t>(i)][k * width(i)];
@@ -123,11 +124,13 @@ public:
     b.n = count;
     const auto rows = [&](const auto &x, int columns) -> ksl::rows_view<const S> { return direction(x.data(), columns, count, backwards); };
     b.q = rows(q_, r_.m.nq()), b.v = rows(v_, r_.m.nv()), b.a = b.tau = rows(x_, r_.m.nv());
+    b.q1 = rows(q1_, r_.m.nq()), b.fraction = rows(fraction_, 1);
     const auto w = rows(w_, 12);
     const ksl::external_rows<S> external[2] = {{r_.pushed[0], w}, {r_.pushed[1], {w.first + 6, w.stride}}};
     b.external_n = 2, b.external = external;
     b.frame = r_.how;
-    b.links = {static_cast<int>(row_.request == ksl::request_kind::links ? r_.links.size() : 1), r_.links.data()};
+    b.links = {links(), r_.links.data()};
+    b.joints = &r_.request;
     const auto out = [&](int i) {
       return direction(found.numbers[static_cast<std::size_t>(i)].data(), static_cast<int>(width(i) + gap), count, backwards);
     };
@@ -153,8 +156,11 @@ public:
 
 private:
   std::size_t width(int i) const {
-    const int links = row_.request == ksl::request_kind::links ? static_cast<int>(r_.links.size()) : 1;
-    return static_cast<std::size_t>(i < row_.results ? numbers_of(row_.result[i], r_.m.nv(), links) : 6 * r_.request.n);
+    return static_cast<std::size_t>(i < row_.results ? numbers_of(row_.result[i], {r_.m.nq(), r_.m.nv(), links(), r_.request.n}) : 6 * r_.request.n);
+  }
+  int links() const {
+    const int least = ksl::least_links(row_.request);
+    return least ? least : static_cast<int>(r_.links.size());
   }
   results<S> room(std::size_t n, std::size_t gap) const {
     results<S> made;
@@ -185,7 +191,7 @@ private:
   const ksl::algorithm_row &row_;
   robot &r_;
   std::size_t n_;
-  std::vector<S> q_, v_, x_, w_; // x_: a or tau
+  std::vector<S> q_, v_, x_, w_, q1_, fraction_; // x_: a or tau
 };
 
 /// All faces of one algorithm in one precision, for one robot.
@@ -222,7 +228,7 @@ void agree(const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_batch, CBat
   for (robot *r : {&floating, &every_kind}) {
     r->how = {}, r->c_how = nullptr;
     agree<S>(*r, row, cpp, c, cpp_batch, c_batch);
-    if (row.request != ksl::request_kind::frame)
+    if (row.request != ksl::request_kind::frame && row.request != ksl::request_kind::frames && row.request != ksl::request_kind::relative)
       continue;
     r->how = {.axes = expressed_in::world, .at = expressed_in::frame, .angular_first = false}, r->c_how = &crossed[0];
     agree<S>(*r, row, cpp, c, cpp_batch, c_batch);

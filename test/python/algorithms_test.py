@@ -1,4 +1,4 @@
-"""Every algorithm of api/algorithms.py: all its faces give the same bits.
+"""Every algorithm of api/algorithms/: all its faces give the same bits.
 
 Python is held against C (one state, and batches), in double and float, with and without external wrenches.  Batches of any
 size are their states; threads, `out=`, strides and leading shapes change nothing; no states give no results.  The faces of
@@ -43,9 +43,13 @@ def names(m, links):
 def inputs(m, row, *leading, dtype=np.float64):
     """The arguments of a row, by name."""
     q, v, x = (x.astype(dtype) for x in random_states(m, np.random.default_rng(7), *leading))
-    given = {"q": q, "v": v, "a": x, "tau": x}
+    q1, _, _ = (x.astype(dtype) for x in random_states(m, np.random.default_rng(9), *leading))
+    given = {"q": q, "v": v, "a": x, "tau": x, "q1": q1, "fraction": np.full((*leading, 1), 0.3, dtype)}
     arguments, links = {name: given[name] for name in row.inputs}, names(m, LINKS)
-    arguments |= {"link": {"name": links[0]}, "frame": {"name": links[0]} | CROSSED, "links": {"names": links}}.get(row.request, {})
+    arguments |= {
+        "link": {"name": links[0]}, "frame": {"name": links[0]} | CROSSED, "links": {"names": links}, "frames": {"names": links} | CROSSED,
+        "relative": {"name": links[0], "seen_from": links[1]} | CROSSED,
+    }.get(row.request, {})  # fmt: skip
     if row.external:
         rng = np.random.default_rng(8)
         arguments["external"] = {name: rng.normal(size=(*leading, 6)).astype(dtype) for name in names(m, PUSHED)}
@@ -174,9 +178,10 @@ class Loaded:
         request = []
         if row.request == "links":
             request = [len(LINKS), ctypes.c_void_p(keep(np.array(LINKS, np.int32)))]
-        elif row.request == "frame":
-            request = [LINKS[0], ctypes.byref(FrameOptions(1, 0, 1))]
-        elif row.request == "reactions":
+        elif row.request in ("frame", "frames", "relative"):
+            which = {"frame": LINKS[:1], "frames": [len(LINKS), ctypes.c_void_p(keep(np.array(LINKS, np.int32)))], "relative": LINKS[:2]}
+            request = [*which[row.request], ctypes.byref(FrameOptions(1, 0, 1))]
+        elif row.request in ("joints", "reactions"):
             joints = np.arange(len(self.m.joint_names), dtype=np.int32)
             request = [len(joints), ctypes.c_void_p(keep(joints)), None]
         expected = [np.empty(x.shape, dtype) for x in python(self.m, row, arguments)]

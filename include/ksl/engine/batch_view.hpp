@@ -1,6 +1,6 @@
 // KSL: the arguments of an algorithm: one state, or a batch of states as row-major arrays with a row for each state.
 //
-// All algorithms share these two structs.  api/algorithms.py and docs/reference/dynamics.md say which members each of them
+// All algorithms share these two structs.  api/algorithms/ and docs/reference/dynamics.md say which members each of them
 // reads and writes; the others are ignored.
 #pragma once
 
@@ -17,7 +17,7 @@ struct link_list {
   const int *index = nullptr; ///< (n)
 };
 
-constexpr int most_results = 2; ///< most results that an algorithm has, besides reactions
+constexpr int most_results = 4; ///< most results that an algorithm has, besides reactions
 
 /// Reactions of one state: 6 numbers for each joint of the request.
 template <class T> struct reaction_result {
@@ -27,10 +27,11 @@ template <class T> struct reaction_result {
 
 /// One state.
 template <class T> struct state_view {
-  const T *q = nullptr, *v = nullptr, *a = nullptr, *tau = nullptr;
+  const T *q = nullptr, *v = nullptr, *a = nullptr, *tau = nullptr, *q1 = nullptr, *fraction = nullptr;
   external_wrenches<T> external = {};
   link_list links = {};
   frame_options frame = {};
+  const reaction_request *joints = nullptr;
   int reactions_n = 0;
   const reaction_result<T> *reactions = nullptr; ///< (reactions_n)
   T *result[most_results] = {};                  ///< in the order in which the algorithm lists them
@@ -55,14 +56,16 @@ template <class S> struct reaction_rows {
 };
 
 /// n states.  Inputs without rows are taken as zero; results and reactions without rows are not stored.  An algorithm that asks
-/// for one link takes the first of `links`; where there is none, nothing is computed.
+/// for one link takes the first of `links`, and one that asks for a link seen from another takes two; where there are fewer,
+/// nothing is computed.
 template <class S> struct batch_view {
   std::size_t n = 0;
-  rows_view<const S> q = {}, v = {}, a = {}, tau = {};
+  rows_view<const S> q = {}, v = {}, a = {}, tau = {}, q1 = {}, fraction = {};
   int external_n = 0;
   const external_rows<S> *external = nullptr; ///< (external_n)
   link_list links = {};
   frame_options frame = {};
+  const reaction_request *joints = nullptr; ///< joints, and how their wrenches are expressed
   int reactions_n = 0;
   const reaction_rows<S> *reactions = nullptr; ///< (reactions_n)
   rows_view<S> result[most_results] = {};      ///< in the order in which the algorithm lists them

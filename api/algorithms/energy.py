@@ -1,0 +1,31 @@
+"""Energies and powers."""
+
+from algorithms.row import Algorithm, Result
+
+ROWS = (
+    Algorithm(
+        name="energy",
+        header="energy.hpp",
+        inputs=("q", "v"),
+        results=(Result("kinetic", (), "kinetic energy, J"), Result("potential", (), "potential energy, J")),
+        summary="Kinetic and potential energy, J, each (…), for q (…, nq), v (…, nv).",
+        text="{kinetic} and {potential} energy, J, for {q} and {v}; the latter zero with every centroid at the world's origin.  O(bodies).",
+        python="""
+Potential energy is that of gravity, zero with every centroid at the world's origin.
+out: two arrays, for the one and for the other.  q, v, threads: as in :meth:`inverse_dynamics`.
+""",
+    ),
+    Algorithm(
+        name="external_power",
+        header="energy.hpp",
+        inputs=("q", "v"),
+        external="required",
+        results=(Result("power", (), "power, W"),),
+        summary="Power (…) of external wrenches, W: the sum of f · v of the links that they act on.",
+        text="{power} of external wrenches, W, for {q} and {v}: the sum of f · v of the links that they act on.  "
+        "No wrench, no power.  O(bodies).",
+        python="""
+q (…, nq), v (…, nv); external, out, threads: as in :meth:`inverse_dynamics`.  No wrench, no power.
+""",
+    ),
+)

@@ -1,0 +1,99 @@
+"""Inverse dynamics, and what follows from it: reactions, bias, efforts against gravity."""
+
+from algorithms.row import TAU, Algorithm
+
+ROWS = (
+    Algorithm(
+        name="inverse_dynamics",
+        header="inverse_dynamics.hpp",
+        inputs=("q", "v", "a"),
+        external="optional",
+        results=(TAU,),
+        summary="Joint efforts that give accelerations `a` at positions `q` and velocities `v`.",
+        text="Joint efforts {tau} for {q}, {v}, {a}, under gravity and external wrenches, by the recursive Newton–Euler algorithm "
+        "(Featherstone, RBDA 2008, table 5.1).  O(bodies).",
+        python="""
+q (…, nq), v and a (…, nv) → (…, nv); rad, m, N m, N.  Leading shapes are broadcast.
+external: {link name: (…, 6)}, the wrench that the environment exerts on the link: force first, about the
+link's origin, in the link's axes.  Gravity is included.  Joint friction and damping are not.
+
+A floating base is the first joint: q = [x y z qx qy qz qw] in the world, v = [linear, angular] in the body's
+frame, a = dv/dt componentwise; its effort is the wrench on the body in the same frame.
+
+Arrays, sequences and whatever has the array, buffer or DLPack protocol; no copy where the numbers of a row are
+neighbours and rows lie at one distance, a negative one too.  float32 stays float32 where every argument is.
+out: a C-contiguous array for the result; it may be one of the arguments, but not overlap one otherwise.
+threads: at most so many for large batches; None or 0: all cores; results don't depend on it.  The interpreter's
+lock is released from 32 states on.
+
+Recursive Newton–Euler (Featherstone, RBDA 2008, table 5.1); O(bodies).
+Raises ValueError for shapes that don't fit and numbers that are complex or not finite.
+""",
+    ),
+    Algorithm(
+        name="inverse_dynamics_with_reactions",
+        header="reactions.hpp",
+        inputs=("q", "v", "a"),
+        external="optional",
+        request="reactions",
+        results=(TAU,),
+        form="efforts_and_reactions",
+        workspace="reactions_workspace",
+        faces=("c++", "c"),
+        summary="Joint efforts, and the wrench through each joint, in one pass.",
+        text="Joint efforts {tau} and the reactions of the joints that are asked for, for {q}, {v}, {a}, under gravity and external "
+        "wrenches: what the parent side exerts on the child side through each joint.  Reactions of moving joints in their own frames "
+        "are written during the backward pass of inverse dynamics, which costs less than two calls.",
+    ),
+    Algorithm(
+        name="reactions",
+        header="reactions.hpp",
+        inputs=("q", "v", "a"),
+        external="optional",
+        request="reactions",
+        results=(),
+        variant_of="inverse_dynamics_with_reactions",
+        faces=("c++ batch", "c batch", "python"),
+        summary="The wrench through each joint: what the parent side exerts on the child side.",
+        text="Reactions of the joints that are asked for, for {q}, {v}, {a}, under gravity and external wrenches: the wrench that the "
+        "parent side exerts on the child side through each joint, whole or its constraint or actuation part (Coscrews page, (7)–(9)).",
+        python="""
+q, v, a, external: as in :meth:`inverse_dynamics`.  Returns (…, joints, 6); N and N m.
+joints: names in the order wanted, fixed ones and `base` too; by default the moving joints in the order of q.
+on: the side the wrench acts on; "parent" is the negative.
+at: the point that moments are about: "joint" (the joint's origin), "world" (its origin), a link's name (its
+origin), or three numbers, an offset from the joint's origin in the joint's axes, m.
+axes: "joint" (those of the joint's frame on the child side: the child link's), "world", or a link's name.
+order: "lin_ang" (fx fy fz tx ty tz) or "ang_lin".
+part: "constraint" is what the structure carries, H̄* f; "actuation" what lies along the joint's motion, h̄* f
+(revolute: the moment about the axis; prismatic: the force along it; fixed: nothing; floating: all); "total"
+their sum.  The split is made in the joint's frame and then moved by the coadjoint (Coscrews page, (7)–(9)).
+""",
+    ),
+    Algorithm(
+        name="bias",
+        header="inverse_dynamics.hpp",
+        inputs=("q", "v"),
+        external="optional",
+        results=(TAU,),
+        variant_of="inverse_dynamics",
+        summary="Efforts (…, nv) that hold velocities v without acceleration: Coriolis, centrifugal, gravity, less external wrenches.",
+        text="Efforts {tau} that hold velocities {v} at {q} without acceleration: inverse dynamics with a = 0.  O(bodies).",
+        python="""
+q, v, external, out, threads: as in :meth:`inverse_dynamics`, of which this is the case a = 0.
+""",
+    ),
+    Algorithm(
+        name="gravity_torque",
+        header="inverse_dynamics.hpp",
+        inputs=("q",),
+        external="optional",
+        results=(TAU,),
+        variant_of="inverse_dynamics",
+        summary="Efforts (…, nv) that hold the mechanism at rest at q, against gravity and external wrenches.",
+        text="Efforts {tau} that hold the mechanism at rest at {q}: inverse dynamics with v = a = 0.  O(bodies).",
+        python="""
+q, external, out, threads: as in :meth:`inverse_dynamics`, of which this is the case v = a = 0.
+""",
+    ),
+)
