@@ -118,13 +118,11 @@ void check_quaternions(const ksl::model &m, const ksl::rows_view<const S> &q, st
 /// One call of an algorithm.
 class call {
 public:
-  static constexpr const char *names[] = {"q", "v", "a", "tau", "q1", "fraction"}; ///< of inputs
-
   call(const ksl::algorithm_row &row, const ksl::model &m, const nb::handle *inputs, nb::handle external, nb::handle request)
       : row_(row), m_(m), external_(nb::borrow(external)) {
     inputs_.reserve(ksl::most_inputs);
     for (int i = 0; i < row.inputs; ++i)
-      inputs_.push_back({nb::borrow(inputs[i]), names[static_cast<int>(row.input_list[i])], ksl::length_of(row.input_list[i], m.nq(), m.nv())});
+      inputs_.push_back({nb::borrow(inputs[i]), row.input_name[i], ksl::length_of(row.input_list[i], m.nq(), m.nv())});
     read_request(request);
   }
 

@@ -5,9 +5,9 @@ A new algorithm is a header in include/ksl/engine/ and a row in the file of its 
 define.
 """
 
-from algorithms import energy, forward, inverse, kinematics, mass
+from algorithms import energy, forward, inverse, kinematics, manifold, mass
 from algorithms.row import INPUTS, Algorithm, Result
 
 __all__ = ["ALGORITHMS", "INPUTS", "Algorithm", "Result"]
 
-ALGORITHMS: tuple[Algorithm, ...] = inverse.ROWS + forward.ROWS + mass.ROWS + kinematics.ROWS + energy.ROWS
+ALGORITHMS: tuple[Algorithm, ...] = inverse.ROWS + forward.ROWS + mass.ROWS + kinematics.ROWS + energy.ROWS + manifold.ROWS

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 
 INPUTS = {"q": "nq", "v": "nv", "a": "nv", "tau": "nv", "q1": "nq", "fraction": 1}
@@ -13,8 +14,9 @@ INPUTS = {"q": "nq", "v": "nv", "a": "nv", "tau": "nv", "q1": "nq", "fraction": 
 class Result:
     """A result: its name in C and C++, its shape, and what it is.
 
-    shape: for each axis, of which there are at most four, a number (3, 4, 6 or 10), "nq", "nv", "links" or "joints" (how many
-    are requested).  Empty: one number.
+    shape: for each axis, of which there are at most four, a number (3, 4, 6 or 10), "nq", "nv", "motion", "links" or
+    "joints" (how many are requested).  Empty: one number.  "motion" are nv numbers that are velocities or accelerations; along "nv"
+    are efforts, or derivatives by a motion.  The difference matters to robots with mimic joints (src/engine/coupled.hpp).
     """
 
     name: str
@@ -28,7 +30,7 @@ class Algorithm:
 
     name: the name of every call, and of the engine's function NAME(model, workspace, inputs, [external,] [links,] results),
     unless another form is given.  The workspace is NAME_workspace, unless given.
-    inputs: names of INPUTS, q first.  external: wrenches on links are "optional" or "required".
+    inputs: names of INPUTS, q first.  called: what calls name them instead, where that says more.  external: wrenches on links are "optional" or "required".
     request: what a call specifies besides numbers:
         "links": links, how many and which; "link": one
         "frames", "frame": the same, and in whose axes and about whose origin their motion is expressed
@@ -55,6 +57,11 @@ class Algorithm:
     workspace: str = ""
     variant_of: str = ""
     faces: tuple[str, ...] = ("c++", "c", "python")
+    called: Mapping[str, str] = field(default_factory=dict)
+
+    def input_names(self) -> tuple[str, ...]:
+        """The inputs as calls name them."""
+        return tuple(self.called.get(name, name) for name in self.inputs)
 
 
 TAU = Result("tau", ("nv",), "joint efforts, N m or N")

@@ -80,4 +80,38 @@ KSL_EXPORT void energy_batch(const model &m, const batch_view<S> &batch, int thr
 template <class S>
 KSL_EXPORT void external_power_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
+/// Position q1 (nq) = q ⊕ dv, after unit time at the constant joint velocity dv (nv) from q (nq); joints with several
+/// coordinates move along the exponential of their group (Solà et al., A micro Lie theory for state estimation in
+/// robotics, 2018, section II-E).  O(joints).  Reads batch.q, batch.v (dv); writes q1 into batch.result[0] (rows of
+/// nq).
+template <class S>
+KSL_EXPORT void integrate_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Difference dv (nv) = q1 ⊖ q0, the smallest joint velocity that leads from q0 (nq) to q1 (nq) in unit time (Solà et
+/// al., A micro Lie theory for state estimation in robotics, 2018, section II-E).  Angles of continuous joints are
+/// between −π and π; those of revolute joints are not reduced.  O(joints).  Reads batch.q (q0), batch.q1; writes dv
+/// into batch.result[0] (rows of nv).
+template <class S>
+KSL_EXPORT void difference_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Position between (nq) = q0 ⊕ fraction (q1 ⊖ q0) between q0 (nq) and q1 (nq): q0 where the fraction is 0, q1 where it
+/// is 1, on the shortest way and at constant joint velocity in between, and on the same way beyond.  O(joints).  Reads
+/// batch.q (q0), batch.q1, batch.fraction; writes between into batch.result[0] (rows of nq).
+template <class S>
+KSL_EXPORT void interpolate_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Derivatives of q ⊕ dv for q (nq) and dv (nv): (q ⊕ δ) ⊕ (dv + ε) = (q ⊕ dv) ⊕ (by_q δ + by_dv ε) to first order;
+/// by_q (nv, nv), by_dv (nv, nv) (Solà et al., A micro Lie theory for state estimation in robotics, 2018, section
+/// III).  O(joints), besides writing 2 nv² numbers.  Reads batch.q, batch.v (dv); writes by_q into batch.result[0]
+/// (rows of nv × nv), by_dv into batch.result[1] (rows of nv × nv).
+template <class S>
+KSL_EXPORT void integrate_jacobians_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Derivatives of q1 ⊖ q0 for q0 (nq) and q1 (nq): (q1 ⊕ ε) ⊖ (q0 ⊕ δ) = (q1 ⊖ q0) + by_q0 δ + by_q1 ε to first order;
+/// by_q0 (nv, nv), by_q1 (nv, nv) (Solà et al., A micro Lie theory for state estimation in robotics, 2018, section
+/// III).  O(joints), besides writing 2 nv² numbers.  Reads batch.q (q0), batch.q1; writes by_q0 into batch.result[0]
+/// (rows of nv × nv), by_q1 into batch.result[1] (rows of nv × nv).
+template <class S>
+KSL_EXPORT void difference_jacobians_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
 } // namespace ksl

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ksl import _core
 from ksl.requests import Requests
-from ksl.states import Array, Expressed, External, Order, Part, Point, Side
+from ksl.states import Array, Expressed, External, Order, Part, Point, Side, numbers
 
 
 class Calls(Requests):
@@ -152,6 +152,61 @@ class Calls(Requests):
         q (…, nq), v (…, nv); external, out, threads: as in :meth:`inverse_dynamics`.  No wrench, no power.
         """
         return self._core.external_power(q, v, None, None, external, None, out, threads)
+
+    def integrate(self, q: ArrayLike, dv: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Positions q ⊕ dv (…, nq): where q (…, nq) is after unit time at the constant joint velocity dv (…, nv).
+
+        dv: a displacement, in the numbers of a velocity: rad or m.  Joints with one axis: q + dv.  Spherical and floating
+        joints: the exponential of dv in the child's axes; quaternions of the result have unit length.
+
+        q, out, threads: as in :meth:`inverse_dynamics`.  Solà et al., A micro Lie theory for state estimation in robotics,
+        2018, section II-E; O(joints).
+        """
+        return self._core.integrate(q, dv, None, None, None, None, out, threads)
+
+    def difference(self, q0: ArrayLike, q1: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Differences q1 ⊖ q0 (…, nv): the joint velocity that leads from q0 (…, nq) to q1 (…, nq) in unit time.
+
+        integrate(q0, difference(q0, q1)) is q1, but for whole turns of continuous joints and the sign of quaternions.
+        Continuous joints: between −π and π.  Spherical and floating joints: the logarithm, a rotation by π at most.
+        Others: q1 − q0; a revolute joint has limits, so that its turns count.
+
+        q0, q1, out, threads: as in :meth:`inverse_dynamics`.  Solà et al., A micro Lie theory for state estimation in
+        robotics, 2018, section II-E; O(joints).
+        """
+        return self._core.difference(q0, q1, None, None, None, None, out, threads)
+
+    def interpolate(self, q0: ArrayLike, q1: ArrayLike, fraction: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Positions q0 ⊕ fraction (q1 ⊖ q0) (…, nq) between q0 and q1 (…, nq): q0 at 0, q1 at 1.
+
+        fraction: (…), a number for each state, or one for all.  The way is the shortest and the joint velocity is constant; beyond 0 and 1 the
+        motion continues.  Rotations are interpolated spherically; floating joints move along a screw.
+
+        q0, q1, out, threads: as in :meth:`difference`.  O(joints).
+        """
+        return self._core.interpolate(q0, q1, numbers(fraction), None, None, None, out, threads)
+
+    def integrate_jacobians(self, q: ArrayLike, dv: ArrayLike, out: tuple[Array, Array] | None = None, threads: int | None = None) -> tuple[Array, Array]:
+        """Derivatives of q ⊕ dv by q and by dv, (…, nv, nv) each, all along joint velocities.
+
+        (q ⊕ δ) ⊕ (dv + ε) = (q ⊕ dv) ⊕ (by_q δ + by_dv ε) to first order.  Identities but for spherical and floating
+        joints, whose blocks are the inverse adjoint of the exponential, and its right Jacobian.
+
+        q, dv, threads: as in :meth:`integrate`; out: two arrays.  Solà et al., A micro Lie theory for state estimation in
+        robotics, 2018, section III; O(joints), besides writing 2 nv² numbers.
+        """
+        return self._core.integrate_jacobians(q, dv, None, None, None, None, out, threads)
+
+    def difference_jacobians(self, q0: ArrayLike, q1: ArrayLike, out: tuple[Array, Array] | None = None, threads: int | None = None) -> tuple[Array, Array]:
+        """Derivatives of q1 ⊖ q0 by q0 and by q1, (…, nv, nv) each, along joint velocities.
+
+        (q1 ⊕ ε) ⊖ (q0 ⊕ δ) = (q1 ⊖ q0) + by_q0 δ + by_q1 ε to first order.  ∓ identity but for spherical and floating joints.
+        Where a rotation between the two is by π, the difference jumps; these are the derivatives on the side of its value.
+
+        q0, q1, threads: as in :meth:`difference`; out: two arrays.  Solà et al., A micro Lie theory for state estimation in
+        robotics, 2018, section III; O(joints), besides writing 2 nv² numbers.
+        """
+        return self._core.difference_jacobians(q0, q1, None, None, None, None, out, threads)
 
     rnea = inverse_dynamics
     aba = forward_dynamics

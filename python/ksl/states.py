@@ -43,6 +43,11 @@ def as_rows(inputs: list[NDArray[Any]], wrenches: list[NDArray[Any]], leading: t
     return rows, [np.array(np.broadcast_to(w, (*leading, 6)), dtype, order="C") for w in wrenches]
 
 
+def numbers(x: ArrayLike) -> NDArray[Any]:
+    """Numbers (…), one for each state, as rows (…, 1)."""
+    return _array(x)[..., np.newaxis]
+
+
 def _array(x: Any) -> NDArray[Any]:
     """Converts x to a NumPy array; `np.asarray` doesn't recognise objects that support only DLPack."""
     return np.from_dlpack(x) if hasattr(x, "__dlpack__") and not hasattr(x, "__array__") else np.asarray(x)

@@ -2,7 +2,7 @@
 
 from generator.rows import ALGORITHMS, COMPUTING, MARK, Algorithm, Result, kernels_of
 
-EXTENTS = {3: "three", 4: "four", 6: "six", 10: "ten", **{name: name for name in ("nq", "nv", "links", "joints")}}
+EXTENTS = {3: "three", 4: "four", 6: "six", 10: "ten", **{name: name for name in ("nq", "nv", "motion", "links", "joints")}}
 
 REQUEST = {
     "links": ["s.links.n", "s.links.index"],
@@ -67,10 +67,12 @@ def result_row(result: Result) -> str:
 
 
 def row_members(row: Algorithm) -> list[str]:
+    names = ", ".join(f'"{name}"' for name in row.input_names())
     return [
         f'.name = "{row.name}"',
         f".inputs = {len(row.inputs)}",
         f".input_list = {{{', '.join(f'input::{name}' for name in row.inputs)}}}",
+        f".input_name = {{{names}}}",
         f".external = external_use::{row.external or 'none'}",
         f".request = request_kind::{row.request or 'none'}",
         f".results = {len(row.results)}",

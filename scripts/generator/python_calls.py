@@ -44,9 +44,9 @@ def method(row: Algorithm) -> str:
     array = "tuple[" + ", ".join("Array" for _ in row.results) + "]" if several(row) else "Array"
     keywords, request = REQUEST[row.request]
     external = {"optional": "external: External | None = None", "required": "external: External"}.get(row.external, "")
-    arguments = ["self", *(f"{name}: ArrayLike" for name in row.inputs), external, keywords, f"out: {array} | None = None", "threads: int | None = None"]
+    arguments = ["self", *(f"{name}: ArrayLike" for name in row.input_names()), external, keywords, f"out: {array} | None = None", "threads: int | None = None"]
     line = ", ".join(filter(None, arguments))
-    passed = [*row.inputs, *("None" for _ in range(INPUTS_AT_MOST - len(row.inputs))), "external" if row.external else "None", request, "out", "threads"]
+    passed = [*("numbers(fraction)" if name == "fraction" else name for name in row.input_names()), *("None" for _ in range(INPUTS_AT_MOST - len(row.inputs))), "external" if row.external else "None", request, "out", "threads"]
     text = METHOD.format(
         name=row.name, arguments=line, result=array, summary=row.summary, compiled=row.name, passed=", ".join(passed),
         paragraphs=textwrap.indent("\n" + row.python.strip(), "        ", lambda l: l.strip() != ""),
@@ -71,7 +71,7 @@ from numpy.typing import ArrayLike
 
 from ksl import _core
 from ksl.requests import Requests
-from ksl.states import Array, Expressed, External, Order, Part, Point, Side
+from ksl.states import Array, Expressed, External, Order, Part, Point, Side, numbers
 
 
 class Calls(Requests):

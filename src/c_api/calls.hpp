@@ -32,11 +32,6 @@ struct absent {
 };
 constexpr absent no_external{}, no_external_rows{};
 
-constexpr const char *name_of(input x) {
-  constexpr const char *names[] = {"q", "v", "a", "tau", "q1", "fraction"};
-  return names[static_cast<int>(x)];
-}
-
 /// Checks that n numbers are finite; the message names the first that is not.
 template <class S> void require_finite(const S *x, int n, const char *name);
 
@@ -71,9 +66,9 @@ template <const algorithm_row &row, class S> void check_state(const ksl_model_t 
   for (int i = 0; i < row.inputs; ++i) {
     const input x = row.input_list[i];
     if (x == input::q || x == input::q1)
-      require_position(m->model, input_of(s, x), name_of(x));
+      require_position(m->model, input_of(s, x), row.input_name[i]);
     else
-      require_finite(input_of(s, x), length_of(x, model.nq, model.nv), name_of(x));
+      require_finite(input_of(s, x), length_of(x, model.nq, model.nv), row.input_name[i]);
   }
   for (input x : {input::v, input::a, input::tau})
     if (!row.reads(x))

@@ -31,7 +31,9 @@ struct algorithm_kernels {
 struct kernel_table;
 
 /// An extent of a result: a fixed number, or one that follows from the model or from what is requested.
-enum class extent : unsigned char { three, four, six, ten, nq, nv, links, joints };
+///
+/// Along `motion` a result has nv velocities or accelerations, along `nv` efforts or derivatives by a motion.
+enum class extent : unsigned char { three, four, six, ten, nq, nv, motion, links, joints };
 
 struct result_row {
   const char *name;
@@ -55,7 +57,8 @@ constexpr int most_inputs = 4; ///< how many an algorithm can have
 struct algorithm_row {
   const char *name;
   int inputs;
-  input input_list[most_inputs]; ///< (inputs), in the order of calls
+  input input_list[most_inputs];      ///< (inputs), in the order of calls
+  const char *input_name[most_inputs]; ///< what calls name them
   external_use external;
   request_kind request;
   int results; ///< besides reactions
@@ -96,7 +99,8 @@ constexpr int length_of(extent e, const extents &of) {
   case extent::six: return 6;
   case extent::ten: return 10;
   case extent::nq: return of.nq;
-  case extent::nv: return of.nv;
+  case extent::nv:
+  case extent::motion: return of.nv;
   case extent::links: return of.links;
   case extent::joints: return of.joints;
   }

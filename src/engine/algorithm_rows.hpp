@@ -15,6 +15,11 @@ struct kernel_table {
   const algorithm_kernels *jacobian;
   const algorithm_kernels *energy;
   const algorithm_kernels *external_power;
+  const algorithm_kernels *integrate;
+  const algorithm_kernels *difference;
+  const algorithm_kernels *interpolate;
+  const algorithm_kernels *integrate_jacobians;
+  const algorithm_kernels *difference_jacobians;
 };
 
 namespace rows {
@@ -23,6 +28,7 @@ constexpr algorithm_row inverse_dynamics = {
     .name = "inverse_dynamics",
     .inputs = 3,
     .input_list = {input::q, input::v, input::a},
+    .input_name = {"q", "v", "a"},
     .external = external_use::optional,
     .request = request_kind::none,
     .results = 1,
@@ -34,6 +40,7 @@ constexpr algorithm_row inverse_dynamics_with_reactions = {
     .name = "inverse_dynamics_with_reactions",
     .inputs = 3,
     .input_list = {input::q, input::v, input::a},
+    .input_name = {"q", "v", "a"},
     .external = external_use::optional,
     .request = request_kind::reactions,
     .results = 1,
@@ -45,6 +52,7 @@ constexpr algorithm_row forward_dynamics = {
     .name = "forward_dynamics",
     .inputs = 3,
     .input_list = {input::q, input::v, input::tau},
+    .input_name = {"q", "v", "tau"},
     .external = external_use::optional,
     .request = request_kind::none,
     .results = 1,
@@ -56,6 +64,7 @@ constexpr algorithm_row mass_matrix = {
     .name = "mass_matrix",
     .inputs = 1,
     .input_list = {input::q},
+    .input_name = {"q"},
     .external = external_use::none,
     .request = request_kind::none,
     .results = 1,
@@ -67,6 +76,7 @@ constexpr algorithm_row frame_poses = {
     .name = "frame_poses",
     .inputs = 1,
     .input_list = {input::q},
+    .input_name = {"q"},
     .external = external_use::none,
     .request = request_kind::links,
     .results = 1,
@@ -78,6 +88,7 @@ constexpr algorithm_row jacobian = {
     .name = "jacobian",
     .inputs = 1,
     .input_list = {input::q},
+    .input_name = {"q"},
     .external = external_use::none,
     .request = request_kind::frame,
     .results = 1,
@@ -89,6 +100,7 @@ constexpr algorithm_row energy = {
     .name = "energy",
     .inputs = 2,
     .input_list = {input::q, input::v},
+    .input_name = {"q", "v"},
     .external = external_use::none,
     .request = request_kind::none,
     .results = 2,
@@ -100,6 +112,7 @@ constexpr algorithm_row external_power = {
     .name = "external_power",
     .inputs = 2,
     .input_list = {input::q, input::v},
+    .input_name = {"q", "v"},
     .external = external_use::required,
     .request = request_kind::none,
     .results = 1,
@@ -107,10 +120,71 @@ constexpr algorithm_row external_power = {
     .kernels = &kernel_table::external_power,
 };
 
+constexpr algorithm_row integrate = {
+    .name = "integrate",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .input_name = {"q", "dv"},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .results = 1,
+    .result = {{"q1", 1, {extent::nq}}},
+    .kernels = &kernel_table::integrate,
+};
+
+constexpr algorithm_row difference = {
+    .name = "difference",
+    .inputs = 2,
+    .input_list = {input::q, input::q1},
+    .input_name = {"q0", "q1"},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .results = 1,
+    .result = {{"dv", 1, {extent::motion}}},
+    .kernels = &kernel_table::difference,
+};
+
+constexpr algorithm_row interpolate = {
+    .name = "interpolate",
+    .inputs = 3,
+    .input_list = {input::q, input::q1, input::fraction},
+    .input_name = {"q0", "q1", "fraction"},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .results = 1,
+    .result = {{"between", 1, {extent::nq}}},
+    .kernels = &kernel_table::interpolate,
+};
+
+constexpr algorithm_row integrate_jacobians = {
+    .name = "integrate_jacobians",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .input_name = {"q", "dv"},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .results = 2,
+    .result = {{"by_q", 2, {extent::motion, extent::nv}}, {"by_dv", 2, {extent::motion, extent::nv}}},
+    .kernels = &kernel_table::integrate_jacobians,
+};
+
+constexpr algorithm_row difference_jacobians = {
+    .name = "difference_jacobians",
+    .inputs = 2,
+    .input_list = {input::q, input::q1},
+    .input_name = {"q0", "q1"},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .results = 2,
+    .result = {{"by_q0", 2, {extent::motion, extent::nv}}, {"by_q1", 2, {extent::motion, extent::nv}}},
+    .kernels = &kernel_table::difference_jacobians,
+};
+
 constexpr algorithm_row reactions = {
     .name = "reactions",
     .inputs = 3,
     .input_list = {input::q, input::v, input::a},
+    .input_name = {"q", "v", "a"},
     .external = external_use::optional,
     .request = request_kind::reactions,
     .results = 0,
@@ -123,6 +197,7 @@ constexpr algorithm_row bias = {
     .name = "bias",
     .inputs = 2,
     .input_list = {input::q, input::v},
+    .input_name = {"q", "v"},
     .external = external_use::optional,
     .request = request_kind::none,
     .results = 1,
@@ -135,6 +210,7 @@ constexpr algorithm_row gravity_torque = {
     .name = "gravity_torque",
     .inputs = 1,
     .input_list = {input::q},
+    .input_name = {"q"},
     .external = external_use::optional,
     .request = request_kind::none,
     .results = 1,
@@ -147,6 +223,7 @@ constexpr algorithm_row frame_pose = {
     .name = "frame_pose",
     .inputs = 1,
     .input_list = {input::q},
+    .input_name = {"q"},
     .external = external_use::none,
     .request = request_kind::link,
     .results = 1,
@@ -168,6 +245,11 @@ constexpr const algorithm_row *all[] = {
     &jacobian,
     &energy,
     &external_power,
+    &integrate,
+    &difference,
+    &interpolate,
+    &integrate_jacobians,
+    &difference_jacobians,
 };
 
 } // namespace rows

@@ -64,6 +64,31 @@ void external_power(const model &m, data &d, const S *q, const S *v, S *power, c
   compute<S>(rows::external_power, m, d, {.q = q, .v = v, .external = external, .result = {power}});
 }
 
+template <class S>
+void integrate(const model &m, data &d, const S *q, const S *dv, S *q1) {
+  compute<S>(rows::integrate, m, d, {.q = q, .v = dv, .result = {q1}});
+}
+
+template <class S>
+void difference(const model &m, data &d, const S *q0, const S *q1, S *dv) {
+  compute<S>(rows::difference, m, d, {.q = q0, .q1 = q1, .result = {dv}});
+}
+
+template <class S>
+void interpolate(const model &m, data &d, const S *q0, const S *q1, const S *fraction, S *between) {
+  compute<S>(rows::interpolate, m, d, {.q = q0, .q1 = q1, .fraction = fraction, .result = {between}});
+}
+
+template <class S>
+void integrate_jacobians(const model &m, data &d, const S *q, const S *dv, S *by_q, S *by_dv) {
+  compute<S>(rows::integrate_jacobians, m, d, {.q = q, .v = dv, .result = {by_q, by_dv}});
+}
+
+template <class S>
+void difference_jacobians(const model &m, data &d, const S *q0, const S *q1, S *by_q0, S *by_q1) {
+  compute<S>(rows::difference_jacobians, m, d, {.q = q0, .q1 = q1, .result = {by_q0, by_q1}});
+}
+
 template void inverse_dynamics<double>(const model &, data &, const double *, const double *, const double *, double *,
                                        const external_wrenches<double> &);
 template void inverse_dynamics<float>(const model &, data &, const float *, const float *, const float *, float *,
@@ -97,5 +122,15 @@ template void external_power<double>(const model &, data &, const double *, cons
                                      const external_wrenches<double> &);
 template void external_power<float>(const model &, data &, const float *, const float *, float *,
                                     const external_wrenches<float> &);
+template void integrate<double>(const model &, data &, const double *, const double *, double *);
+template void integrate<float>(const model &, data &, const float *, const float *, float *);
+template void difference<double>(const model &, data &, const double *, const double *, double *);
+template void difference<float>(const model &, data &, const float *, const float *, float *);
+template void interpolate<double>(const model &, data &, const double *, const double *, const double *, double *);
+template void interpolate<float>(const model &, data &, const float *, const float *, const float *, float *);
+template void integrate_jacobians<double>(const model &, data &, const double *, const double *, double *, double *);
+template void integrate_jacobians<float>(const model &, data &, const float *, const float *, float *, float *);
+template void difference_jacobians<double>(const model &, data &, const double *, const double *, double *, double *);
+template void difference_jacobians<float>(const model &, data &, const float *, const float *, float *, float *);
 
 } // namespace ksl

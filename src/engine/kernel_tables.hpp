@@ -13,7 +13,12 @@
   extern "C" const ksl::algorithm_kernels ksl_kernels_frame_poses_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_jacobian_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_energy_##set; \
-  extern "C" const ksl::algorithm_kernels ksl_kernels_external_power_##set;
+  extern "C" const ksl::algorithm_kernels ksl_kernels_external_power_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_integrate_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_difference_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_interpolate_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_integrate_jacobians_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_difference_jacobians_##set;
 
 #define KSL_KERNEL_TABLE(set) \
   { \
@@ -25,4 +30,9 @@
     .jacobian = &ksl_kernels_jacobian_##set, \
     .energy = &ksl_kernels_energy_##set, \
     .external_power = &ksl_kernels_external_power_##set, \
+    .integrate = &ksl_kernels_integrate_##set, \
+    .difference = &ksl_kernels_difference_##set, \
+    .interpolate = &ksl_kernels_interpolate_##set, \
+    .integrate_jacobians = &ksl_kernels_integrate_jacobians_##set, \
+    .difference_jacobians = &ksl_kernels_difference_jacobians_##set, \
   }

@@ -6,6 +6,7 @@
 #include "ksl/engine/forward_kinematics.hpp"
 #include "ksl/engine/frame_jacobian.hpp"
 #include "ksl/engine/inverse_dynamics.hpp"
+#include "ksl/engine/manifold.hpp"
 #include "ksl/engine/mass_matrix.hpp"
 #include "ksl/engine/reactions.hpp"
 
@@ -24,6 +25,11 @@ inline std::size_t largest_workspace(const model_view<double> &m) {
       workspace_bytes<jacobian_workspace<double>>(m),
       workspace_bytes<energy_workspace<double>>(m),
       workspace_bytes<external_power_workspace<double>>(m),
+      workspace_bytes<manifold_workspace<double>>(m),
+      workspace_bytes<manifold_workspace<double>>(m),
+      workspace_bytes<manifold_workspace<double>>(m),
+      workspace_bytes<manifold_workspace<double>>(m),
+      workspace_bytes<manifold_workspace<double>>(m),
   });
 }
 

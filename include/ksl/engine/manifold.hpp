@@ -2,7 +2,7 @@
 //
 // q ⊕ dv is the position after unit time at the constant joint velocity dv; q1 ⊖ q0 is the smallest joint velocity that leads
 // from q0 to q1 in unit time.  Spherical, planar and floating joints move along the exponential of their group.  Solà, Deray,
-// Atchuthan, A micro Lie theory for state estimation in robotics (2018), eqs. (25)–(28), and for the Jacobians (67), (71), (82).
+// Atchuthan, A micro Lie theory for state estimation in robotics (2018), sections II-E, and III for the Jacobians.
 #pragma once
 
 #include "ksl/engine/joints.hpp"

@@ -10,6 +10,7 @@ struct forward_dynamics_algorithm {
       .name = "forward_dynamics",
       .inputs = 3,
       .input_list = {input::q, input::v, input::tau},
+      .input_name = {"q", "v", "tau"},
       .external = external_use::optional,
       .request = request_kind::none,
       .results = 1,

@@ -62,7 +62,7 @@ template <int... coordinates> struct several_axes_joint {
 
   /// Derivatives of integrate and difference; one_axis.hpp describes their arguments.  With D = exp dv,
   /// q exp(δ) exp(dv) = q D exp(Ad(D)⁻¹ δ), and exp(dv + δ) = D exp(J δ), J the right Jacobian (Solà et al., A micro Lie theory
-  /// for state estimation in robotics (2018), eqs. (67), (71), (79)–(83)).  The motions of such a joint are a subgroup of SE(3),
+  /// for state estimation in robotics (2018), section III-B).  The motions of such a joint are a subgroup of SE(3),
   /// so that its matrices are blocks of those of SE(3).
   template <class T> static void integrate_jacobians(const T *dv, T *by_q, T *by_dv, int stride) {
     const screw<T> s = to_vectors<screw>(dv);
