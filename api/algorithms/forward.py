@@ -8,7 +8,8 @@ ROWS = (
         header="forward_dynamics.hpp",
         inputs=("q", "v", "tau"),
         external="optional",
-        results=(Result("a", ("nv",), "accelerations, rad/s² or m/s²"),),
+        coupled="solution",
+        results=(Result("a", ("motion",), "accelerations, rad/s² or m/s²"),),
         summary="Accelerations (…, nv) under joint efforts tau (…, nv) at q (…, nq) and v (…, nv).",
         text="Accelerations {a} for {q}, {v} and joint efforts {tau}, under gravity and external wrenches, by the articulated-body "
         "algorithm (Featherstone, RBDA 2008, table 7.1).  O(bodies).",

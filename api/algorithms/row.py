@@ -39,6 +39,8 @@ class Algorithm:
         "reactions": the same; the reactions are a result besides those of the row, and there may be several requests
     form: how results are stored from lanes to rows, a struct of src/engine/forms.hpp.
     variant_of: the algorithm that computes this one, with zeros for the inputs that this one doesn't have.
+    coupled: how it is computed for robots with mimic joints (src/engine/coupled.hpp): by "projection", which holds for all that is a
+    function of positions and motions; as the "solution" of M a = tau − bias, for forward dynamics; or "refusal".
     faces: the languages for which a call is generated.  Other calls are written by hand, or are private.
     text: one sentence for C, C++ and the reference; {tau}, {q} … stand for names with shapes.
     python: the docstring of the method, after its first line.
@@ -58,6 +60,11 @@ class Algorithm:
     variant_of: str = ""
     faces: tuple[str, ...] = ("c++", "c", "python")
     called: Mapping[str, str] = field(default_factory=dict)
+    coupled: str = "projection"
+
+    def __post_init__(self) -> None:
+        if "tau" in self.inputs and self.coupled == "projection":
+            raise ValueError(f"{self.name}: efforts of coupled joints can't be expanded; give coupled=")
 
     def input_names(self) -> tuple[str, ...]:
         """The inputs as calls name them."""

@@ -7,6 +7,7 @@
 namespace ksl {
 
 /// Reads a URDF file.  Throws description_error, whose message names file, line, link or joint, what is wrong and how to mend it.
+/// A mimic joint follows its leader and has no numbers in q and v; with mimic_independent it has numbers of its own.
 /// Moving links of which none has a mass are an error, too, unless masses_optional.  With strict, warnings about inertias and
 /// masses become errors.
 KSL_EXPORT model load(const std::string &urdf_path, const model_options &options = {}, bool mimic_independent = false,

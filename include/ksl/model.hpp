@@ -1,6 +1,7 @@
 // KSL: a model with its arrays and the names of joints and links, and the workspace for one computation with it.
 #pragma once
 
+#include "ksl/engine/coupling.hpp"
 #include "ksl/engine/model.hpp"
 #include "ksl/engine/description.hpp"
 #include "ksl/engine/joints.hpp"
@@ -36,10 +37,14 @@ struct joint_row {
   joint_kind kind;
   int link;              ///< the child link
   int parent_link;       ///< −1: the ground
-  int q_index, v_index;  ///< where its numbers in q and v begin; −1 for fixed joints
+  int q_index, v_index;  ///< where its numbers in q and v begin; −1 for fixed joints and followers
   vec3<double> axis;     ///< unit vector in the joint's frame; for kinds with one axis
   double pitch;          ///< m/rad; of helical joints
   int description;       ///< index into robot_description::joints; −1 for base and floating_base
+  /// Of a follower, a mimic joint: position = multiplier × that of its leader + offset.  The leader is an index into joints()
+  /// and follows no other joint; −1 for joints that are no followers.
+  int leader = -1;
+  double multiplier = 0, offset = 0;
 };
 
 /// A mechanism, immutable after construction, shared between threads.
@@ -51,9 +56,11 @@ public:
   int nq() const { return nq_; }
   int nv() const { return nv_; }
 
-  /// All joints: the moving ones in the order of q (depth first, children in file order), then the fixed ones, `base` last.
+  /// All joints: the moving ones in the order of q (depth first, children in file order), then the followers of mimic joints,
+  /// which have no numbers in q and v of their own, then the fixed ones, `base` last.
   const std::vector<joint_row> &joints() const { return joints_; }
-  int moving_joints() const { return moving_joints_; }
+  int moving_joints() const { return moving_joints_; } ///< without followers
+  int followers() const { return static_cast<int>(double_.followers.size()); }
 
   /// A unit quaternion [x y z w] in q: where it begins, and the joint that it belongs to.
   struct quaternion_in_q {
@@ -72,14 +79,23 @@ public:
   /// The description that the model was built from, in file order.
   const robot_description &description() const { return description_; }
 
-  /// The arrays that algorithms run on, in double and in single precision; valid as long as the model lives.
-  model_view<double> view() const { return double_.view(nq_, nv_, pose_numbers_); }
-  model_view<float> view_single() const { return single_.view(nq_, nv_, pose_numbers_); }
+  /// The arrays that algorithms run on, in double and in single precision; valid as long as the model lives.  They are those of
+  /// the expanded mechanism, in which followers have numbers of their own: nq and nv of a view count them.
+  model_view<double> view() const { return double_.view(expanded_nq_, expanded_nv_, pose_numbers_); }
+  model_view<float> view_single() const { return single_.view(expanded_nq_, expanded_nv_, pose_numbers_); }
   template <class S> model_view<S> view_in() const {
     if constexpr (sizeof(S) == sizeof(double))
       return view();
     else
       return view_single();
+  }
+
+  /// How the numbers of the expanded mechanism follow from those of a user (engine/coupling.hpp).
+  template <class S> coupling_view<S> coupling_in() const {
+    if constexpr (sizeof(S) == sizeof(double))
+      return double_.coupling(nq_, nv_, in_q_, in_v_);
+    else
+      return single_.coupling(nq_, nv_, in_q_, in_v_);
   }
 
 private:
@@ -89,11 +105,15 @@ private:
     std::vector<ksl::link<S>> links;
     vec3<S> gravity;
     std::vector<S> inertia, theta0_sine, theta0_cosine; // contiguous, for lanes
+    std::vector<ksl::follower<S>> followers;
     int first_angle = 0, angles_end = 0;
 
     model_view<S> view(int nq, int nv, int pose_numbers) const {
       return {static_cast<int>(bodies.size()), static_cast<int>(links.size()), nq, nv, pose_numbers, gravity, bodies.data(),
               links.data(), inertia.data(), theta0_sine.data(), theta0_cosine.data(), first_angle, angles_end};
+    }
+    coupling_view<S> coupling(int nq, int nv, const std::vector<int> &in_q, const std::vector<int> &in_v) const {
+      return {static_cast<int>(followers.size()), followers.data(), nq, nv, in_q.data(), in_v.data()};
     }
   };
 
@@ -103,7 +123,8 @@ private:
   std::vector<link_description> links_;
   arrays<double> double_;
   arrays<float> single_;
-  int nq_ = 0, nv_ = 0, pose_numbers_ = 0, moving_joints_ = 0;
+  std::vector<int> in_q_, in_v_; // where a user's numbers are in the expanded arrays
+  int nq_ = 0, nv_ = 0, expanded_nq_ = 0, expanded_nv_ = 0, pose_numbers_ = 0, moving_joints_ = 0;
 
   friend class model_builder;
 };

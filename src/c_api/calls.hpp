@@ -58,7 +58,7 @@ inline void require_result(const void *out, int numbers, const char *name) {
 /// Checks the arguments of a row for one state: the workspace, the results and the numbers.  Inputs that the row doesn't have
 /// are taken as zero.
 template <const algorithm_row &row, class S> void check_state(const ksl_model_t *m, ksl_data_t *d, state_view<S> &s) {
-  const model_view<S> model = m->model.template view_in<S>();
+  const model &model = m->model;
   if constexpr (names_links(row.request))
     require_links(m, s.links.n, s.links.index);
   for (int r = 0; r < row.results; ++r)
@@ -68,7 +68,7 @@ template <const algorithm_row &row, class S> void check_state(const ksl_model_t 
     if (x == input::q || x == input::q1)
       require_position(m->model, input_of(s, x), row.input_name[i]);
     else
-      require_finite(input_of(s, x), length_of(x, model.nq, model.nv), row.input_name[i]);
+      require_finite(input_of(s, x), length_of(x, model.nq(), model.nv()), row.input_name[i]);
   }
   for (input x : {input::v, input::a, input::tau})
     if (!row.reads(x))

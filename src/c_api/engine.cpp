@@ -91,6 +91,16 @@ const char *ksl_model_joint_name(const ksl_model_t *m, int joint) {
                                                    : m->model.joints()[static_cast<std::size_t>(joint)].name.c_str();
 }
 
+int ksl_model_leader(const ksl_model_t *m, int joint, double *multiplier, double *offset) {
+  const bool known = joint >= 0 && joint < ksl_model_joints(m);
+  const ksl::joint_row none{}, &row = known ? m->model.joints()[static_cast<std::size_t>(joint)] : none;
+  if (multiplier)
+    *multiplier = row.multiplier;
+  if (offset)
+    *offset = row.offset;
+  return row.leader;
+}
+
 const char *ksl_model_link_name(const ksl_model_t *m, int link) {
   return link < 0 || link >= ksl_model_links(m) ? nullptr : m->model.links()[static_cast<std::size_t>(link)].name.c_str();
 }

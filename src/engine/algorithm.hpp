@@ -51,6 +51,10 @@ enum class external_use : unsigned char { none, optional, required };
 /// from; joints with a reaction_request; or reactions, which are then a further result.
 enum class request_kind : unsigned char { none, link, links, frame, frames, relative, joints, reactions };
 
+/// How an algorithm is computed where joints follow others (engine/coupled.hpp): as a projection of the expanded mechanism, as the
+/// solution of M a = τ − bias, or not at all.
+enum class coupled_by : unsigned char { projection, solution, refusal };
+
 constexpr int most_inputs = 4; ///< how many an algorithm can have
 
 /// One row: which inputs an algorithm reads and which results it writes.
@@ -66,6 +70,7 @@ struct algorithm_row {
   const algorithm_kernels *kernel_table::*kernels = nullptr;
   /// The row whose kernels compute this one, with zeros for the inputs that this row lacks; null if it has its own.
   const algorithm_row *variant_of = nullptr;
+  coupled_by coupled = coupled_by::projection;
 
   constexpr bool reads(input x) const {
     for (int i = 0; i < inputs; ++i)

@@ -56,8 +56,9 @@ constexpr algorithm_row forward_dynamics = {
     .external = external_use::optional,
     .request = request_kind::none,
     .results = 1,
-    .result = {{"a", 1, {extent::nv}}},
+    .result = {{"a", 1, {extent::motion}}},
     .kernels = &kernel_table::forward_dynamics,
+    .coupled = coupled_by::solution,
 };
 
 constexpr algorithm_row mass_matrix = {

@@ -3,8 +3,10 @@
 #include "ksl/model.hpp"
 
 #include "engine/canonical_axes.hpp"
+#include "engine/algorithm_rows.hpp"
 #include "engine/largest_workspace.hpp"
 #include "load/check.hpp"
+#include "load/mimic.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -43,6 +45,7 @@ public:
 
   void build() {
     const int root = check_tree(m_.description_);
+    leaders_ = leaders_of(m_.description_);
     collect_children();
     add_ground();
     if (options_.floating_base) {
@@ -117,8 +120,13 @@ private:
       fixed_joints_.push_back({j.name, j.kind, static_cast<int>(m_.double_.links.size()), parent, -1, -1, {0, 0, 0}, 0, index});
       add_welded_link(j.child, parent, placement, p.body);
     } else {
-      add_moving_link(j.child, parent, {j.name, j.kind, -1, parent, m_.nq_, m_.nv_, j.axis, j.pitch.value_or(0), index},
-                      placement, p.body);
+      joint_row row = {j.name, j.kind, -1, parent, m_.nq_, m_.nv_, j.axis, j.pitch.value_or(0), index};
+      if (const leader_of_joint &leader = leaders_[static_cast<std::size_t>(index)]; leader.joint >= 0) {
+        row.q_index = row.v_index = -1;
+        row.leader = leader.joint; // of the description until all joints are known
+        row.multiplier = leader.multiplier, row.offset = leader.offset;
+      }
+      add_moving_link(j.child, parent, std::move(row), placement, p.body);
     }
   }
 
@@ -133,15 +141,26 @@ private:
     row.link = static_cast<int>(m_.double_.links.size());
     body<double> b = new_body(row.kind, parent_body, row.link, placement);
     b.pitch = row.pitch;
+    b.follows = row.leader >= 0;
     m_.double_.bodies.push_back(b);
-    m_.nq_ += row_of(row.kind).nq;
-    m_.nv_ += row_of(row.kind).nv;
-    m_.pose_numbers_ += row_of(row.kind).pose_numbers;
+    count_numbers(row);
     if (const int quaternion = row_of(row.kind).quaternion; quaternion >= 0)
       m_.quaternions_.push_back({row.q_index + quaternion, static_cast<int>(m_.joints_.size())});
-    m_.joints_.push_back(std::move(row));
+    (row.leader >= 0 ? followers_ : m_.joints_).push_back(std::move(row));
     add_welded_link(description_link, parent, pose, static_cast<int>(m_.double_.bodies.size()) - 1);
     m_.double_.links.back().carried_by_moving_joint = true;
+  }
+
+  /// Adds the numbers of a joint to the expanded arrays and, if it follows no other joint, to those of users.
+  void count_numbers(const joint_row &row) {
+    const joint_kind_row kind = row_of(row.kind);
+    for (int i = 0; i < kind.nq && row.leader < 0; ++i)
+      m_.in_q_.push_back(m_.expanded_nq_ + i);
+    for (int i = 0; i < kind.nv && row.leader < 0; ++i)
+      m_.in_v_.push_back(m_.expanded_nv_ + i);
+    m_.nq_ = static_cast<int>(m_.in_q_.size()), m_.nv_ = static_cast<int>(m_.in_v_.size());
+    m_.expanded_nq_ += kind.nq, m_.expanded_nv_ += kind.nv;
+    m_.pose_numbers_ += kind.pose_numbers;
   }
 
   /// A body on a joint whose numbers in q and v follow those of all joints so far.
@@ -151,9 +170,9 @@ private:
     b.kind = kind == joint_kind::continuous ? joint_kind::revolute : kind;
     b.described = kind;
     b.parent = parent;
-    b.q_index = m_.nq_, b.v_index = b.v_end = m_.nv_;
+    b.q_index = m_.expanded_nq_, b.v_index = b.v_end = m_.expanded_nv_;
     b.nv = row.nv;
-    b.angle_index = row.has_angle ? m_.nq_ : -1;
+    b.angle_index = row.has_angle ? m_.expanded_nq_ : -1;
     b.chain_start = chain_start(kind, parent);
     b.pose_index = m_.pose_numbers_;
     b.link = link;
@@ -183,6 +202,7 @@ private:
 
   void finish() {
     m_.moving_joints_ = static_cast<int>(m_.joints_.size());
+    couple();
     // the joint to the ground was created first and is listed last
     if (!options_.floating_base) {
       m_.joints_.insert(m_.joints_.end(), fixed_joints_.begin() + 1, fixed_joints_.end());
@@ -199,6 +219,22 @@ private:
     for (const payload &p : options_.payloads)
       if (m_.find_link(p.link) < 0)
         throw description_error(m_.description_.file + ": no link " + p.link + " to carry the payload");
+  }
+
+  /// Lists the followers behind the joints that have numbers of their own, and says where their numbers come from.
+  void couple() {
+    const auto numbers_of_joint = [&](const joint_row &row) -> const body<double> & {
+      const int link = row.link;
+      return m_.double_.bodies[static_cast<std::size_t>(m_.double_.links[static_cast<std::size_t>(link)].body)];
+    };
+    for (joint_row &row : followers_) {
+      const auto leads = [&](const joint_row &other) { return other.description == row.leader; };
+      const auto leader = std::find_if(m_.joints_.begin(), m_.joints_.begin() + m_.moving_joints_, leads);
+      row.leader = static_cast<int>(leader - m_.joints_.begin());
+      const body<double> &b = numbers_of_joint(row), &l = numbers_of_joint(*leader);
+      m_.double_.followers.push_back({b.q_index, b.v_index, l.q_index, l.v_index, row.multiplier, row.offset});
+    }
+    m_.joints_.insert(m_.joints_.end(), followers_.begin(), followers_.end());
   }
 
   /// Sets where the numbers of each subtree end in v.  Bodies are in depth-first order.
@@ -232,10 +268,10 @@ private:
   /// The constants theta0 of joint angles, as contiguous arrays that can be loaded into lanes.
   void add_angles() {
     auto &d = m_.double_;
-    const auto angles = static_cast<std::size_t>(padded(m_.nq_) + padded(1));
+    const auto angles = static_cast<std::size_t>(padded(m_.expanded_nq_) + padded(1));
     d.theta0_sine.assign(angles, 0);
     d.theta0_cosine.assign(angles, 1);
-    d.first_angle = m_.nq_;
+    d.first_angle = m_.expanded_nq_;
     for (const body<double> &b : d.bodies) {
       if (b.angle_index < 0)
         continue;
@@ -254,6 +290,8 @@ private:
       s.bodies.push_back(spread<float>(b));
     for (const link<double> &l : d.links)
       s.links.push_back(spread<float>(l));
+    for (const follower<double> &f : d.followers)
+      s.followers.push_back({f.q, f.v, f.leader_q, f.leader_v, static_cast<float>(f.multiplier), static_cast<float>(f.offset)});
     s.gravity = spread<float>(d.gravity);
     s.inertia.assign(d.inertia.begin(), d.inertia.end());
     s.theta0_sine.assign(d.theta0_sine.begin(), d.theta0_sine.end());
@@ -265,7 +303,8 @@ private:
   const model_options &options_;
   std::vector<std::vector<int>> children_; // joints of the description whose parent each of its links is
   std::vector<int> link_of_;               // index in links_, for each link of the description
-  std::vector<joint_row> fixed_joints_;
+  std::vector<leader_of_joint> leaders_;   // of each joint of the description
+  std::vector<joint_row> followers_, fixed_joints_;
 };
 
 model::model(robot_description robot, const model_options &options) : description_(std::move(robot)) {
@@ -286,8 +325,32 @@ int model::find_link(const std::string &name) const {
   return -1;
 }
 
+namespace {
+
+/// Room for what engine/coupled.cpp expands of one state: inputs and results of the algorithm with the most numbers, and the
+/// mass matrix, zeros and biases of forward dynamics.
+std::size_t coupling_bytes(const model &m) {
+  if (m.followers() == 0)
+    return 0;
+  const model_view<double> view = m.view();
+  const extents all = {view.nq, view.nv, view.links, static_cast<int>(m.joints().size())};
+  int most = 0;
+  for (const algorithm_row *row : rows::all) {
+    int numbers = 0;
+    for (int i = 0; i < row->inputs; ++i)
+      numbers += length_of(row->input_list[i], all.nq, all.nv);
+    for (int r = 0; r < row->results; ++r)
+      numbers += numbers_of(row->result[r], all);
+    most = std::max(most, numbers);
+  }
+  constexpr int arrays = most_inputs + most_results + 4, line = 64; // each begins on a line of its own
+  return sizeof(double) * static_cast<std::size_t>(most + view.nv * (view.nv + 2)) + arrays * line;
+}
+
+} // namespace
+
 data::data(const model &m)
-    : bytes_(largest_workspace(m.view())), memory_(::operator new(bytes_, alignment)), zero_(static_cast<std::size_t>(m.nv())),
+    : bytes_(largest_workspace(m.view()) + coupling_bytes(m)), memory_(::operator new(bytes_, alignment)), zero_(static_cast<std::size_t>(m.nv())),
       zero_single_(zero_.size()) {
 #ifndef NDEBUG
   std::fill_n(static_cast<double *>(memory_.get()), bytes_ / sizeof(double), std::numeric_limits<double>::quiet_NaN());

@@ -59,9 +59,8 @@ void interpolate(const model_view<scalar_of<T>> &model, const manifold_workspace
 /// Sets both (nv, nv) matrices to zero and calls step.operator()<K>(body, block of one, block of the other) for each joint.
 template <class T, class Step>
 KSL_LANES void for_blocks(const model_view<scalar_of<T>> &model, T *one, T *other, Step step) {
-  for (T *matrix : {one, other})
-    for (int i = 0; i < model.nv * model.nv; ++i)
-      matrix[i] = T(0);
+  for (int i = 0; i < model.nv * model.nv; ++i)
+    one[i] = other[i] = T(0);
   for_joints(model, [&]<joint_kind K>(const auto &b) KSL_INLINED {
     const int block = b.v_index * (model.nv + 1);
     step.template operator()<K>(b, one + block, other + block);

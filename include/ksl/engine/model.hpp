@@ -18,13 +18,14 @@ template <class T> struct body {
   joint_kind kind;           ///< of the joint, as it moves: revolute for continuous ones; fixed for body 0
   joint_kind described;      ///< of the joint, as the description gives it
   int parent;                ///< body; −1 for body 0
-  int q_index, v_index;      ///< where the joint's numbers begin in q and in v
+  int q_index, v_index;      ///< where the joint's numbers begin in q and in v, those of followers included
   int nv;                    ///< how many it has in v
   int v_end;                 ///< where the numbers of all joints of the subtree end in v
   int angle_index;           ///< index in q of the joint's rotation about z; −1: it has none
   int chain_start;           ///< first body of the unbroken run of revolute joints that ends here; this body for other kinds
   int pose_index;            ///< where in pose_workspace::moved the numbers of its pose begin that depend on q
   int link;                  ///< the joint's child link; −1 for a ground without links
+  bool follows;              ///< does its joint follow another one: a mimic joint
   bool has_children;         ///< does it carry other bodies
   bool is_base;              ///< is it the base: the ground, or a body that floats on it (base_axes.hpp)
   bool no_offset;            ///< is `offset` the identity, as for most bodies

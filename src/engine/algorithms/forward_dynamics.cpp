@@ -14,7 +14,7 @@ struct forward_dynamics_algorithm {
       .external = external_use::optional,
       .request = request_kind::none,
       .results = 1,
-      .result = {{"a", 1, {extent::nv}}},
+      .result = {{"a", 1, {extent::motion}}},
   };
   using form = forms::whole_results<forward_dynamics_algorithm>;
   template <class T> using workspace = forward_dynamics_workspace<T>;
