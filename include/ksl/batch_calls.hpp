@@ -27,9 +27,9 @@ template <class S>
 KSL_EXPORT void inverse_dynamics_with_reactions_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Reactions of the joints that are asked for, for q (nq), v (nv), a (nv), under gravity and external wrenches: the
-/// wrench that the parent side exerts on the child side through each joint, whole or its constraint or actuation part
-/// (Coscrews page, (7)–(9)).  reaction_request by default: the whole wrench on the child side, about the joint's
-/// origin, in the axes of the child link, linear first.  Reads batch.q, batch.v, batch.a, batch.external,
+/// wrench that the parent side exerts on the child side through each joint, whole or its constraint, actuation or
+/// coupling part (Coscrews page, (7)–(9)).  reaction_request by default: the whole wrench on the child side, about the
+/// joint's origin, in the axes of the child link, linear first.  Reads batch.q, batch.v, batch.a, batch.external,
 /// batch.reactions; writes the reactions (rows of request.n × 6).
 template <class S>
 KSL_EXPORT void reactions_batch(const model &m, const batch_view<S> &batch, int threads = 0);

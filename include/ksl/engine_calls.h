@@ -78,9 +78,9 @@ KSL_EXPORT ksl_status_t ksl_inverse_dynamics_with_reactions_external_batchf(
     int threads);
 
 /** Reactions of the joints that are asked for, for q (nq), v (nv), a (nv), under gravity and external wrenches: the
-    wrench that the parent side exerts on the child side through each joint, whole or its constraint or actuation
-    part (Coscrews page, (7)–(9)).  external may be NULL: no wrench.  options may be NULL: the whole wrench on the
-    child side, about the joint's origin, in the axes of the child link, linear first. */
+    wrench that the parent side exerts on the child side through each joint, whole or its constraint, actuation or
+    coupling part (Coscrews page, (7)–(9)).  external may be NULL: no wrench.  options may be NULL: the whole wrench
+    on the child side, about the joint's origin, in the axes of the child link, linear first. */
 KSL_EXPORT ksl_status_t ksl_reactions_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
                                             const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
                                             int joints_n, const int *joints, const ksl_reaction_options_t *options,

@@ -21,8 +21,10 @@ class Joint:
     """Link on the parent side; None is the ground."""
     child: str
     nq: int
+    """How many numbers it has in q; 0 for fixed joints and for mimic joints, which follow another."""
     nv: int
     q_index: int
+    """Where they begin; −1 where there are none."""
     v_index: int
     axis: tuple[float, float, float]
     """Unit vector in the joint's frame; zero for kinds without one axis."""
@@ -42,6 +44,10 @@ class Joint:
     velocity: float | None = None
     damping: float = 0.0
     friction: float = 0.0
+    leader: str | None = None
+    """The joint that a mimic joint follows: its position is multiplier × that of the leader + offset.  None for other joints."""
+    multiplier: float = 0.0
+    offset: float = 0.0
 
     @property
     def unit(self) -> str:
@@ -76,7 +82,7 @@ class Mechanism:
         """m/s², in world axes; read-only."""
         self.gravity.setflags(write=False)
         self.joints: tuple[Joint, ...] = tuple(Joint(**{**row, "axis": tuple(row["axis"])}) for row in core.joints)
-        """All joints: the moving ones in the order of q, then the fixed ones, `base` last."""
+        """All joints: the moving ones in the order of q, then the mimic joints that follow them, then the fixed ones, `base` last."""
         self.links: tuple[Link, ...] = tuple(
             Link(**{**row, "first_moment": tuple(row["first_moment"]), "inertia": tuple(row["inertia"])}) for row in core.links
         )
@@ -85,7 +91,7 @@ class Mechanism:
         """Contents of the file that KSL doesn't use, a line for each kind."""
         self.warnings: tuple[str, ...] = tuple(core.warnings)
         """Suspicious contents of the file, a line each: inertias that no rigid body can have, moving links without mass.  Names link and condition."""
-        self._moving = core.moving_joints
+        self._moving, self._followers = core.moving_joints, core.followers
         self._joint_index = {joint.name: i for i, joint in enumerate(self.joints)}
         self._link_index = {link.name: i for i, link in enumerate(self.links)}
         children = {joint.name: self._link_index[joint.child] for joint in self.joints}
@@ -105,18 +111,33 @@ class Mechanism:
 
     @property
     def joint_names(self) -> list[str]:
-        """The moving joints in the order of q: depth first, children in file order."""
+        """The moving joints in the order of q: depth first, children in file order.  Mimic joints, which follow them, are in `follower_names`."""
         return [joint.name for joint in self.joints[: self._moving]]
+
+    @property
+    def follower_names(self) -> list[str]:
+        """The mimic joints, depth first.  They have no numbers in q and v, but links, frames and reactions as all joints."""
+        return [joint.name for joint in self.joints[self._moving : self._moving + self._followers]]
 
     @property
     def fixed_joint_names(self) -> list[str]:
         """The fixed joints, depth first and in file order, then `base`, which connects a fixed root with the ground."""
-        return [joint.name for joint in self.joints[self._moving :]]
+        return [joint.name for joint in self.joints[self._moving + self._followers :]]
 
     @property
     def link_names(self) -> list[str]:
         """Links, parents first; the root is the first."""
         return [link.name for link in self.links]
+
+    def _position_of(self, joint: Joint, q: Array) -> Array:
+        """Positions (…) of a joint with an axis, from q (…, nq)."""
+        position: Array = q[..., joint.q_index] if joint.leader is None else joint.multiplier * q[..., self.joint(joint.leader).q_index] + joint.offset
+        return position
+
+    def _velocity_of(self, joint: Joint, v: Array) -> Array:
+        """Velocities (…) of a joint with an axis, from v (…, nv)."""
+        velocity: Array = v[..., joint.v_index] if joint.leader is None else joint.multiplier * v[..., self.joint(joint.leader).v_index]
+        return velocity
 
     def joint(self, name: str) -> Joint:
         """The joint of that name."""

@@ -178,7 +178,7 @@ private:
 };
 
 int ldlt(double *A, int n) { return ksl_linalg_ldlt_rmo(A, n); }
-int ldlt(float *A, int n) { return ksl_linalg_ldltf_rmo(A, n); }
+int ldlt(float *A, int n) { return ksl_linalg_ldlt_rmof(A, n); }
 void solve(const double *A, double *x, int n) { ksl_linalg_ldlt_solve(A, x, x, n, n, 1); }
 void solve(const float *A, float *x, int n) { ksl_linalg_ldlt_solvef(A, x, x, n, n, 1); }
 

@@ -77,7 +77,7 @@ def random_states(m: ksl.Model, rng: np.random.Generator, n: int) -> tuple[np.nd
             part = q[:, j.q_index + j.nq - 4 : j.q_index + j.nq]
             part[:] = rng.normal(size=(n, 4))
             part /= np.linalg.norm(part, axis=1, keepdims=True)
-        if j.kind == "prismatic":
+        if j.kind == "prismatic" and j.nq:  # not one that mimics another
             q[:, j.q_index] /= 6
     return q, v, a
 
