@@ -104,6 +104,7 @@ NB_MODULE(_core, module) {
 
   module.attr("__version__") = KSL_VERSION;
   module.attr("QUATERNION_TOLERANCE") = ksl::quaternion_tolerance;
+  module.attr("QUATERNION_ROUNDING") = ksl::quaternion_rounding;
   module.def("instruction_set", &ksl::instruction_set, "Name of the instruction set whose kernels run.");
 
   nb::enum_<ksl::wrench_part>(module, "Part")
@@ -163,6 +164,13 @@ NB_MODULE(_core, module) {
                    [](const ksl::model &m) {
                      const ksl::vec3<double> g = m.view().gravity;
                      return std::array<double, 3>{g.x, g.y, g.z};
+                   })
+      .def_prop_ro("position_ranges",
+                   [](const ksl::model &m) {
+                     std::vector<std::array<double, 2>> ranges;
+                     for (const auto &[lower, upper] : m.position_ranges())
+                       ranges.push_back({lower, upper});
+                     return ranges;
                    })
       .def_prop_ro("unused", [](const ksl::model &m) { return m.description().unused; })
       .def_prop_ro("warnings", [](const ksl::model &m) { return m.description().warnings; })

@@ -141,6 +141,16 @@ typedef struct ksl_frame_options_t {
   ksl_order_t order;
 } ksl_frame_options_t;
 
+/** The neutral position into q (nq): zeros, and quaternions of no rotation.  Limits of joints may exclude it. */
+KSL_EXPORT ksl_status_t ksl_neutral(const ksl_model_t *model, double *q);
+KSL_EXPORT ksl_status_t ksl_neutralf(const ksl_model_t *model, float *q);
+
+/** A random position into q (nq), from nq independent numbers, each uniform in [0, 1).  It is uniform between the limits of
+    joints; where the file gives none, between −π and π for angles and between −1 m and 1 m for lengths; quaternions are uniform on the
+    sphere (Shoemake, Uniform random rotations, Graphics Gems III (1992), p. 124). */
+KSL_EXPORT ksl_status_t ksl_random_position(const ksl_model_t *model, const double *uniform, double *q);
+KSL_EXPORT ksl_status_t ksl_random_positionf(const ksl_model_t *model, const float *uniform, float *q);
+
 /** Reactions through n joints into wrenches (n, 6).  Call it right after ksl_inverse_dynamics (or _with_reactions) in the same
     precision and with the same external wrenches.  After any other call with this workspace it fails, since such calls overwrite
     the wrenches.  options may be NULL.  The wrench is split in the joint's frame and the part is then transformed by the

@@ -69,6 +69,13 @@ public:
   };
   const std::vector<quaternion_in_q> &quaternions() const { return quaternions_; }
 
+  /// The range of each number in q (nq): the limits of the description, those of followers included; where it gives none, −π to π
+  /// for angles and −1 m to 1 m for lengths.  Of the numbers of quaternions, −1 to 1.
+  struct position_range {
+    double lower, upper;
+  };
+  const std::vector<position_range> &position_ranges() const { return position_ranges_; }
+
   /// Links, parents first, with name and inertia, payload included.
   const std::vector<link_description> &links() const { return links_; }
 
@@ -120,6 +127,7 @@ private:
   robot_description description_;
   std::vector<joint_row> joints_;
   std::vector<quaternion_in_q> quaternions_;
+  std::vector<position_range> position_ranges_;
   std::vector<link_description> links_;
   arrays<double> double_;
   arrays<float> single_;

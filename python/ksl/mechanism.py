@@ -92,6 +92,9 @@ class Mechanism:
         self.warnings: tuple[str, ...] = tuple(core.warnings)
         """Suspicious contents of the file, a line each: inertias that no rigid body can have, moving links without mass.  Names link and condition."""
         self._moving, self._followers = core.moving_joints, core.followers
+        self._ranges = tuple(np.array(core.position_ranges).reshape(-1, 2).T)
+        starts = [j.q_index + j.quaternion for j in self.joints if j.quaternion is not None]
+        self._quaternions = tuple(slice(start, start + 4) for start in starts)
         self._joint_index = {joint.name: i for i, joint in enumerate(self.joints)}
         self._link_index = {link.name: i for i, link in enumerate(self.links)}
         children = {joint.name: self._link_index[joint.child] for joint in self.joints}
@@ -128,6 +131,29 @@ class Mechanism:
     def link_names(self) -> list[str]:
         """Links, parents first; the root is the first."""
         return [link.name for link in self.links]
+
+    def neutral(self) -> Array:
+        """The neutral position (nq): zeros, and quaternions of no rotation.  Limits of joints may exclude it."""
+        q = np.zeros(self.nq)
+        for part in self._quaternions:
+            q[part.stop - 1] = 1.0
+        return q
+
+    def random(self, rng: np.random.Generator | int | None = None, size: int | tuple[int, ...] | None = None) -> Array:
+        """Random positions, (nq) or, with a size, (*size, nq).
+
+        Uniform between the limits of joints, those of mimic joints included; where the file gives none, in (−π, π] for angles
+        and between −1 m and 1 m for lengths.  Quaternions are uniform on the sphere of orientations.
+        rng: a generator, a seed for one, or None for a fresh one.
+        """
+        generator = np.random.default_rng(rng)
+        leading = () if size is None else (size,) if isinstance(size, (int, np.integer)) else tuple(size)
+        lower, upper = self._ranges
+        q: Array = upper - (upper - lower) * generator.random((*leading, self.nq))  # the upper end can be reached, the lower can't
+        for part in self._quaternions:
+            direction = generator.normal(size=(*leading, 4))
+            q[..., part] = direction / np.linalg.norm(direction, axis=-1, keepdims=True)
+        return q
 
     def _position_of(self, joint: Joint, q: Array) -> Array:
         """Positions (…) of a joint with an axis, from q (…, nq)."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ksl._core import QUATERNION_TOLERANCE
+from ksl._core import QUATERNION_ROUNDING, QUATERNION_TOLERANCE
 from ksl.errors import MotionError
 from ksl.mechanism import Joint, Mechanism
 from ksl.states import Array
@@ -44,7 +44,7 @@ class Motion:
     differentiated: list[str] = field(default_factory=list)
     """What was not given, a line each."""
     contradictions: list[str] = field(default_factory=list)
-    """Given rates that are not the derivatives of what is given, a line each."""
+    """Given rates that are not the derivatives of what is given, and quaternions that are not of unit length, a line each."""
 
 
 def columns_of(joint: Joint) -> tuple[list[str], list[str], list[str]]:
@@ -102,7 +102,10 @@ def complete(model: Mechanism, time: Array, q: Array, given: list[list[Array | N
     for joint, (joint_v, joint_a) in zip(joints, given, strict=True):
         rows, cols = slice(joint.q_index, joint.q_index + joint.nq), slice(joint.v_index, joint.v_index + joint.nv)
         if joint.quaternion is not None:
+            off = np.abs(np.linalg.norm(q[:, rows][:, -4:], axis=1) - 1)
             q[:, rows] = _continuous_unit(where, joint, q[:, rows])
+            if (off > QUATERNION_ROUNDING).any():
+                contradictions.append(f"quaternions of {joint.name} differ from unit length by up to {off.max():.2g}, and were normalised")
         with np.errstate(over="ignore", invalid="ignore"):  # numbers that are not finite are refused later
             v[:, cols], a[:, cols] = _finite_rates(where, joint, time, q[:, rows], joint_v, joint_a)
             contradictions += _contradictions(joint, time, q[:, rows], v[:, cols], joint_v, joint_a)

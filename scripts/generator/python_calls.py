@@ -100,11 +100,12 @@ Model\\.(joints|links)$:
     def \\1(self) -> list[dict[str, Any]]: ...
 
 # Some versions of nanobind write it, too: one declaration is enough.
-^_core\\.QUATERNION_TOLERANCE$:
+^_core\\.QUATERNION_(TOLERANCE|ROUNDING)$:
 
 ^_core\\.__suffix__$:
     __version__: str
     QUATERNION_TOLERANCE: float
+    QUATERNION_ROUNDING: float
 '''
 
 COMPILED = '''\

@@ -215,6 +215,7 @@ private:
     choose_canonical_axes(m_.double_.bodies, m_.double_.links);
     add_inertias();
     add_angles();
+    add_ranges();
     round_to_single();
     for (const payload &p : options_.payloads)
       if (m_.find_link(p.link) < 0)
@@ -281,6 +282,46 @@ private:
       d.first_angle = std::min(d.first_angle, b.angle_index);
       d.angles_end = b.angle_index + 1;
     }
+  }
+
+  void add_ranges() {
+    std::vector<bool> is_angle(static_cast<std::size_t>(m_.expanded_nq_));
+    for (const body<double> &b : m_.double_.bodies)
+      if (b.angle_index >= 0)
+        is_angle[static_cast<std::size_t>(b.angle_index)] = true;
+    for (const int i : m_.in_q_) {
+      const double most = is_angle[static_cast<std::size_t>(i)] ? std::acos(-1.0) : 1;
+      m_.position_ranges_.push_back({-most, most});
+    }
+    for (const model::quaternion_in_q &quaternion : m_.quaternions_)
+      for (int i = 0; i < 4; ++i)
+        m_.position_ranges_[static_cast<std::size_t>(quaternion.q_index + i)] = {-1, 1};
+    for (const joint_row &row : m_.joints_)
+      if (row_of(row.kind).has_limits && row.description >= 0)
+        limit_range(row, m_.description_.joints[static_cast<std::size_t>(row.description)]);
+  }
+
+  /// Limits the range of a joint with one coordinate, or that of its leader, unless nothing would be left of it.  Followers come
+  /// after their leaders.
+  void limit_range(const joint_row &row, const joint_description &described) {
+    const bool follows = row.leader >= 0;
+    const joint_row &moved = follows ? m_.joints_[static_cast<std::size_t>(row.leader)] : row;
+    model::position_range &range = m_.position_ranges_[static_cast<std::size_t>(moved.q_index)];
+    const double width = range.upper - range.lower;
+    if (!follows) { // where one limit is missing, the usual width beyond the other
+      if (described.lower || described.upper)
+        range = {described.lower ? *described.lower : *described.upper - width, described.upper ? *described.upper : *described.lower + width};
+      return;
+    }
+    if (row.multiplier == 0)
+      return;
+    const double infinity = std::numeric_limits<double>::infinity();
+    double lower = (described.lower.value_or(-infinity) - row.offset) / row.multiplier;
+    double upper = (described.upper.value_or(infinity) - row.offset) / row.multiplier;
+    if (row.multiplier < 0)
+      std::swap(lower, upper);
+    if (std::max(lower, range.lower) <= std::min(upper, range.upper))
+      range = {std::max(lower, range.lower), std::min(upper, range.upper)};
   }
 
   void round_to_single() {

@@ -79,6 +79,11 @@ TEST_CASE("the algorithms allocate nothing") {
     ksl::bias(m, d, q.data(), v.data(), tau.data(), external);
     ksl::gravity_torque(m, d, q.data(), tau.data(), external);
     ksl::jacobian(m, d, q.data(), links[0], {}, J.data());
+    ksl::integrate(m, d, q.data(), v.data(), tau.data());
+    ksl::difference(m, d, q.data(), v.data(), tau.data());
+    ksl::interpolate(m, d, q.data(), v.data(), push, tau.data());
+    ksl::integrate_jacobians(m, d, q.data(), v.data(), M.data(), M.data());
+    ksl::difference_jacobians(m, d, q.data(), v.data(), M.data(), M.data());
     ksl::energy(m, d, q.data(), v.data(), &kinetic, &potential);
     ksl::frame_poses(m, d, q.data(), 2, links.data(), poses);
     ksl::external_power(m, d, q.data(), v.data(), &kinetic, external);
@@ -88,6 +93,27 @@ TEST_CASE("the algorithms allocate nothing") {
   CHECK(sum == sum);
 #else
   MESSAGE("malloc can't be counted with this C library or sanitizer");
+#endif
+}
+
+TEST_CASE("the algorithms allocate nothing where joints follow others") {
+#ifdef COUNTS_MALLOC
+  const ksl::model m = ksl::load(KSL_COUPLED);
+  REQUIRE(m.followers() > 0);
+  ksl::data d(m);
+  std::vector<double> q(static_cast<std::size_t>(m.nq()), 0.3), v(static_cast<std::size_t>(m.nv()), 0.2), tau = v, M(v.size() * v.size());
+  std::vector<double> poses(16 * m.links().size());
+  std::vector<int> links;
+  for (const ksl::joint_row &j : m.joints())
+    links.push_back(j.link);
+  ksl::inverse_dynamics(m, d, q.data(), v.data(), v.data(), tau.data());
+  const long before = allocations;
+  ksl::inverse_dynamics(m, d, q.data(), v.data(), v.data(), tau.data());
+  ksl::mass_matrix(m, d, q.data(), M.data());
+  ksl::forward_dynamics(m, d, q.data(), v.data(), tau.data(), v.data());
+  ksl::frame_poses(m, d, q.data(), static_cast<int>(m.links().size()), links.data(), poses.data());
+  ksl::difference_jacobians(m, d, q.data(), q.data(), M.data(), M.data());
+  CHECK(allocations == before);
 #endif
 }
 
@@ -116,6 +142,11 @@ TEST_CASE("the calls of the C interface that compute allocate nothing") {
     fine &= ksl_gravity_torque(m, d, x, nullptr, tau) == KSL_OK;
     fine &= ksl_external_power(m, d, x, x, nullptr, &kinetic) == KSL_OK;
     fine &= ksl_jacobian(m, d, x, 3, nullptr, J) == KSL_OK;
+    fine &= ksl_integrate(m, d, x, x, tau) == KSL_OK;
+    fine &= ksl_difference(m, d, x, x, tau) == KSL_OK;
+    fine &= ksl_interpolate(m, d, x, x, x, tau) == KSL_OK;
+    fine &= ksl_integrate_jacobians(m, d, x, x, M, M) == KSL_OK;
+    fine &= ksl_difference_jacobians(m, d, x, x, M, M) == KSL_OK;
     fine &= ksl_energy(m, d, x, x, &kinetic, &potential) == KSL_OK;
     fine &= ksl_frame_pose(m, d, x, 3, &pose) == KSL_OK;
     fine &= ksl_frame_poses(m, d, x, 2, joints, poses) == KSL_OK; // as many links as joints

@@ -4,6 +4,7 @@
 #include "ksl/engine/energy.hpp"
 #include "ksl/engine/forward_dynamics.hpp"
 #include "ksl/engine/frame_jacobian.hpp"
+#include "ksl/engine/manifold.hpp"
 #include "ksl/engine/mass_matrix.hpp"
 #include "ksl/engine/reactions.hpp"
 
@@ -73,4 +74,11 @@ TEST_CASE("and no algorithm reads what it has not written") {
         [&](const auto &w, double *out) { ksl::external_power<double>(view, w, q, v, external, out); });
   check(type_identity<ksl::jacobian_workspace<double>>(), 12,
         [&](const auto &w, double *out) { ksl::jacobian<double>(view, w, q, 2, {}, out); });
+  check(type_identity<ksl::manifold_workspace<double>>(), 22, [&](const auto &w, double *out) {
+    ksl::integrate<double>(view, w, q, v, out);
+    ksl::difference<double>(view, w, q, v, out + 2);
+    ksl::interpolate<double>(view, w, q, v, push, out + 4);
+    ksl::integrate_jacobians<double>(view, w, q, v, out + 6, out + 10);
+    ksl::difference_jacobians<double>(view, w, q, v, out + 14, out + 18);
+  });
 }

@@ -4,6 +4,7 @@
 #include "ksl/engine/energy.hpp"
 #include "ksl/engine/forward_dynamics.hpp"
 #include "ksl/engine/frame_jacobian.hpp"
+#include "ksl/engine/manifold.hpp"
 #include "ksl/engine/mass_matrix.hpp"
 #include "ksl/engine/reactions.hpp"
 
@@ -45,6 +46,7 @@ TEST_CASE("numbers for each body") {
   CHECK(numbers_per_body<ksl::mass_matrix_workspace>() == 27);
   CHECK(numbers_per_body<ksl::forward_kinematics_workspace>() == 14);
   CHECK(numbers_per_body<ksl::jacobian_workspace>() == 14);
+  CHECK(numbers_per_body<ksl::manifold_workspace>() == 0);
   CHECK(numbers_per_body<ksl::energy_workspace>() == 20);
   CHECK(numbers_per_body<ksl::external_power_workspace>() == 20);
 }

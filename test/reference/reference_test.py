@@ -181,6 +181,3 @@ def test_every_robot_of_the_package(name):
     assert children == {j.child for j in m.joints if j.parent is not None}, "a joint was lost"
 
 
-def test_moving_mimic_joints_are_refused_unless_asked_for():
-    with pytest.raises(ksl.DescriptionError, match="panda_finger_joint2.*mimic"):
-        ksl.load(all_robots()[FILES["panda"]])
