@@ -1,6 +1,8 @@
-// Holds the faces of an algorithm against each other: C++ and C, one state and batches, lanes, threads, strides, no states.
+// Holds the faces of an algorithm against each other: C++ and C, one state and batches, lanes, threads, strides, no states.  Calls
+// for one state allocate nothing, and read nothing in the workspace that they have not written.
 #pragma once
 
+#include "allocation.hpp"
 #include "engine/algorithm_rows.hpp"
 #include "ksl/batch.hpp"
 #include "ksl/engine.h"
@@ -10,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <random>
 #include <string>
 #include <vector>
@@ -112,7 +115,11 @@ public:
         s.result[i] = &found.numbers[static_cast<std::size_t>(i)][k * width(i)];
       if (row_.request == ksl::request_kind::reactions)
         s.wrenches = &found.numbers.back()[k * width(row_.results)];
+      std::memset(r_.d.memory(), k % 2 ? 0xff : 0x3f, r_.d.bytes()); // NaN, or 4.8e-4 in double and 0.75 in float
+      const long before = allocations;
       call(s);
+      if (k > 0) // the first call chooses the instruction set
+        CHECK(allocations == before);
     }
     return found;
   }
