@@ -225,8 +225,8 @@ void agree(robot &r, const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_b
     }
 }
 
-/// Three robots: one that floats as a whole, one with every kind of joint, and the same with joints that follow others.  Where a frame's motion is asked for, it is asked for
-/// in every way that tells the options apart.
+/// Three robots: one that floats as a whole, one with every kind of joint, and the same with joints that follow others.  Where a
+/// frame's motion is asked for, it is asked for in every way that tells the options apart.
 template <class S, class Cpp, class C, class CppBatch, class CBatch>
 void agree(const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_batch, CBatch c_batch) {
   static robot floating(KSL_EXAMPLES "/robots/panda.urdf", true), every_kind(KSL_EVERY_KIND, false), coupled(KSL_COUPLED, false);
