@@ -356,7 +356,7 @@ def _check_columns(model: Mechanism, file: str, table: dict[str, Array]) -> None
         if name != "time" and name not in known:
             near = get_close_matches(name, known, 1)
             hint = f"did you mean {near[0]!r}?" if near else f"the moving joints of {model.name} are {', '.join(model.joint_names)}"
-            hint = _several_columns_of(joints, name) or hint
+            hint = _several_columns_of(joints, name) or _column_of_follower(model, name) or hint
             if name.startswith("floating_base.") and not (joints and joints[0].parent is None):
                 hint = "if the root link floats, load the robot with --floating-base (in Python floating_base=True)"
             raise MotionError(f"{file}:1: unknown column {name!r}; {hint}")
@@ -371,6 +371,17 @@ def _check_columns(model: Mechanism, file: str, table: dict[str, Array]) -> None
             if any(c in table for c in group) and not all(c in table for c in group):
                 absent = next(c for c in group if c not in table)
                 raise MotionError(f"{file}:1: no column {absent!r}, though others of its group are there; give all of {', '.join(group)} or none")
+
+
+def _column_of_follower(model: Mechanism, name: str) -> str | None:
+    """What to do about a column of a mimic joint; None where it is none."""
+    for follower in map(model.joint, model.follower_names):
+        if any(name in group for group in _columns_of_one_coordinate(follower)):
+            return (
+                f"joint {follower.name} mimics {follower.leader}, whose column says where both are: remove this column, "
+                'or load the robot with --mimic independent (in Python mimic="independent")'
+            )
+    return None
 
 
 def _several_columns_of(joints: tuple[Joint, ...], name: str) -> str | None:
