@@ -9,7 +9,7 @@
 
 #include "batch/compute_batch.hpp"
 #include "batch/threads.hpp"
-#include "engine/kernels.hpp"
+#include "engine/coupled.hpp"
 #include "ksl/dynamics.hpp"
 #include "ksl/engine/quaternion_tolerance.hpp"
 
@@ -129,6 +129,7 @@ public:
 
   nb::object run(nb::handle out, nb::handle threads) {
     const int most = thread_count(threads);
+    ksl::coupled::require_projection(row_, m_);
     ksl::kernels(); // raises the error of an unusable KSL_ISA here and not on another thread
     if (!take_external() || !all_of([](const argument &x) { return x.is_array(); }))
       convert();

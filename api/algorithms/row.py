@@ -40,7 +40,8 @@ class Algorithm:
     form: how results are stored from lanes to rows, a struct of src/engine/forms.hpp.
     variant_of: the algorithm that computes this one, with zeros for the inputs that this one doesn't have.
     coupled: how it is computed for robots with mimic joints (src/engine/coupled.hpp): by "projection", which holds for all that is a
-    function of positions and motions; as the "solution" of M a = tau − bias, for forward dynamics; or "refusal".
+    function of positions and motions and is written whole; as the "solution" of M a = tau − bias, for forward dynamics; as
+    "product", M⁻¹ tau; as "inverse", M⁻¹; as the "upper_triangle" of M; or not at all, "refusal".
     faces: the languages for which a call is generated.  Other calls are written by hand, or are private.
     text: one sentence for C, C++ and the reference; {tau}, {q} … stand for names with shapes.
     python: the docstring of the method, after its first line.

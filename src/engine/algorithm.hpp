@@ -51,9 +51,15 @@ enum class external_use : unsigned char { none, optional, required };
 /// from; joints with a reaction_request; or reactions, which are then a further result.
 enum class request_kind : unsigned char { none, link, links, frame, frames, relative, joints, reactions };
 
-/// How an algorithm is computed where joints follow others (engine/coupled.hpp): as a projection of the expanded mechanism, as the
-/// solution of M a = τ − bias, or not at all.
-enum class coupled_by : unsigned char { projection, solution, refusal };
+/// How an algorithm is computed where joints follow others (engine/coupled.hpp).
+enum class coupled_by : unsigned char {
+  projection,     ///< of the results for the expanded mechanism
+  solution,       ///< a of M a = τ − bias
+  product,        ///< M⁻¹ τ
+  inverse,        ///< M⁻¹
+  upper_triangle, ///< of M; the elements below the diagonal are not written
+  refusal         ///< not at all
+};
 
 constexpr int most_inputs = 4; ///< how many an algorithm can have
 

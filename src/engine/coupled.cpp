@@ -2,7 +2,7 @@
 // reduced axis by axis: efforts, and derivatives by a motion, by Gᵀ; of motions and positions the leaders' are kept.
 //
 // Forward dynamics is no such projection, since Gᵀ has no inverse that would give the followers' efforts.  It solves
-// (Gᵀ M̂ G) a = τ − Gᵀ (bias of v̂ = G v), densely.
+// (Gᵀ M̂ G) a = τ − Gᵀ (bias of v̂ = G v), densely.  The inverse of M, and its products, come from the same matrix.
 #include "engine/coupled.hpp"
 
 #include "ksl/engine/workspace.hpp"
@@ -179,11 +179,14 @@ private:
 
 int ldlt(double *A, int n) { return ksl_linalg_ldlt_rmo(A, n); }
 int ldlt(float *A, int n) { return ksl_linalg_ldlt_rmof(A, n); }
+int invert(double *A, int n) { return ksl_linalg_symmetricMatrixInverse_rmo(A, n); }
+int invert(float *A, int n) { return ksl_linalg_symmetricMatrixInverse_rmof(A, n); }
 void solve(const double *A, double *x, int n) { ksl_linalg_ldlt_solve(A, x, x, n, n, 1); }
 void solve(const float *A, float *x, int n) { ksl_linalg_ldlt_solvef(A, x, x, n, n, 1); }
 
-/// Forward dynamics: a from M a = τ − bias.
-template <class S> struct solution {
+/// What follows from the mass matrix M: the solution of M a = τ − bias, M⁻¹ τ, M⁻¹, or a triangle of M.
+template <class S> struct dense {
+  const coupled_by what;
   const model &m;
   projection<S> inertia{rows::mass_matrix, m}, efforts{rows::inverse_dynamics, m};
 
@@ -201,10 +204,11 @@ template <class S> struct solution {
     std::fill_n(w.zero, m.nv(), S(0));
     state_view<S> s = given;
     s.a = w.zero, s.result[0] = w.bias;
-    efforts.state(w.rest, s);
+    if (what == coupled_by::solution)
+      efforts.state(w.rest, s);
     s.result[0] = w.M;
     inertia.state(w.rest, s);
-    accelerate(w.M, w.bias, given.tau, given.result[0]);
+    finish(w.M, w.bias, given.tau, given.result[0]);
   }
 
   std::size_t batch(const batch_view<S> &given, std::size_t first, std::size_t end, void *memory) const {
@@ -223,14 +227,15 @@ template <class S> struct solution {
       for (int x = 0; x < given.external_n; ++x)
         external[x] = {given.external[x].link, rows_from(given.external[x].wrench, k)};
       part.result[0] = {bias, nv};
-      efforts.batch(part, 0, n, rest);
+      if (what == coupled_by::solution)
+        efforts.batch(part, 0, n, rest);
       part.result[0] = {M, nv * nv};
       inertia.batch(part, 0, n, rest);
       for (std::size_t i = 0; i < n && given.result[0].first; ++i) {
         const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(i) * nv;
         for (int j = 0; j < nv; ++j) // the result may lie where the efforts are
           tau[j] = given.tau.first ? ksl::row(given.tau, k + i)[j] : S(0);
-        accelerate(M + at * nv, bias + at, tau, ksl::row(given.result[0], k + i));
+        finish(M + at * nv, bias + at, tau, ksl::row(given.result[0], k + i));
       }
     }
     return pieces.used();
@@ -240,23 +245,33 @@ private:
   struct memory_of_state {
     S *M, *bias, *zero;
     void *rest;
-    void lay_out(arena &memory, const solution &of, const extents &asked) {
+    void lay_out(arena &memory, const dense &of, const extents &asked) {
       const int nv = of.m.nv();
       M = memory.take<S>(nv * nv), bias = memory.take<S>(nv), zero = memory.take<S>(nv);
       rest = memory.take<std::byte>(static_cast<int>(std::max(of.inertia.state_bytes(asked), of.efforts.state_bytes(asked))));
     }
   };
 
-  /// M and bias are overwritten.  Where a joint moves no mass, nothing is determined.
-  void accelerate(S *M, S *bias, const S *tau, S *a) const {
+  /// M and bias are overwritten.  Where a joint moves no mass, nothing is determined: the result is NaN.
+  void finish(S *M, S *bias, const S *tau, S *out) const {
     const int nv = m.nv();
-    for (int i = 0; i < nv; ++i)
-      bias[i] = tau[i] - bias[i];
-    if (nv > 0 && ldlt(M, nv) != 0)
-      std::fill_n(bias, nv, std::numeric_limits<S>::quiet_NaN());
-    else if (nv > 0)
-      solve(M, bias, nv);
-    std::copy_n(bias, nv, a);
+    constexpr S nan = std::numeric_limits<S>::quiet_NaN();
+    if (what == coupled_by::upper_triangle) {
+      for (int i = 0; i < nv; ++i)
+        std::copy_n(M + i * nv + i, nv - i, out + i * nv + i);
+    } else if (what == coupled_by::inverse) {
+      if (nv > 0 && invert(M, nv) != 0)
+        std::fill_n(M, nv * nv, nan);
+      std::copy_n(M, nv * nv, out);
+    } else {
+      for (int i = 0; i < nv; ++i)
+        bias[i] = what == coupled_by::solution ? tau[i] - bias[i] : tau[i];
+      if (nv > 0 && ldlt(M, nv) != 0)
+        std::fill_n(bias, nv, nan);
+      else if (nv > 0)
+        solve(M, bias, nv);
+      std::copy_n(bias, nv, out);
+    }
   }
 };
 
@@ -269,22 +284,23 @@ void require_projection(const algorithm_row &row, const model &m) {
 }
 
 template <class S> std::size_t state_bytes(const algorithm_row &row, const model &m, const extents &asked) {
-  return row.coupled == coupled_by::solution ? solution<S>{m}.state_bytes(asked) : projection<S>{computed(row), m}.state_bytes(asked);
+  if (row.coupled == coupled_by::projection)
+    return projection<S>{computed(row), m}.state_bytes(asked);
+  return dense<S>{row.coupled, m}.state_bytes(asked);
 }
 
 template <class S> void run_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s) {
-  if (row.coupled == coupled_by::solution)
-    solution<S>{m}.state(memory, s);
-  else
-    projection<S>{computed(row), m}.state(memory, s);
+  if (row.coupled == coupled_by::projection)
+    return projection<S>{computed(row), m}.state(memory, s);
+  dense<S>{row.coupled, m}.state(memory, s);
 }
 
 template <class S>
 std::size_t run_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first, std::size_t end,
                       void *memory) {
-  if (row.coupled == coupled_by::solution)
-    return solution<S>{m}.batch(batch, first, end, memory);
-  return projection<S>{computed(row), m}.batch(batch, first, end, memory);
+  if (row.coupled == coupled_by::projection)
+    return projection<S>{computed(row), m}.batch(batch, first, end, memory);
+  return dense<S>{row.coupled, m}.batch(batch, first, end, memory);
 }
 
 #define KSL_INSTANTIATE(S)                                                                                             \

@@ -16,7 +16,7 @@ namespace {
 template <class T> using numbers = std::vector<T>;
 using dual = ksl::dual<1>;
 
-const double pi = std::acos(-1.0);
+constexpr double pi = 3.14159265358979323846;
 
 const ksl::model &robot() {
   static const ksl::model m = ksl::load(KSL_EVERY_KIND);
