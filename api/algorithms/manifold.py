@@ -17,8 +17,8 @@ ROWS = (
         "along the exponential of their group (Solà et al., A micro Lie theory for state estimation in robotics, 2018, section II-E).  "
         "O(joints).",
         python="""
-dv: a displacement, in the numbers of a velocity: rad or m.  Joints with one axis: q + dv.  Spherical and floating
-joints: the exponential of dv in the child's axes; quaternions of the result have unit length.
+dv: a displacement, in the numbers of a velocity: rad or m.  Spherical, planar and floating joints: the
+exponential of dv in the child's axes; quaternions of the result have unit length.  Others: q + dv.
 
 q, out, threads: as in :meth:`inverse_dynamics`.  Solà et al., A micro Lie theory for state estimation in robotics,
 2018, section II-E; O(joints).
@@ -37,7 +37,7 @@ q, out, threads: as in :meth:`inverse_dynamics`.  Solà et al., A micro Lie theo
         "revolute joints are not reduced.  O(joints).",
         python="""
 integrate(q0, difference(q0, q1)) is q1, but for whole turns of continuous joints and the sign of quaternions.
-Continuous joints: between −π and π.  Spherical and floating joints: the logarithm, a rotation by π at most.
+Continuous joints: between −π and π.  Spherical, planar and floating joints: the logarithm, a rotation by π at most.
 Others: q1 − q0; a revolute joint has limits, so that its turns count.
 
 q0, q1, out, threads: as in :meth:`inverse_dynamics`.  Solà et al., A micro Lie theory for state estimation in
@@ -76,8 +76,8 @@ q0, q1, out, threads: as in :meth:`difference`.  O(joints).
         "(Solà et al., A micro Lie theory for state estimation in robotics, 2018, section III).  O(joints), besides writing 2 nv² "
         "numbers.",
         python="""
-(q ⊕ δ) ⊕ (dv + ε) = (q ⊕ dv) ⊕ (by_q δ + by_dv ε) to first order.  Identities but for spherical and floating
-joints, whose blocks are the inverse adjoint of the exponential, and its right Jacobian.
+(q ⊕ δ) ⊕ (dv + ε) = (q ⊕ dv) ⊕ (by_q δ + by_dv ε) to first order.  Identities but for spherical, planar and
+floating joints, whose blocks are the inverse adjoint of the exponential, and its right Jacobian.
 
 q, dv, threads: as in :meth:`integrate`; out: two arrays.  Solà et al., A micro Lie theory for state estimation in
 robotics, 2018, section III; O(joints), besides writing 2 nv² numbers.
@@ -98,8 +98,8 @@ robotics, 2018, section III; O(joints), besides writing 2 nv² numbers.
         "(Solà et al., A micro Lie theory for state estimation in robotics, 2018, section III).  O(joints), besides writing 2 nv² "
         "numbers.",
         python="""
-(q1 ⊕ ε) ⊖ (q0 ⊕ δ) = (q1 ⊖ q0) + by_q0 δ + by_q1 ε to first order.  ∓ identity but for spherical and floating joints.
-Where a rotation between the two is by π, the difference jumps; these are the derivatives on the side of its value.
+(q1 ⊕ ε) ⊖ (q0 ⊕ δ) = (q1 ⊖ q0) + by_q0 δ + by_q1 ε to first order.  ∓ identity but for spherical, planar and floating
+joints.  Where a rotation between the two is by π, the difference jumps; these are the derivatives on the side of its value.
 
 q0, q1, threads: as in :meth:`difference`; out: two arrays.  Solà et al., A micro Lie theory for state estimation in
 robotics, 2018, section III; O(joints), besides writing 2 nv² numbers.

@@ -170,7 +170,7 @@ WRENCH = {"axial_force": "axial", "radial_force": "radial", "bending_moment": "b
 
 
 def _print_summary(console: Console, rows: list[SummaryRow], loads: list[JointLoads], placement: Placement) -> None:
-    """Tables: the wrench at the chosen point, what drives supply, what couplings transmit, and joints without one axis."""
+    """Tables: the wrench at the chosen point, what drives supply, what couplings transmit, and joints without one coordinate."""
     joints = {l.joint.name: l.joint for l in loads}
     with_axis, driven = [row for row in rows if "axial_force_peak" in row], [row for row in rows if "effort_peak" in row]
     coupled = [row for row in rows if "coupling_peak" in row]
@@ -182,7 +182,7 @@ def _print_summary(console: Console, rows: list[SummaryRow], loads: list[JointLo
         (f"Wrench on the {placement.on} side, moments about {placement.point}", with_axis, wrench),
         ("Drive", driven, drive),
         ("Coupling: what moves the mimic joints", coupled, [("coupling", "peak"), ("coupling", "rms"), ("coupling", "peak_time"), ("speed", "peak"), ("speed", "peak_time")]),
-        ("Joints without one axis: magnitudes of the same wrench", [row for row in rows if "force_peak" in row], whole),
+        ("Joints without one coordinate: magnitudes of the same wrench", [row for row in rows if "force_peak" in row], whole),
     ):
         if chosen:
             console.print(_table(title, chosen, [joints[str(row["joint"])] for row in chosen], columns))

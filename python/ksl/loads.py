@@ -103,7 +103,7 @@ class TableWriter:
 
         self._pa, self._placement = pa, placement
         self._joints = model.joints
-        self._driven = np.array([j.has_axis and j.leader is None for j in model.joints])
+        self._driven = np.array([j.one_coordinate and j.leader is None for j in model.joints])
         self._follows = np.array([j.leader is not None for j in model.joints])
         self._v_index = np.array([j.v_index for j in model.joints])[self._driven]
         self._following = [j for j in model.joints if j.leader is not None]
@@ -174,8 +174,8 @@ class Curves:
         model, motion = self.case.model, self.case.motion
         for joint in model.joints:
             empty = joint_loads(joint, np.empty((0, 6)), None, None)
-            speed = model._velocity_of(joint, motion.v) if joint.has_axis else None
-            effort = np.empty(n) if joint.has_axis and joint.leader is None else None
+            speed = model._velocity_of(joint, motion.v) if joint.one_coordinate else None
+            effort = np.empty(n) if joint.one_coordinate and joint.leader is None else None
             coupling = np.empty(n) if joint.leader is not None else None
             self.loads.append(JointLoads(joint, {name: np.empty(n) for name in empty.wrench}, speed, effort, coupling))
 
@@ -274,7 +274,7 @@ def exceeded_limits(model: Mechanism, motion: Motion, loads: list[JointLoads]) -
     lines = []
     for l in loads:
         j = l.joint
-        if not j.has_axis or l.speed is None:
+        if not j.one_coordinate or l.speed is None:
             continue
         q = model._position_of(j, motion.q)
         if j.has_limits:

@@ -17,6 +17,8 @@ namespace {
 
 using A = algebra<double>;
 
+constexpr vec3<double> none = {0, 0, 0}; ///< of a joint without an axis
+
 /// A rotation whose third column is the unit vector z.  Exact for the six coordinate directions.
 mat3x3<double> frame_with_z(const vec3<double> &z) {
   // x is the next coordinate axis (cyclically) after the one that z is closest to, made orthogonal to z
@@ -28,6 +30,9 @@ mat3x3<double> frame_with_z(const vec3<double> &z) {
   A::cross_vv(&z, &x, &y);
   return {x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z};
 }
+
+/// A frame at the joint's origin with z along the unit vector z.
+SE3<double> with_z(const vec3<double> &z) { return {frame_with_z(z), {0, 0, 0}}; }
 
 /// Adds a point mass to a link's inertia.
 void add_payload(const payload &p, link_description &l) {
@@ -53,12 +58,12 @@ public:
       if (name != "floating_base")
         m_.description_.warnings.push_back(
             "joint floating_base of the file keeps its name; the joint that the floating base adds is called " + name);
-      add_moving_link(root, -1, {name, joint_kind::floating, -1, -1, 0, 0, {0, 0, 0}, 0, -1}, identity, 0);
+      add_moving_link(root, -1, {name, joint_kind::floating, -1, -1, 0, 0, none, none, 0, -1}, identity, 0);
     } else {
       add_welded_link(root, -1, identity, 0);
       m_.double_.links.back().carried_by_moving_joint = true;
       m_.double_.bodies[0].link = 0;
-      fixed_joints_.push_back({free_name("base", "ground"), joint_kind::fixed, 0, -1, -1, -1, {0, 0, 0}, 0, -1});
+      fixed_joints_.push_back({free_name("base", "ground"), joint_kind::fixed, 0, -1, -1, -1, none, none, 0, -1});
     }
     descend(root);
     finish();
@@ -117,10 +122,12 @@ private:
     SE3<double> placement; // of the joint's frame in the parent body's canonical frame
     A::product_dd(&p.pose, &j.placement, &placement);
     if (j.kind == joint_kind::fixed) {
-      fixed_joints_.push_back({j.name, j.kind, static_cast<int>(m_.double_.links.size()), parent, -1, -1, {0, 0, 0}, 0, index});
+      fixed_joints_.push_back({j.name, j.kind, static_cast<int>(m_.double_.links.size()), parent, -1, -1, none, none, 0, index});
       add_welded_link(j.child, parent, placement, p.body);
     } else {
-      joint_row row = {j.name, j.kind, -1, parent, m_.nq_, m_.nv_, j.axis, j.pitch.value_or(0), index};
+      const joint_kind_row kind = row_of(j.kind);
+      joint_row row = {j.name, j.kind, -1, parent, m_.nq_, m_.nv_, kind.has_axis ? axis_of(j) : none, kind.has_axis2 ? j.axis2 : none,
+                       kind.has_pitch ? *j.pitch : 0, index};
       if (const leader_of_joint &leader = leaders_[static_cast<std::size_t>(index)]; leader.joint >= 0) {
         row.q_index = row.v_index = -1;
         row.leader = leader.joint; // of the description until all joints are known
@@ -131,36 +138,44 @@ private:
   }
 
   void add_moving_link(int description_link, int parent, joint_row row, const SE3<double> &joint_placement, int parent_body) {
-    SE3<double> canonical = identity; // in the joint's frame
-    if (row_of(row.kind).has_axis)
-      canonical.R = frame_with_z(row.axis);
-    SE3<double> placement, pose;
+    const joint_kind_row kind = row_of(row.kind);
+    SE3<double> canonical = kind.has_axis ? with_z(row.axis) : identity, placement, pose; // in the joint's frame
     A::product_dd(&joint_placement, &canonical, &placement);
-    A::SE3_inverted(&canonical, &pose);
-
     row.link = static_cast<int>(m_.double_.links.size());
-    body<double> b = new_body(row.kind, parent_body, row.link, placement);
-    b.pitch = row.pitch;
-    b.follows = row.leader >= 0;
-    m_.double_.bodies.push_back(b);
-    count_numbers(row);
-    if (const int quaternion = row_of(row.kind).quaternion; quaternion >= 0)
-      m_.quaternions_.push_back({row.q_index + quaternion, static_cast<int>(m_.joints_.size())});
+    if (kind.has_axis2) {
+      // a massless body turns about the first axis; the second is placed on it
+      const int inside = add_body(joint_kind::revolute, parent_body, -1, placement, 0);
+      const SE3<double> second = with_z(row.axis2);
+      A::product_dinvd(&canonical, &second, &placement);
+      add_body(joint_kind::revolute, inside, row.link, placement, 0);
+      m_.double_.bodies.back().ends_universal = true;
+      canonical = second;
+    } else {
+      add_body(row.kind, parent_body, row.link, placement, row.pitch, row.leader >= 0);
+    }
+    if (kind.quaternion >= 0)
+      m_.quaternions_.push_back({row.q_index + kind.quaternion, static_cast<int>(m_.joints_.size())});
     (row.leader >= 0 ? followers_ : m_.joints_).push_back(std::move(row));
+    A::SE3_inverted(&canonical, &pose);
     add_welded_link(description_link, parent, pose, static_cast<int>(m_.double_.bodies.size()) - 1);
     m_.double_.links.back().carried_by_moving_joint = true;
   }
 
-  /// Adds the numbers of a joint to the expanded arrays and, if it follows no other joint, to those of users.
-  void count_numbers(const joint_row &row) {
-    const joint_kind_row kind = row_of(row.kind);
-    for (int i = 0; i < kind.nq && row.leader < 0; ++i)
+  /// Adds a body, and its joint's numbers to the expanded arrays and, unless it follows another joint, to q and v.  Returns its
+  /// index.
+  int add_body(joint_kind kind, int parent, int link, const SE3<double> &placement, double pitch, bool follows = false) {
+    const joint_kind_row row = row_of(kind);
+    m_.double_.bodies.push_back(new_body(kind, parent, link, placement));
+    m_.double_.bodies.back().pitch = pitch;
+    m_.double_.bodies.back().follows = follows;
+    for (int i = 0; i < row.nq && !follows; ++i)
       m_.in_q_.push_back(m_.expanded_nq_ + i);
-    for (int i = 0; i < kind.nv && row.leader < 0; ++i)
+    for (int i = 0; i < row.nv && !follows; ++i)
       m_.in_v_.push_back(m_.expanded_nv_ + i);
     m_.nq_ = static_cast<int>(m_.in_q_.size()), m_.nv_ = static_cast<int>(m_.in_v_.size());
-    m_.expanded_nq_ += kind.nq, m_.expanded_nv_ += kind.nv;
-    m_.pose_numbers_ += kind.pose_numbers;
+    m_.expanded_nq_ += row.nq, m_.expanded_nv_ += row.nv;
+    m_.pose_numbers_ += row.pose_numbers;
+    return static_cast<int>(m_.double_.bodies.size()) - 1;
   }
 
   /// A body on a joint whose numbers in q and v follow those of all joints so far.
@@ -172,7 +187,7 @@ private:
     b.parent = parent;
     b.q_index = m_.expanded_nq_, b.v_index = b.v_end = m_.expanded_nv_;
     b.nv = row.nv;
-    b.angle_index = row.has_angle ? m_.expanded_nq_ : -1;
+    b.angle_index = row.angle < 0 ? -1 : m_.expanded_nq_ + row.angle;
     b.chain_start = chain_start(kind, parent);
     b.pose_index = m_.pose_numbers_;
     b.link = link;

@@ -76,6 +76,8 @@ void set_angles(const ksl::model &m, numbers<double> &dv, double angle) {
         x[k] *= angle / length;
     } else if (b.described == ksl::joint_kind::continuous) {
       *x = std::copysign(angle, *x);
+    } else if (b.described == ksl::joint_kind::planar) {
+      x[2] = std::copysign(angle, x[2]);
     }
   }
 }

@@ -8,6 +8,7 @@ C++ are held against those of C by test/engine/algorithms_test.cpp.
 import ctypes
 import os
 import sys
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -32,7 +33,9 @@ PRECISIONS = {np.float64: ("", ctypes.c_double), np.float32: ("f", ctypes.c_floa
 def robot(request, examples):
     """An arm, on the ground and floating, a robot with every kind of joint, and the same with joints that follow others."""
     if request.param in ("every kind", "coupled"):
-        return ksl.load(Path(__file__).resolve().parents[1] / f"engine/{request.param.replace(' ', '_')}.urdf")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ksl.DescriptionWarning)  # types beyond URDF
+            return ksl.load(Path(__file__).resolve().parents[1] / f"engine/{request.param.replace(' ', '_')}.urdf")
     return ksl.load(examples / "robots/panda.urdf", floating_base=request.param == "floating")
 
 

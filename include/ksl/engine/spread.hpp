@@ -26,7 +26,8 @@ template <class T, class S> KSL_LANES plane_rotation<T> spread(const plane_rotat
 
 template <class T, class S> body<T> spread(const body<S> &b) {
   return {b.kind, b.described, b.parent, b.q_index, b.v_index, b.nv, b.v_end, b.angle_index, b.chain_start, b.pose_index, b.link,
-          b.follows, b.has_children, b.is_base, b.no_offset, spread<T>(b.placement), spread<T>(b.offset), spread<T>(b.alpha),
+          b.follows, b.has_children, b.ends_universal, b.is_base, b.no_offset, spread<T>(b.placement), spread<T>(b.offset),
+          spread<T>(b.alpha),
           spread<T>(b.theta0), T(b.pitch)};
 }
 

@@ -1,4 +1,4 @@
-// KSL: the common part of joints without a single axis.  Each coordinate is a unit twist in the body's own axes, in which the
+// KSL: the common part of joints with several coordinates.  Each coordinate is a unit twist in the body's own axes, in which the
 // motion subspace is constant.
 #pragma once
 
@@ -12,8 +12,12 @@ template <int... coordinates> struct several_axes_joint {
   static constexpr int nv = sizeof...(coordinates);
   static constexpr int coordinate[nv] = {coordinates...};
   static constexpr const char *other_name = nullptr;
-  static constexpr bool has_axis = false, has_pitch = false, has_limits = false, has_angle = false, is_free = nv == 6;
+  static constexpr bool has_axis = false, has_axis2 = false, has_pitch = false, has_limits = false, is_free = nv == 6;
+  static constexpr bool canonical_x = false;
+  static constexpr int usual_axis = 0;
   static constexpr bool slides = ((coordinates < 3) || ...), turns = ((coordinates >= 3) || ...);
+  /// Is the order of its motions indifferent: all along axes, or along and about the same one?
+  static constexpr bool commutes = !turns || ((coordinates % 3 == coordinate[0] % 3) && ...);
 
   /// S q̇
   template <class T> static KSL_LANES screw<T> twist(const body<scalar_of<T>> &, const T *v) { return to_vectors<screw>(v); }
@@ -63,10 +67,10 @@ template <int... coordinates> struct several_axes_joint {
   /// Derivatives of integrate and difference; one_axis.hpp describes their arguments.  With D = exp dv,
   /// q exp(δ) exp(dv) = q D exp(Ad(D)⁻¹ δ), and exp(dv + δ) = D exp(J δ), J the right Jacobian (Solà et al., A micro Lie theory
   /// for state estimation in robotics (2018), section III-B).  The motions of such a joint are a subgroup of SE(3),
-  /// so that its matrices are blocks of those of SE(3).
+  /// so that its matrices are blocks of those of SE(3), and identities where the motions commute.
   template <class T> static void integrate_jacobians(const T *dv, T *by_q, T *by_dv, int stride) {
     const screw<T> s = to_vectors<screw>(dv);
-    if constexpr (turns) {
+    if constexpr (!commutes) {
       SE3<T> D;
       mat3x3<T> J, Q;
       algebra<T>::SE3_exp(&s, &D);
@@ -81,7 +85,7 @@ template <int... coordinates> struct several_axes_joint {
   /// exp(−δ) exp(dv) = exp(dv − L⁻¹ δ), L the left Jacobian.
   template <class T> static void difference_jacobians(const T *dv, T *by_q0, T *by_q1, int stride) {
     const screw<T> s = to_vectors<screw>(dv);
-    if constexpr (turns) {
+    if constexpr (!commutes) {
       mat3x3<T> J, Q;
       algebra<T>::SE3_leftJacobianInverse(&s, &J, &Q);
       put_columns<T>(by_q0, stride, [&](screw<T> &x) { multiply(J, Q, x), algebra<T>::screw_invert(&x); });
