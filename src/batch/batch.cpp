@@ -97,13 +97,19 @@ template <class S> struct one_state_memory {
 };
 
 template <class S> void compute_one(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t k) {
-  const std::size_t bytes = state_bytes<S>(row, m, extents_of(m, batch));
+  const bool direct = m.followers() == 0;
+  const kernels_in<S> &kernel = kernels_of_row<S>(row);
+  const model_view<S> view = m.view_in<S>();
+  const std::size_t bytes = direct ? kernel.workspace_bytes(view) : coupled::state_bytes<S>(row, m, extents_of(m, batch));
   one_state_memory<S> state;
   arena measure(nullptr);
   state.lay_out(measure, row, m, batch, bytes);
   arena memory(scratch(measure.used()));
   state.lay_out(memory, row, m, batch, bytes);
-  run_state(row, m, state.workspace, state.load(row, m, batch, k));
+  if (direct)
+    kernel.state(view, state.workspace, state.load(row, m, batch, k));
+  else
+    coupled::run_state(row, m, state.workspace, state.load(row, m, batch, k));
 }
 
 } // namespace

@@ -29,19 +29,6 @@ template <class S> const kernels_in<S> &kernels_of_row(const algorithm_row &row)
   return in_precision<S>(*(kernels().*row.kernels));
 }
 
-/// Bytes of memory that run_state needs.
-template <class S> std::size_t state_bytes(const algorithm_row &row, const model &m, const extents &asked) {
-  return m.followers() ? coupled::state_bytes<S>(row, m, asked) : kernels_of_row<S>(row).workspace_bytes(m.view_in<S>());
-}
-
-/// Computes one state, as a state_kernel does.
-template <class S> void run_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s) {
-  if (m.followers())
-    coupled::run_state<S>(row, m, memory, s);
-  else
-    kernels_of_row<S>(row).state(m.view_in<S>(), memory, s);
-}
-
 /// Computes states of a batch, as a batch_kernel does.
 template <class S>
 std::size_t run_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first, std::size_t end,
