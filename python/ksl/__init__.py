@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from ksl._core import __version__
 from ksl.builder import Builder
-from ksl.errors import DescriptionError, DescriptionWarning, FrameError, MotionError
+from ksl.errors import DescriptionError, DescriptionWarning, FrameError, MotionError, QuaternionWarning
 from ksl.mechanism import Joint, Link
 from ksl.model import Model, load
 
@@ -32,6 +32,7 @@ __all__ = [
     "Momentum",
     "MotionError",
     "Pose",
+    "QuaternionWarning",
     "Twist",
     "Wrench",
     "__version__",

@@ -52,7 +52,7 @@ errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
 
 Robot = Annotated[Path, typer.Argument(metavar="ROBOT", help="Robot file: URDF, SDF, or MJCF (with the package mujoco).")]
 FloatingBase = Annotated[bool, typer.Option("--floating-base", help="The root link floats: first joint floating_base.")]
-Mimic = Annotated[str, typer.Option(metavar="independent", help="Give moving joints that mimic another a coordinate of their own.")]
+Mimic = Annotated[str, typer.Option(metavar="coupled|independent", help="Joints that mimic another follow it, or have a coordinate of their own.")]
 Strict = Annotated[bool, typer.Option("--strict", help="An inertia that no rigid body can have, or a moving link with geometry and no mass, is an error.")]
 Gravity = Annotated[str, typer.Option(metavar="X,Y,Z", help="Gravity in world axes, m/s²; otherwise that of the file, or 0,0,-9.81.")]
 ModelName = Annotated[str, typer.Option("--model", metavar="NAME", help="Which model of an SDF file that has several.")]
@@ -130,16 +130,16 @@ def read_model(
     masses: Literal["optional"] | None = None,
     name: str = "",
 ) -> Model:
-    independent = cast(Literal["independent"] | None, mimic or None)  # load refuses other words
+    how = cast(Literal["coupled", "independent"], mimic)  # load refuses other words
     given_gravity = numbers(gravity, "--gravity", 3) if gravity else None
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", DescriptionWarning)
         try:
-            model = load(robot, floating_base, independent, strict, given_gravity, payloads, masses, name or None)
+            model = load(robot, floating_base, how, strict, given_gravity, payloads, masses, name or None)
         except ValueError as e:
             absent = [link for link in payloads or {} if str(e).endswith(f"no link {link} to carry the payload")]
             if absent:
-                bare = load(robot, floating_base, independent, masses="optional", model=name or None)
+                bare = load(robot, floating_base, how, masses="optional", model=name or None)
                 fail(f"--on-link {absent[0]}: no such link; {suggestion(absent[0], bare.link_names, f'the links of {bare.name} are')}")
             fail(in_options(e, mimic=mimic))
     for w in caught:
@@ -158,7 +158,7 @@ def root(version: Annotated[bool, typer.Option("--version", help="Print the vers
 def info(
     robot: Annotated[Path | None, typer.Argument(metavar="ROBOT", help="Robot file: URDF, SDF, or MJCF (with the package mujoco).")] = None,
     floating_base: FloatingBase = False,
-    mimic: Mimic = "",
+    mimic: Mimic = "coupled",
     strict: Strict = False,
     gravity: Gravity = "",
     model_name: ModelName = "",
@@ -193,7 +193,7 @@ def loads(
     on_link: Annotated[list[str], typer.Option(metavar="NAME", help="Link that carries the payload.")] = [],
     external: Annotated[Path | None, typer.Option(metavar="FILE.csv", help="Wrenches on links: `time` and LINK.fx … LINK.tz, at the link's origin, in its axes.")] = None,
     floating_base: FloatingBase = False,
-    mimic: Mimic = "",
+    mimic: Mimic = "coupled",
     strict: Strict = False,
     gravity: Gravity = "",
     model_name: ModelName = "",

@@ -105,7 +105,7 @@ class Model(Surgery, InverseKinematicsCalls):
 def load(
     path: str | bytes | os.PathLike[str] | os.PathLike[bytes],
     floating_base: bool = False,
-    mimic: Literal["independent"] | None = None,
+    mimic: Literal["coupled", "independent"] = "coupled",
     strict: bool = False,
     gravity: Sequence[float] | None = None,
     payloads: Mapping[str, tuple[float, Sequence[float]]] | None = None,
@@ -116,7 +116,8 @@ def load(
 
     floating_base: the root link floats; the first joint is then `floating_base` (`floating_root`, with a warning, if the
     file has a joint of that name).  SDF and MJCF files say themselves what floats: there it is an error if nothing does.
-    mimic: None refuses a moving joint that mimics another; "independent" gives it a coordinate of its own.
+    mimic: a joint that mimics another is "coupled" to it: it has no numbers in q and v, and its position is multiplier ×
+    the other's + offset; "independent" gives it a coordinate of its own.
     strict: an inertia that no rigid body can have, or a moving link with geometry and no mass, is an error instead of a
     :class:`DescriptionWarning`.
     gravity: in world axes, m/s²; None is that of an SDF or MJCF file that gives one, and (0, 0, −9.81) otherwise.
@@ -125,8 +126,7 @@ def load(
     model: which model of an SDF file that has several; None is the only one that is not static.
     Raises :class:`DescriptionError`, which names file, line, link or joint, what is wrong and how to mend it.
     """
-    if mimic is not None:
-        one_of(mimic, "mimic", "independent")
+    one_of(mimic, "mimic", "coupled", "independent")
     if masses is not None:
         one_of(masses, "masses", "optional")
     file, loads = os.fsdecode(path), given.payload_points(payloads)
@@ -134,9 +134,9 @@ def load(
     if _root_element(file) == "mujoco":
         from ksl import mjcf
 
-        loaded = mjcf._load(file, floating_base, strict, given_gravity, payloads, masses)
+        loaded = mjcf._load(file, floating_base, mimic == "independent", strict, given_gravity, payloads, masses)
     else:
-        options = (floating_base, mimic is not None, strict, given_gravity, loads, masses is not None, model or "")
+        options = (floating_base, mimic == "independent", strict, given_gravity, loads, masses is not None, model or "")
         loaded = Model(_core.load(file, *options), (os.path.abspath(file), *options))
     for line in loaded.warnings:
         warnings.warn(line, DescriptionWarning, stacklevel=2)
