@@ -25,6 +25,7 @@ struct joint_options {
   optional_number lower, upper;     ///< rad or m
   optional_number effort, velocity; ///< N m or N; rad/s or m/s
   double damping = 0, friction = 0; ///< read and listed, but not applied
+  std::optional<mimic_description> mimic; ///< the joint that it follows, which may be added later
 };
 
 /// A row of a table of Denavit–Hartenberg parameters: m and rad.

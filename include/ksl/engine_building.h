@@ -26,6 +26,8 @@ typedef struct ksl_joint_options_t {
   double lower, upper;        /**< rad or m */
   double effort, velocity;    /**< N m or N; rad/s or m/s */
   double damping, friction;   /**< read and listed, but not applied */
+  const char *mimics;         /**< a joint that it follows: its position is multiplier × that joint's + offset; NULL: none */
+  double multiplier, offset;
 } ksl_joint_options_t;
 
 /** A row of a table of Denavit–Hartenberg parameters, m and rad.  theta is added to q of a joint that turns, d to q of

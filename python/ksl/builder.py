@@ -18,7 +18,7 @@ DHRow = Mapping[str, Any] | Sequence[Any]
 """{"a": m, "alpha": rad, "d": m, "theta": rad, …}, or a sequence a, alpha, d, theta[, kind]."""
 Convention = Literal["standard", "modified"]
 
-_JointNumbers = tuple[list[float] | None, list[float] | None, float | None, float | None, float | None, float | None, float | None, float, float]
+_JointNumbers = tuple[list[float] | None, list[float] | None, float | None, float | None, float | None, float | None, float | None, float, float, tuple[str, float, float] | None]
 _OF_A_ROW = ("a", "alpha", "d", "theta", "kind", "mass", "center_of_mass", "inertia", "limits", "effort", "velocity", "damping", "friction")
 
 
@@ -63,6 +63,7 @@ class Builder:
         velocity: float | None = None,
         damping: float = 0.0,
         friction: float = 0.0,
+        mimic: tuple[str, float, float] | None = None,
     ) -> Builder:
         """A joint between two links that have been added.  Returns the builder.
 
@@ -74,8 +75,9 @@ class Builder:
         pitch: of helical joints, m/rad, positive for a right-handed screw.
         limits: (lower, upper), rad or m, each may be None; effort, velocity: limits, N m or N, rad/s or m/s.  They are kept and not enforced.
         damping, friction: kept, listed and not applied.
+        mimic: (joint, multiplier, offset): it follows that joint, which may be added later, at multiplier × its position + offset.
         """
-        options = _options(f"joint {name}", axis, axis2, pitch, limits, effort, velocity, damping, friction)
+        options = _options(f"joint {name}", axis, axis2, pitch, limits, effort, velocity, damping, friction, mimic)
         self._core.add_joint(name, kind, parent, child, given.pose(pose, f"joint {name}: its pose"), options)
         return self
 
@@ -128,7 +130,9 @@ class Builder:
         return Model(core)
 
 
-def _options(who: str, axis: Any, axis2: Any, pitch: Any, limits: Any, effort: Any, velocity: Any, damping: Any, friction: Any) -> _JointNumbers:
+def _options(
+    who: str, axis: Any, axis2: Any, pitch: Any, limits: Any, effort: Any, velocity: Any, damping: Any, friction: Any, mimic: Any = None
+) -> _JointNumbers:
     def optional(x: Any, what: str) -> float | None:
         return None if x is None else given.number(x, f"{who}: its {what}")
 
@@ -136,6 +140,10 @@ def _options(who: str, axis: Any, axis2: Any, pitch: Any, limits: Any, effort: A
         lower, upper = (None, None) if limits is None else limits
     except (TypeError, ValueError):
         raise ValueError(f"{who}: its limits are {limits!r}; expected (lower, upper)") from None
+    try:
+        follows = None if mimic is None else (str(mimic[0]), float(mimic[1]), float(mimic[2]))
+    except (TypeError, ValueError, IndexError):
+        raise ValueError(f"{who}: its mimic is {mimic!r}; expected (joint, multiplier, offset)") from None
     return (
         given.direction(axis, f"{who}: its axis"),
         given.direction(axis2, f"{who}: its axis2"),
@@ -146,6 +154,7 @@ def _options(who: str, axis: Any, axis2: Any, pitch: Any, limits: Any, effort: A
         optional(velocity, "velocity limit"),
         given.number(damping, f"{who}: its damping"),
         given.number(friction, f"{who}: its friction"),
+        follows,
     )
 
 

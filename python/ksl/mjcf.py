@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -49,7 +49,9 @@ def to_mujoco(model: Model, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLi
       linear velocity, its derivative and the force are in world axes, KSL's in the body's;
     * a ball: the quaternion is [w x y z] in MuJoCo, [x y z w] in KSL;
     * planar: MuJoCo's velocity is along the parent's axes, KSL's along the child's;
-    * cylindrical: the order is the file's in MuJoCo, angle and travel in KSL.
+    * cylindrical: the order is the file's in MuJoCo, angle and travel in KSL;
+    * a follower (an equality constraint of two joints): KSL has no numbers for it.  Its force in MuJoCo's layout is zero, since the effort of its
+      leader holds both.
     """
     return _converted(model, True, q, v, a, tau)
 
@@ -59,13 +61,19 @@ def from_mujoco(model: Model, q: ArrayLike, v: ArrayLike | None = None, a: Array
     return _converted(model, False, q, v, a, tau)
 
 
-def model_of(mj: Any, file: str = "", floating_base: bool = False, strict: bool = False, masses: str | None = None) -> Model:
+def model_of(mj: Any, file: str = "", mimic: Literal["coupled", "independent"] = "coupled", strict: bool = False, masses: Literal["optional"] | None = None) -> Model:
     """The model of a compiled `mujoco.MjModel`, with the options of :func:`ksl.load`."""
-    return _model(mj, file, floating_base, strict, None, None, masses, [])
+    return _model(mj, file, False, mimic == "independent", strict, None, None, masses, [])
 
 
 def _load(
-    file: str, floating_base: bool, strict: bool, gravity: list[float] | None, payloads: Mapping[str, tuple[float, Sequence[float]]] | None, masses: str | None
+    file: str,
+    floating_base: bool,
+    independent: bool,
+    strict: bool,
+    gravity: list[float] | None,
+    payloads: Mapping[str, tuple[float, Sequence[float]]] | None,
+    masses: str | None,
 ) -> Model:
     try:
         import mujoco
@@ -82,20 +90,21 @@ def _load(
         raise DescriptionError(f"{file}: MuJoCo's compiler refuses the file: {_one_line(e)}; correct it there") from None
     finally:
         mujoco.set_mju_user_warning(handler)
-    return _model(compiled, file, floating_base, strict, gravity, payloads, masses, said)
+    return _model(compiled, file, floating_base, independent, strict, gravity, payloads, masses, said)
 
 
 def _model(
     mj: Any,
     file: str,
     floating_base: bool,
+    independent: bool,
     strict: bool,
     gravity: list[float] | None,
     payloads: Mapping[str, tuple[float, Sequence[float]]] | None,
     masses: str | None,
     said: list[str],
 ) -> Model:
-    reader = _Reader(mj)
+    reader = _Reader(mj, independent)
     reader.builder._core.read_from(file, reader.unused_lines(), said)
     if floating_base and not (mj.jnt_type == FREE).any():
         raise DescriptionError(f"{file}: a floating base is asked for, but no body has a <freejoint>; add one, or don't ask for that")
@@ -106,20 +115,42 @@ def _model(
 class _Reader:
     """Bodies, joints and sites of a compiled MuJoCo model as links and joints."""
 
-    def __init__(self, mj: Any) -> None:
+    def __init__(self, mj: Any, independent: bool) -> None:
         self.mj = mj
         self.layout: dict[str, Any] = {"nq": int(mj.nq), "nv": int(mj.nv), "joints": {}}
         gravity = np.zeros(3) if mj.opt.disableflags & GRAVITY_DISABLED else mj.opt.gravity
         self.builder = Builder(bytes(mj.names).split(b"\0", 1)[0].decode() or "mujoco", gravity=tuple(map(float, gravity)))
         self.names: dict[str, set[str]] = {"link": set(), "joint": set()}
         self.unused: dict[str, list[str]] = {}
+        self.leader: dict[int, int] = {}
+        self.carried: set[int] = set()
+        """Equality constraints that the model has."""
         self.coupled = {int(j) for i in range(mj.neq) if mj.eq_type[i] == EQUALITY_OF_JOINTS for j in (mj.eq_obj1id[i], mj.eq_obj2id[i])}
         self.bodies = [self.new("link", mj.body(i).name or ("world" if i == 0 else f"body{i}")) for i in range(mj.nbody)]
         self.joints = [self.new("joint", mj.joint(i).name or f"{self.bodies[mj.jnt_bodyid[i]]}_joint") for i in range(mj.njnt)]
+        self.followers: dict[int, tuple[str, float, float]] = {} if independent else self.linear_couplings()
         self.builder.add_link(self.bodies[0])
         for i in range(1, mj.nbody):
             self.add_body(i)
         self.add_sites()
+
+    def linear_couplings(self) -> dict[int, tuple[str, float, float]]:
+        """Joint: (its leader, multiplier, offset), for equality constraints y − y₀ = a₀ + a₁ (x − x₀) of two joints with one coordinate."""
+        mj = self.mj
+        found: dict[int, tuple[str, float, float]] = {}
+        for i in range(mj.neq):
+            y, x, a = int(mj.eq_obj1id[i]), int(mj.eq_obj2id[i]), mj.eq_data[i]
+            if mj.eq_type[i] != EQUALITY_OF_JOINTS or x < 0 or y in found or a[2:5].any() or not mj.eq_active0[i]:
+                continue
+            leads = x
+            while leads in self.leader:
+                leads = self.leader[leads]
+            if leads == y:  # constraints in a circle: the last is no coupling
+                continue
+            y0, x0 = (float(mj.qpos0[mj.jnt_qposadr[j]]) for j in (y, x))
+            found[y], self.leader[y] = (self.joints[x], float(a[1]), y0 + float(a[0]) - float(a[1]) * x0), x
+            self.carried.add(i)
+        return found
 
     def new(self, of: str, name: str) -> str:
         """A name that no other link or joint has."""
@@ -213,6 +244,7 @@ class _Reader:
         mj, numbers = self.mj, self.losses(j)
         if kind in (SLIDE, HINGE):
             numbers["axis"] = mj.jnt_axis[j]
+            numbers["mimic"] = self.followers.get(j)
             if mj.jnt_limited[j]:
                 numbers["limits"] = tuple(map(float, mj.jnt_range[j]))
             if mj.jnt_actfrclimited[j] and mj.jnt_actfrcrange[j, 0] == -mj.jnt_actfrcrange[j, 1]:
@@ -274,9 +306,9 @@ class _Reader:
         if mj.opt.density or mj.opt.viscosity:
             lines.append("density, viscosity (no forces of a fluid)")
         kinds = ("connect", "weld", "joint", "tendon", "flex", "flexvert", "flexstrain")
-        for kind in sorted({int(x) for x in mj.eq_type}):
-            name = kinds[kind] if kind < len(kinds) else str(kind)
-            lines.append(f"equality {name} ({np.count_nonzero(mj.eq_type == kind)})")
+        left = [int(mj.eq_type[i]) for i in range(mj.neq) if i not in self.carried]
+        for kind in sorted(set(left)):
+            lines.append(f"equality {kinds[kind] if kind < len(kinds) else kind} ({left.count(kind)})")
         for word, count in (
             ("geom", mj.ngeom), ("actuator", mj.nu), ("tendon", mj.ntendon), ("sensor", mj.nsensor), ("contact pair", mj.npair), ("contact exclude", mj.nexclude),
             ("flex", getattr(mj, "nflex", 0)), ("skin", mj.nskin), ("camera", mj.ncam), ("light", mj.nlight), ("keyframe", mj.nkey), ("plugin", mj.nplugin),
@@ -349,6 +381,13 @@ def _converted(model: Model, to: bool, q: ArrayLike, v: ArrayLike | None, a: Arr
         new_q[..., to_q], converted = convert(entry, to, position, old)
         for name, x in converted.items():
             new[name][..., to_v] = x
+    for name in model.follower_names if to else ():
+        follower = model.joint(name)
+        leader, entry = model.joint(follower.leader or ""), layout["joints"][name]
+        new_q[..., entry["q"]] = follower.multiplier * given_q[..., [leader.q_index]] + follower.offset
+        for rate, x in new.items():
+            own = np.broadcast_to(rates[rate], leading + (model.nv,))[..., [leader.v_index]]
+            x[..., entry["v"]] = 0.0 if rate == "tau" else follower.multiplier * own
     return MujocoState(new_q, new.get("v"), new.get("a"), new.get("tau"))
 
 

@@ -4,6 +4,7 @@
 #include "engine/rigid_pose.hpp"
 #include "load/check.hpp"
 #include "load/given.hpp"
+#include "load/mimic.hpp"
 #include "load/words.hpp"
 
 #include <algorithm>
@@ -186,6 +187,7 @@ builder &builder::add_joint(const std::string &name, joint_kind kind, const std:
   set_axes(who, row, options, joint);
   set_pitch(who, row, options, joint);
   set_limits(who, row, options, joint);
+  joint.mimic = options.mimic; // checked when all joints are known
   joints_[name] = static_cast<int>(robot_.joints.size());
   robot_.joints.push_back(std::move(joint));
   return *this;
@@ -206,6 +208,7 @@ int builder::link_named(const std::string &joint, const std::string &end, const 
 robot_description builder::description(bool strict) const {
   robot_description robot = robot_;
   check_tree(robot);
+  leaders_of(robot);
   warn_of_links(robot, check_inertias(robot), strict, "correct these inertias");
   return robot;
 }

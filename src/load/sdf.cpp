@@ -7,6 +7,7 @@
 #include "load/check.hpp"
 #include "load/given.hpp"
 #include "load/mesh_scales.hpp"
+#include "load/mimic.hpp"
 #include "load/sdf_frames.hpp"
 #include "load/words.hpp"
 
@@ -57,7 +58,8 @@ private:
   vec3<double> axis_in(const part &joint, const char *tag, vec3<double> &given) const;
   double pitch_in(const element &joint, double &metres_a_revolution) const;
   void read_limit(const element &axis, joint_description &out);
-  void read_dynamics(const element &axis, joint_description &out);
+  void read_dynamics(const element &axis, const std::string &scope, joint_description &out);
+  void read_mimic(const element &mimic, const std::string &scope, joint_description &out);
   void connect(joint_description joint, const std::string &parent, const std::string &child, const std::string &frame);
   void add_floating();
   void warn();
@@ -107,6 +109,7 @@ robot_description sdf_reader::read() {
     read_joint(joint);
   add_floating();
   warn();
+  leaders_of(robot_);
   check_tree(robot_);
   warn_of_links(robot_, check_inertias(robot_), options_.strict, "correct these inertias");
   for (std::string &line : load::mesh_scale_warnings(model))
@@ -393,7 +396,7 @@ void sdf_reader::read_motion(const part &joint, joint_description &out) {
     if (const element axis = joint.at.child(tag); axis && has_axis) {
       axis.expect({}, {"xyz", "limit", "dynamics", "mimic"});
       read_limit(axis, out);
-      read_dynamics(axis, out);
+      read_dynamics(axis, joint.scope, out);
     }
 }
 
@@ -474,13 +477,21 @@ void sdf_reader::read_limit(const element &axis, joint_description &out) {
     limit.refuse("lower limit " + load::shown(*lower) + " is above upper limit " + load::shown(*upper) + "; exchange or correct them");
 }
 
-void sdf_reader::read_dynamics(const element &axis, joint_description &out) {
-  if (const element mimic = axis.child("mimic")) {
-    if (!options_.mimic_independent)
-      mimic.refuse("it mimics joint " + quoted(mimic.text("joint")) + "; coupled joints of SDF files are not supported: --mimic independent on the "
-                   "command line, or mimic=\"independent\" in Python, gives each a coordinate of its own");
-    unused_.in_joint("mimic", "the coupling is not applied: each has a coordinate of its own", out.name);
-  }
+/// position = multiplier × (the other's − reference) + offset; SDF has it since version 1.11.
+void sdf_reader::read_mimic(const element &mimic, const std::string &scope, joint_description &out) {
+  if (options_.mimic_independent)
+    return unused_.in_joint("mimic", "the coupling is not applied: each has a coordinate of its own", out.name);
+  mimic.expect({"joint", "axis"}, {"multiplier", "offset", "reference"});
+  if (mimic.text("joint").empty())
+    mimic.refuse("<mimic> names no joint; write <mimic joint=\"...\">");
+  const auto read = [&](const char *tag, double otherwise) { return load::sdf::number_in(mimic, tag).value_or(otherwise); };
+  const double multiplier = read("multiplier", 1);
+  out.mimic = {scope + mimic.text("joint"), multiplier, read("offset", 0) - multiplier * read("reference", 0), {mimic.line()}};
+}
+
+void sdf_reader::read_dynamics(const element &axis, const std::string &scope, joint_description &out) {
+  if (const element mimic = axis.child("mimic"))
+    read_mimic(mimic, scope, out);
   const element dynamics = axis.child("dynamics");
   if (!dynamics)
     return;

@@ -10,7 +10,7 @@ namespace ksl {
 struct sdf_options {
   /// The model to be read; empty: the only one that is not static.
   std::string model;
-  /// Joints that mimic others are refused unless this says that each gets a coordinate of its own.
+  /// Joints that mimic others get coordinates of their own, instead of following them.
   bool mimic_independent = false;
   /// Inertias that no body can have are errors instead of warnings, and so are links without inertia.
   bool strict = false;

@@ -185,6 +185,12 @@ private:
     write_numbers(
         node, "limit",
         {{"lower", joint.lower}, {"upper", joint.upper}, {"effort", joint.effort}, {"velocity", joint.velocity}});
+    if (joint.mimic) {
+      pugi::xml_node mimic = node.append_child("mimic");
+      set(mimic, "joint", joint.mimic->joint);
+      set(mimic, "multiplier", words({joint.mimic->multiplier}));
+      set(mimic, "offset", words({joint.mimic->offset}));
+    }
     const auto unless_zero = [](double x) { return x == 0 ? std::nullopt : optional_number(x); };
     write_numbers(node, "dynamics",
                   {{"damping", unless_zero(joint.damping)}, {"friction", unless_zero(joint.friction)}});

@@ -180,6 +180,20 @@ TEST_CASE("limits and dynamics") {
   CHECK(joint_named(robot, "j").friction == 0.25);
 }
 
+TEST_CASE("joints that mimic others") {
+  const std::string text =
+      model(link("a") + link("b") + link("c") + "<joint name=\"i\" type=\"continuous\"><parent>a</parent><child>b</child>" + about_z +
+            "</joint><joint name=\"j\" type=\"continuous\"><parent>b</parent><child>c</child><axis><xyz>0 0 1</xyz><mimic joint=\"i\">"
+            "<multiplier>2</multiplier><offset>3</offset><reference>0.5</reference></mimic></axis></joint>", "", "1.11");
+  const auto robot = read(text);
+  const auto &j = joint_named(robot, "j");
+  REQUIRE(j.mimic);
+  CHECK(j.mimic->joint == "i");
+  CHECK(j.mimic->multiplier == 2);
+  CHECK(j.mimic->offset == 2);
+  CHECK(!joint_named(read(text, {true, false, false, {}}), "j").mimic);
+}
+
 TEST_CASE("inertias: rotated, and missing") {
   const auto robot = read(model("<link name=\"a\"><inertial><pose>1 0 0 0 0 1.5707963267948966</pose><mass>2</mass>"
                                 "<inertia><ixx>1</ixx><iyy>2</iyy><izz>2.5</izz><ixy>0.1</ixy></inertia></inertial></link>"));
@@ -307,7 +321,7 @@ TEST_CASE("SDF files that are wrong") {
       {"loop", model(link("a") + link("b") + "<joint name=\"i\" type=\"fixed\"><parent>a</parent><child>b</child></joint>" +
                      "<joint name=\"j\" type=\"fixed\"><parent>world</parent><child>b</child></joint>"),
        {"b", "i", "j"}},
-      {"mimic", joint("<axis><xyz>0 0 1</xyz><mimic joint=\"i\"><multiplier>2</multiplier></mimic></axis>"), {"mimics joint \"i\""}},
+      {"mimic", joint("<axis><xyz>0 0 1</xyz><mimic joint=\"i\"><multiplier>2</multiplier></mimic></axis>"), {"mimics joint \"i\"", "does not exist"}},
       {"canonical link", model(link("a"), "canonical_link=\"x\""), {"\"x\""}},
       {"drake", model(link("a") + "<drake:joint name=\"j\" type=\"ball\"><drake:child>a</drake:child><drake:parent>world</drake:parent></drake:joint>"),
        {"<drake:joint> type \"ball\"", "planar"}},

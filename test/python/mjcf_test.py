@@ -30,6 +30,12 @@ def pair(request) -> tuple[ksl.Model, mujoco.MjModel]:
     return ksl.load(request.param), mujoco.MjModel.from_xml_path(str(request.param))
 
 
+@pytest.fixture
+def independent(pair) -> tuple[ksl.Model, mujoco.MjModel]:
+    """With a coordinate for each of MuJoCo's."""
+    return ksl.load(pair[0].file, mimic="independent"), pair[1]
+
+
 def random_states(mj: mujoco.MjModel, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     rng, start = np.random.default_rng(1), mujoco.MjData(mj).qpos
     positions = []
@@ -44,8 +50,8 @@ def check(found, expected, tolerance=1e-13) -> None:
     assert np.abs(found - expected).max() < tolerance * max(1.0, np.abs(expected).max())
 
 
-def test_states_in_both_layouts(pair):
-    m, mj = pair
+def test_states_in_both_layouts(independent):
+    m, mj = independent
     states = random_states(mj, 7)
     back = mjcf.to_mujoco(m, *mjcf.from_mujoco(m, *states)[:3])
     for found, expected in zip(back, states):
@@ -54,8 +60,8 @@ def test_states_in_both_layouts(pair):
     assert alone.q.shape == (m.nq,) and alone.v is alone.a is alone.tau is None
 
 
-def test_efforts_and_poses_are_those_of_mujoco(pair):
-    m, mj = pair
+def test_efforts_and_poses_are_those_of_mujoco(independent):
+    m, mj = independent
     mj.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT | mujoco.mjtDisableBit.mjDSBL_SPRING | mujoco.mjtDisableBit.mjDSBL_DAMPER
     d = mujoco.MjData(mj)
     for qpos, qvel, qacc in zip(*random_states(mj, 5)):
@@ -72,9 +78,9 @@ def test_efforts_and_poses_are_those_of_mujoco(pair):
             check(m.frame_pose(q, mj.site(i).name)[:3, 3], d.site_xpos[i])
 
 
-def test_mass_matrix_of_mujoco(pair):
+def test_mass_matrix_of_mujoco(independent):
     """qvelᵀ M qvel, since M is in other coordinates where a joint is free or planar."""
-    m, mj = pair
+    m, mj = independent
     d = mujoco.MjData(mj)
     for qpos, qvel, _ in zip(*random_states(mj, 3)):
         d.qpos, d.qvel = qpos, qvel
@@ -85,8 +91,35 @@ def test_mass_matrix_of_mujoco(pair):
         check(v @ m.mass_matrix(q) @ v, qvel @ (full - np.diag(mj.dof_armature)) @ qvel)
 
 
-def test_joints_of_a_stack():
+def test_a_linear_coupling_is_a_mimic_joint(tmp_path):
     m = ksl.load(CHAINS)
+    follower = m.joint("hip_x")
+    assert (follower.leader, follower.multiplier, follower.offset) == ("pole", 0.5, 0.1)
+    mj = mujoco.MjModel.from_xml_path(str(CHAINS))
+    qpos, qvel, qacc = random_states(mj, 1)
+    q, v, a, _ = mjcf.from_mujoco(m, qpos[0], qvel[0], qacc[0])
+    theirs = mjcf.to_mujoco(m, q, v, a, m.inverse_dynamics(q, v, a))
+    of = {name: int(mj.joint(name).dofadr[0]) for name in ("hip_x", "pole")}
+    assert theirs.v[of["hip_x"]] == 0.5 * theirs.v[of["pole"]] and theirs.tau[of["hip_x"]] == 0
+    # the leader's effort does the work of both
+    free = ksl.load(CHAINS, mimic="independent")
+    q, v, a, _ = mjcf.from_mujoco(free, theirs.q, theirs.v, theirs.a)
+    each = mjcf.to_mujoco(free, q, v, a, free.inverse_dynamics(q, v, a)).tau
+    each[of["pole"]] += 0.5 * each[of["hip_x"]]
+    each[of["hip_x"]] = 0
+    check(theirs.tau, each)
+
+
+def test_couplings_in_a_circle(tmp_path):
+    bodies = "".join(f'<body name="{n}"><joint name="{n}"/>{BODY}</body>' for n in "abc")
+    circle = "".join(f'<joint joint1="{y}" joint2="{x}"/>' for y, x in ("ab", "bc", "ca"))
+    curved = '<joint joint1="c" joint2="a" polycoef="0 1 1 0 0"/>'
+    m = ksl.load(in_file(tmp_path, bodies, f"<equality>{circle}{curved}</equality>"))
+    assert m.follower_names == ["a", "b"] and "equality joint (2)" in m.unused
+
+
+def test_joints_of_a_stack():
+    m = ksl.load(CHAINS, mimic="independent")
     kinds = {name: m.joint(name).kind for name in m.joint_names}
     assert kinds == {
         "root": "floating", "hip_x": "revolute", "hip_y": "revolute", "hip_z": "revolute", "knee": "spherical", "foot_joint": "prismatic",
@@ -130,8 +163,9 @@ def test_a_kind_is_read_only_where_it_carries_everything(tmp_path):
 
 def test_what_is_not_carried_is_listed():
     said = "\n".join(ksl.load(CHAINS).unused)
-    for words in ("equality joint (1)", "geom (9)", "actuator (1)"):
+    for words in ("geom (9)", "actuator (1)"):
         assert words in said
+    assert "equality" not in said
 
 
 def test_options(tmp_path):
