@@ -168,6 +168,9 @@ private:
       links_ = &nb::cast<const link_request &>(request);
     if (const int least = ksl::least_links(row_.request); least > 0 && link_count() != least)
       refuse(least == 1 ? "expected one link or joint" : "expected two links or joints");
+    if (ksl::links_are_few(row_) && link_count() > m_.view().links)
+      refuse("names has " + std::to_string(link_count()) + " frames; expected at most as many as the model has links, " +
+             std::to_string(m_.view().links));
   }
 
   /// Takes {link name: wrench}.  Returns false if it is not exactly a dict; subclasses of dict may override item access.
@@ -282,7 +285,8 @@ private:
     }
     const ksl::result_row &result = row_.result[r];
     for (int i = 0; i < result.axes; ++i)
-      add(ksl::length_of(result.shape[i], {m_.nq(), m_.nv(), link_count(), joints_ ? joints_->n : 0, m_.tree_elements()}));
+      add(ksl::length_of(result.shape[i], {m_.nq(), m_.nv(), link_count(), joints_ ? joints_->n : 0, m_.tree_elements(),
+                                          static_cast<int>(m_.links().size())}));
     return shape;
   }
   int link_count() const { return links_ ? static_cast<int>(links_->index.size()) : 0; }

@@ -118,12 +118,109 @@ KSL_EXPORT void coriolis_matrix_batch(const model &m, const batch_view<S> &batch
 template <class S>
 KSL_EXPORT void frame_poses_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
+/// Twist twist (6) of a link's frame for q (nq) and v (nv) (Featherstone, RBDA 2008, eq. (5.14)).  O(depth).
+/// frame_options by default: about the frame's origin, in its axes, linear first.  Reads batch.q, batch.v, batch.links
+/// (the first; without one nothing is computed), batch.frame; writes twist into batch.result[0] (rows of 6).
+template <class S>
+KSL_EXPORT void frame_velocity_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Twists twists (links, 6) of links' frames for q (nq) and v (nv).  A link may come twice.  All are computed from one
+/// walk over the bodies that carry any of them.  O(bodies + links).  frame_options by default: about the frame's
+/// origin, in its axes, linear first.  Reads batch.q, batch.v, batch.links, batch.frame; writes twists into
+/// batch.result[0] (rows of links.n × 6).
+template <class S>
+KSL_EXPORT void frame_velocities_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Acceleration acceleration (6) of a link's frame for q (nq), v (nv) and a (nv), without gravity (Featherstone, RBDA
+/// 2008, eq. (5.15) and section 2.11).  O(depth).  frame_options by default: about the frame's origin, in its axes,
+/// linear first.  Reads batch.q, batch.v, batch.a, batch.links (the first; without one nothing is computed),
+/// batch.frame; writes acceleration into batch.result[0] (rows of 6).
+template <class S>
+KSL_EXPORT void frame_acceleration_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Accelerations accelerations (links, 6) of links' frames for q (nq), v (nv) and a (nv), without gravity.  A link may
+/// come twice.  All are computed from one walk over the bodies that carry any of them.  O(bodies + links).
+/// frame_options by default: about the frame's origin, in its axes, linear first.  Reads batch.q, batch.v, batch.a,
+/// batch.links, batch.frame; writes accelerations into batch.result[0] (rows of links.n × 6).
+template <class S>
+KSL_EXPORT void frame_accelerations_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Velocity (3) of the point of a link that the options' offset names, for q (nq) and v (nv); in the axes that the
+/// options name.  O(depth).  frame_options by default: about the frame's origin, in its axes, linear first.  Reads
+/// batch.q, batch.v, batch.links (the first; without one nothing is computed), batch.frame; writes velocity into
+/// batch.result[0] (rows of 3).
+template <class S>
+KSL_EXPORT void point_velocity_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Acceleration (3) of the point of a link that the options' offset names, for q (nq), v (nv) and a (nv), without
+/// gravity; in the axes that the options name.  O(depth).  frame_options by default: about the frame's origin, in its
+/// axes, linear first.  Reads batch.q, batch.v, batch.a, batch.links (the first; without one nothing is computed),
+/// batch.frame; writes acceleration into batch.result[0] (rows of 3).
+template <class S>
+KSL_EXPORT void point_acceleration_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
 /// Jacobian J (6, nv) of a link's frame, row-major, for q (nq): J v is the frame's twist (Featherstone, RBDA 2008, eq.
-/// (4.14)).  O(bodies).  frame_options by default: about the frame's origin, in its axes, linear first.  Reads batch.q,
-/// batch.links (the first; without one nothing is computed), batch.frame; writes J into batch.result[0] (rows of 6 ×
-/// nv).
+/// (4.14)).  O(depth), besides writing 6 nv numbers.  frame_options by default: about the frame's origin, in its axes,
+/// linear first.  Reads batch.q, batch.links (the first; without one nothing is computed), batch.frame; writes J into
+/// batch.result[0] (rows of 6 × nv).
 template <class S>
 KSL_EXPORT void jacobian_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Rate rate (6, nv) of the Jacobian of a link's frame, row-major, for q (nq) and v (nv): J a + rate v is the rate of J
+/// v (Featherstone, RBDA 2008, eqs. (2.45), (3.35)).  O(depth).  frame_options by default: about the frame's origin, in
+/// its axes, linear first.  Reads batch.q, batch.v, batch.links (the first; without one nothing is computed),
+/// batch.frame; writes rate into batch.result[0] (rows of 6 × nv).
+template <class S>
+KSL_EXPORT void jacobian_rate_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Pose pose (4, 4), row-major, of a link's frame as seen from another link's for q (nq); of the options, the offset
+/// counts.  O(joints between the links).  frame_options by default: about the frame's origin, in its axes, linear
+/// first.  Reads batch.q, batch.links (two: the link, and the one that it is seen from; with fewer nothing is
+/// computed), batch.frame; writes pose into batch.result[0] (rows of 4 × 4).
+template <class S>
+KSL_EXPORT void relative_pose_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Twist twist (6) of a link's frame relative to another link's for q (nq) and v (nv).  The other frame takes the place
+/// of the world in the options.  O(joints between the links).  frame_options by default: about the frame's origin, in
+/// its axes, linear first.  Reads batch.q, batch.v, batch.links (two: the link, and the one that it is seen from; with
+/// fewer nothing is computed), batch.frame; writes twist into batch.result[0] (rows of 6).
+template <class S>
+KSL_EXPORT void relative_velocity_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Jacobian J (6, nv), row-major, of a link's frame relative to another link's for q (nq): J v is the relative
+/// velocity.  Columns of joints that don't lie between the links are zero.  O(joints between the links), besides
+/// writing 6 nv numbers.  frame_options by default: about the frame's origin, in its axes, linear first.  Reads
+/// batch.q, batch.links (two: the link, and the one that it is seen from; with fewer nothing is computed), batch.frame;
+/// writes J into batch.result[0] (rows of 6 × nv).
+template <class S>
+KSL_EXPORT void relative_jacobian_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Inverse operational-space inertia inverse (6 links, 6 links) = J M⁻¹ Jᵀ, symmetric, of n frames for q (nq): rates of
+/// all their twists for a unit wrench on each (Khatib 1987; by propagation as Lilly and Orin 1993).  At most as many
+/// frames as the model has links.  O(bodies + n² depth).  frame_options by default: about the frame's origin, in its
+/// axes, linear first.  Reads batch.q, batch.links, batch.frame; writes inverse into batch.result[0] (rows of 6 links.n
+/// × 6 links.n).
+template <class S>
+KSL_EXPORT void operational_space_inertia_inverse_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Operational-space inertia inertia (6 links, 6 links), the inverse of J M⁻¹ Jᵀ, of n frames for q (nq), and its
+/// rank.  Directions that depend on those before, up to 1e-10 of their own inverse inertia (1e-4 in single precision),
+/// have zeros.  At most as many frames as the model has links.  O(bodies + n² depth + n³).  frame_options by default:
+/// about the frame's origin, in its axes, linear first.  Reads batch.q, batch.links, batch.frame; writes inertia into
+/// batch.result[0] (rows of 6 links.n × 6 links.n), rank into batch.result[1] (rows of 1).
+template <class S>
+KSL_EXPORT void operational_space_inertia_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Dynamics at n frames for q (nq) and v (nv), under gravity and external wrenches: F = inertia x'' + bias for wrenches
+/// F on the frames, no efforts, and rates x'' of the numbers of their twists.  inertia (6 links, 6 links); bias (6
+/// links) = inertia (J M⁻¹ b − (rate of J) v), b the bias of the joints; pseudo_inverse (nv, 6 links) = M⁻¹ Jᵀ inertia;
+/// rank as in operational_space_inertia (Khatib 1987).  At most as many frames as the model has links.  O(n bodies + n²
+/// depth + n³).  frame_options by default: about the frame's origin, in its axes, linear first.  Reads batch.q,
+/// batch.v, batch.external, batch.links, batch.frame; writes inertia into batch.result[0] (rows of 6 links.n × 6
+/// links.n), bias into batch.result[1] (rows of 6 links.n), pseudo_inverse into batch.result[2] (rows of nv × 6
+/// links.n), rank into batch.result[3] (rows of 1).
+template <class S>
+KSL_EXPORT void operational_space_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Kinetic and potential energy, J, for q (nq) and v (nv); the latter zero with every centroid at the world's origin.
 /// O(bodies).  Reads batch.q, batch.v; writes kinetic into batch.result[0] (rows of 1), potential into batch.result[1]
@@ -135,6 +232,48 @@ KSL_EXPORT void energy_batch(const model &m, const batch_view<S> &batch, int thr
 /// power.  O(bodies).  Reads batch.q, batch.v, batch.external; writes power into batch.result[0] (rows of 1).
 template <class S>
 KSL_EXPORT void external_power_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Centre of mass center (3) of the bodies that move, in the world, m, for q (nq).  Links welded to the ground don't
+/// count.  NaN where nothing that moves has mass.  O(bodies).  Reads batch.q; writes center into batch.result[0] (rows
+/// of 3).
+template <class S>
+KSL_EXPORT void center_of_mass_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Jacobian J (3, nv) of the centre of mass, row-major, for q (nq): J v is its velocity in the world's axes.  Links
+/// welded to the ground don't count.  NaN where nothing that moves has mass.  O(bodies).  Reads batch.q; writes J into
+/// batch.result[0] (rows of 3 × nv).
+template <class S>
+KSL_EXPORT void center_of_mass_jacobian_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Velocity velocity (3) of the centre of mass in the world's axes, m/s, for q (nq) and v (nv).  Links welded to the
+/// ground don't count.  NaN where nothing that moves has mass.  O(bodies).  Reads batch.q, batch.v; writes velocity
+/// into batch.result[0] (rows of 3).
+template <class S>
+KSL_EXPORT void center_of_mass_velocity_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Acceleration acceleration (3) of the centre of mass in the world's axes, m/s², for q (nq), v (nv) and a (nv).
+/// Gravity doesn't enter.  Links welded to the ground don't count.  NaN where nothing that moves has mass.  O(bodies).
+/// Reads batch.q, batch.v, batch.a; writes acceleration into batch.result[0] (rows of 3).
+template <class S>
+KSL_EXPORT void center_of_mass_acceleration_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Momentum (6) about the centre of mass, in the world's axes, linear first, kg m/s and kg m²/s, for q (nq) and v (nv),
+/// of the bodies that move (Orin, Goswami, Lee, Autonomous Robots 35, 2013, eq. (7)).  O(bodies).  Reads batch.q,
+/// batch.v; writes momentum into batch.result[0] (rows of 6).
+template <class S>
+KSL_EXPORT void centroidal_momentum_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Centroidal momentum matrix (6, nv), row-major, for q (nq): times v it is the momentum about the centre of mass, in
+/// the world's axes, linear first (Orin, Goswami, Lee, Autonomous Robots 35, 2013, section 4).  O(bodies).  Reads
+/// batch.q; writes matrix into batch.result[0] (rows of 6 × nv).
+template <class S>
+KSL_EXPORT void centroidal_momentum_matrix_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Rate (6) of the momentum about the centre of mass, in the world's axes, linear first, N and N m, for q (nq), v (nv)
+/// and a (nv): the sum of all external wrenches, those of gravity and of the ground among them.  O(bodies).  Reads
+/// batch.q, batch.v, batch.a; writes rate into batch.result[0] (rows of 6).
+template <class S>
+KSL_EXPORT void centroidal_momentum_rate_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Derivatives dtau_dq (nv, nv), dtau_dv (nv, nv), dtau_da (nv, nv) of the joint efforts that inverse dynamics gives
 /// for q (nq), v (nv), a (nv), each row-major: element (i, k) is that of effort i by coordinate k.  By q is along q ⊕ s
@@ -164,5 +303,40 @@ KSL_EXPORT void forward_dynamics_derivatives_batch(const model &m, const batch_v
 /// (rows of joints->n × 6 × nv).
 template <class S>
 KSL_EXPORT void reactions_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Regressor Y (nv, links, 10) of inverse dynamics for q (nq), v (nv) and a (nv): summed over all links with their
+/// parameters it is the joint efforts under gravity, without external wrenches (Atkeson, An, Hollerbach, IJRR 5,
+/// 1986).  A link has ten parameters: mass, mass × centroid, Ixx Ixy Iyy Ixz Iyz Izz about its origin, in its axes.
+/// O(links × depth).  Reads batch.q, batch.v, batch.a, batch.links; writes Y into batch.result[0] (rows of nv × links.n
+/// × 10).
+template <class S>
+KSL_EXPORT void inverse_dynamics_regressor_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Regressor Y (nv, links, 10) of the joint efforts that hold the mechanism at rest at q (nq): that of inverse dynamics
+/// with v = a = 0.  O(links × depth).  Reads batch.q, batch.links; writes Y into batch.result[0] (rows of nv × links.n
+/// × 10).
+template <class S>
+KSL_EXPORT void gravity_torque_regressor_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Regressor Y (joints, 6, all links, 10) of the reactions of the joints that are asked for, for q (nq), v (nv) and a
+/// (nv): summed over all links with their parameters (those of inverse_dynamics_regressor) it is the reactions under
+/// gravity, without external wrenches.  O(joints × links).  reaction_request by default: the whole wrench on the child
+/// side, about the joint's origin, in the axes of the child link, linear first.  Reads batch.q, batch.v, batch.a,
+/// batch.joints; writes Y into batch.result[0] (rows of joints->n × 6 × all links × 10).
+template <class S>
+KSL_EXPORT void reactions_regressor_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Regressors kinetic (links, 10) and potential (links, 10) of the energies for q (nq) and v (nv): summed over all
+/// links with their parameters (those of inverse_dynamics_regressor) they are kinetic and potential energy, J.
+/// O(bodies + links).  Reads batch.q, batch.v, batch.links; writes kinetic into batch.result[0] (rows of links.n × 10),
+/// potential into batch.result[1] (rows of links.n × 10).
+template <class S>
+KSL_EXPORT void energy_regressor_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Regressor P (6, links, 10) of the momentum about the world's origin, in its axes, linear first, for q (nq) and v
+/// (nv): summed over links with their parameters (those of inverse_dynamics_regressor) it is their momentum.  O(bodies
+/// + links).  Reads batch.q, batch.v, batch.links; writes P into batch.result[0] (rows of 6 × links.n × 10).
+template <class S>
+KSL_EXPORT void momentum_regressor_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 } // namespace ksl

@@ -104,10 +104,107 @@ KSL_EXPORT void coriolis_matrix(const model &m, data &d, const S *q, const S *v,
 template <class S>
 KSL_EXPORT void frame_poses(const model &m, data &d, const S *q, int n, const int *links, S *poses);
 
+/// Twist twist (6) of a link's frame for q (nq) and v (nv) (Featherstone, RBDA 2008, eq. (5.14)).  O(depth).
+/// frame_options by default: about the frame's origin, in its axes, linear first.  No allocation.
+template <class S>
+KSL_EXPORT void frame_velocity(const model &m, data &d, const S *q, const S *v, int link, const frame_options &how,
+                               S *twist);
+
+/// Twists twists (links, 6) of links' frames for q (nq) and v (nv).  A link may come twice.  All are computed from one
+/// walk over the bodies that carry any of them.  O(bodies + links).  frame_options by default: about the frame's
+/// origin, in its axes, linear first.  No allocation.
+template <class S>
+KSL_EXPORT void frame_velocities(const model &m, data &d, const S *q, const S *v, int n, const int *links,
+                                 const frame_options &how, S *twists);
+
+/// Acceleration acceleration (6) of a link's frame for q (nq), v (nv) and a (nv), without gravity (Featherstone, RBDA
+/// 2008, eq. (5.15) and section 2.11).  O(depth).  frame_options by default: about the frame's origin, in its axes,
+/// linear first.  No allocation.
+template <class S>
+KSL_EXPORT void frame_acceleration(const model &m, data &d, const S *q, const S *v, const S *a, int link,
+                                   const frame_options &how, S *acceleration);
+
+/// Accelerations accelerations (links, 6) of links' frames for q (nq), v (nv) and a (nv), without gravity.  A link may
+/// come twice.  All are computed from one walk over the bodies that carry any of them.  O(bodies + links).
+/// frame_options by default: about the frame's origin, in its axes, linear first.  No allocation.
+template <class S>
+KSL_EXPORT void frame_accelerations(const model &m, data &d, const S *q, const S *v, const S *a, int n,
+                                    const int *links, const frame_options &how, S *accelerations);
+
+/// Velocity (3) of the point of a link that the options' offset names, for q (nq) and v (nv); in the axes that the
+/// options name.  O(depth).  frame_options by default: about the frame's origin, in its axes, linear first.  No
+/// allocation.
+template <class S>
+KSL_EXPORT void point_velocity(const model &m, data &d, const S *q, const S *v, int link, const frame_options &how,
+                               S *velocity);
+
+/// Acceleration (3) of the point of a link that the options' offset names, for q (nq), v (nv) and a (nv), without
+/// gravity; in the axes that the options name.  O(depth).  frame_options by default: about the frame's origin, in its
+/// axes, linear first.  No allocation.
+template <class S>
+KSL_EXPORT void point_acceleration(const model &m, data &d, const S *q, const S *v, const S *a, int link,
+                                   const frame_options &how, S *acceleration);
+
 /// Jacobian J (6, nv) of a link's frame, row-major, for q (nq): J v is the frame's twist (Featherstone, RBDA 2008, eq.
-/// (4.14)).  O(bodies).  frame_options by default: about the frame's origin, in its axes, linear first.  No allocation.
+/// (4.14)).  O(depth), besides writing 6 nv numbers.  frame_options by default: about the frame's origin, in its axes,
+/// linear first.  No allocation.
 template <class S>
 KSL_EXPORT void jacobian(const model &m, data &d, const S *q, int link, const frame_options &how, S *J);
+
+/// Rate rate (6, nv) of the Jacobian of a link's frame, row-major, for q (nq) and v (nv): J a + rate v is the rate of J
+/// v (Featherstone, RBDA 2008, eqs. (2.45), (3.35)).  O(depth).  frame_options by default: about the frame's origin, in
+/// its axes, linear first.  No allocation.
+template <class S>
+KSL_EXPORT void jacobian_rate(const model &m, data &d, const S *q, const S *v, int link, const frame_options &how,
+                              S *rate);
+
+/// Pose pose (4, 4), row-major, of a link's frame as seen from another link's for q (nq); of the options, the offset
+/// counts.  O(joints between the links).  frame_options by default: about the frame's origin, in its axes, linear
+/// first.  No allocation.
+template <class S>
+KSL_EXPORT void relative_pose(const model &m, data &d, const S *q, int link, int seen_from, const frame_options &how,
+                              S *pose);
+
+/// Twist twist (6) of a link's frame relative to another link's for q (nq) and v (nv).  The other frame takes the place
+/// of the world in the options.  O(joints between the links).  frame_options by default: about the frame's origin, in
+/// its axes, linear first.  No allocation.
+template <class S>
+KSL_EXPORT void relative_velocity(const model &m, data &d, const S *q, const S *v, int link, int seen_from,
+                                  const frame_options &how, S *twist);
+
+/// Jacobian J (6, nv), row-major, of a link's frame relative to another link's for q (nq): J v is the relative
+/// velocity.  Columns of joints that don't lie between the links are zero.  O(joints between the links), besides
+/// writing 6 nv numbers.  frame_options by default: about the frame's origin, in its axes, linear first.  No
+/// allocation.
+template <class S>
+KSL_EXPORT void relative_jacobian(const model &m, data &d, const S *q, int link, int seen_from,
+                                  const frame_options &how, S *J);
+
+/// Inverse operational-space inertia inverse (6 links, 6 links) = J M⁻¹ Jᵀ, symmetric, of n frames for q (nq): rates of
+/// all their twists for a unit wrench on each (Khatib 1987; by propagation as Lilly and Orin 1993).  At most as many
+/// frames as the model has links.  O(bodies + n² depth).  frame_options by default: about the frame's origin, in its
+/// axes, linear first.  No allocation.
+template <class S>
+KSL_EXPORT void operational_space_inertia_inverse(const model &m, data &d, const S *q, int n, const int *links,
+                                                  const frame_options &how, S *inverse);
+
+/// Operational-space inertia inertia (6 links, 6 links), the inverse of J M⁻¹ Jᵀ, of n frames for q (nq), and its
+/// rank.  Directions that depend on those before, up to 1e-10 of their own inverse inertia (1e-4 in single precision),
+/// have zeros.  At most as many frames as the model has links.  O(bodies + n² depth + n³).  frame_options by default:
+/// about the frame's origin, in its axes, linear first.  No allocation.
+template <class S>
+KSL_EXPORT void operational_space_inertia(const model &m, data &d, const S *q, S *inertia, int n, const int *links,
+                                          const frame_options &how, S *rank);
+
+/// Dynamics at n frames for q (nq) and v (nv), under gravity and external wrenches: F = inertia x'' + bias for wrenches
+/// F on the frames, no efforts, and rates x'' of the numbers of their twists.  inertia (6 links, 6 links); bias (6
+/// links) = inertia (J M⁻¹ b − (rate of J) v), b the bias of the joints; pseudo_inverse (nv, 6 links) = M⁻¹ Jᵀ inertia;
+/// rank as in operational_space_inertia (Khatib 1987).  At most as many frames as the model has links.  O(n bodies + n²
+/// depth + n³).  frame_options by default: about the frame's origin, in its axes, linear first.  No allocation.
+template <class S>
+KSL_EXPORT void operational_space(const model &m, data &d, const S *q, const S *v, S *inertia, S *bias,
+                                  S *pseudo_inverse, int n, const int *links, const frame_options &how, S *rank,
+                                  const external_wrenches<S> &external = {});
 
 /// Kinetic and potential energy, J, for q (nq) and v (nv); the latter zero with every centroid at the world's origin.
 /// O(bodies).  No allocation.
@@ -119,6 +216,45 @@ KSL_EXPORT void energy(const model &m, data &d, const S *q, const S *v, S *kinet
 template <class S>
 KSL_EXPORT void external_power(const model &m, data &d, const S *q, const S *v, S *power,
                                const external_wrenches<S> &external);
+
+/// Centre of mass center (3) of the bodies that move, in the world, m, for q (nq).  Links welded to the ground don't
+/// count.  NaN where nothing that moves has mass.  O(bodies).  No allocation.
+template <class S>
+KSL_EXPORT void center_of_mass(const model &m, data &d, const S *q, S *center);
+
+/// Jacobian J (3, nv) of the centre of mass, row-major, for q (nq): J v is its velocity in the world's axes.  Links
+/// welded to the ground don't count.  NaN where nothing that moves has mass.  O(bodies).  No allocation.
+template <class S>
+KSL_EXPORT void center_of_mass_jacobian(const model &m, data &d, const S *q, S *J);
+
+/// Velocity velocity (3) of the centre of mass in the world's axes, m/s, for q (nq) and v (nv).  Links welded to the
+/// ground don't count.  NaN where nothing that moves has mass.  O(bodies).  No allocation.
+template <class S>
+KSL_EXPORT void center_of_mass_velocity(const model &m, data &d, const S *q, const S *v, S *velocity);
+
+/// Acceleration acceleration (3) of the centre of mass in the world's axes, m/s², for q (nq), v (nv) and a (nv).
+/// Gravity doesn't enter.  Links welded to the ground don't count.  NaN where nothing that moves has mass.  O(bodies).
+/// No allocation.
+template <class S>
+KSL_EXPORT void center_of_mass_acceleration(const model &m, data &d, const S *q, const S *v, const S *a,
+                                            S *acceleration);
+
+/// Momentum (6) about the centre of mass, in the world's axes, linear first, kg m/s and kg m²/s, for q (nq) and v (nv),
+/// of the bodies that move (Orin, Goswami, Lee, Autonomous Robots 35, 2013, eq. (7)).  O(bodies).  No allocation.
+template <class S>
+KSL_EXPORT void centroidal_momentum(const model &m, data &d, const S *q, const S *v, S *momentum);
+
+/// Centroidal momentum matrix (6, nv), row-major, for q (nq): times v it is the momentum about the centre of mass, in
+/// the world's axes, linear first (Orin, Goswami, Lee, Autonomous Robots 35, 2013, section 4).  O(bodies).  No
+/// allocation.
+template <class S>
+KSL_EXPORT void centroidal_momentum_matrix(const model &m, data &d, const S *q, S *matrix);
+
+/// Rate (6) of the momentum about the centre of mass, in the world's axes, linear first, N and N m, for q (nq), v (nv)
+/// and a (nv): the sum of all external wrenches, those of gravity and of the ground among them.  O(bodies).  No
+/// allocation.
+template <class S>
+KSL_EXPORT void centroidal_momentum_rate(const model &m, data &d, const S *q, const S *v, const S *a, S *rate);
 
 /// Derivatives dtau_dq (nv, nv), dtau_dv (nv, nv), dtau_da (nv, nv) of the joint efforts that inverse dynamics gives
 /// for q (nq), v (nv), a (nv), each row-major: element (i, k) is that of effort i by coordinate k.  By q is along q ⊕ s
@@ -147,5 +283,39 @@ template <class S>
 KSL_EXPORT void reactions_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *by_q, S *by_v,
                                       const reaction_request &request, S *by_a,
                                       const external_wrenches<S> &external = {});
+
+/// Regressor Y (nv, links, 10) of inverse dynamics for q (nq), v (nv) and a (nv): summed over all links with their
+/// parameters it is the joint efforts under gravity, without external wrenches (Atkeson, An, Hollerbach, IJRR 5,
+/// 1986).  A link has ten parameters: mass, mass × centroid, Ixx Ixy Iyy Ixz Iyz Izz about its origin, in its axes.
+/// O(links × depth).  No allocation.
+template <class S>
+KSL_EXPORT void inverse_dynamics_regressor(const model &m, data &d, const S *q, const S *v, const S *a, int n,
+                                           const int *links, S *Y);
+
+/// Regressor Y (nv, links, 10) of the joint efforts that hold the mechanism at rest at q (nq): that of inverse dynamics
+/// with v = a = 0.  O(links × depth).  No allocation.
+template <class S>
+KSL_EXPORT void gravity_torque_regressor(const model &m, data &d, const S *q, int n, const int *links, S *Y);
+
+/// Regressor Y (joints, 6, all links, 10) of the reactions of the joints that are asked for, for q (nq), v (nv) and a
+/// (nv): summed over all links with their parameters (those of inverse_dynamics_regressor) it is the reactions under
+/// gravity, without external wrenches.  O(joints × links).  reaction_request by default: the whole wrench on the child
+/// side, about the joint's origin, in the axes of the child link, linear first.  No allocation.
+template <class S>
+KSL_EXPORT void reactions_regressor(const model &m, data &d, const S *q, const S *v, const S *a,
+                                    const reaction_request &request, S *Y);
+
+/// Regressors kinetic (links, 10) and potential (links, 10) of the energies for q (nq) and v (nv): summed over all
+/// links with their parameters (those of inverse_dynamics_regressor) they are kinetic and potential energy, J.
+/// O(bodies + links).  No allocation.
+template <class S>
+KSL_EXPORT void energy_regressor(const model &m, data &d, const S *q, const S *v, S *kinetic, int n, const int *links,
+                                 S *potential);
+
+/// Regressor P (6, links, 10) of the momentum about the world's origin, in its axes, linear first, for q (nq) and v
+/// (nv): summed over links with their parameters (those of inverse_dynamics_regressor) it is their momentum.  O(bodies
+/// + links).  No allocation.
+template <class S>
+KSL_EXPORT void momentum_regressor(const model &m, data &d, const S *q, const S *v, int n, const int *links, S *P);
 
 } // namespace ksl

@@ -329,8 +329,119 @@ KSL_EXPORT ksl_status_t ksl_frame_poses_batchf(const ksl_model_t *model, size_t 
                                                int links_n, const int *links, float *poses, ptrdiff_t poses_stride,
                                                int threads);
 
+/** Twist twist (6) of a link's frame for q (nq) and v (nv) (Featherstone, RBDA 2008, eq. (5.14)).  O(depth).
+    options may be NULL: about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_frame_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                           int link, const ksl_frame_options_t *options, double *twist);
+KSL_EXPORT ksl_status_t ksl_frame_velocityf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                            int link, const ksl_frame_options_t *options, float *twist);
+KSL_EXPORT ksl_status_t ksl_frame_velocity_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                 ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, int link,
+                                                 const ksl_frame_options_t *options, double *twist,
+                                                 ptrdiff_t twist_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_frame_velocity_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                  ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, int link,
+                                                  const ksl_frame_options_t *options, float *twist,
+                                                  ptrdiff_t twist_stride, int threads);
+
+/** Twists twists (links, 6) of links' frames for q (nq) and v (nv).  A link may come twice.  All are computed from
+    one walk over the bodies that carry any of them.  O(bodies + links).  options may be NULL: about the frame's
+    origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_frame_velocities(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                             const double *v, int n, const int *links,
+                                             const ksl_frame_options_t *options, double *twists);
+KSL_EXPORT ksl_status_t ksl_frame_velocitiesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                              const float *v, int n, const int *links,
+                                              const ksl_frame_options_t *options, float *twists);
+KSL_EXPORT ksl_status_t ksl_frame_velocities_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                   ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, int links_n,
+                                                   const int *links, const ksl_frame_options_t *options, double *twists,
+                                                   ptrdiff_t twists_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_frame_velocities_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                    ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, int links_n,
+                                                    const int *links, const ksl_frame_options_t *options, float *twists,
+                                                    ptrdiff_t twists_stride, int threads);
+
+/** Acceleration acceleration (6) of a link's frame for q (nq), v (nv) and a (nv), without gravity (Featherstone,
+    RBDA 2008, eq. (5.15) and section 2.11).  O(depth).  options may be NULL: about the frame's origin, in its axes,
+    linear first. */
+KSL_EXPORT ksl_status_t ksl_frame_acceleration(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                               const double *v, const double *a, int link,
+                                               const ksl_frame_options_t *options, double *acceleration);
+KSL_EXPORT ksl_status_t ksl_frame_accelerationf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                const float *v, const float *a, int link,
+                                                const ksl_frame_options_t *options, float *acceleration);
+KSL_EXPORT ksl_status_t ksl_frame_acceleration_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                     ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                     const double *a, ptrdiff_t a_stride, int link,
+                                                     const ksl_frame_options_t *options, double *acceleration,
+                                                     ptrdiff_t acceleration_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_frame_acceleration_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                      ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                      const float *a, ptrdiff_t a_stride, int link,
+                                                      const ksl_frame_options_t *options, float *acceleration,
+                                                      ptrdiff_t acceleration_stride, int threads);
+
+/** Accelerations accelerations (links, 6) of links' frames for q (nq), v (nv) and a (nv), without gravity.  A link
+    may come twice.  All are computed from one walk over the bodies that carry any of them.  O(bodies + links).
+    options may be NULL: about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_frame_accelerations(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                const double *v, const double *a, int n, const int *links,
+                                                const ksl_frame_options_t *options, double *accelerations);
+KSL_EXPORT ksl_status_t ksl_frame_accelerationsf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                 const float *v, const float *a, int n, const int *links,
+                                                 const ksl_frame_options_t *options, float *accelerations);
+KSL_EXPORT ksl_status_t ksl_frame_accelerations_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                      ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                      const double *a, ptrdiff_t a_stride, int links_n,
+                                                      const int *links, const ksl_frame_options_t *options,
+                                                      double *accelerations, ptrdiff_t accelerations_stride,
+                                                      int threads);
+KSL_EXPORT ksl_status_t ksl_frame_accelerations_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                       ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                       const float *a, ptrdiff_t a_stride, int links_n,
+                                                       const int *links, const ksl_frame_options_t *options,
+                                                       float *accelerations, ptrdiff_t accelerations_stride,
+                                                       int threads);
+
+/** Velocity (3) of the point of a link that the options' offset names, for q (nq) and v (nv); in the axes that the
+    options name.  O(depth).  options may be NULL: about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_point_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                           int link, const ksl_frame_options_t *options, double *velocity);
+KSL_EXPORT ksl_status_t ksl_point_velocityf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                            int link, const ksl_frame_options_t *options, float *velocity);
+KSL_EXPORT ksl_status_t ksl_point_velocity_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                 ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, int link,
+                                                 const ksl_frame_options_t *options, double *velocity,
+                                                 ptrdiff_t velocity_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_point_velocity_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                  ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, int link,
+                                                  const ksl_frame_options_t *options, float *velocity,
+                                                  ptrdiff_t velocity_stride, int threads);
+
+/** Acceleration (3) of the point of a link that the options' offset names, for q (nq), v (nv) and a (nv), without
+    gravity; in the axes that the options name.  O(depth).  options may be NULL: about the frame's origin, in its
+    axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_point_acceleration(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                               const double *v, const double *a, int link,
+                                               const ksl_frame_options_t *options, double *acceleration);
+KSL_EXPORT ksl_status_t ksl_point_accelerationf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                const float *v, const float *a, int link,
+                                                const ksl_frame_options_t *options, float *acceleration);
+KSL_EXPORT ksl_status_t ksl_point_acceleration_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                     ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                     const double *a, ptrdiff_t a_stride, int link,
+                                                     const ksl_frame_options_t *options, double *acceleration,
+                                                     ptrdiff_t acceleration_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_point_acceleration_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                      ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                      const float *a, ptrdiff_t a_stride, int link,
+                                                      const ksl_frame_options_t *options, float *acceleration,
+                                                      ptrdiff_t acceleration_stride, int threads);
+
 /** Jacobian J (6, nv) of a link's frame, row-major, for q (nq): J v is the frame's twist (Featherstone, RBDA 2008,
-    eq. (4.14)).  O(bodies).  options may be NULL: about the frame's origin, in its axes, linear first. */
+    eq. (4.14)).  O(depth), besides writing 6 nv numbers.  options may be NULL: about the frame's origin, in its
+    axes, linear first. */
 KSL_EXPORT ksl_status_t ksl_jacobian(const ksl_model_t *model, ksl_data_t *data, const double *q, int link,
                                      const ksl_frame_options_t *options, double *J);
 KSL_EXPORT ksl_status_t ksl_jacobianf(const ksl_model_t *model, ksl_data_t *data, const float *q, int link,
@@ -341,6 +452,144 @@ KSL_EXPORT ksl_status_t ksl_jacobian_batch(const ksl_model_t *model, size_t n, c
 KSL_EXPORT ksl_status_t ksl_jacobian_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
                                             int link, const ksl_frame_options_t *options, float *J, ptrdiff_t J_stride,
                                             int threads);
+
+/** Rate rate (6, nv) of the Jacobian of a link's frame, row-major, for q (nq) and v (nv): J a + rate v is the rate
+    of J v (Featherstone, RBDA 2008, eqs. (2.45), (3.35)).  O(depth).  options may be NULL: about the frame's origin,
+    in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_jacobian_rate(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                          int link, const ksl_frame_options_t *options, double *rate);
+KSL_EXPORT ksl_status_t ksl_jacobian_ratef(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                           int link, const ksl_frame_options_t *options, float *rate);
+KSL_EXPORT ksl_status_t ksl_jacobian_rate_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                                const double *v, ptrdiff_t v_stride, int link,
+                                                const ksl_frame_options_t *options, double *rate, ptrdiff_t rate_stride,
+                                                int threads);
+KSL_EXPORT ksl_status_t ksl_jacobian_rate_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                                 const float *v, ptrdiff_t v_stride, int link,
+                                                 const ksl_frame_options_t *options, float *rate, ptrdiff_t rate_stride,
+                                                 int threads);
+
+/** Pose pose (4, 4), row-major, of a link's frame as seen from another link's for q (nq); of the options, the offset
+    counts.  O(joints between the links).  options may be NULL: about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_relative_pose(const ksl_model_t *model, ksl_data_t *data, const double *q, int link,
+                                          int seen_from, const ksl_frame_options_t *options, double *pose);
+KSL_EXPORT ksl_status_t ksl_relative_posef(const ksl_model_t *model, ksl_data_t *data, const float *q, int link,
+                                           int seen_from, const ksl_frame_options_t *options, float *pose);
+KSL_EXPORT ksl_status_t ksl_relative_pose_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                                int link, int seen_from, const ksl_frame_options_t *options,
+                                                double *pose, ptrdiff_t pose_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_relative_pose_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                                 int link, int seen_from, const ksl_frame_options_t *options,
+                                                 float *pose, ptrdiff_t pose_stride, int threads);
+
+/** Twist twist (6) of a link's frame relative to another link's for q (nq) and v (nv).  The other frame takes the
+    place of the world in the options.  O(joints between the links).  options may be NULL: about the frame's origin,
+    in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_relative_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                              const double *v, int link, int seen_from,
+                                              const ksl_frame_options_t *options, double *twist);
+KSL_EXPORT ksl_status_t ksl_relative_velocityf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                               const float *v, int link, int seen_from,
+                                               const ksl_frame_options_t *options, float *twist);
+KSL_EXPORT ksl_status_t ksl_relative_velocity_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                    ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, int link,
+                                                    int seen_from, const ksl_frame_options_t *options, double *twist,
+                                                    ptrdiff_t twist_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_relative_velocity_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                     ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, int link,
+                                                     int seen_from, const ksl_frame_options_t *options, float *twist,
+                                                     ptrdiff_t twist_stride, int threads);
+
+/** Jacobian J (6, nv), row-major, of a link's frame relative to another link's for q (nq): J v is the relative
+    velocity.  Columns of joints that don't lie between the links are zero.  O(joints between the links), besides
+    writing 6 nv numbers.  options may be NULL: about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_relative_jacobian(const ksl_model_t *model, ksl_data_t *data, const double *q, int link,
+                                              int seen_from, const ksl_frame_options_t *options, double *J);
+KSL_EXPORT ksl_status_t ksl_relative_jacobianf(const ksl_model_t *model, ksl_data_t *data, const float *q, int link,
+                                               int seen_from, const ksl_frame_options_t *options, float *J);
+KSL_EXPORT ksl_status_t ksl_relative_jacobian_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                    ptrdiff_t q_stride, int link, int seen_from,
+                                                    const ksl_frame_options_t *options, double *J, ptrdiff_t J_stride,
+                                                    int threads);
+KSL_EXPORT ksl_status_t ksl_relative_jacobian_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                     ptrdiff_t q_stride, int link, int seen_from,
+                                                     const ksl_frame_options_t *options, float *J, ptrdiff_t J_stride,
+                                                     int threads);
+
+/** Inverse operational-space inertia inverse (6 links, 6 links) = J M⁻¹ Jᵀ, symmetric, of n frames for q (nq): rates
+    of all their twists for a unit wrench on each (Khatib 1987; by propagation as Lilly and Orin 1993).  At most as
+    many frames as the model has links.  O(bodies + n² depth).  options may be NULL: about the frame's origin, in its
+    axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_operational_space_inertia_inverse(
+    const ksl_model_t *model, ksl_data_t *data, const double *q, int n, const int *links,
+    const ksl_frame_options_t *options, double *inverse);
+KSL_EXPORT ksl_status_t ksl_operational_space_inertia_inversef(
+    const ksl_model_t *model, ksl_data_t *data, const float *q, int n, const int *links,
+    const ksl_frame_options_t *options, float *inverse);
+KSL_EXPORT ksl_status_t ksl_operational_space_inertia_inverse_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, int links_n, const int *links,
+    const ksl_frame_options_t *options, double *inverse, ptrdiff_t inverse_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_operational_space_inertia_inverse_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, int links_n, const int *links,
+    const ksl_frame_options_t *options, float *inverse, ptrdiff_t inverse_stride, int threads);
+
+/** Operational-space inertia inertia (6 links, 6 links), the inverse of J M⁻¹ Jᵀ, of n frames for q (nq), and its
+    rank.  Directions that depend on those before, up to 1e-10 of their own inverse inertia (1e-4 in single
+    precision), have zeros.  At most as many frames as the model has links.  O(bodies + n² depth + n³).  options may
+    be NULL: about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_operational_space_inertia(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                      double *inertia, int n, const int *links,
+                                                      const ksl_frame_options_t *options, double *rank);
+KSL_EXPORT ksl_status_t ksl_operational_space_inertiaf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                       float *inertia, int n, const int *links,
+                                                       const ksl_frame_options_t *options, float *rank);
+KSL_EXPORT ksl_status_t ksl_operational_space_inertia_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                            ptrdiff_t q_stride, double *inertia,
+                                                            ptrdiff_t inertia_stride, int links_n, const int *links,
+                                                            const ksl_frame_options_t *options, double *rank,
+                                                            ptrdiff_t rank_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_operational_space_inertia_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, float *inertia, ptrdiff_t inertia_stride,
+    int links_n, const int *links, const ksl_frame_options_t *options, float *rank, ptrdiff_t rank_stride, int threads);
+
+/** Dynamics at n frames for q (nq) and v (nv), under gravity and external wrenches: F = inertia x'' + bias for
+    wrenches F on the frames, no efforts, and rates x'' of the numbers of their twists.  inertia (6 links, 6 links);
+    bias (6 links) = inertia (J M⁻¹ b − (rate of J) v), b the bias of the joints; pseudo_inverse (nv, 6 links) = M⁻¹
+    Jᵀ inertia; rank as in operational_space_inertia (Khatib 1987).  At most as many frames as the model has links.
+    O(n bodies + n² depth + n³).  external may be NULL: no wrench.  options may be NULL: about the frame's origin, in
+    its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_operational_space(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                              const double *v, const ksl_external_t *external, double *inertia,
+                                              double *bias, double *pseudo_inverse, int n, const int *links,
+                                              const ksl_frame_options_t *options, double *rank);
+KSL_EXPORT ksl_status_t ksl_operational_spacef(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                               const float *v, const ksl_externalf_t *external, float *inertia,
+                                               float *bias, float *pseudo_inverse, int n, const int *links,
+                                               const ksl_frame_options_t *options, float *rank);
+KSL_EXPORT ksl_status_t ksl_operational_space_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                    ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                    double *inertia, ptrdiff_t inertia_stride, double *bias,
+                                                    ptrdiff_t bias_stride, double *pseudo_inverse,
+                                                    ptrdiff_t pseudo_inverse_stride, int links_n, const int *links,
+                                                    const ksl_frame_options_t *options, double *rank,
+                                                    ptrdiff_t rank_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_operational_space_external_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const ksl_external_rows_t *external, double *inertia, ptrdiff_t inertia_stride, double *bias, ptrdiff_t bias_stride,
+    double *pseudo_inverse, ptrdiff_t pseudo_inverse_stride, int links_n, const int *links,
+    const ksl_frame_options_t *options, double *rank, ptrdiff_t rank_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_operational_space_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                     ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                     float *inertia, ptrdiff_t inertia_stride, float *bias,
+                                                     ptrdiff_t bias_stride, float *pseudo_inverse,
+                                                     ptrdiff_t pseudo_inverse_stride, int links_n, const int *links,
+                                                     const ksl_frame_options_t *options, float *rank,
+                                                     ptrdiff_t rank_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_operational_space_external_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const ksl_external_rowsf_t *external, float *inertia, ptrdiff_t inertia_stride, float *bias, ptrdiff_t bias_stride,
+    float *pseudo_inverse, ptrdiff_t pseudo_inverse_stride, int links_n, const int *links,
+    const ksl_frame_options_t *options, float *rank, ptrdiff_t rank_stride, int threads);
 
 /** Kinetic and potential energy, J, for q (nq) and v (nv); the latter zero with every centroid at the world's
     origin.  O(bodies). */
@@ -369,6 +618,98 @@ KSL_EXPORT ksl_status_t ksl_external_power_batchf(const ksl_model_t *model, size
                                                   ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
                                                   const ksl_external_rowsf_t *external, float *power,
                                                   ptrdiff_t power_stride, int threads);
+
+/** Centre of mass center (3) of the bodies that move, in the world, m, for q (nq).  Links welded to the ground don't
+    count.  NaN where nothing that moves has mass.  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_center_of_mass(const ksl_model_t *model, ksl_data_t *data, const double *q, double *center);
+KSL_EXPORT ksl_status_t ksl_center_of_massf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *center);
+KSL_EXPORT ksl_status_t ksl_center_of_mass_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                 ptrdiff_t q_stride, double *center, ptrdiff_t center_stride,
+                                                 int threads);
+KSL_EXPORT ksl_status_t ksl_center_of_mass_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                  ptrdiff_t q_stride, float *center, ptrdiff_t center_stride,
+                                                  int threads);
+
+/** Jacobian J (3, nv) of the centre of mass, row-major, for q (nq): J v is its velocity in the world's axes.  Links
+    welded to the ground don't count.  NaN where nothing that moves has mass.  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_center_of_mass_jacobian(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                    double *J);
+KSL_EXPORT ksl_status_t ksl_center_of_mass_jacobianf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                     float *J);
+KSL_EXPORT ksl_status_t ksl_center_of_mass_jacobian_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                          ptrdiff_t q_stride, double *J, ptrdiff_t J_stride,
+                                                          int threads);
+KSL_EXPORT ksl_status_t ksl_center_of_mass_jacobian_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                           ptrdiff_t q_stride, float *J, ptrdiff_t J_stride,
+                                                           int threads);
+
+/** Velocity velocity (3) of the centre of mass in the world's axes, m/s, for q (nq) and v (nv).  Links welded to the
+    ground don't count.  NaN where nothing that moves has mass.  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_center_of_mass_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                    const double *v, double *velocity);
+KSL_EXPORT ksl_status_t ksl_center_of_mass_velocityf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                     const float *v, float *velocity);
+KSL_EXPORT ksl_status_t ksl_center_of_mass_velocity_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                          ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                          double *velocity, ptrdiff_t velocity_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_center_of_mass_velocity_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                           ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                           float *velocity, ptrdiff_t velocity_stride, int threads);
+
+/** Acceleration acceleration (3) of the centre of mass in the world's axes, m/s², for q (nq), v (nv) and a (nv).
+    Gravity doesn't enter.  Links welded to the ground don't count.  NaN where nothing that moves has mass.
+    O(bodies). */
+KSL_EXPORT ksl_status_t ksl_center_of_mass_acceleration(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                        const double *v, const double *a, double *acceleration);
+KSL_EXPORT ksl_status_t ksl_center_of_mass_accelerationf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                         const float *v, const float *a, float *acceleration);
+KSL_EXPORT ksl_status_t ksl_center_of_mass_acceleration_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *a, ptrdiff_t a_stride, double *acceleration, ptrdiff_t acceleration_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_center_of_mass_acceleration_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *a, ptrdiff_t a_stride, float *acceleration, ptrdiff_t acceleration_stride, int threads);
+
+/** Momentum (6) about the centre of mass, in the world's axes, linear first, kg m/s and kg m²/s, for q (nq) and v
+    (nv), of the bodies that move (Orin, Goswami, Lee, Autonomous Robots 35, 2013, eq. (7)).  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                const double *v, double *momentum);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentumf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                 const float *v, float *momentum);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                      ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                      double *momentum, ptrdiff_t momentum_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                       ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                       float *momentum, ptrdiff_t momentum_stride, int threads);
+
+/** Centroidal momentum matrix (6, nv), row-major, for q (nq): times v it is the momentum about the centre of mass,
+    in the world's axes, linear first (Orin, Goswami, Lee, Autonomous Robots 35, 2013, section 4).  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                       double *matrix);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_matrixf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                        float *matrix);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_matrix_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, double *matrix, ptrdiff_t matrix_stride,
+    int threads);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_matrix_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, float *matrix, ptrdiff_t matrix_stride,
+    int threads);
+
+/** Rate (6) of the momentum about the centre of mass, in the world's axes, linear first, N and N m, for q (nq), v
+    (nv) and a (nv): the sum of all external wrenches, those of gravity and of the ground among them.  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                     const double *v, const double *a, double *rate);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_ratef(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                      const float *v, const float *a, float *rate);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                           ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                           const double *a, ptrdiff_t a_stride, double *rate,
+                                                           ptrdiff_t rate_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                            ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                            const float *a, ptrdiff_t a_stride, float *rate,
+                                                            ptrdiff_t rate_stride, int threads);
 
 /** Derivatives dtau_dq (nv, nv), dtau_dv (nv, nv), dtau_da (nv, nv) of the joint efforts that inverse dynamics gives
     for q (nq), v (nv), a (nv), each row-major: element (i, k) is that of effort i by coordinate k.  By q is along q
@@ -468,6 +809,93 @@ KSL_EXPORT ksl_status_t ksl_reactions_derivatives_external_batchf(
     const float *a, ptrdiff_t a_stride, const ksl_external_rowsf_t *external, float *by_q, ptrdiff_t by_q_stride,
     float *by_v, ptrdiff_t by_v_stride, int joints_n, const int *joints, const ksl_reaction_options_t *options,
     float *by_a, ptrdiff_t by_a_stride, int threads);
+
+/** Regressor Y (nv, links, 10) of inverse dynamics for q (nq), v (nv) and a (nv): summed over all links with their
+    parameters it is the joint efforts under gravity, without external wrenches (Atkeson, An, Hollerbach, IJRR 5,
+    1986).  A link has ten parameters: mass, mass × centroid, Ixx Ixy Iyy Ixz Iyz Izz about its origin, in its axes.
+    O(links × depth). */
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                       const double *v, const double *a, int n, const int *links,
+                                                       double *Y);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                        const float *v, const float *a, int n, const int *links,
+                                                        float *Y);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_regressor_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *a, ptrdiff_t a_stride, int links_n, const int *links, double *Y, ptrdiff_t Y_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_regressor_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *a, ptrdiff_t a_stride, int links_n, const int *links, float *Y, ptrdiff_t Y_stride, int threads);
+
+/** Regressor Y (nv, links, 10) of the joint efforts that hold the mechanism at rest at q (nq): that of inverse
+    dynamics with v = a = 0.  O(links × depth). */
+KSL_EXPORT ksl_status_t ksl_gravity_torque_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q, int n,
+                                                     const int *links, double *Y);
+KSL_EXPORT ksl_status_t ksl_gravity_torque_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q, int n,
+                                                      const int *links, float *Y);
+KSL_EXPORT ksl_status_t ksl_gravity_torque_regressor_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                           ptrdiff_t q_stride, int links_n, const int *links, double *Y,
+                                                           ptrdiff_t Y_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_gravity_torque_regressor_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                            ptrdiff_t q_stride, int links_n, const int *links, float *Y,
+                                                            ptrdiff_t Y_stride, int threads);
+
+/** Regressor Y (joints, 6, all links, 10) of the reactions of the joints that are asked for, for q (nq), v (nv) and
+    a (nv): summed over all links with their parameters (those of inverse_dynamics_regressor) it is the reactions
+    under gravity, without external wrenches.  O(joints × links).  options may be NULL: the whole wrench on the child
+    side, about the joint's origin, in the axes of the child link, linear first. */
+KSL_EXPORT ksl_status_t ksl_reactions_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                const double *v, const double *a, int n, const int *joints,
+                                                const ksl_reaction_options_t *options, double *Y);
+KSL_EXPORT ksl_status_t ksl_reactions_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                 const float *v, const float *a, int n, const int *joints,
+                                                 const ksl_reaction_options_t *options, float *Y);
+KSL_EXPORT ksl_status_t ksl_reactions_regressor_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                      ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                      const double *a, ptrdiff_t a_stride, int joints_n,
+                                                      const int *joints, const ksl_reaction_options_t *options,
+                                                      double *Y, ptrdiff_t Y_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_reactions_regressor_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                       ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                       const float *a, ptrdiff_t a_stride, int joints_n,
+                                                       const int *joints, const ksl_reaction_options_t *options,
+                                                       float *Y, ptrdiff_t Y_stride, int threads);
+
+/** Regressors kinetic (links, 10) and potential (links, 10) of the energies for q (nq) and v (nv): summed over all
+    links with their parameters (those of inverse_dynamics_regressor) they are kinetic and potential energy, J.
+    O(bodies + links). */
+KSL_EXPORT ksl_status_t ksl_energy_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                             const double *v, double *kinetic, int n, const int *links,
+                                             double *potential);
+KSL_EXPORT ksl_status_t ksl_energy_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                              const float *v, float *kinetic, int n, const int *links,
+                                              float *potential);
+KSL_EXPORT ksl_status_t ksl_energy_regressor_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                   ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                   double *kinetic, ptrdiff_t kinetic_stride, int links_n,
+                                                   const int *links, double *potential, ptrdiff_t potential_stride,
+                                                   int threads);
+KSL_EXPORT ksl_status_t ksl_energy_regressor_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                    ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                    float *kinetic, ptrdiff_t kinetic_stride, int links_n,
+                                                    const int *links, float *potential, ptrdiff_t potential_stride,
+                                                    int threads);
+
+/** Regressor P (6, links, 10) of the momentum about the world's origin, in its axes, linear first, for q (nq) and v
+    (nv): summed over links with their parameters (those of inverse_dynamics_regressor) it is their momentum.
+    O(bodies + links). */
+KSL_EXPORT ksl_status_t ksl_momentum_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                               const double *v, int n, const int *links, double *P);
+KSL_EXPORT ksl_status_t ksl_momentum_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                const float *v, int n, const int *links, float *P);
+KSL_EXPORT ksl_status_t ksl_momentum_regressor_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                     ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                     int links_n, const int *links, double *P, ptrdiff_t P_stride,
+                                                     int threads);
+KSL_EXPORT ksl_status_t ksl_momentum_regressor_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                      ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                      int links_n, const int *links, float *P, ptrdiff_t P_stride,
+                                                      int threads);
 
 KSL_END_C
 

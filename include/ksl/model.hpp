@@ -104,13 +104,14 @@ private:
     std::vector<spatial_inertia<S>> augmented;
     vec3<S> gravity;
     std::vector<S> inertia, theta0_sine, theta0_cosine; // contiguous, for lanes
+    std::vector<S> lower, upper;
     int first_angle = 0, angles_end = 0;
 
     model_view<S> view(const model &m) const {
       return {static_cast<int>(bodies.size()), static_cast<int>(links.size()), m.nq_, m.nv_, m.pose_numbers_, m.longest_path_,
               m.tree_row_.back(), gravity, bodies.data(),
               links.data(), inertia.data(), augmented.data(), theta0_sine.data(), theta0_cosine.data(),
-              m.tree_row_.data(), first_angle, angles_end};
+              m.tree_row_.data(), first_angle, angles_end, lower.data(), upper.data()};
     }
   };
 

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ksl import _core
 from ksl.requests import Requests
-from ksl.states import Array, Expressed, External, Order, Part, Point, Side
+from ksl.states import Acceleration, Array, Expressed, External, Order, Part, Point, Side
 
 
 class Calls(Requests):
@@ -212,6 +212,120 @@ class Calls(Requests):
         """
         return self._core.frame_poses(q, None, None, None, None, self._links_of(names), out, threads)
 
+    def frame_velocity(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        name: str,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        offset: ArrayLike | None = None,
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Twist (…, 6) of a link's frame, or of a joint's (the child link's), for q (…, nq) and v (…, nv); m/s, rad/s.
+
+        axes, at: "frame" or "world", in whose axes and about whose origin the twist is.  order: "lin_ang" or "ang_lin".
+        offset: three numbers, of the frame's origin from the link's, in the link's axes, m; none by default.
+        q, v, out, threads: as in :meth:`inverse_dynamics`.  Featherstone, RBDA 2008, eq. (5.14); O(depth): only the bodies
+        that carry the link enter.
+        """
+        return self._core.frame_velocity(q, v, None, None, None, self._frames_of((name,), axes, at, order, offset), out, threads)
+
+    def frame_velocities(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        names: Iterable[str] | None = None,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Twists (…, names, 6) of links' frames, or of joints' (the child links'), for q (…, nq) and v (…, nv); m/s, rad/s.
+
+        names: in the order wanted; by default all links in the order of `link_names`.
+        axes, at, order: as in :meth:`frame_velocity`.  q, v, out, threads: as in :meth:`inverse_dynamics`.  O(bodies + links).
+        """
+        return self._core.frame_velocities(q, v, None, None, None, self._frames_of(names, axes, at, order, None), out, threads)
+
+    def frame_acceleration(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        name: str,
+        kind: Acceleration = "spatial",
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        offset: ArrayLike | None = None,
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Acceleration (…, 6) of a link's frame, or of a joint's (the child link's), for q (…, nq), v and a (…, nv); no gravity.
+
+        kind: "classical" is the acceleration of the link's point that is at the origin in question, and the rate of ω.
+        "spatial" is less by ω × v of that point in the linear part: the rate of the twist about a point at rest.
+        "rate" is that of each number of :meth:`frame_velocity` with the same keywords, J a + (rate of J) v: the spatial
+        acceleration where axes and at are the same, the classical one with axes="world", at="frame".
+        axes, at: "frame" or "world", in whose axes and about whose origin.
+
+        order, offset: as in :meth:`frame_velocity`.  q, v, a, out, threads: as in :meth:`inverse_dynamics`.  m/s², rad/s².
+        Featherstone, RBDA 2008, eq. (5.15) and section 2.11; O(depth).
+        """
+        return self._core.frame_acceleration(q, v, a, None, None, self._frames_of((name,), axes, at, order, offset, kind), out, threads)
+
+    def frame_accelerations(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        names: Iterable[str] | None = None,
+        kind: Acceleration = "spatial",
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Accelerations (…, names, 6) of links' frames, or of joints' (the child links'), for q (…, nq), v and a (…, nv); no gravity.
+
+        names: in the order wanted; by default all links in the order of `link_names`.
+        kind, axes, at, order: as in :meth:`frame_acceleration`.  q, v, a, out, threads: as in :meth:`inverse_dynamics`.
+        O(bodies + links).
+        """
+        return self._core.frame_accelerations(q, v, a, None, None, self._frames_of(names, axes, at, order, None, kind), out, threads)
+
+    def point_velocity(
+        self, q: ArrayLike, v: ArrayLike, name: str, point: ArrayLike, axes: Expressed = "frame", out: Array | None = None, threads: int | None = None
+    ) -> Array:
+        """Velocity (…, 3) of a point fixed in a link, for q (…, nq) and v (…, nv); m/s.
+
+        name: of the link, or of a joint (the child link).  point: three numbers, in the link's axes, m.
+        axes: "frame" or "world".  q, v, out, threads: as in :meth:`inverse_dynamics`.  O(depth).
+        """
+        return self._core.point_velocity(q, v, None, None, None, self._frames_of((name,), axes, "frame", "lin_ang", point), out, threads)
+
+    def point_acceleration(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        name: str,
+        point: ArrayLike,
+        axes: Expressed = "frame",
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Acceleration (…, 3) of a point fixed in a link, for q (…, nq), v and a (…, nv), without gravity; m/s².
+
+        name, point, axes: as in :meth:`point_velocity`.  q, v, a, out, threads: as in :meth:`inverse_dynamics`.  O(depth).
+        """
+        return self._core.point_acceleration(q, v, a, None, None, self._frames_of((name,), axes, "frame", "lin_ang", point), out, threads)
+
     def jacobian(
         self,
         q: ArrayLike,
@@ -219,15 +333,166 @@ class Calls(Requests):
         axes: Expressed = "frame",
         at: Expressed = "frame",
         order: Order = "lin_ang",
+        offset: ArrayLike | None = None,
         out: Array | None = None,
         threads: int | None = None,
     ) -> Array:
         """Jacobian (…, 6, nv) of a link's frame, or of a joint's (the child link's), for q (…, nq): J v is its twist.
 
         axes, at: "frame" or "world", in whose axes and about whose origin twists are.  order: "lin_ang" or "ang_lin".
-        q, out, threads: as in :meth:`inverse_dynamics`.  Featherstone, RBDA 2008, eq. (4.14); O(bodies).
+        offset: three numbers, of the frame's origin from the link's, in the link's axes, m; none by default.
+        q, out, threads: as in :meth:`inverse_dynamics`.  Featherstone, RBDA 2008, eq. (4.14); O(depth), besides writing
+        6 nv numbers: only the bodies that carry the link enter.
         """
-        return self._core.jacobian(q, None, None, None, None, self._frames_of((name,), axes, at, order), out, threads)
+        return self._core.jacobian(q, None, None, None, None, self._frames_of((name,), axes, at, order, offset), out, threads)
+
+    def jacobian_rate(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        name: str,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        offset: ArrayLike | None = None,
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Rate (…, 6, nv) of the Jacobian of a link's frame, for q (…, nq) and v (…, nv): of each of its numbers.
+
+        The rate of each number of :meth:`jacobian` with the same keywords: J a + rate v is the rate of J v.
+        q, v, out, threads: as in :meth:`inverse_dynamics`.  Featherstone, RBDA 2008, eqs. (2.45), (3.35); O(depth).
+        """
+        return self._core.jacobian_rate(q, v, None, None, None, self._frames_of((name,), axes, at, order, offset), out, threads)
+
+    def relative_pose(
+        self,
+        q: ArrayLike,
+        name: str,
+        seen_from: str,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        offset: ArrayLike | None = None,
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Pose (…, 4, 4) of a link's frame as seen from another link's, for q (…, nq); m.
+
+        name, seen_from: links, or joints (the child links).  offset: of the first frame's origin, as in :meth:`frame_velocity`.
+        axes, at, order: don't matter.  q, out, threads: as in :meth:`inverse_dynamics`.  O(joints between the links).
+        """
+        return self._core.relative_pose(q, None, None, None, None, self._frames_of((name, seen_from), axes, at, order, offset), out, threads)
+
+    def relative_velocity(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        name: str,
+        seen_from: str,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        offset: ArrayLike | None = None,
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Twist (…, 6) of a link's frame relative to another link's, for q (…, nq) and v (…, nv); m/s, rad/s.
+
+        name, seen_from: links, or joints (the child links).  It is the twist that an observer who moves with `seen_from` sees.
+        axes, at: "frame" or "world"; the frame `seen_from` takes the place of the world.
+        order, offset: as in :meth:`frame_velocity`.  q, v, out, threads: as in :meth:`inverse_dynamics`.
+        O(joints between the links).
+        """
+        return self._core.relative_velocity(q, v, None, None, None, self._frames_of((name, seen_from), axes, at, order, offset), out, threads)
+
+    def relative_jacobian(
+        self,
+        q: ArrayLike,
+        name: str,
+        seen_from: str,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        offset: ArrayLike | None = None,
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Jacobian (…, 6, nv) of a link's frame relative to another link's, for q (…, nq): J v is the relative twist.
+
+        name, seen_from, axes, at, order, offset: as in :meth:`relative_velocity`.
+        q, out, threads: as in :meth:`inverse_dynamics`.  O(joints between the links), besides writing 6 nv numbers.
+        """
+        return self._core.relative_jacobian(q, None, None, None, None, self._frames_of((name, seen_from), axes, at, order, offset), out, threads)
+
+    def operational_space_inertia_inverse(
+        self,
+        q: ArrayLike,
+        names: Iterable[str] | None = None,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Inverse operational-space inertia (…, 6 names, 6 names), J M⁻¹ Jᵀ, symmetric, for q (…, nq).
+
+        names: in the order wanted; rows and columns are the six numbers of the first frame's twist, then of the second's …
+        axes, at, order: as in :meth:`frame_velocity`, whose numbers these are; wrenches have power with them.
+        q, out, threads: as in :meth:`inverse_dynamics`.  It exists for any frames, also where it is singular.
+        Khatib, IEEE J. Robotics and Automation 3 (1987) 43; by propagation of wrenches through articulated bodies, as Lilly
+        and Orin (1993).  O(bodies + n² depth).  NaN where a joint can move without moving any mass.
+        """
+        return self._core.operational_space_inertia_inverse(q, None, None, None, None, self._frames_of(names, axes, at, order, None), out, threads)
+
+    def operational_space_inertia(
+        self,
+        q: ArrayLike,
+        names: Iterable[str] | None = None,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        out: tuple[Array,
+        Array] | None = None,
+        threads: int | None = None,
+    ) -> tuple[Array, Array]:
+        """Operational-space inertia (…, 6 names, 6 names), symmetric, and its rank (…), for q (…, nq).
+
+        The inverse of :meth:`operational_space_inertia_inverse`, with the same arguments.  Where that is singular, directions
+        that depend on those before (their pivot is below 1e-10 of the diagonal element, 1e-4 in single precision) are left
+        out and have zeros: it is then a generalised inverse.  The rank is a number of the arrays' type.
+        O(bodies + n² depth + n³).
+        """
+        return self._core.operational_space_inertia(q, None, None, None, None, self._frames_of(names, axes, at, order, None), out, threads)
+
+    def operational_space(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        external: External | None = None,
+        names: Iterable[str] | None = None,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        out: tuple[Array,
+        Array,
+        Array,
+        Array] | None = None,
+        threads: int | None = None,
+    ) -> tuple[Array, Array, Array, Array]:
+        """Inertia, bias force, dynamically consistent pseudo-inverse and rank of frames, for q (…, nq) and v (…, nv).
+
+        With F the wrenches on the frames (6 names), x'' the rates of their twists' numbers, and no joint efforts:
+        F = inertia x'' + bias.  Returns inertia (…, 6 names, 6 names); bias (…, 6 names), the wrenches under which the
+        twists stay as they are, gravity, velocities and external wrenches included: inertia (J M⁻¹ b − (rate of J) v) with
+        b = :meth:`bias`; pseudo_inverse (…, nv, 6 names) = M⁻¹ Jᵀ inertia: of all accelerations that give x'', those with the
+        efforts Jᵀ F; and the rank (…).  Where that lacks, see :meth:`operational_space_inertia`.
+
+        names, axes, at, order: as in :meth:`operational_space_inertia_inverse`.  q, v, external, threads: as in
+        :meth:`inverse_dynamics`.  out: four arrays.  Khatib, IEEE J. Robotics and Automation 3 (1987) 43.
+        O(n bodies + n² depth + n³).
+        """
+        return self._core.operational_space(q, v, None, None, external, self._frames_of(names, axes, at, order, None), out, threads)
 
     def energy(self, q: ArrayLike, v: ArrayLike, out: tuple[Array, Array] | None = None, threads: int | None = None) -> tuple[Array, Array]:
         """Kinetic and potential energy, J, each (…), for q (…, nq), v (…, nv).
@@ -243,6 +508,62 @@ class Calls(Requests):
         q (…, nq), v (…, nv); external, out, threads: as in :meth:`inverse_dynamics`.  No wrench, no power.
         """
         return self._core.external_power(q, v, None, None, external, None, out, threads)
+
+    def center_of_mass(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Centre of mass (…, 3) of the bodies that move, in the world, m, for q (…, nq).
+
+        Links that are welded to the ground don't count.  NaN where nothing that moves has mass.
+        q, out, threads: as in :meth:`inverse_dynamics`.  O(bodies).
+        """
+        return self._core.center_of_mass(q, None, None, None, None, None, out, threads)
+
+    def center_of_mass_jacobian(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Jacobian (…, 3, nv) of the centre of mass, for q (…, nq): J v is its velocity in the world's axes.
+
+        The linear rows of :meth:`centroidal_momentum_matrix`, divided by the mass; links and NaN as in :meth:`center_of_mass`.
+        q, out, threads: as in :meth:`inverse_dynamics`.  O(bodies).
+        """
+        return self._core.center_of_mass_jacobian(q, None, None, None, None, None, out, threads)
+
+    def center_of_mass_velocity(self, q: ArrayLike, v: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Velocity (…, 3) of the centre of mass in the world's axes, m/s, for q (…, nq), v (…, nv).
+
+        Links and NaN as in :meth:`center_of_mass`; q, v, out, threads as in :meth:`inverse_dynamics`.  O(bodies).
+        """
+        return self._core.center_of_mass_velocity(q, v, None, None, None, None, out, threads)
+
+    def center_of_mass_acceleration(self, q: ArrayLike, v: ArrayLike, a: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Acceleration (…, 3) of the centre of mass in the world's axes, m/s², for q (…, nq), v and a (…, nv).
+
+        The rate of :meth:`center_of_mass_velocity`; gravity doesn't enter.
+        Links and NaN as in :meth:`center_of_mass`; q, v, a, out, threads as in :meth:`inverse_dynamics`.  O(bodies).
+        """
+        return self._core.center_of_mass_acceleration(q, v, a, None, None, None, out, threads)
+
+    def centroidal_momentum(self, q: ArrayLike, v: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Momentum (…, 6) about the centre of mass, in the world's axes, linear first, for q (…, nq), v (…, nv).
+
+        Of the bodies that move; kg m/s, kg m²/s.  Where nothing that moves has mass, all is zero.
+        q, v, out, threads: as in :meth:`inverse_dynamics`.  Orin, Goswami, Lee, Autonomous Robots 35, 2013, eq. (7); O(bodies).
+        """
+        return self._core.centroidal_momentum(q, v, None, None, None, None, out, threads)
+
+    def centroidal_momentum_matrix(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Centroidal momentum matrix (…, 6, nv) for q (…, nq): times v it is :meth:`centroidal_momentum`.
+
+        A column is the momentum of the joint's subtree at unit velocity, about the centre of mass of all bodies that move.
+        q, out, threads: as in :meth:`inverse_dynamics`.  Orin, Goswami, Lee, Autonomous Robots 35, 2013, section 4; O(bodies).
+        """
+        return self._core.centroidal_momentum_matrix(q, None, None, None, None, None, out, threads)
+
+    def centroidal_momentum_rate(self, q: ArrayLike, v: ArrayLike, a: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Rate (…, 6) of the centroidal momentum, in the world's axes, linear first, for q (…, nq), v and a (…, nv).
+
+        The rate of :meth:`centroidal_momentum`: the sum of all external wrenches about the centre of mass, those of gravity and of the
+        ground among them; N, N m.
+        q, v, a, out, threads: as in :meth:`inverse_dynamics`.  O(bodies).
+        """
+        return self._core.centroidal_momentum_rate(q, v, a, None, None, None, out, threads)
 
     def inverse_dynamics_derivatives(
         self,
@@ -313,6 +634,67 @@ class Calls(Requests):
         out: three arrays, one for each derivative.  After Singh, Russell, Wensing (RA-L 7(2), 2022); O(joints × nv).
         """
         return self._core.reactions_derivatives(q, v, a, None, external, self._request(on, at, axes, order, part, joints), out, threads)
+
+    def inverse_dynamics_regressor(
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, links: Iterable[str] | None = None, out: Array | None = None, threads: int | None = None
+    ) -> Array:
+        """Regressor (…, nv, links, 10) of inverse dynamics: joint efforts for each inertial parameter of each link.
+
+        numpy.einsum("...jlp,lp", regressor, model.parameters) is `inverse_dynamics` without external wrenches.
+        links: names in the order wanted; by default all links in the order of `link_names`.  Links that fixed joints weld together have
+        parameters of their own.  Those of a link: m, m cx, m cy, m cz, Ixx, Ixy, Iyy, Ixz, Iyz, Izz, about its origin and in its axes.
+        q, v, a, out, threads: as in :meth:`inverse_dynamics`.  Atkeson, An, Hollerbach, IJRR 5, 1986; O(links × depth).
+        """
+        return self._core.inverse_dynamics_regressor(q, v, a, None, None, self._links_of(links), out, threads)
+
+    def gravity_torque_regressor(self, q: ArrayLike, links: Iterable[str] | None = None, out: Array | None = None, threads: int | None = None) -> Array:
+        """Regressor (…, nv, links, 10) of the efforts at rest: those of :meth:`gravity_torque` for each inertial parameter.
+
+        Only masses and first moments enter: columns 4 to 9 are zero.
+        links, q, out, threads: as in :meth:`inverse_dynamics_regressor`, of which this is the case v = a = 0.
+        """
+        return self._core.gravity_torque_regressor(q, None, None, None, None, self._links_of(links), out, threads)
+
+    def reactions_regressor(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        on: Side = "child",
+        at: Point = "joint",
+        axes: str = "joint",
+        order: Order = "lin_ang",
+        part: Part = "total",
+        joints: Iterable[str] | None = None,
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Regressor (…, joints, 6, links, 10) of reactions: the wrench through each joint for each parameter of every link.
+
+        numpy.einsum("...jclp,lp", regressor, model.parameters) is `reactions` with the same keywords, without external wrenches.
+        All links of the model, in the order of `link_names`; a link's parameters: as in :meth:`inverse_dynamics_regressor`.
+        on, at, axes, order, part, joints: as in :meth:`reactions`.  q, v, a, out, threads: as in :meth:`inverse_dynamics`.
+        O(joints × links).
+        """
+        return self._core.reactions_regressor(q, v, a, None, None, self._request(on, at, axes, order, part, joints), out, threads)
+
+    def energy_regressor(
+        self, q: ArrayLike, v: ArrayLike, links: Iterable[str] | None = None, out: tuple[Array, Array] | None = None, threads: int | None = None
+    ) -> tuple[Array, Array]:
+        """Regressors (…, links, 10) of kinetic and of potential energy: those of :meth:`energy` for each inertial parameter.
+
+        numpy.einsum("...lp,lp", regressor, model.parameters) is the energy.  out: two arrays, for the one and for the other.
+        links, q, v, threads: as in :meth:`inverse_dynamics_regressor`.  O(bodies + links).
+        """
+        return self._core.energy_regressor(q, v, None, None, None, self._links_of(links), out, threads)
+
+    def momentum_regressor(self, q: ArrayLike, v: ArrayLike, links: Iterable[str] | None = None, out: Array | None = None, threads: int | None = None) -> Array:
+        """Regressor (…, 6, links, 10) of the momentum about the world's origin, in its axes, linear first.
+
+        About the world's origin, since the centre of mass is not a linear function of the parameters.  Linear first; kg m/s, kg m²/s.
+        links, q, v, out, threads: as in :meth:`inverse_dynamics_regressor`.  O(bodies + links).
+        """
+        return self._core.momentum_regressor(q, v, None, None, None, self._links_of(links), out, threads)
 
     rnea = inverse_dynamics
     aba = forward_dynamics

@@ -108,11 +108,89 @@ template <class S> void frame_poses_batch(const model &m, const batch_view<S> &b
 template void frame_poses_batch(const model &, const batch_view<double> &, int);
 template void frame_poses_batch(const model &, const batch_view<float> &, int);
 
+template <class S> void frame_velocity_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::frame_velocity, m, batch, threads);
+}
+template void frame_velocity_batch(const model &, const batch_view<double> &, int);
+template void frame_velocity_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void frame_velocities_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::frame_velocities, m, batch, threads);
+}
+template void frame_velocities_batch(const model &, const batch_view<double> &, int);
+template void frame_velocities_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void frame_acceleration_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::frame_acceleration, m, batch, threads);
+}
+template void frame_acceleration_batch(const model &, const batch_view<double> &, int);
+template void frame_acceleration_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void frame_accelerations_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::frame_accelerations, m, batch, threads);
+}
+template void frame_accelerations_batch(const model &, const batch_view<double> &, int);
+template void frame_accelerations_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void point_velocity_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::point_velocity, m, batch, threads);
+}
+template void point_velocity_batch(const model &, const batch_view<double> &, int);
+template void point_velocity_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void point_acceleration_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::point_acceleration, m, batch, threads);
+}
+template void point_acceleration_batch(const model &, const batch_view<double> &, int);
+template void point_acceleration_batch(const model &, const batch_view<float> &, int);
+
 template <class S> void jacobian_batch(const model &m, const batch_view<S> &batch, int threads) {
   compute_batch(rows::jacobian, m, batch, threads);
 }
 template void jacobian_batch(const model &, const batch_view<double> &, int);
 template void jacobian_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void jacobian_rate_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::jacobian_rate, m, batch, threads);
+}
+template void jacobian_rate_batch(const model &, const batch_view<double> &, int);
+template void jacobian_rate_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void relative_pose_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::relative_pose, m, batch, threads);
+}
+template void relative_pose_batch(const model &, const batch_view<double> &, int);
+template void relative_pose_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void relative_velocity_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::relative_velocity, m, batch, threads);
+}
+template void relative_velocity_batch(const model &, const batch_view<double> &, int);
+template void relative_velocity_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void relative_jacobian_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::relative_jacobian, m, batch, threads);
+}
+template void relative_jacobian_batch(const model &, const batch_view<double> &, int);
+template void relative_jacobian_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void operational_space_inertia_inverse_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::operational_space_inertia_inverse, m, batch, threads);
+}
+template void operational_space_inertia_inverse_batch(const model &, const batch_view<double> &, int);
+template void operational_space_inertia_inverse_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void operational_space_inertia_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::operational_space_inertia, m, batch, threads);
+}
+template void operational_space_inertia_batch(const model &, const batch_view<double> &, int);
+template void operational_space_inertia_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void operational_space_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::operational_space, m, batch, threads);
+}
+template void operational_space_batch(const model &, const batch_view<double> &, int);
+template void operational_space_batch(const model &, const batch_view<float> &, int);
 
 template <class S> void energy_batch(const model &m, const batch_view<S> &batch, int threads) {
   compute_batch(rows::energy, m, batch, threads);
@@ -125,6 +203,48 @@ template <class S> void external_power_batch(const model &m, const batch_view<S>
 }
 template void external_power_batch(const model &, const batch_view<double> &, int);
 template void external_power_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void center_of_mass_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::center_of_mass, m, batch, threads);
+}
+template void center_of_mass_batch(const model &, const batch_view<double> &, int);
+template void center_of_mass_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void center_of_mass_jacobian_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::center_of_mass_jacobian, m, batch, threads);
+}
+template void center_of_mass_jacobian_batch(const model &, const batch_view<double> &, int);
+template void center_of_mass_jacobian_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void center_of_mass_velocity_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::center_of_mass_velocity, m, batch, threads);
+}
+template void center_of_mass_velocity_batch(const model &, const batch_view<double> &, int);
+template void center_of_mass_velocity_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void center_of_mass_acceleration_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::center_of_mass_acceleration, m, batch, threads);
+}
+template void center_of_mass_acceleration_batch(const model &, const batch_view<double> &, int);
+template void center_of_mass_acceleration_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void centroidal_momentum_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::centroidal_momentum, m, batch, threads);
+}
+template void centroidal_momentum_batch(const model &, const batch_view<double> &, int);
+template void centroidal_momentum_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void centroidal_momentum_matrix_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::centroidal_momentum_matrix, m, batch, threads);
+}
+template void centroidal_momentum_matrix_batch(const model &, const batch_view<double> &, int);
+template void centroidal_momentum_matrix_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void centroidal_momentum_rate_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::centroidal_momentum_rate, m, batch, threads);
+}
+template void centroidal_momentum_rate_batch(const model &, const batch_view<double> &, int);
+template void centroidal_momentum_rate_batch(const model &, const batch_view<float> &, int);
 
 template <class S> void inverse_dynamics_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
   compute_batch(rows::inverse_dynamics_derivatives, m, batch, threads);
@@ -143,5 +263,35 @@ template <class S> void reactions_derivatives_batch(const model &m, const batch_
 }
 template void reactions_derivatives_batch(const model &, const batch_view<double> &, int);
 template void reactions_derivatives_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void inverse_dynamics_regressor_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::inverse_dynamics_regressor, m, batch, threads);
+}
+template void inverse_dynamics_regressor_batch(const model &, const batch_view<double> &, int);
+template void inverse_dynamics_regressor_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void gravity_torque_regressor_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::gravity_torque_regressor, m, batch, threads);
+}
+template void gravity_torque_regressor_batch(const model &, const batch_view<double> &, int);
+template void gravity_torque_regressor_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void reactions_regressor_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::reactions_regressor, m, batch, threads);
+}
+template void reactions_regressor_batch(const model &, const batch_view<double> &, int);
+template void reactions_regressor_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void energy_regressor_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::energy_regressor, m, batch, threads);
+}
+template void energy_regressor_batch(const model &, const batch_view<double> &, int);
+template void energy_regressor_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void momentum_regressor_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::momentum_regressor, m, batch, threads);
+}
+template void momentum_regressor_batch(const model &, const batch_view<double> &, int);
+template void momentum_regressor_batch(const model &, const batch_view<float> &, int);
 
 } // namespace ksl

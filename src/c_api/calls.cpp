@@ -86,7 +86,10 @@ frame_options frame_options_of(const ksl_frame_options_t *options) {
   const auto known = [](int value) { return value == 0 || value == 1; };
   require(known(options->axes) && known(options->at) && known(options->order),
           "axes, at and order must be values of their enumerations");
-  return {static_cast<expressed_in>(options->axes), static_cast<expressed_in>(options->at), options->order == KSL_ANGULAR_FIRST};
+  require(options->kind >= KSL_SPATIAL && options->kind <= KSL_RATE, "kind must be a value of its enumeration");
+  require_finite(options->offset, 3, "offset");
+  return {static_cast<expressed_in>(options->axes), static_cast<expressed_in>(options->at), options->order == KSL_ANGULAR_FIRST,
+          static_cast<acceleration_kind>(options->kind), {options->offset[0], options->offset[1], options->offset[2]}};
 }
 
 template <class S>
@@ -100,6 +103,7 @@ ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_vi
     batch.frame = frame_options_of(frame);
     if (names_links(row.request))
       require_links(m, batch.links.n, batch.links.index);
+    require(!links_are_few(row) || batch.links.n <= ksl_model_links(m), "links: at most as many as the model has");
     std::vector<int> links;
     reaction_request request;
     if (row.request == request_kind::joints || row.request == request_kind::reactions)
@@ -111,7 +115,7 @@ ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_vi
       require(!any || input_of(batch, row.input_list[i]).first, "model and arrays must not be null");
     for (int r = 0; r < row.results && any; ++r)
       require_result(batch.result[r].first, numbers_of(row.result[r], extents_of(m->model.template view_in<S>(), batch)), row.result[r].name);
-    require_result(wrenches.first, any ? joints.n : 0, "wrenches");
+    require_result(wrenches.first, any && row.request == request_kind::reactions ? joints.n : 0, "wrenches");
     std::vector<external_rows<S>> exerted;
     if (external) {
       require_external(m, external->n, external->link, any ? static_cast<const void *>(external->wrench) : "");

@@ -74,6 +74,7 @@ template <const algorithm_row &row, class S> void check_state(const ksl_model_t 
     require_mass(m->model, row.name);
   if constexpr (names_links(row.request))
     require_links(m, s.links.n, s.links.index);
+  require(!links_are_few(row) || s.links.n <= model.links, "links: at most as many as the model has");
   for (int r = 0; r < row.results; ++r)
     require_result(s.result[r], numbers_of(row.result[r], extents_of(model, s)), row.result[r].name);
   for (int i = 0; i < row.inputs; ++i) {

@@ -589,6 +589,198 @@ ksl_status_t ksl_frame_poses_batchf(const ksl_model_t *model, size_t n, const fl
                            no_external_rows, threads);
 }
 
+ksl_status_t ksl_frame_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, int link,
+                                const ksl_frame_options_t *options, double *twist) {
+  return state_call<rows::frame_velocity, double>(model, data, {.q = q, .v = v, .links = {1, &link}, .result = {twist}},
+                                                  no_external, options);
+}
+
+ksl_status_t ksl_frame_velocityf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, int link,
+                                 const ksl_frame_options_t *options, float *twist) {
+  return state_call<rows::frame_velocity, float>(model, data, {.q = q, .v = v, .links = {1, &link}, .result = {twist}},
+                                                 no_external, options);
+}
+
+ksl_status_t ksl_frame_velocity_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                      const double *v, ptrdiff_t v_stride, int link, const ksl_frame_options_t *options,
+                                      double *twist, ptrdiff_t twist_stride, int threads) {
+  return batch_call<double>(rows::frame_velocity, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {1, &link}, .result = {{twist, twist_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_frame_velocity_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                       const float *v, ptrdiff_t v_stride, int link, const ksl_frame_options_t *options,
+                                       float *twist, ptrdiff_t twist_stride, int threads) {
+  return batch_call<float>(rows::frame_velocity, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {1, &link}, .result = {{twist, twist_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_frame_velocities(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, int n,
+                                  const int *links, const ksl_frame_options_t *options, double *twists) {
+  return state_call<rows::frame_velocities, double>(model, data,
+                                                    {.q = q, .v = v, .links = {n, links}, .result = {twists}},
+                                                    no_external, options);
+}
+
+ksl_status_t ksl_frame_velocitiesf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, int n,
+                                   const int *links, const ksl_frame_options_t *options, float *twists) {
+  return state_call<rows::frame_velocities, float>(model, data,
+                                                   {.q = q, .v = v, .links = {n, links}, .result = {twists}},
+                                                   no_external, options);
+}
+
+ksl_status_t ksl_frame_velocities_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                        const double *v, ptrdiff_t v_stride, int links_n, const int *links,
+                                        const ksl_frame_options_t *options, double *twists, ptrdiff_t twists_stride,
+                                        int threads) {
+  return batch_call<double>(rows::frame_velocities, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{twists, twists_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_frame_velocities_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                         const float *v, ptrdiff_t v_stride, int links_n, const int *links,
+                                         const ksl_frame_options_t *options, float *twists, ptrdiff_t twists_stride,
+                                         int threads) {
+  return batch_call<float>(rows::frame_velocities, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{twists, twists_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_frame_acceleration(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                    const double *a, int link, const ksl_frame_options_t *options,
+                                    double *acceleration) {
+  return state_call<rows::frame_acceleration, double>(model, data,
+                                                      {.q = q, .v = v, .a = a, .links = {1, &link}, .result = {acceleration}},
+                                                      no_external, options);
+}
+
+ksl_status_t ksl_frame_accelerationf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                     const float *a, int link, const ksl_frame_options_t *options,
+                                     float *acceleration) {
+  return state_call<rows::frame_acceleration, float>(model, data,
+                                                     {.q = q, .v = v, .a = a, .links = {1, &link}, .result = {acceleration}},
+                                                     no_external, options);
+}
+
+ksl_status_t ksl_frame_acceleration_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                          const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+                                          int link, const ksl_frame_options_t *options, double *acceleration,
+                                          ptrdiff_t acceleration_stride, int threads) {
+  return batch_call<double>(rows::frame_acceleration, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .links = {1, &link}, .result = {{acceleration, acceleration_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_frame_acceleration_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                           const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+                                           int link, const ksl_frame_options_t *options, float *acceleration,
+                                           ptrdiff_t acceleration_stride, int threads) {
+  return batch_call<float>(rows::frame_acceleration, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .links = {1, &link}, .result = {{acceleration, acceleration_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_frame_accelerations(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                     const double *a, int n, const int *links, const ksl_frame_options_t *options,
+                                     double *accelerations) {
+  return state_call<rows::frame_accelerations, double>(model, data,
+                                                       {.q = q, .v = v, .a = a, .links = {n, links}, .result = {accelerations}},
+                                                       no_external, options);
+}
+
+ksl_status_t ksl_frame_accelerationsf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                      const float *a, int n, const int *links, const ksl_frame_options_t *options,
+                                      float *accelerations) {
+  return state_call<rows::frame_accelerations, float>(model, data,
+                                                      {.q = q, .v = v, .a = a, .links = {n, links}, .result = {accelerations}},
+                                                      no_external, options);
+}
+
+ksl_status_t ksl_frame_accelerations_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                           const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+                                           int links_n, const int *links, const ksl_frame_options_t *options,
+                                           double *accelerations, ptrdiff_t accelerations_stride, int threads) {
+  return batch_call<double>(rows::frame_accelerations, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .links = {links_n, links}, .result = {{accelerations, accelerations_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_frame_accelerations_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                            const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+                                            int links_n, const int *links, const ksl_frame_options_t *options,
+                                            float *accelerations, ptrdiff_t accelerations_stride, int threads) {
+  return batch_call<float>(rows::frame_accelerations, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .links = {links_n, links}, .result = {{accelerations, accelerations_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_point_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, int link,
+                                const ksl_frame_options_t *options, double *velocity) {
+  return state_call<rows::point_velocity, double>(model, data,
+                                                  {.q = q, .v = v, .links = {1, &link}, .result = {velocity}},
+                                                  no_external, options);
+}
+
+ksl_status_t ksl_point_velocityf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, int link,
+                                 const ksl_frame_options_t *options, float *velocity) {
+  return state_call<rows::point_velocity, float>(model, data,
+                                                 {.q = q, .v = v, .links = {1, &link}, .result = {velocity}},
+                                                 no_external, options);
+}
+
+ksl_status_t ksl_point_velocity_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                      const double *v, ptrdiff_t v_stride, int link, const ksl_frame_options_t *options,
+                                      double *velocity, ptrdiff_t velocity_stride, int threads) {
+  return batch_call<double>(rows::point_velocity, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {1, &link}, .result = {{velocity, velocity_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_point_velocity_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                       const float *v, ptrdiff_t v_stride, int link, const ksl_frame_options_t *options,
+                                       float *velocity, ptrdiff_t velocity_stride, int threads) {
+  return batch_call<float>(rows::point_velocity, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {1, &link}, .result = {{velocity, velocity_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_point_acceleration(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                    const double *a, int link, const ksl_frame_options_t *options,
+                                    double *acceleration) {
+  return state_call<rows::point_acceleration, double>(model, data,
+                                                      {.q = q, .v = v, .a = a, .links = {1, &link}, .result = {acceleration}},
+                                                      no_external, options);
+}
+
+ksl_status_t ksl_point_accelerationf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                     const float *a, int link, const ksl_frame_options_t *options,
+                                     float *acceleration) {
+  return state_call<rows::point_acceleration, float>(model, data,
+                                                     {.q = q, .v = v, .a = a, .links = {1, &link}, .result = {acceleration}},
+                                                     no_external, options);
+}
+
+ksl_status_t ksl_point_acceleration_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                          const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+                                          int link, const ksl_frame_options_t *options, double *acceleration,
+                                          ptrdiff_t acceleration_stride, int threads) {
+  return batch_call<double>(rows::point_acceleration, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .links = {1, &link}, .result = {{acceleration, acceleration_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_point_acceleration_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                           const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+                                           int link, const ksl_frame_options_t *options, float *acceleration,
+                                           ptrdiff_t acceleration_stride, int threads) {
+  return batch_call<float>(rows::point_acceleration, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .links = {1, &link}, .result = {{acceleration, acceleration_stride}}},
+                           no_external_rows, threads, options);
+}
+
 ksl_status_t ksl_jacobian(const ksl_model_t *model, ksl_data_t *data, const double *q, int link,
                           const ksl_frame_options_t *options, double *J) {
   return state_call<rows::jacobian, double>(model, data, {.q = q, .links = {1, &link}, .result = {J}}, no_external,
@@ -613,6 +805,260 @@ ksl_status_t ksl_jacobian_batchf(const ksl_model_t *model, size_t n, const float
   return batch_call<float>(rows::jacobian, model,
                            {.n = n, .q = {q, q_stride}, .links = {1, &link}, .result = {{J, J_stride}}},
                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_jacobian_rate(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, int link,
+                               const ksl_frame_options_t *options, double *rate) {
+  return state_call<rows::jacobian_rate, double>(model, data, {.q = q, .v = v, .links = {1, &link}, .result = {rate}},
+                                                 no_external, options);
+}
+
+ksl_status_t ksl_jacobian_ratef(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, int link,
+                                const ksl_frame_options_t *options, float *rate) {
+  return state_call<rows::jacobian_rate, float>(model, data, {.q = q, .v = v, .links = {1, &link}, .result = {rate}},
+                                                no_external, options);
+}
+
+ksl_status_t ksl_jacobian_rate_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                     const double *v, ptrdiff_t v_stride, int link, const ksl_frame_options_t *options,
+                                     double *rate, ptrdiff_t rate_stride, int threads) {
+  return batch_call<double>(rows::jacobian_rate, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {1, &link}, .result = {{rate, rate_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_jacobian_rate_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                      const float *v, ptrdiff_t v_stride, int link, const ksl_frame_options_t *options,
+                                      float *rate, ptrdiff_t rate_stride, int threads) {
+  return batch_call<float>(rows::jacobian_rate, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {1, &link}, .result = {{rate, rate_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_relative_pose(const ksl_model_t *model, ksl_data_t *data, const double *q, int link, int seen_from,
+                               const ksl_frame_options_t *options, double *pose) {
+  const int links[] = {link, seen_from};
+  return state_call<rows::relative_pose, double>(model, data, {.q = q, .links = {2, links}, .result = {pose}},
+                                                 no_external, options);
+}
+
+ksl_status_t ksl_relative_posef(const ksl_model_t *model, ksl_data_t *data, const float *q, int link, int seen_from,
+                                const ksl_frame_options_t *options, float *pose) {
+  const int links[] = {link, seen_from};
+  return state_call<rows::relative_pose, float>(model, data, {.q = q, .links = {2, links}, .result = {pose}},
+                                                no_external, options);
+}
+
+ksl_status_t ksl_relative_pose_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, int link,
+                                     int seen_from, const ksl_frame_options_t *options, double *pose,
+                                     ptrdiff_t pose_stride, int threads) {
+  const int links[] = {link, seen_from};
+  return batch_call<double>(rows::relative_pose, model,
+                            {.n = n, .q = {q, q_stride}, .links = {2, links}, .result = {{pose, pose_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_relative_pose_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, int link,
+                                      int seen_from, const ksl_frame_options_t *options, float *pose,
+                                      ptrdiff_t pose_stride, int threads) {
+  const int links[] = {link, seen_from};
+  return batch_call<float>(rows::relative_pose, model,
+                           {.n = n, .q = {q, q_stride}, .links = {2, links}, .result = {{pose, pose_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_relative_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                   int link, int seen_from, const ksl_frame_options_t *options, double *twist) {
+  const int links[] = {link, seen_from};
+  return state_call<rows::relative_velocity, double>(model, data,
+                                                     {.q = q, .v = v, .links = {2, links}, .result = {twist}},
+                                                     no_external, options);
+}
+
+ksl_status_t ksl_relative_velocityf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                    int link, int seen_from, const ksl_frame_options_t *options, float *twist) {
+  const int links[] = {link, seen_from};
+  return state_call<rows::relative_velocity, float>(model, data,
+                                                    {.q = q, .v = v, .links = {2, links}, .result = {twist}},
+                                                    no_external, options);
+}
+
+ksl_status_t ksl_relative_velocity_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                         const double *v, ptrdiff_t v_stride, int link, int seen_from,
+                                         const ksl_frame_options_t *options, double *twist, ptrdiff_t twist_stride,
+                                         int threads) {
+  const int links[] = {link, seen_from};
+  return batch_call<double>(rows::relative_velocity, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {2, links}, .result = {{twist, twist_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_relative_velocity_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                          const float *v, ptrdiff_t v_stride, int link, int seen_from,
+                                          const ksl_frame_options_t *options, float *twist, ptrdiff_t twist_stride,
+                                          int threads) {
+  const int links[] = {link, seen_from};
+  return batch_call<float>(rows::relative_velocity, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {2, links}, .result = {{twist, twist_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_relative_jacobian(const ksl_model_t *model, ksl_data_t *data, const double *q, int link, int seen_from,
+                                   const ksl_frame_options_t *options, double *J) {
+  const int links[] = {link, seen_from};
+  return state_call<rows::relative_jacobian, double>(model, data, {.q = q, .links = {2, links}, .result = {J}},
+                                                     no_external, options);
+}
+
+ksl_status_t ksl_relative_jacobianf(const ksl_model_t *model, ksl_data_t *data, const float *q, int link, int seen_from,
+                                    const ksl_frame_options_t *options, float *J) {
+  const int links[] = {link, seen_from};
+  return state_call<rows::relative_jacobian, float>(model, data, {.q = q, .links = {2, links}, .result = {J}},
+                                                    no_external, options);
+}
+
+ksl_status_t ksl_relative_jacobian_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                         int link, int seen_from, const ksl_frame_options_t *options, double *J,
+                                         ptrdiff_t J_stride, int threads) {
+  const int links[] = {link, seen_from};
+  return batch_call<double>(rows::relative_jacobian, model,
+                            {.n = n, .q = {q, q_stride}, .links = {2, links}, .result = {{J, J_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_relative_jacobian_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                          int link, int seen_from, const ksl_frame_options_t *options, float *J,
+                                          ptrdiff_t J_stride, int threads) {
+  const int links[] = {link, seen_from};
+  return batch_call<float>(rows::relative_jacobian, model,
+                           {.n = n, .q = {q, q_stride}, .links = {2, links}, .result = {{J, J_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_operational_space_inertia_inverse(const ksl_model_t *model, ksl_data_t *data, const double *q, int n,
+                                                   const int *links, const ksl_frame_options_t *options,
+                                                   double *inverse) {
+  return state_call<rows::operational_space_inertia_inverse, double>(
+      model, data, {.q = q, .links = {n, links}, .result = {inverse}}, no_external, options);
+}
+
+ksl_status_t ksl_operational_space_inertia_inversef(const ksl_model_t *model, ksl_data_t *data, const float *q, int n,
+                                                    const int *links, const ksl_frame_options_t *options,
+                                                    float *inverse) {
+  return state_call<rows::operational_space_inertia_inverse, float>(
+      model, data, {.q = q, .links = {n, links}, .result = {inverse}}, no_external, options);
+}
+
+ksl_status_t ksl_operational_space_inertia_inverse_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                         ptrdiff_t q_stride, int links_n, const int *links,
+                                                         const ksl_frame_options_t *options, double *inverse,
+                                                         ptrdiff_t inverse_stride, int threads) {
+  return batch_call<double>(rows::operational_space_inertia_inverse, model,
+                            {.n = n, .q = {q, q_stride}, .links = {links_n, links}, .result = {{inverse, inverse_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_operational_space_inertia_inverse_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                          ptrdiff_t q_stride, int links_n, const int *links,
+                                                          const ksl_frame_options_t *options, float *inverse,
+                                                          ptrdiff_t inverse_stride, int threads) {
+  return batch_call<float>(rows::operational_space_inertia_inverse, model,
+                           {.n = n, .q = {q, q_stride}, .links = {links_n, links}, .result = {{inverse, inverse_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_operational_space_inertia(const ksl_model_t *model, ksl_data_t *data, const double *q, double *inertia,
+                                           int n, const int *links, const ksl_frame_options_t *options, double *rank) {
+  return state_call<rows::operational_space_inertia, double>(
+      model, data, {.q = q, .links = {n, links}, .result = {inertia, rank}}, no_external, options);
+}
+
+ksl_status_t ksl_operational_space_inertiaf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *inertia,
+                                            int n, const int *links, const ksl_frame_options_t *options, float *rank) {
+  return state_call<rows::operational_space_inertia, float>(model, data,
+                                                            {.q = q, .links = {n, links}, .result = {inertia, rank}},
+                                                            no_external, options);
+}
+
+ksl_status_t ksl_operational_space_inertia_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                 ptrdiff_t q_stride, double *inertia, ptrdiff_t inertia_stride,
+                                                 int links_n, const int *links, const ksl_frame_options_t *options,
+                                                 double *rank, ptrdiff_t rank_stride, int threads) {
+  return batch_call<double>(rows::operational_space_inertia, model,
+                            {.n = n, .q = {q, q_stride}, .links = {links_n, links}, .result = {{inertia, inertia_stride}, {rank, rank_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_operational_space_inertia_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                  ptrdiff_t q_stride, float *inertia, ptrdiff_t inertia_stride,
+                                                  int links_n, const int *links, const ksl_frame_options_t *options,
+                                                  float *rank, ptrdiff_t rank_stride, int threads) {
+  return batch_call<float>(rows::operational_space_inertia, model,
+                           {.n = n, .q = {q, q_stride}, .links = {links_n, links}, .result = {{inertia, inertia_stride}, {rank, rank_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_operational_space(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                   const ksl_external_t *external, double *inertia, double *bias,
+                                   double *pseudo_inverse, int n, const int *links, const ksl_frame_options_t *options,
+                                   double *rank) {
+  return state_call<rows::operational_space, double>(model, data,
+                                                     {.q = q, .v = v, .links = {n, links}, .result = {inertia, bias, pseudo_inverse, rank}},
+                                                     external, options);
+}
+
+ksl_status_t ksl_operational_spacef(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                    const ksl_externalf_t *external, float *inertia, float *bias, float *pseudo_inverse,
+                                    int n, const int *links, const ksl_frame_options_t *options, float *rank) {
+  return state_call<rows::operational_space, float>(model, data,
+                                                    {.q = q, .v = v, .links = {n, links}, .result = {inertia, bias, pseudo_inverse, rank}},
+                                                    external, options);
+}
+
+ksl_status_t ksl_operational_space_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                         const double *v, ptrdiff_t v_stride, double *inertia, ptrdiff_t inertia_stride,
+                                         double *bias, ptrdiff_t bias_stride, double *pseudo_inverse,
+                                         ptrdiff_t pseudo_inverse_stride, int links_n, const int *links,
+                                         const ksl_frame_options_t *options, double *rank, ptrdiff_t rank_stride,
+                                         int threads) {
+  return batch_call<double>(rows::operational_space, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{inertia, inertia_stride}, {bias, bias_stride}, {pseudo_inverse, pseudo_inverse_stride}, {rank, rank_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_operational_space_external_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                  ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                  const ksl_external_rows_t *external, double *inertia,
+                                                  ptrdiff_t inertia_stride, double *bias, ptrdiff_t bias_stride,
+                                                  double *pseudo_inverse, ptrdiff_t pseudo_inverse_stride, int links_n,
+                                                  const int *links, const ksl_frame_options_t *options, double *rank,
+                                                  ptrdiff_t rank_stride, int threads) {
+  return batch_call<double>(rows::operational_space, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{inertia, inertia_stride}, {bias, bias_stride}, {pseudo_inverse, pseudo_inverse_stride}, {rank, rank_stride}}},
+                            external, threads, options);
+}
+
+ksl_status_t ksl_operational_space_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                          const float *v, ptrdiff_t v_stride, float *inertia, ptrdiff_t inertia_stride,
+                                          float *bias, ptrdiff_t bias_stride, float *pseudo_inverse,
+                                          ptrdiff_t pseudo_inverse_stride, int links_n, const int *links,
+                                          const ksl_frame_options_t *options, float *rank, ptrdiff_t rank_stride,
+                                          int threads) {
+  return batch_call<float>(rows::operational_space, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{inertia, inertia_stride}, {bias, bias_stride}, {pseudo_inverse, pseudo_inverse_stride}, {rank, rank_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_operational_space_external_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                   ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                   const ksl_external_rowsf_t *external, float *inertia,
+                                                   ptrdiff_t inertia_stride, float *bias, ptrdiff_t bias_stride,
+                                                   float *pseudo_inverse, ptrdiff_t pseudo_inverse_stride, int links_n,
+                                                   const int *links, const ksl_frame_options_t *options, float *rank,
+                                                   ptrdiff_t rank_stride, int threads) {
+  return batch_call<float>(rows::operational_space, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{inertia, inertia_stride}, {bias, bias_stride}, {pseudo_inverse, pseudo_inverse_stride}, {rank, rank_stride}}},
+                           external, threads, options);
 }
 
 ksl_status_t ksl_energy(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, double *kinetic,
@@ -665,6 +1111,189 @@ ksl_status_t ksl_external_power_batchf(const ksl_model_t *model, size_t n, const
   return batch_call<float>(rows::external_power, model,
                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .result = {{power, power_stride}}},
                            external, threads);
+}
+
+ksl_status_t ksl_center_of_mass(const ksl_model_t *model, ksl_data_t *data, const double *q, double *center) {
+  return state_call<rows::center_of_mass, double>(model, data, {.q = q, .result = {center}}, no_external);
+}
+
+ksl_status_t ksl_center_of_massf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *center) {
+  return state_call<rows::center_of_mass, float>(model, data, {.q = q, .result = {center}}, no_external);
+}
+
+ksl_status_t ksl_center_of_mass_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                      double *center, ptrdiff_t center_stride, int threads) {
+  return batch_call<double>(rows::center_of_mass, model,
+                            {.n = n, .q = {q, q_stride}, .result = {{center, center_stride}}}, no_external_rows,
+                            threads);
+}
+
+ksl_status_t ksl_center_of_mass_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                       float *center, ptrdiff_t center_stride, int threads) {
+  return batch_call<float>(rows::center_of_mass, model,
+                           {.n = n, .q = {q, q_stride}, .result = {{center, center_stride}}}, no_external_rows,
+                           threads);
+}
+
+ksl_status_t ksl_center_of_mass_jacobian(const ksl_model_t *model, ksl_data_t *data, const double *q, double *J) {
+  return state_call<rows::center_of_mass_jacobian, double>(model, data, {.q = q, .result = {J}}, no_external);
+}
+
+ksl_status_t ksl_center_of_mass_jacobianf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *J) {
+  return state_call<rows::center_of_mass_jacobian, float>(model, data, {.q = q, .result = {J}}, no_external);
+}
+
+ksl_status_t ksl_center_of_mass_jacobian_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                               double *J, ptrdiff_t J_stride, int threads) {
+  return batch_call<double>(rows::center_of_mass_jacobian, model,
+                            {.n = n, .q = {q, q_stride}, .result = {{J, J_stride}}}, no_external_rows, threads);
+}
+
+ksl_status_t ksl_center_of_mass_jacobian_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                                float *J, ptrdiff_t J_stride, int threads) {
+  return batch_call<float>(rows::center_of_mass_jacobian, model,
+                           {.n = n, .q = {q, q_stride}, .result = {{J, J_stride}}}, no_external_rows, threads);
+}
+
+ksl_status_t ksl_center_of_mass_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                         double *velocity) {
+  return state_call<rows::center_of_mass_velocity, double>(model, data, {.q = q, .v = v, .result = {velocity}},
+                                                           no_external);
+}
+
+ksl_status_t ksl_center_of_mass_velocityf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                          float *velocity) {
+  return state_call<rows::center_of_mass_velocity, float>(model, data, {.q = q, .v = v, .result = {velocity}},
+                                                          no_external);
+}
+
+ksl_status_t ksl_center_of_mass_velocity_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                               const double *v, ptrdiff_t v_stride, double *velocity,
+                                               ptrdiff_t velocity_stride, int threads) {
+  return batch_call<double>(rows::center_of_mass_velocity, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .result = {{velocity, velocity_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_center_of_mass_velocity_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                                const float *v, ptrdiff_t v_stride, float *velocity,
+                                                ptrdiff_t velocity_stride, int threads) {
+  return batch_call<float>(rows::center_of_mass_velocity, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .result = {{velocity, velocity_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_center_of_mass_acceleration(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                             const double *v, const double *a, double *acceleration) {
+  return state_call<rows::center_of_mass_acceleration, double>(
+      model, data, {.q = q, .v = v, .a = a, .result = {acceleration}}, no_external);
+}
+
+ksl_status_t ksl_center_of_mass_accelerationf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                              const float *v, const float *a, float *acceleration) {
+  return state_call<rows::center_of_mass_acceleration, float>(
+      model, data, {.q = q, .v = v, .a = a, .result = {acceleration}}, no_external);
+}
+
+ksl_status_t ksl_center_of_mass_acceleration_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                   ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                   const double *a, ptrdiff_t a_stride, double *acceleration,
+                                                   ptrdiff_t acceleration_stride, int threads) {
+  return batch_call<double>(rows::center_of_mass_acceleration, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{acceleration, acceleration_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_center_of_mass_acceleration_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                    ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                    const float *a, ptrdiff_t a_stride, float *acceleration,
+                                                    ptrdiff_t acceleration_stride, int threads) {
+  return batch_call<float>(rows::center_of_mass_acceleration, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{acceleration, acceleration_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_centroidal_momentum(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                     double *momentum) {
+  return state_call<rows::centroidal_momentum, double>(model, data, {.q = q, .v = v, .result = {momentum}},
+                                                       no_external);
+}
+
+ksl_status_t ksl_centroidal_momentumf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                      float *momentum) {
+  return state_call<rows::centroidal_momentum, float>(model, data, {.q = q, .v = v, .result = {momentum}}, no_external);
+}
+
+ksl_status_t ksl_centroidal_momentum_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                           const double *v, ptrdiff_t v_stride, double *momentum,
+                                           ptrdiff_t momentum_stride, int threads) {
+  return batch_call<double>(rows::centroidal_momentum, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .result = {{momentum, momentum_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_centroidal_momentum_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                            const float *v, ptrdiff_t v_stride, float *momentum,
+                                            ptrdiff_t momentum_stride, int threads) {
+  return batch_call<float>(rows::centroidal_momentum, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .result = {{momentum, momentum_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_centroidal_momentum_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                            double *matrix) {
+  return state_call<rows::centroidal_momentum_matrix, double>(
+      model, data, {.q = q, .result = {matrix}}, no_external);
+}
+
+ksl_status_t ksl_centroidal_momentum_matrixf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                             float *matrix) {
+  return state_call<rows::centroidal_momentum_matrix, float>(
+      model, data, {.q = q, .result = {matrix}}, no_external);
+}
+
+ksl_status_t ksl_centroidal_momentum_matrix_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                  ptrdiff_t q_stride, double *matrix, ptrdiff_t matrix_stride,
+                                                  int threads) {
+  return batch_call<double>(rows::centroidal_momentum_matrix, model,
+                            {.n = n, .q = {q, q_stride}, .result = {{matrix, matrix_stride}}}, no_external_rows,
+                            threads);
+}
+
+ksl_status_t ksl_centroidal_momentum_matrix_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                   ptrdiff_t q_stride, float *matrix, ptrdiff_t matrix_stride,
+                                                   int threads) {
+  return batch_call<float>(rows::centroidal_momentum_matrix, model,
+                           {.n = n, .q = {q, q_stride}, .result = {{matrix, matrix_stride}}}, no_external_rows,
+                           threads);
+}
+
+ksl_status_t ksl_centroidal_momentum_rate(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                          const double *a, double *rate) {
+  return state_call<rows::centroidal_momentum_rate, double>(model, data, {.q = q, .v = v, .a = a, .result = {rate}},
+                                                            no_external);
+}
+
+ksl_status_t ksl_centroidal_momentum_ratef(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                           const float *a, float *rate) {
+  return state_call<rows::centroidal_momentum_rate, float>(model, data, {.q = q, .v = v, .a = a, .result = {rate}},
+                                                           no_external);
+}
+
+ksl_status_t ksl_centroidal_momentum_rate_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                                const double *v, ptrdiff_t v_stride, const double *a,
+                                                ptrdiff_t a_stride, double *rate, ptrdiff_t rate_stride, int threads) {
+  return batch_call<double>(rows::centroidal_momentum_rate, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{rate, rate_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_centroidal_momentum_rate_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                                 const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+                                                 float *rate, ptrdiff_t rate_stride, int threads) {
+  return batch_call<float>(rows::centroidal_momentum_rate, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{rate, rate_stride}}},
+                           no_external_rows, threads);
 }
 
 ksl_status_t ksl_inverse_dynamics_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
@@ -831,6 +1460,156 @@ ksl_status_t ksl_reactions_derivatives_external_batchf(const ksl_model_t *model,
   return batch_call<float>(rows::reactions_derivatives, model,
                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}, {by_a, by_a_stride}}},
                            external, threads, nullptr, {joints_n, joints, options});
+}
+
+ksl_status_t ksl_inverse_dynamics_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                            const double *v, const double *a, int n, const int *links, double *Y) {
+  return state_call<rows::inverse_dynamics_regressor, double>(
+      model, data, {.q = q, .v = v, .a = a, .links = {n, links}, .result = {Y}}, no_external);
+}
+
+ksl_status_t ksl_inverse_dynamics_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                             const float *a, int n, const int *links, float *Y) {
+  return state_call<rows::inverse_dynamics_regressor, float>(
+      model, data, {.q = q, .v = v, .a = a, .links = {n, links}, .result = {Y}}, no_external);
+}
+
+ksl_status_t ksl_inverse_dynamics_regressor_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                  ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                  const double *a, ptrdiff_t a_stride, int links_n, const int *links,
+                                                  double *Y, ptrdiff_t Y_stride, int threads) {
+  return batch_call<double>(rows::inverse_dynamics_regressor, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .links = {links_n, links}, .result = {{Y, Y_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_inverse_dynamics_regressor_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                   ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                   const float *a, ptrdiff_t a_stride, int links_n, const int *links,
+                                                   float *Y, ptrdiff_t Y_stride, int threads) {
+  return batch_call<float>(rows::inverse_dynamics_regressor, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .links = {links_n, links}, .result = {{Y, Y_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_gravity_torque_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q, int n,
+                                          const int *links, double *Y) {
+  return state_call<rows::gravity_torque_regressor, double>(model, data, {.q = q, .links = {n, links}, .result = {Y}},
+                                                            no_external);
+}
+
+ksl_status_t ksl_gravity_torque_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q, int n,
+                                           const int *links, float *Y) {
+  return state_call<rows::gravity_torque_regressor, float>(model, data, {.q = q, .links = {n, links}, .result = {Y}},
+                                                           no_external);
+}
+
+ksl_status_t ksl_gravity_torque_regressor_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                                int links_n, const int *links, double *Y, ptrdiff_t Y_stride,
+                                                int threads) {
+  return batch_call<double>(rows::gravity_torque_regressor, model,
+                            {.n = n, .q = {q, q_stride}, .links = {links_n, links}, .result = {{Y, Y_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_gravity_torque_regressor_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                                 int links_n, const int *links, float *Y, ptrdiff_t Y_stride,
+                                                 int threads) {
+  return batch_call<float>(rows::gravity_torque_regressor, model,
+                           {.n = n, .q = {q, q_stride}, .links = {links_n, links}, .result = {{Y, Y_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_reactions_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                     const double *a, int n, const int *joints, const ksl_reaction_options_t *options,
+                                     double *Y) {
+  return state_call<rows::reactions_regressor, double>(model, data, {.q = q, .v = v, .a = a, .result = {Y}},
+                                                       no_external, {n, joints, options});
+}
+
+ksl_status_t ksl_reactions_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                      const float *a, int n, const int *joints, const ksl_reaction_options_t *options,
+                                      float *Y) {
+  return state_call<rows::reactions_regressor, float>(model, data, {.q = q, .v = v, .a = a, .result = {Y}}, no_external,
+                                                      {n, joints, options});
+}
+
+ksl_status_t ksl_reactions_regressor_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                           const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+                                           int joints_n, const int *joints, const ksl_reaction_options_t *options,
+                                           double *Y, ptrdiff_t Y_stride, int threads) {
+  return batch_call<double>(rows::reactions_regressor, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{Y, Y_stride}}},
+                            no_external_rows, threads, nullptr, {joints_n, joints, options});
+}
+
+ksl_status_t ksl_reactions_regressor_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                            const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+                                            int joints_n, const int *joints, const ksl_reaction_options_t *options,
+                                            float *Y, ptrdiff_t Y_stride, int threads) {
+  return batch_call<float>(rows::reactions_regressor, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{Y, Y_stride}}},
+                           no_external_rows, threads, nullptr, {joints_n, joints, options});
+}
+
+ksl_status_t ksl_energy_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                  double *kinetic, int n, const int *links, double *potential) {
+  return state_call<rows::energy_regressor, double>(model, data,
+                                                    {.q = q, .v = v, .links = {n, links}, .result = {kinetic, potential}},
+                                                    no_external);
+}
+
+ksl_status_t ksl_energy_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                   float *kinetic, int n, const int *links, float *potential) {
+  return state_call<rows::energy_regressor, float>(model, data,
+                                                   {.q = q, .v = v, .links = {n, links}, .result = {kinetic, potential}},
+                                                   no_external);
+}
+
+ksl_status_t ksl_energy_regressor_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                        const double *v, ptrdiff_t v_stride, double *kinetic, ptrdiff_t kinetic_stride,
+                                        int links_n, const int *links, double *potential, ptrdiff_t potential_stride,
+                                        int threads) {
+  return batch_call<double>(rows::energy_regressor, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{kinetic, kinetic_stride}, {potential, potential_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_energy_regressor_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                         const float *v, ptrdiff_t v_stride, float *kinetic, ptrdiff_t kinetic_stride,
+                                         int links_n, const int *links, float *potential, ptrdiff_t potential_stride,
+                                         int threads) {
+  return batch_call<float>(rows::energy_regressor, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{kinetic, kinetic_stride}, {potential, potential_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_momentum_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, int n,
+                                    const int *links, double *P) {
+  return state_call<rows::momentum_regressor, double>(model, data, {.q = q, .v = v, .links = {n, links}, .result = {P}},
+                                                      no_external);
+}
+
+ksl_status_t ksl_momentum_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, int n,
+                                     const int *links, float *P) {
+  return state_call<rows::momentum_regressor, float>(model, data, {.q = q, .v = v, .links = {n, links}, .result = {P}},
+                                                     no_external);
+}
+
+ksl_status_t ksl_momentum_regressor_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                          const double *v, ptrdiff_t v_stride, int links_n, const int *links, double *P,
+                                          ptrdiff_t P_stride, int threads) {
+  return batch_call<double>(rows::momentum_regressor, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{P, P_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_momentum_regressor_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                           const float *v, ptrdiff_t v_stride, int links_n, const int *links, float *P,
+                                           ptrdiff_t P_stride, int threads) {
+  return batch_call<float>(rows::momentum_regressor, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{P, P_stride}}},
+                           no_external_rows, threads);
 }
 
 } // extern "C"

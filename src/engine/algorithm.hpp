@@ -31,7 +31,8 @@ struct algorithm_kernels {
 struct kernel_table;
 
 /// An extent of a result: a fixed number, or one that follows from the model or from what is requested.
-enum class extent : unsigned char { three, four, six, ten, nq, nv, links, joints, tree };
+/// twists: six numbers for each link.
+enum class extent : unsigned char { three, four, six, ten, nq, nv, links, twists, joints, tree, all_links };
 
 struct result_row {
   const char *name;
@@ -80,6 +81,14 @@ constexpr int least_links(request_kind request) {
   const bool one = request == request_kind::link || request == request_kind::frame;
   return one ? 1 : request == request_kind::relative ? 2 : 0;
 }
+/// May a call name no more links than the model has?  So it is where every link is combined with every other.
+constexpr bool links_are_few(const algorithm_row &row) {
+  for (int r = 0; r < row.results; ++r)
+    for (int i = 1; i < row.result[r].axes; ++i)
+      if (row.result[r].shape[i] == extent::twists)
+        return true;
+  return false;
+}
 /// Does a call name links?
 constexpr bool names_links(request_kind request) {
   return request != request_kind::none && request != request_kind::joints && request != request_kind::reactions;
@@ -89,6 +98,7 @@ constexpr bool names_links(request_kind request) {
 struct extents {
   int nq, nv, links, joints;
   int tree; ///< elements of a matrix that aren't zero by the shape of the tree (engine/tree_rows.hpp)
+  int all_links; ///< of the model
 };
 
 constexpr int length_of(extent e, const extents &of) {
@@ -100,8 +110,10 @@ constexpr int length_of(extent e, const extents &of) {
   case extent::nq: return of.nq;
   case extent::nv: return of.nv;
   case extent::links: return of.links;
+  case extent::twists: return 6 * of.links;
   case extent::joints: return of.joints;
   case extent::tree: return of.tree;
+  case extent::all_links: return of.all_links;
   }
   return 0;
 }
@@ -119,9 +131,9 @@ constexpr int numbers_of(const result_row &result, const extents &of) {
   return n;
 }
 
-/// Of a model_view, or any model with nq and nv, and a state or batch.
+/// Of a model_view and a state or batch.
 template <class Model, class View> constexpr extents extents_of(const Model &model, const View &view) {
-  return {model.nq, model.nv, view.links.n, view.joints ? view.joints->n : 0, model.tree_elements};
+  return {model.nq, model.nv, view.links.n, view.joints ? view.joints->n : 0, model.tree_elements, model.links};
 }
 
 /// The member of a state_view or batch_view that holds an input.

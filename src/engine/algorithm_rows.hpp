@@ -21,12 +21,34 @@ struct kernel_table {
   const algorithm_kernels *solve_mass_matrix;
   const algorithm_kernels *coriolis_matrix;
   const algorithm_kernels *frame_poses;
+  const algorithm_kernels *frame_velocities;
+  const algorithm_kernels *frame_accelerations;
+  const algorithm_kernels *point_velocity;
+  const algorithm_kernels *point_acceleration;
   const algorithm_kernels *jacobian;
+  const algorithm_kernels *jacobian_rate;
+  const algorithm_kernels *relative_pose;
+  const algorithm_kernels *relative_velocity;
+  const algorithm_kernels *relative_jacobian;
+  const algorithm_kernels *operational_space_inertia_inverse;
+  const algorithm_kernels *operational_space_inertia;
+  const algorithm_kernels *operational_space;
   const algorithm_kernels *energy;
   const algorithm_kernels *external_power;
+  const algorithm_kernels *center_of_mass;
+  const algorithm_kernels *center_of_mass_jacobian;
+  const algorithm_kernels *center_of_mass_velocity;
+  const algorithm_kernels *center_of_mass_acceleration;
+  const algorithm_kernels *centroidal_momentum;
+  const algorithm_kernels *centroidal_momentum_matrix;
+  const algorithm_kernels *centroidal_momentum_rate;
   const algorithm_kernels *inverse_dynamics_derivatives;
   const algorithm_kernels *forward_dynamics_derivatives;
   const algorithm_kernels *reactions_derivatives;
+  const algorithm_kernels *inverse_dynamics_regressor;
+  const algorithm_kernels *reactions_regressor;
+  const algorithm_kernels *energy_regressor;
+  const algorithm_kernels *momentum_regressor;
 };
 
 namespace rows {
@@ -199,6 +221,54 @@ constexpr algorithm_row frame_poses = {
     .kernels = &kernel_table::frame_poses,
 };
 
+constexpr algorithm_row frame_velocities = {
+    .name = "frame_velocities",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .external = external_use::none,
+    .request = request_kind::frames,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"twists", 2, {extent::links, extent::six}}},
+    .kernels = &kernel_table::frame_velocities,
+};
+
+constexpr algorithm_row frame_accelerations = {
+    .name = "frame_accelerations",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .external = external_use::none,
+    .request = request_kind::frames,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"accelerations", 2, {extent::links, extent::six}}},
+    .kernels = &kernel_table::frame_accelerations,
+};
+
+constexpr algorithm_row point_velocity = {
+    .name = "point_velocity",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .external = external_use::none,
+    .request = request_kind::frame,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"velocity", 1, {extent::three}}},
+    .kernels = &kernel_table::point_velocity,
+};
+
+constexpr algorithm_row point_acceleration = {
+    .name = "point_acceleration",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .external = external_use::none,
+    .request = request_kind::frame,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"acceleration", 1, {extent::three}}},
+    .kernels = &kernel_table::point_acceleration,
+};
+
 constexpr algorithm_row jacobian = {
     .name = "jacobian",
     .inputs = 1,
@@ -209,6 +279,90 @@ constexpr algorithm_row jacobian = {
     .results = 1,
     .result = {{"J", 2, {extent::six, extent::nv}}},
     .kernels = &kernel_table::jacobian,
+};
+
+constexpr algorithm_row jacobian_rate = {
+    .name = "jacobian_rate",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .external = external_use::none,
+    .request = request_kind::frame,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"rate", 2, {extent::six, extent::nv}}},
+    .kernels = &kernel_table::jacobian_rate,
+};
+
+constexpr algorithm_row relative_pose = {
+    .name = "relative_pose",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::relative,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"pose", 2, {extent::four, extent::four}}},
+    .kernels = &kernel_table::relative_pose,
+};
+
+constexpr algorithm_row relative_velocity = {
+    .name = "relative_velocity",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .external = external_use::none,
+    .request = request_kind::relative,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"twist", 1, {extent::six}}},
+    .kernels = &kernel_table::relative_velocity,
+};
+
+constexpr algorithm_row relative_jacobian = {
+    .name = "relative_jacobian",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::relative,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"J", 2, {extent::six, extent::nv}}},
+    .kernels = &kernel_table::relative_jacobian,
+};
+
+constexpr algorithm_row operational_space_inertia_inverse = {
+    .name = "operational_space_inertia_inverse",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::frames,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"inverse", 2, {extent::twists, extent::twists}}},
+    .kernels = &kernel_table::operational_space_inertia_inverse,
+};
+
+constexpr algorithm_row operational_space_inertia = {
+    .name = "operational_space_inertia",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::frames,
+    .needs_mass = false,
+    .results = 2,
+    .result = {{"inertia", 2, {extent::twists, extent::twists}}, {"rank", 0, {}}},
+    .kernels = &kernel_table::operational_space_inertia,
+};
+
+constexpr algorithm_row operational_space = {
+    .name = "operational_space",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .external = external_use::optional,
+    .request = request_kind::frames,
+    .needs_mass = false,
+    .results = 4,
+    .result = {{"inertia", 2, {extent::twists, extent::twists}}, {"bias", 1, {extent::twists}}, {"pseudo_inverse", 2, {extent::nv, extent::twists}}, {"rank", 0, {}}},
+    .kernels = &kernel_table::operational_space,
 };
 
 constexpr algorithm_row energy = {
@@ -233,6 +387,90 @@ constexpr algorithm_row external_power = {
     .results = 1,
     .result = {{"power", 0, {}}},
     .kernels = &kernel_table::external_power,
+};
+
+constexpr algorithm_row center_of_mass = {
+    .name = "center_of_mass",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"center", 1, {extent::three}}},
+    .kernels = &kernel_table::center_of_mass,
+};
+
+constexpr algorithm_row center_of_mass_jacobian = {
+    .name = "center_of_mass_jacobian",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"J", 2, {extent::three, extent::nv}}},
+    .kernels = &kernel_table::center_of_mass_jacobian,
+};
+
+constexpr algorithm_row center_of_mass_velocity = {
+    .name = "center_of_mass_velocity",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"velocity", 1, {extent::three}}},
+    .kernels = &kernel_table::center_of_mass_velocity,
+};
+
+constexpr algorithm_row center_of_mass_acceleration = {
+    .name = "center_of_mass_acceleration",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"acceleration", 1, {extent::three}}},
+    .kernels = &kernel_table::center_of_mass_acceleration,
+};
+
+constexpr algorithm_row centroidal_momentum = {
+    .name = "centroidal_momentum",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"momentum", 1, {extent::six}}},
+    .kernels = &kernel_table::centroidal_momentum,
+};
+
+constexpr algorithm_row centroidal_momentum_matrix = {
+    .name = "centroidal_momentum_matrix",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"matrix", 2, {extent::six, extent::nv}}},
+    .kernels = &kernel_table::centroidal_momentum_matrix,
+};
+
+constexpr algorithm_row centroidal_momentum_rate = {
+    .name = "centroidal_momentum_rate",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"rate", 1, {extent::six}}},
+    .kernels = &kernel_table::centroidal_momentum_rate,
 };
 
 constexpr algorithm_row inverse_dynamics_derivatives = {
@@ -269,6 +507,54 @@ constexpr algorithm_row reactions_derivatives = {
     .results = 3,
     .result = {{"by_q", 3, {extent::joints, extent::six, extent::nv}}, {"by_v", 3, {extent::joints, extent::six, extent::nv}}, {"by_a", 3, {extent::joints, extent::six, extent::nv}}},
     .kernels = &kernel_table::reactions_derivatives,
+};
+
+constexpr algorithm_row inverse_dynamics_regressor = {
+    .name = "inverse_dynamics_regressor",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .external = external_use::none,
+    .request = request_kind::links,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"Y", 3, {extent::nv, extent::links, extent::ten}}},
+    .kernels = &kernel_table::inverse_dynamics_regressor,
+};
+
+constexpr algorithm_row reactions_regressor = {
+    .name = "reactions_regressor",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .external = external_use::none,
+    .request = request_kind::joints,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"Y", 4, {extent::joints, extent::six, extent::all_links, extent::ten}}},
+    .kernels = &kernel_table::reactions_regressor,
+};
+
+constexpr algorithm_row energy_regressor = {
+    .name = "energy_regressor",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .external = external_use::none,
+    .request = request_kind::links,
+    .needs_mass = false,
+    .results = 2,
+    .result = {{"kinetic", 2, {extent::links, extent::ten}}, {"potential", 2, {extent::links, extent::ten}}},
+    .kernels = &kernel_table::energy_regressor,
+};
+
+constexpr algorithm_row momentum_regressor = {
+    .name = "momentum_regressor",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .external = external_use::none,
+    .request = request_kind::links,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"P", 3, {extent::six, extent::links, extent::ten}}},
+    .kernels = &kernel_table::momentum_regressor,
 };
 
 constexpr algorithm_row reactions = {
@@ -323,6 +609,45 @@ constexpr algorithm_row frame_pose = {
     .variant_of = &frame_poses,
 };
 
+constexpr algorithm_row frame_velocity = {
+    .name = "frame_velocity",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .external = external_use::none,
+    .request = request_kind::frame,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"twist", 1, {extent::six}}},
+    .kernels = &kernel_table::frame_velocities,
+    .variant_of = &frame_velocities,
+};
+
+constexpr algorithm_row frame_acceleration = {
+    .name = "frame_acceleration",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .external = external_use::none,
+    .request = request_kind::frame,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"acceleration", 1, {extent::six}}},
+    .kernels = &kernel_table::frame_accelerations,
+    .variant_of = &frame_accelerations,
+};
+
+constexpr algorithm_row gravity_torque_regressor = {
+    .name = "gravity_torque_regressor",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::links,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"Y", 3, {extent::nv, extent::links, extent::ten}}},
+    .kernels = &kernel_table::inverse_dynamics_regressor,
+    .variant_of = &inverse_dynamics_regressor,
+};
+
 constexpr const algorithm_row *all[] = {
     &inverse_dynamics,
     &inverse_dynamics_with_reactions,
@@ -342,12 +667,37 @@ constexpr const algorithm_row *all[] = {
     &coriolis_matrix,
     &frame_pose,
     &frame_poses,
+    &frame_velocity,
+    &frame_velocities,
+    &frame_acceleration,
+    &frame_accelerations,
+    &point_velocity,
+    &point_acceleration,
     &jacobian,
+    &jacobian_rate,
+    &relative_pose,
+    &relative_velocity,
+    &relative_jacobian,
+    &operational_space_inertia_inverse,
+    &operational_space_inertia,
+    &operational_space,
     &energy,
     &external_power,
+    &center_of_mass,
+    &center_of_mass_jacobian,
+    &center_of_mass_velocity,
+    &center_of_mass_acceleration,
+    &centroidal_momentum,
+    &centroidal_momentum_matrix,
+    &centroidal_momentum_rate,
     &inverse_dynamics_derivatives,
     &forward_dynamics_derivatives,
     &reactions_derivatives,
+    &inverse_dynamics_regressor,
+    &gravity_torque_regressor,
+    &reactions_regressor,
+    &energy_regressor,
+    &momentum_regressor,
 };
 
 } // namespace rows

@@ -99,8 +99,90 @@ void frame_poses(const model &m, data &d, const S *q, int n, const int *links, S
 }
 
 template <class S>
+void frame_velocity(const model &m, data &d, const S *q, const S *v, int link, const frame_options &how, S *twist) {
+  compute<S>(rows::frame_velocity, m, d, {.q = q, .v = v, .links = {1, &link}, .frame = how, .result = {twist}});
+}
+
+template <class S>
+void frame_velocities(const model &m, data &d, const S *q, const S *v, int n, const int *links,
+                      const frame_options &how, S *twists) {
+  compute<S>(rows::frame_velocities, m, d, {.q = q, .v = v, .links = {n, links}, .frame = how, .result = {twists}});
+}
+
+template <class S>
+void frame_acceleration(const model &m, data &d, const S *q, const S *v, const S *a, int link, const frame_options &how,
+                        S *acceleration) {
+  compute<S>(rows::frame_acceleration, m, d, {.q = q, .v = v, .a = a, .links = {1, &link}, .frame = how,
+                                              .result = {acceleration}});
+}
+
+template <class S>
+void frame_accelerations(const model &m, data &d, const S *q, const S *v, const S *a, int n, const int *links,
+                         const frame_options &how, S *accelerations) {
+  compute<S>(rows::frame_accelerations, m, d, {.q = q, .v = v, .a = a, .links = {n, links}, .frame = how,
+                                               .result = {accelerations}});
+}
+
+template <class S>
+void point_velocity(const model &m, data &d, const S *q, const S *v, int link, const frame_options &how, S *velocity) {
+  compute<S>(rows::point_velocity, m, d, {.q = q, .v = v, .links = {1, &link}, .frame = how, .result = {velocity}});
+}
+
+template <class S>
+void point_acceleration(const model &m, data &d, const S *q, const S *v, const S *a, int link, const frame_options &how,
+                        S *acceleration) {
+  compute<S>(rows::point_acceleration, m, d, {.q = q, .v = v, .a = a, .links = {1, &link}, .frame = how,
+                                              .result = {acceleration}});
+}
+
+template <class S>
 void jacobian(const model &m, data &d, const S *q, int link, const frame_options &how, S *J) {
   compute<S>(rows::jacobian, m, d, {.q = q, .links = {1, &link}, .frame = how, .result = {J}});
+}
+
+template <class S>
+void jacobian_rate(const model &m, data &d, const S *q, const S *v, int link, const frame_options &how, S *rate) {
+  compute<S>(rows::jacobian_rate, m, d, {.q = q, .v = v, .links = {1, &link}, .frame = how, .result = {rate}});
+}
+
+template <class S>
+void relative_pose(const model &m, data &d, const S *q, int link, int seen_from, const frame_options &how, S *pose) {
+  const int links[] = {link, seen_from};
+  compute<S>(rows::relative_pose, m, d, {.q = q, .links = {2, links}, .frame = how, .result = {pose}});
+}
+
+template <class S>
+void relative_velocity(const model &m, data &d, const S *q, const S *v, int link, int seen_from,
+                       const frame_options &how, S *twist) {
+  const int links[] = {link, seen_from};
+  compute<S>(rows::relative_velocity, m, d, {.q = q, .v = v, .links = {2, links}, .frame = how, .result = {twist}});
+}
+
+template <class S>
+void relative_jacobian(const model &m, data &d, const S *q, int link, int seen_from, const frame_options &how, S *J) {
+  const int links[] = {link, seen_from};
+  compute<S>(rows::relative_jacobian, m, d, {.q = q, .links = {2, links}, .frame = how, .result = {J}});
+}
+
+template <class S>
+void operational_space_inertia_inverse(const model &m, data &d, const S *q, int n, const int *links,
+                                       const frame_options &how, S *inverse) {
+  compute<S>(rows::operational_space_inertia_inverse, m, d, {
+      .q = q, .links = {n, links}, .frame = how, .result = {inverse}});
+}
+
+template <class S>
+void operational_space_inertia(const model &m, data &d, const S *q, S *inertia, int n, const int *links,
+                               const frame_options &how, S *rank) {
+  compute<S>(rows::operational_space_inertia, m, d, {.q = q, .links = {n, links}, .frame = how,
+                                                     .result = {inertia, rank}});
+}
+
+template <class S>
+void operational_space(const model &m, data &d, const S *q, const S *v, S *inertia, S *bias, S *pseudo_inverse, int n,
+                       const int *links, const frame_options &how, S *rank, const external_wrenches<S> &external) {
+  compute<S>(rows::operational_space, m, d, {.q = q, .v = v, .external = external, .links = {n, links}, .frame = how,
+                                             .result = {inertia, bias, pseudo_inverse, rank}});
 }
 
 template <class S>
@@ -111,6 +193,41 @@ void energy(const model &m, data &d, const S *q, const S *v, S *kinetic, S *pote
 template <class S>
 void external_power(const model &m, data &d, const S *q, const S *v, S *power, const external_wrenches<S> &external) {
   compute<S>(rows::external_power, m, d, {.q = q, .v = v, .external = external, .result = {power}});
+}
+
+template <class S>
+void center_of_mass(const model &m, data &d, const S *q, S *center) {
+  compute<S>(rows::center_of_mass, m, d, {.q = q, .result = {center}});
+}
+
+template <class S>
+void center_of_mass_jacobian(const model &m, data &d, const S *q, S *J) {
+  compute<S>(rows::center_of_mass_jacobian, m, d, {.q = q, .result = {J}});
+}
+
+template <class S>
+void center_of_mass_velocity(const model &m, data &d, const S *q, const S *v, S *velocity) {
+  compute<S>(rows::center_of_mass_velocity, m, d, {.q = q, .v = v, .result = {velocity}});
+}
+
+template <class S>
+void center_of_mass_acceleration(const model &m, data &d, const S *q, const S *v, const S *a, S *acceleration) {
+  compute<S>(rows::center_of_mass_acceleration, m, d, {.q = q, .v = v, .a = a, .result = {acceleration}});
+}
+
+template <class S>
+void centroidal_momentum(const model &m, data &d, const S *q, const S *v, S *momentum) {
+  compute<S>(rows::centroidal_momentum, m, d, {.q = q, .v = v, .result = {momentum}});
+}
+
+template <class S>
+void centroidal_momentum_matrix(const model &m, data &d, const S *q, S *matrix) {
+  compute<S>(rows::centroidal_momentum_matrix, m, d, {.q = q, .result = {matrix}});
+}
+
+template <class S>
+void centroidal_momentum_rate(const model &m, data &d, const S *q, const S *v, const S *a, S *rate) {
+  compute<S>(rows::centroidal_momentum_rate, m, d, {.q = q, .v = v, .a = a, .result = {rate}});
 }
 
 template <class S>
@@ -132,6 +249,35 @@ void reactions_derivatives(const model &m, data &d, const S *q, const S *v, cons
                            const reaction_request &request, S *by_a, const external_wrenches<S> &external) {
   compute<S>(rows::reactions_derivatives, m, d, {.q = q, .v = v, .a = a, .external = external, .joints = &request,
                                                  .result = {by_q, by_v, by_a}});
+}
+
+template <class S>
+void inverse_dynamics_regressor(const model &m, data &d, const S *q, const S *v, const S *a, int n, const int *links,
+                                S *Y) {
+  compute<S>(rows::inverse_dynamics_regressor, m, d, {.q = q, .v = v, .a = a, .links = {n, links}, .result = {Y}});
+}
+
+template <class S>
+void gravity_torque_regressor(const model &m, data &d, const S *q, int n, const int *links, S *Y) {
+  const S *const zero = d.template zero<S>();
+  compute<S>(rows::gravity_torque_regressor, m, d, {.q = q, .v = zero, .a = zero, .links = {n, links}, .result = {Y}});
+}
+
+template <class S>
+void reactions_regressor(const model &m, data &d, const S *q, const S *v, const S *a, const reaction_request &request,
+                         S *Y) {
+  compute<S>(rows::reactions_regressor, m, d, {.q = q, .v = v, .a = a, .joints = &request, .result = {Y}});
+}
+
+template <class S>
+void energy_regressor(const model &m, data &d, const S *q, const S *v, S *kinetic, int n, const int *links,
+                      S *potential) {
+  compute<S>(rows::energy_regressor, m, d, {.q = q, .v = v, .links = {n, links}, .result = {kinetic, potential}});
+}
+
+template <class S>
+void momentum_regressor(const model &m, data &d, const S *q, const S *v, int n, const int *links, S *P) {
+  compute<S>(rows::momentum_regressor, m, d, {.q = q, .v = v, .links = {n, links}, .result = {P}});
 }
 
 template void inverse_dynamics<double>(const model &, data &, const double *, const double *, const double *, double *,
@@ -182,14 +328,83 @@ template void coriolis_matrix<double>(const model &, data &, const double *, con
 template void coriolis_matrix<float>(const model &, data &, const float *, const float *, float *);
 template void frame_poses<double>(const model &, data &, const double *, int, const int *, double *);
 template void frame_poses<float>(const model &, data &, const float *, int, const int *, float *);
+template void frame_velocity<double>(const model &, data &, const double *, const double *, int, const frame_options &,
+                                     double *);
+template void frame_velocity<float>(const model &, data &, const float *, const float *, int, const frame_options &,
+                                    float *);
+template void frame_velocities<double>(const model &, data &, const double *, const double *, int, const int *,
+                                       const frame_options &, double *);
+template void frame_velocities<float>(const model &, data &, const float *, const float *, int, const int *,
+                                      const frame_options &, float *);
+template void frame_acceleration<double>(const model &, data &, const double *, const double *, const double *, int,
+                                         const frame_options &, double *);
+template void frame_acceleration<float>(const model &, data &, const float *, const float *, const float *, int,
+                                        const frame_options &, float *);
+template void frame_accelerations<double>(const model &, data &, const double *, const double *, const double *, int,
+                                          const int *, const frame_options &, double *);
+template void frame_accelerations<float>(const model &, data &, const float *, const float *, const float *, int,
+                                         const int *, const frame_options &, float *);
+template void point_velocity<double>(const model &, data &, const double *, const double *, int, const frame_options &,
+                                     double *);
+template void point_velocity<float>(const model &, data &, const float *, const float *, int, const frame_options &,
+                                    float *);
+template void point_acceleration<double>(const model &, data &, const double *, const double *, const double *, int,
+                                         const frame_options &, double *);
+template void point_acceleration<float>(const model &, data &, const float *, const float *, const float *, int,
+                                        const frame_options &, float *);
 template void jacobian<double>(const model &, data &, const double *, int, const frame_options &, double *);
 template void jacobian<float>(const model &, data &, const float *, int, const frame_options &, float *);
+template void jacobian_rate<double>(const model &, data &, const double *, const double *, int, const frame_options &,
+                                    double *);
+template void jacobian_rate<float>(const model &, data &, const float *, const float *, int, const frame_options &,
+                                   float *);
+template void relative_pose<double>(const model &, data &, const double *, int, int, const frame_options &, double *);
+template void relative_pose<float>(const model &, data &, const float *, int, int, const frame_options &, float *);
+template void relative_velocity<double>(const model &, data &, const double *, const double *, int, int,
+                                        const frame_options &, double *);
+template void relative_velocity<float>(const model &, data &, const float *, const float *, int, int,
+                                       const frame_options &, float *);
+template void relative_jacobian<double>(const model &, data &, const double *, int, int, const frame_options &,
+                                        double *);
+template void relative_jacobian<float>(const model &, data &, const float *, int, int, const frame_options &, float *);
+template void operational_space_inertia_inverse<double>(const model &, data &, const double *, int, const int *,
+                                                        const frame_options &, double *);
+template void operational_space_inertia_inverse<float>(const model &, data &, const float *, int, const int *,
+                                                       const frame_options &, float *);
+template void operational_space_inertia<double>(const model &, data &, const double *, double *, int, const int *,
+                                                const frame_options &, double *);
+template void operational_space_inertia<float>(const model &, data &, const float *, float *, int, const int *,
+                                               const frame_options &, float *);
+template void operational_space<double>(const model &, data &, const double *, const double *, double *, double *,
+                                        double *, int, const int *, const frame_options &, double *,
+                                        const external_wrenches<double> &);
+template void operational_space<float>(const model &, data &, const float *, const float *, float *, float *, float *,
+                                       int, const int *, const frame_options &, float *,
+                                       const external_wrenches<float> &);
 template void energy<double>(const model &, data &, const double *, const double *, double *, double *);
 template void energy<float>(const model &, data &, const float *, const float *, float *, float *);
 template void external_power<double>(const model &, data &, const double *, const double *, double *,
                                      const external_wrenches<double> &);
 template void external_power<float>(const model &, data &, const float *, const float *, float *,
                                     const external_wrenches<float> &);
+template void center_of_mass<double>(const model &, data &, const double *, double *);
+template void center_of_mass<float>(const model &, data &, const float *, float *);
+template void center_of_mass_jacobian<double>(const model &, data &, const double *, double *);
+template void center_of_mass_jacobian<float>(const model &, data &, const float *, float *);
+template void center_of_mass_velocity<double>(const model &, data &, const double *, const double *, double *);
+template void center_of_mass_velocity<float>(const model &, data &, const float *, const float *, float *);
+template void center_of_mass_acceleration<double>(const model &, data &, const double *, const double *, const double *,
+                                                  double *);
+template void center_of_mass_acceleration<float>(const model &, data &, const float *, const float *, const float *,
+                                                 float *);
+template void centroidal_momentum<double>(const model &, data &, const double *, const double *, double *);
+template void centroidal_momentum<float>(const model &, data &, const float *, const float *, float *);
+template void centroidal_momentum_matrix<double>(const model &, data &, const double *, double *);
+template void centroidal_momentum_matrix<float>(const model &, data &, const float *, float *);
+template void centroidal_momentum_rate<double>(const model &, data &, const double *, const double *, const double *,
+                                               double *);
+template void centroidal_momentum_rate<float>(const model &, data &, const float *, const float *, const float *,
+                                              float *);
 template void inverse_dynamics_derivatives<double>(const model &, data &, const double *, const double *,
                                                    const double *, double *, double *, double *,
                                                    const external_wrenches<double> &);
@@ -206,5 +421,22 @@ template void reactions_derivatives<double>(const model &, data &, const double 
 template void reactions_derivatives<float>(const model &, data &, const float *, const float *, const float *, float *,
                                            float *, const reaction_request &, float *,
                                            const external_wrenches<float> &);
+template void inverse_dynamics_regressor<double>(const model &, data &, const double *, const double *, const double *,
+                                                 int, const int *, double *);
+template void inverse_dynamics_regressor<float>(const model &, data &, const float *, const float *, const float *, int,
+                                                const int *, float *);
+template void gravity_torque_regressor<double>(const model &, data &, const double *, int, const int *, double *);
+template void gravity_torque_regressor<float>(const model &, data &, const float *, int, const int *, float *);
+template void reactions_regressor<double>(const model &, data &, const double *, const double *, const double *,
+                                          const reaction_request &, double *);
+template void reactions_regressor<float>(const model &, data &, const float *, const float *, const float *,
+                                         const reaction_request &, float *);
+template void energy_regressor<double>(const model &, data &, const double *, const double *, double *, int,
+                                       const int *, double *);
+template void energy_regressor<float>(const model &, data &, const float *, const float *, float *, int, const int *,
+                                      float *);
+template void momentum_regressor<double>(const model &, data &, const double *, const double *, int, const int *,
+                                         double *);
+template void momentum_regressor<float>(const model &, data &, const float *, const float *, int, const int *, float *);
 
 } // namespace ksl

@@ -20,12 +20,34 @@
   extern "C" const ksl::algorithm_kernels ksl_kernels_solve_mass_matrix_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_coriolis_matrix_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_frame_poses_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_frame_velocities_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_frame_accelerations_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_point_velocity_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_point_acceleration_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_jacobian_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_jacobian_rate_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_relative_pose_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_relative_velocity_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_relative_jacobian_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_operational_space_inertia_inverse_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_operational_space_inertia_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_operational_space_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_energy_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_external_power_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_center_of_mass_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_center_of_mass_jacobian_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_center_of_mass_velocity_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_center_of_mass_acceleration_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_centroidal_momentum_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_centroidal_momentum_matrix_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_centroidal_momentum_rate_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_inverse_dynamics_derivatives_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_forward_dynamics_derivatives_##set; \
-  extern "C" const ksl::algorithm_kernels ksl_kernels_reactions_derivatives_##set;
+  extern "C" const ksl::algorithm_kernels ksl_kernels_reactions_derivatives_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_inverse_dynamics_regressor_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_reactions_regressor_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_energy_regressor_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_momentum_regressor_##set;
 
 #define KSL_KERNEL_TABLE(set) \
   { \
@@ -43,10 +65,32 @@
     .solve_mass_matrix = &ksl_kernels_solve_mass_matrix_##set, \
     .coriolis_matrix = &ksl_kernels_coriolis_matrix_##set, \
     .frame_poses = &ksl_kernels_frame_poses_##set, \
+    .frame_velocities = &ksl_kernels_frame_velocities_##set, \
+    .frame_accelerations = &ksl_kernels_frame_accelerations_##set, \
+    .point_velocity = &ksl_kernels_point_velocity_##set, \
+    .point_acceleration = &ksl_kernels_point_acceleration_##set, \
     .jacobian = &ksl_kernels_jacobian_##set, \
+    .jacobian_rate = &ksl_kernels_jacobian_rate_##set, \
+    .relative_pose = &ksl_kernels_relative_pose_##set, \
+    .relative_velocity = &ksl_kernels_relative_velocity_##set, \
+    .relative_jacobian = &ksl_kernels_relative_jacobian_##set, \
+    .operational_space_inertia_inverse = &ksl_kernels_operational_space_inertia_inverse_##set, \
+    .operational_space_inertia = &ksl_kernels_operational_space_inertia_##set, \
+    .operational_space = &ksl_kernels_operational_space_##set, \
     .energy = &ksl_kernels_energy_##set, \
     .external_power = &ksl_kernels_external_power_##set, \
+    .center_of_mass = &ksl_kernels_center_of_mass_##set, \
+    .center_of_mass_jacobian = &ksl_kernels_center_of_mass_jacobian_##set, \
+    .center_of_mass_velocity = &ksl_kernels_center_of_mass_velocity_##set, \
+    .center_of_mass_acceleration = &ksl_kernels_center_of_mass_acceleration_##set, \
+    .centroidal_momentum = &ksl_kernels_centroidal_momentum_##set, \
+    .centroidal_momentum_matrix = &ksl_kernels_centroidal_momentum_matrix_##set, \
+    .centroidal_momentum_rate = &ksl_kernels_centroidal_momentum_rate_##set, \
     .inverse_dynamics_derivatives = &ksl_kernels_inverse_dynamics_derivatives_##set, \
     .forward_dynamics_derivatives = &ksl_kernels_forward_dynamics_derivatives_##set, \
     .reactions_derivatives = &ksl_kernels_reactions_derivatives_##set, \
+    .inverse_dynamics_regressor = &ksl_kernels_inverse_dynamics_regressor_##set, \
+    .reactions_regressor = &ksl_kernels_reactions_regressor_##set, \
+    .energy_regressor = &ksl_kernels_energy_regressor_##set, \
+    .momentum_regressor = &ksl_kernels_momentum_regressor_##set, \
   }

@@ -223,6 +223,7 @@ private:
     add_inertias();
     add_augmented();
     add_angles();
+    add_limits();
     round_to_single();
     m_.massless_joint_ = ksl::massless_joint(m_);
     for (const payload &p : options_.payloads)
@@ -305,6 +306,20 @@ private:
     }
   }
 
+  /// Limits of joints with one coordinate.
+  void add_limits() {
+    const auto n = static_cast<std::size_t>(m_.nq_);
+    m_.double_.lower.assign(n, -INFINITY), m_.double_.upper.assign(n, INFINITY);
+    for (const joint_row &j : m_.joints_) {
+      const joint_kind_row kind = row_of(j.kind);
+      if (j.description < 0 || !kind.has_limits || kind.nq != 1)
+        continue;
+      const joint_description &given = m_.description_.joints[static_cast<std::size_t>(j.description)];
+      const auto k = static_cast<std::size_t>(j.q_index);
+      m_.double_.lower[k] = given.lower.value_or(-INFINITY), m_.double_.upper[k] = given.upper.value_or(INFINITY);
+    }
+  }
+
   void round_to_single() {
     const auto &d = m_.double_;
     auto &s = m_.single_;
@@ -318,6 +333,7 @@ private:
       s.augmented.push_back(spread<float>(I));
     s.theta0_sine.assign(d.theta0_sine.begin(), d.theta0_sine.end());
     s.theta0_cosine.assign(d.theta0_cosine.begin(), d.theta0_cosine.end());
+    s.lower.assign(d.lower.begin(), d.lower.end()), s.upper.assign(d.upper.begin(), d.upper.end());
     s.first_angle = d.first_angle, s.angles_end = d.angles_end;
   }
 

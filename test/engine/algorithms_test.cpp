@@ -575,6 +575,232 @@ TEST_CASE("frame_poses: C++ and C, one state and batches, in float") {
   faces::agree<float>(ksl::rows::frame_poses, cpp, c, cpp_batch, c_batch);
 }
 
+TEST_CASE("frame_velocity: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::frame_velocity(s.r.m, s.r.d, s.q, s.v, s.r.links[0], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_frame_velocity(s.r.c_model, s.r.c_data, s.q, s.v, s.r.links[0], s.r.c_how, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::frame_velocity_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_frame_velocity_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                   s.batch.v.stride, s.r.links[0], s.r.c_how, s.batch.result[0].first,
+                                   s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::frame_velocity, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("frame_velocity: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::frame_velocity(s.r.m, s.r.d, s.q, s.v, s.r.links[0], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_frame_velocityf(s.r.c_model, s.r.c_data, s.q, s.v, s.r.links[0], s.r.c_how, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::frame_velocity_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_frame_velocity_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                    s.batch.v.stride, s.r.links[0], s.r.c_how, s.batch.result[0].first,
+                                    s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::frame_velocity, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("frame_velocities: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::frame_velocities(s.r.m, s.r.d, s.q, s.v, 3, s.r.links.data(), s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_frame_velocities(s.r.c_model, s.r.c_data, s.q, s.v, 3, s.r.links.data(), s.r.c_how,
+                               s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::frame_velocities_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_frame_velocities_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                     s.batch.v.stride, 3, s.r.links.data(), s.r.c_how, s.batch.result[0].first,
+                                     s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::frame_velocities, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("frame_velocities: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::frame_velocities(s.r.m, s.r.d, s.q, s.v, 3, s.r.links.data(), s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_frame_velocitiesf(s.r.c_model, s.r.c_data, s.q, s.v, 3, s.r.links.data(), s.r.c_how,
+                                s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::frame_velocities_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_frame_velocities_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                      s.batch.v.stride, 3, s.r.links.data(), s.r.c_how, s.batch.result[0].first,
+                                      s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::frame_velocities, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("frame_acceleration: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::frame_acceleration(s.r.m, s.r.d, s.q, s.v, s.a, s.r.links[0], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_frame_acceleration(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.r.links[0], s.r.c_how,
+                                 s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::frame_acceleration_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_frame_acceleration_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                       s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.r.links[0], s.r.c_how,
+                                       s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::frame_acceleration, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("frame_acceleration: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::frame_acceleration(s.r.m, s.r.d, s.q, s.v, s.a, s.r.links[0], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_frame_accelerationf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.r.links[0], s.r.c_how,
+                                  s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::frame_acceleration_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_frame_acceleration_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                        s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.r.links[0], s.r.c_how,
+                                        s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::frame_acceleration, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("frame_accelerations: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::frame_accelerations(s.r.m, s.r.d, s.q, s.v, s.a, 3, s.r.links.data(), s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_frame_accelerations(s.r.c_model, s.r.c_data, s.q, s.v, s.a, 3, s.r.links.data(), s.r.c_how,
+                                  s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::frame_accelerations_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_frame_accelerations_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                        s.batch.v.stride, s.batch.a.first, s.batch.a.stride, 3, s.r.links.data(),
+                                        s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride,
+                                        s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::frame_accelerations, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("frame_accelerations: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::frame_accelerations(s.r.m, s.r.d, s.q, s.v, s.a, 3, s.r.links.data(), s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_frame_accelerationsf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, 3, s.r.links.data(), s.r.c_how,
+                                   s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::frame_accelerations_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_frame_accelerations_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                         s.batch.v.stride, s.batch.a.first, s.batch.a.stride, 3, s.r.links.data(),
+                                         s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride,
+                                         s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::frame_accelerations, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("point_velocity: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::point_velocity(s.r.m, s.r.d, s.q, s.v, s.r.links[0], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_point_velocity(s.r.c_model, s.r.c_data, s.q, s.v, s.r.links[0], s.r.c_how, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::point_velocity_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_point_velocity_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                   s.batch.v.stride, s.r.links[0], s.r.c_how, s.batch.result[0].first,
+                                   s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::point_velocity, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("point_velocity: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::point_velocity(s.r.m, s.r.d, s.q, s.v, s.r.links[0], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_point_velocityf(s.r.c_model, s.r.c_data, s.q, s.v, s.r.links[0], s.r.c_how, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::point_velocity_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_point_velocity_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                    s.batch.v.stride, s.r.links[0], s.r.c_how, s.batch.result[0].first,
+                                    s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::point_velocity, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("point_acceleration: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::point_acceleration(s.r.m, s.r.d, s.q, s.v, s.a, s.r.links[0], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_point_acceleration(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.r.links[0], s.r.c_how,
+                                 s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::point_acceleration_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_point_acceleration_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                       s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.r.links[0], s.r.c_how,
+                                       s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::point_acceleration, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("point_acceleration: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::point_acceleration(s.r.m, s.r.d, s.q, s.v, s.a, s.r.links[0], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_point_accelerationf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.r.links[0], s.r.c_how,
+                                  s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::point_acceleration_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_point_acceleration_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                        s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.r.links[0], s.r.c_how,
+                                        s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::point_acceleration, cpp, c, cpp_batch, c_batch);
+}
+
 TEST_CASE("jacobian: C++ and C, one state and batches, in double") {
   const auto cpp = [](faces::one<double> &s) {
     ksl::jacobian(s.r.m, s.r.d, s.q, s.r.links[0], s.r.how, s.result[0]);
@@ -607,6 +833,279 @@ TEST_CASE("jacobian: C++ and C, one state and batches, in float") {
                               s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::jacobian, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("jacobian_rate: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::jacobian_rate(s.r.m, s.r.d, s.q, s.v, s.r.links[0], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_jacobian_rate(s.r.c_model, s.r.c_data, s.q, s.v, s.r.links[0], s.r.c_how, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::jacobian_rate_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_jacobian_rate_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                  s.batch.v.stride, s.r.links[0], s.r.c_how, s.batch.result[0].first,
+                                  s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::jacobian_rate, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("jacobian_rate: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::jacobian_rate(s.r.m, s.r.d, s.q, s.v, s.r.links[0], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_jacobian_ratef(s.r.c_model, s.r.c_data, s.q, s.v, s.r.links[0], s.r.c_how, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::jacobian_rate_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_jacobian_rate_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                   s.batch.v.stride, s.r.links[0], s.r.c_how, s.batch.result[0].first,
+                                   s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::jacobian_rate, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("relative_pose: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::relative_pose(s.r.m, s.r.d, s.q, s.r.links[0], s.r.links[1], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_relative_pose(s.r.c_model, s.r.c_data, s.q, s.r.links[0], s.r.links[1], s.r.c_how,
+                            s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::relative_pose_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_relative_pose_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.r.links[0], s.r.links[1],
+                                  s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::relative_pose, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("relative_pose: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::relative_pose(s.r.m, s.r.d, s.q, s.r.links[0], s.r.links[1], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_relative_posef(s.r.c_model, s.r.c_data, s.q, s.r.links[0], s.r.links[1], s.r.c_how,
+                             s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::relative_pose_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_relative_pose_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.r.links[0], s.r.links[1],
+                                   s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::relative_pose, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("relative_velocity: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::relative_velocity(s.r.m, s.r.d, s.q, s.v, s.r.links[0], s.r.links[1], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_relative_velocity(s.r.c_model, s.r.c_data, s.q, s.v, s.r.links[0], s.r.links[1], s.r.c_how,
+                                s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::relative_velocity_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_relative_velocity_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                      s.batch.v.stride, s.r.links[0], s.r.links[1], s.r.c_how, s.batch.result[0].first,
+                                      s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::relative_velocity, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("relative_velocity: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::relative_velocity(s.r.m, s.r.d, s.q, s.v, s.r.links[0], s.r.links[1], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_relative_velocityf(s.r.c_model, s.r.c_data, s.q, s.v, s.r.links[0], s.r.links[1], s.r.c_how,
+                                 s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::relative_velocity_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_relative_velocity_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                       s.batch.v.stride, s.r.links[0], s.r.links[1], s.r.c_how, s.batch.result[0].first,
+                                       s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::relative_velocity, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("relative_jacobian: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::relative_jacobian(s.r.m, s.r.d, s.q, s.r.links[0], s.r.links[1], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_relative_jacobian(s.r.c_model, s.r.c_data, s.q, s.r.links[0], s.r.links[1], s.r.c_how,
+                                s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::relative_jacobian_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_relative_jacobian_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.r.links[0], s.r.links[1],
+                                      s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride,
+                                      s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::relative_jacobian, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("relative_jacobian: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::relative_jacobian(s.r.m, s.r.d, s.q, s.r.links[0], s.r.links[1], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_relative_jacobianf(s.r.c_model, s.r.c_data, s.q, s.r.links[0], s.r.links[1], s.r.c_how,
+                                 s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::relative_jacobian_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_relative_jacobian_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.r.links[0], s.r.links[1],
+                                       s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride,
+                                       s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::relative_jacobian, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("operational_space_inertia_inverse: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::operational_space_inertia_inverse(s.r.m, s.r.d, s.q, 3, s.r.links.data(), s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_operational_space_inertia_inverse(s.r.c_model, s.r.c_data, s.q, 3, s.r.links.data(), s.r.c_how,
+                                                s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::operational_space_inertia_inverse_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_operational_space_inertia_inverse_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, 3,
+                                                      s.r.links.data(), s.r.c_how, s.batch.result[0].first,
+                                                      s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::operational_space_inertia_inverse, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("operational_space_inertia_inverse: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::operational_space_inertia_inverse(s.r.m, s.r.d, s.q, 3, s.r.links.data(), s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_operational_space_inertia_inversef(s.r.c_model, s.r.c_data, s.q, 3, s.r.links.data(), s.r.c_how,
+                                                 s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::operational_space_inertia_inverse_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_operational_space_inertia_inverse_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, 3,
+                                                       s.r.links.data(), s.r.c_how, s.batch.result[0].first,
+                                                       s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::operational_space_inertia_inverse, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("operational_space_inertia: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::operational_space_inertia(s.r.m, s.r.d, s.q, s.result[0], 3, s.r.links.data(), s.r.how, s.result[1]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_operational_space_inertia(s.r.c_model, s.r.c_data, s.q, s.result[0], 3, s.r.links.data(), s.r.c_how,
+                                        s.result[1]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::operational_space_inertia_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_operational_space_inertia_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                              s.batch.result[0].first, s.batch.result[0].stride, 3, s.r.links.data(),
+                                              s.r.c_how, s.batch.result[1].first, s.batch.result[1].stride,
+                                              s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::operational_space_inertia, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("operational_space_inertia: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::operational_space_inertia(s.r.m, s.r.d, s.q, s.result[0], 3, s.r.links.data(), s.r.how, s.result[1]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_operational_space_inertiaf(s.r.c_model, s.r.c_data, s.q, s.result[0], 3, s.r.links.data(), s.r.c_how,
+                                         s.result[1]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::operational_space_inertia_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_operational_space_inertia_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                               s.batch.result[0].first, s.batch.result[0].stride, 3, s.r.links.data(),
+                                               s.r.c_how, s.batch.result[1].first, s.batch.result[1].stride,
+                                               s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::operational_space_inertia, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("operational_space: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::operational_space(s.r.m, s.r.d, s.q, s.v, s.result[0], s.result[1], s.result[2], 3, s.r.links.data(), s.r.how,
+                           s.result[3], s.external);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_operational_space(s.r.c_model, s.r.c_data, s.q, s.v, &s.c_external, s.result[0], s.result[1], s.result[2],
+                                3, s.r.links.data(), s.r.c_how, s.result[3]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::operational_space_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_operational_space_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                               s.batch.v.stride, &s.external, s.batch.result[0].first,
+                                               s.batch.result[0].stride, s.batch.result[1].first,
+                                               s.batch.result[1].stride, s.batch.result[2].first,
+                                               s.batch.result[2].stride, 3, s.r.links.data(), s.r.c_how,
+                                               s.batch.result[3].first, s.batch.result[3].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::operational_space, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("operational_space: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::operational_space(s.r.m, s.r.d, s.q, s.v, s.result[0], s.result[1], s.result[2], 3, s.r.links.data(), s.r.how,
+                           s.result[3], s.external);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_operational_spacef(s.r.c_model, s.r.c_data, s.q, s.v, &s.c_external, s.result[0], s.result[1],
+                                 s.result[2], 3, s.r.links.data(), s.r.c_how, s.result[3]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::operational_space_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_operational_space_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                s.batch.v.stride, &s.external, s.batch.result[0].first,
+                                                s.batch.result[0].stride, s.batch.result[1].first,
+                                                s.batch.result[1].stride, s.batch.result[2].first,
+                                                s.batch.result[2].stride, 3, s.r.links.data(), s.r.c_how,
+                                                s.batch.result[3].first, s.batch.result[3].stride,
+                                                s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::operational_space, cpp, c, cpp_batch, c_batch);
 }
 
 TEST_CASE("energy: C++ and C, one state and batches, in double") {
@@ -679,6 +1178,255 @@ TEST_CASE("external_power: C++ and C, one state and batches, in float") {
                                     s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::external_power, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("center_of_mass: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::center_of_mass(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_center_of_mass(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::center_of_mass_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_center_of_mass_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                   s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::center_of_mass, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("center_of_mass: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::center_of_mass(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_center_of_massf(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::center_of_mass_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_center_of_mass_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                    s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::center_of_mass, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("center_of_mass_jacobian: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::center_of_mass_jacobian(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_center_of_mass_jacobian(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::center_of_mass_jacobian_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_center_of_mass_jacobian_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                            s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::center_of_mass_jacobian, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("center_of_mass_jacobian: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::center_of_mass_jacobian(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_center_of_mass_jacobianf(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::center_of_mass_jacobian_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_center_of_mass_jacobian_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                             s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::center_of_mass_jacobian, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("center_of_mass_velocity: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::center_of_mass_velocity(s.r.m, s.r.d, s.q, s.v, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_center_of_mass_velocity(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::center_of_mass_velocity_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_center_of_mass_velocity_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                            s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                            s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::center_of_mass_velocity, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("center_of_mass_velocity: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::center_of_mass_velocity(s.r.m, s.r.d, s.q, s.v, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_center_of_mass_velocityf(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::center_of_mass_velocity_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_center_of_mass_velocity_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                             s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                             s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::center_of_mass_velocity, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("center_of_mass_acceleration: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::center_of_mass_acceleration(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_center_of_mass_acceleration(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::center_of_mass_acceleration_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_center_of_mass_acceleration_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                s.batch.v.stride, s.batch.a.first, s.batch.a.stride,
+                                                s.batch.result[0].first, s.batch.result[0].stride,
+                                                s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::center_of_mass_acceleration, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("center_of_mass_acceleration: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::center_of_mass_acceleration(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_center_of_mass_accelerationf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::center_of_mass_acceleration_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_center_of_mass_acceleration_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                 s.batch.v.stride, s.batch.a.first, s.batch.a.stride,
+                                                 s.batch.result[0].first, s.batch.result[0].stride,
+                                                 s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::center_of_mass_acceleration, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("centroidal_momentum: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::centroidal_momentum(s.r.m, s.r.d, s.q, s.v, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_centroidal_momentum(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::centroidal_momentum_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_centroidal_momentum_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                        s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                        s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::centroidal_momentum, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("centroidal_momentum: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::centroidal_momentum(s.r.m, s.r.d, s.q, s.v, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_centroidal_momentumf(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::centroidal_momentum_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_centroidal_momentum_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                         s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                         s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::centroidal_momentum, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("centroidal_momentum_matrix: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::centroidal_momentum_matrix(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_centroidal_momentum_matrix(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::centroidal_momentum_matrix_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_centroidal_momentum_matrix_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                               s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::centroidal_momentum_matrix, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("centroidal_momentum_matrix: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::centroidal_momentum_matrix(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_centroidal_momentum_matrixf(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::centroidal_momentum_matrix_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_centroidal_momentum_matrix_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                s.batch.result[0].first, s.batch.result[0].stride,
+                                                s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::centroidal_momentum_matrix, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("centroidal_momentum_rate: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::centroidal_momentum_rate(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_centroidal_momentum_rate(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::centroidal_momentum_rate_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_centroidal_momentum_rate_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                             s.batch.v.stride, s.batch.a.first, s.batch.a.stride,
+                                             s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::centroidal_momentum_rate, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("centroidal_momentum_rate: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::centroidal_momentum_rate(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_centroidal_momentum_ratef(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::centroidal_momentum_rate_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_centroidal_momentum_rate_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                              s.batch.v.stride, s.batch.a.first, s.batch.a.stride,
+                                              s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::centroidal_momentum_rate, cpp, c, cpp_batch, c_batch);
 }
 
 TEST_CASE("inverse_dynamics_derivatives: C++ and C, one state and batches, in double") {
@@ -814,4 +1562,193 @@ TEST_CASE("reactions_derivatives: C++ and C, one state and batches, in float") {
                                                     s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::reactions_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("inverse_dynamics_regressor: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::inverse_dynamics_regressor(s.r.m, s.r.d, s.q, s.v, s.a, 3, s.r.links.data(), s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_inverse_dynamics_regressor(s.r.c_model, s.r.c_data, s.q, s.v, s.a, 3, s.r.links.data(),
+                                         s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::inverse_dynamics_regressor_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_inverse_dynamics_regressor_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                               s.batch.v.stride, s.batch.a.first, s.batch.a.stride, 3, s.r.links.data(),
+                                               s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::inverse_dynamics_regressor, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("inverse_dynamics_regressor: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::inverse_dynamics_regressor(s.r.m, s.r.d, s.q, s.v, s.a, 3, s.r.links.data(), s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_inverse_dynamics_regressorf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, 3, s.r.links.data(),
+                                          s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::inverse_dynamics_regressor_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_inverse_dynamics_regressor_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                s.batch.v.stride, s.batch.a.first, s.batch.a.stride, 3,
+                                                s.r.links.data(), s.batch.result[0].first, s.batch.result[0].stride,
+                                                s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::inverse_dynamics_regressor, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("gravity_torque_regressor: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::gravity_torque_regressor(s.r.m, s.r.d, s.q, 3, s.r.links.data(), s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_gravity_torque_regressor(s.r.c_model, s.r.c_data, s.q, 3, s.r.links.data(), s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::gravity_torque_regressor_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_gravity_torque_regressor_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, 3, s.r.links.data(),
+                                             s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::gravity_torque_regressor, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("gravity_torque_regressor: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::gravity_torque_regressor(s.r.m, s.r.d, s.q, 3, s.r.links.data(), s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_gravity_torque_regressorf(s.r.c_model, s.r.c_data, s.q, 3, s.r.links.data(), s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::gravity_torque_regressor_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_gravity_torque_regressor_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, 3, s.r.links.data(),
+                                              s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::gravity_torque_regressor, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("reactions_regressor: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::reactions_regressor(s.r.m, s.r.d, s.q, s.v, s.a, s.r.request, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_reactions_regressor(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.r.request.n, s.r.joints.data(), nullptr,
+                                  s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::reactions_regressor_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_reactions_regressor_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                        s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.r.request.n,
+                                        s.r.joints.data(), nullptr, s.batch.result[0].first, s.batch.result[0].stride,
+                                        s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::reactions_regressor, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("reactions_regressor: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::reactions_regressor(s.r.m, s.r.d, s.q, s.v, s.a, s.r.request, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_reactions_regressorf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.r.request.n, s.r.joints.data(), nullptr,
+                                   s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::reactions_regressor_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_reactions_regressor_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                         s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.r.request.n,
+                                         s.r.joints.data(), nullptr, s.batch.result[0].first, s.batch.result[0].stride,
+                                         s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::reactions_regressor, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("energy_regressor: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::energy_regressor(s.r.m, s.r.d, s.q, s.v, s.result[0], 3, s.r.links.data(), s.result[1]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_energy_regressor(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0], 3, s.r.links.data(),
+                               s.result[1]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::energy_regressor_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_energy_regressor_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                     s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride, 3,
+                                     s.r.links.data(), s.batch.result[1].first, s.batch.result[1].stride,
+                                     s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::energy_regressor, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("energy_regressor: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::energy_regressor(s.r.m, s.r.d, s.q, s.v, s.result[0], 3, s.r.links.data(), s.result[1]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_energy_regressorf(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0], 3, s.r.links.data(),
+                                s.result[1]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::energy_regressor_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_energy_regressor_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                      s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride, 3,
+                                      s.r.links.data(), s.batch.result[1].first, s.batch.result[1].stride,
+                                      s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::energy_regressor, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("momentum_regressor: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::momentum_regressor(s.r.m, s.r.d, s.q, s.v, 3, s.r.links.data(), s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_momentum_regressor(s.r.c_model, s.r.c_data, s.q, s.v, 3, s.r.links.data(), s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::momentum_regressor_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_momentum_regressor_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                       s.batch.v.stride, 3, s.r.links.data(), s.batch.result[0].first,
+                                       s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::momentum_regressor, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("momentum_regressor: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::momentum_regressor(s.r.m, s.r.d, s.q, s.v, 3, s.r.links.data(), s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_momentum_regressorf(s.r.c_model, s.r.c_data, s.q, s.v, 3, s.r.links.data(), s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::momentum_regressor_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_momentum_regressor_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                        s.batch.v.stride, 3, s.r.links.data(), s.batch.result[0].first,
+                                        s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::momentum_regressor, cpp, c, cpp_batch, c_batch);
 }

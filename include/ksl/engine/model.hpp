@@ -70,6 +70,7 @@ template <class T> struct model_view {
   const T *theta0_sine, *theta0_cosine;   ///< of the joint that each number in q belongs to, padded as joint_angles
   const int *tree_row;                    ///< (nv + 1) where the rows of a matrix begin, by their elements that aren't zero
   int first_angle, angles_end;            ///< the range of indices in q that contains all joint angles
+  const T *lower, *upper;                 ///< limits of the numbers in q; infinite where there are none
 };
 
 } // namespace ksl

@@ -143,6 +143,22 @@ template <class T> struct axis_pose {
     A::axpy_vv(-alpha.sine, &y, &z);
     A::mat3x3_setFromVectors(&R, &u, &v, &z);
   }
+  /// Computes the parent's axes from the body's.  43 flops.
+  KSL_LANES void rotate_axes_back(mat3x3<T> &R) const {
+    using A = algebra<T>;
+    vec3<T> x, y, z, u, v;
+    const plane_rotation<T> alpha = spread<T>(b.alpha);
+    A::mat3x3_toVectors(&R, &x, &y, &z);
+    combine(theta.sine * alpha.cosine, x, theta.cosine * alpha.cosine, y, -alpha.sine, z, u);
+    combine(theta.sine * alpha.sine, x, theta.cosine * alpha.sine, y, alpha.cosine, z, v);
+    A::product_av(theta.cosine, &x, &x);
+    A::axpy_vv(-theta.sine, &y, &x);
+    A::mat3x3_setFromVectors(&R, &x, &u, &v);
+    if (!b.no_offset) {
+      T offset[2] = {T(-b.offset.sine), T(b.offset.cosine)};
+      A::product_drdrz(&R, offset, &R);
+    }
+  }
 
 private:
   KSL_LANES static void combine(const T &a, const vec3<T> &x, const T &b, const vec3<T> &y, const T &c, const vec3<T> &z,
@@ -162,6 +178,7 @@ template <class T> struct free_pose {
   template <class... V> KSL_LANES void to_parent(V &...v) const { (rotate(R, v), ...); }
   KSL_LANES mat3x3<T> axes() const { return R; }
   KSL_LANES void rotate_axes(mat3x3<T> &parent) const { algebra<T>::product_drdr(&parent, &R, &parent); }
+  KSL_LANES void rotate_axes_back(mat3x3<T> &body) const { algebra<T>::product_drdrinv(&body, &R, &body); }
 };
 
 /// The pose of a body, from that of its parent, both in the same frame.
@@ -169,6 +186,17 @@ template <class T, class Pose> KSL_LANES SE3<T> composed(const SE3<T> &parent, c
   SE3<T> pose = parent;
   algebra<T>::product_dv(&parent, &D.t, &pose.t);
   D.rotate_axes(pose.R);
+  return pose;
+}
+
+/// The pose of a body's parent, from that of the body, both in the same frame.
+template <class T, class Pose> KSL_LANES SE3<T> composed_back(const SE3<T> &body, const Pose &D) {
+  using A = algebra<T>;
+  SE3<T> pose = body;
+  vec3<T> offset;
+  D.rotate_axes_back(pose.R);
+  A::product_drv(&pose.R, &D.t, &offset);
+  A::subtract_vv(&body.t, &offset, &pose.t);
   return pose;
 }
 

@@ -101,10 +101,13 @@ template <bool turns, bool slides> struct one_axis_joint {
     }
   }
 
-  /// column: S in the axes of the base.  momentum: I S in the body's own axes.
+  /// column: S in the axes of the base, or in those to which R leads.  momentum: I S in the body's own axes.
   template <int, class T>
   static KSL_LANES column_type<T> column(const body<scalar_of<T>> &b, const per_body<mat3x3, T> &rotation, int i) {
     return {axis_of(rotation, i), T(b.pitch)};
+  }
+  template <int, class T> static KSL_LANES column_type<T> column(const body<scalar_of<T>> &b, const mat3x3<T> &R) {
+    return {axis_of<2>(R), T(b.pitch)};
   }
   template <int, class T>
   static KSL_LANES coscrew<T> momentum(const body<scalar_of<T>> &b, const spatial_inertia<T> &I) {
