@@ -46,6 +46,7 @@ ksl::model heavy_tree(int bodies, std::mt19937 &random) {
                                      below(3) ? i - 1 : below(i), i, vector(), axis));
     r.joints.back().pitch = 0.3;
     r.joints.back().axis2 = vector();
+    ksl::algebra<double>::vec3_normalize(&r.joints.back().axis2);
   }
   ksl::model_options options;
   options.floating_base = below(2) == 0;
