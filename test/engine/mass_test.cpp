@@ -277,6 +277,8 @@ TEST_CASE("forward and hybrid dynamics are the inverse of inverse dynamics") {
         const ksl::body<double> &b = s.m.view().body[s.m.view().link[l].body];
         for (int c = 0; c < b.nv; ++c)
           known[static_cast<std::size_t>(b.v_index + c)] = true;
+        if (b.ends_universal) // both axes belong to the joint
+          known[static_cast<std::size_t>(b.v_index - 1)] = true;
       }
       const auto both = s.run<ksl::hybrid_dynamics_workspace, double>(2 * n, [&](auto m, auto &w, double *out) {
         ksl::hybrid_dynamics(m, w, s.q.data(), s.v.data(), s.a.data(), s.tau.data(), static_cast<int>(links.size()), links.data(), external,
