@@ -51,7 +51,7 @@ TEST_CASE("numbers for each body") {
   CHECK(numbers_per_body<ksl::inverse_dynamics_workspace>() == 17);
   CHECK(numbers_per_body<ksl::reactions_workspace>() == 29 + 6);
   CHECK(numbers_per_body<ksl::forward_dynamics_workspace>() == 64);
-  CHECK(numbers_per_body<ksl::mass_matrix_workspace>() == 27);
+  CHECK(numbers_per_body<ksl::mass_matrix_workspace>() == 29);
   CHECK(numbers_per_body<ksl::inverse_dynamics_derivatives_workspace>() == 99);
   CHECK(numbers_per_body<ksl::reactions_derivatives_workspace>() == 99 + 28);
   CHECK(numbers_per_body<ksl::forward_kinematics_workspace>() == 14);
