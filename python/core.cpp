@@ -7,6 +7,7 @@
 #include <nanobind/stl/vector.h>
 
 #include "calls.hpp"
+#include "inverse_kinematics.hpp"
 #include "ksl/config.h"
 
 namespace nb = nanobind;
@@ -139,11 +140,14 @@ NB_MODULE(_core, module) {
   nb::class_<calls::link_request>(module, "Links", "Which links, by index, in what order; and how a motion of one is expressed.")
       .def(
           "__init__",
-          [](calls::link_request *self, std::vector<int> index, bool world_axes, bool at_world, bool angular_first) {
+          [](calls::link_request *self, std::vector<int> index, bool world_axes, bool at_world, bool angular_first, int kind,
+             std::array<double, 3> offset) {
             const auto in = [](bool world) { return world ? ksl::expressed_in::world : ksl::expressed_in::frame; };
-            new (self) calls::link_request{std::move(index), {in(world_axes), in(at_world), angular_first}};
+            const auto which = static_cast<ksl::acceleration_kind>(kind);
+            new (self) calls::link_request{std::move(index), {in(world_axes), in(at_world), angular_first, which, {offset[0], offset[1], offset[2]}}};
           },
-          "index"_a, "world_axes"_a = false, "at_world"_a = false, "angular_first"_a = false)
+          "index"_a, "world_axes"_a = false, "at_world"_a = false, "angular_first"_a = false, "kind"_a = 0,
+          "offset"_a = std::array<double, 3>{})
       .def_prop_ro("n", [](const calls::link_request &links) { return links.index.size(); });
 
   nb::class_<ksl::model> model(module, "Model");
@@ -175,6 +179,8 @@ NB_MODULE(_core, module) {
                      return rows;
                    });
   add_calls(model);
+  model.def("inverse_kinematics", &calls::inverse_kinematics, "frames"_a, "target"_a, "start"_a.none(), "position_tolerance"_a,
+            "orientation_tolerance"_a, "iterations"_a, "starts"_a, "seed"_a, "limits"_a, "threads"_a.none());
 
   module.def("load", &load, "path"_a, "floating_base"_a, "mimic_independent"_a, "strict"_a, "gravity"_a, "payloads"_a,
              "masses_optional"_a);

@@ -50,11 +50,67 @@ KSL_EXPORT void gravity_torque_batch(const model &m, const batch_view<S> &batch,
 template <class S>
 KSL_EXPORT void forward_dynamics_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
+/// Accelerations a (nv) for q (nq), v (nv) and joint efforts tau (nv), under gravity and external wrenches, by the mass
+/// matrix, its factors and the bias (Featherstone, RBDA 2008, section 6.1).  O(nv × depth²).  Reads batch.q, batch.v,
+/// batch.tau, batch.external; writes a into batch.result[0] (rows of nv).
+template <class S>
+KSL_EXPORT void forward_dynamics_by_mass_matrix_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Accelerations a_out (nv) and efforts tau_out (nv) of all joints for q (nq) and v (nv), under gravity and external
+/// wrenches.  Of the joints that carry the links named, the accelerations a (nv) are given, and of the others the
+/// efforts tau (nv) (Featherstone, RBDA 2008, section 9.2).  O(bodies).  Reads batch.q, batch.v, batch.a, batch.tau,
+/// batch.external, batch.links; writes a_out into batch.result[0] (rows of nv), tau_out into batch.result[1] (rows of
+/// nv).
+template <class S>
+KSL_EXPORT void hybrid_dynamics_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Jump dv (nv) of the joint velocities at q (nq) caused by impulses on links, the time integrals of external wrenches:
+/// M dv = Σ Jᵀ impulse (Featherstone, RBDA 2008, section 11.7).  O(bodies).  Reads batch.q, batch.external; writes dv
+/// into batch.result[0] (rows of nv).
+template <class S>
+KSL_EXPORT void velocity_jump_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
 /// Mass matrix M (nv, nv), row-major, both triangles, for q (nq), by the composite-rigid-body algorithm (Featherstone,
 /// RBDA 2008, table 6.2): tau = M a + bias.  O(bodies × depth).  Reads batch.q; writes M into batch.result[0] (rows of
 /// nv × nv).
 template <class S>
 KSL_EXPORT void mass_matrix_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Upper triangle, diagonal included, of the mass matrix M (nv, nv), row-major, for q (nq); elements below the diagonal
+/// are left as they are.  Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2); O(bodies × depth).
+/// Reads batch.q; writes M into batch.result[0] (rows of nv × nv).
+template <class S>
+KSL_EXPORT void mass_matrix_upper_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// The elements M (tree) of the lower triangle of the mass matrix that aren't zero by the shape of the tree, row by
+/// row, for q (nq): of each row those in the columns of the joints on the path from the ground, the diagonal last.
+/// Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2 and section 6.5); O(bodies × depth).  Reads
+/// batch.q; writes M into batch.result[0] (rows of tree).
+template <class S>
+KSL_EXPORT void mass_matrix_tree_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Factors LD (tree) of the mass matrix M = Lᵀ D L for q (nq), L a unit lower triangle and D diagonal: the elements of
+/// L in the layout of mass_matrix_tree, with D on the diagonal (Featherstone, RBDA 2008, section 6.5, table 6.3).  O(nv
+/// × depth²).  Reads batch.q; writes LD into batch.result[0] (rows of tree).
+template <class S>
+KSL_EXPORT void mass_matrix_factor_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Inverse W (nv, nv) of the mass matrix, row-major, both triangles, for q (nq), from factors that are as sparse as the
+/// tree.  O(nv² × depth).  Reads batch.q; writes W into batch.result[0] (rows of nv × nv).
+template <class S>
+KSL_EXPORT void mass_matrix_inverse_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Accelerations a (nv) with M a = tau (nv), at q (nq), without gravity and velocities: the articulated-body algorithm
+/// (Featherstone, RBDA 2008, table 7.1).  O(bodies).  Reads batch.q, batch.tau; writes a into batch.result[0] (rows of
+/// nv).
+template <class S>
+KSL_EXPORT void solve_mass_matrix_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Coriolis matrix C (nv, nv), row-major, for q (nq) and v (nv): tau = M a + C v + gravity.  Of the matrices with this
+/// property it is the one of Christoffel's symbols, and dM/dt − 2 C is skew-symmetric (Echeandia and Wensing 2021).
+/// O(bodies × depth).  Reads batch.q, batch.v; writes C into batch.result[0] (rows of nv × nv).
+template <class S>
+KSL_EXPORT void coriolis_matrix_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Poses poses (links, 4, 4) of links' frames in the world, m, each matrix row-major, for q (nq).  A link may come
 /// twice.  All are computed from one walk over the bodies: O(bodies + links).  Reads batch.q, batch.links; writes poses
@@ -62,12 +118,109 @@ KSL_EXPORT void mass_matrix_batch(const model &m, const batch_view<S> &batch, in
 template <class S>
 KSL_EXPORT void frame_poses_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
+/// Twist twist (6) of a link's frame for q (nq) and v (nv) (Featherstone, RBDA 2008, eq. (5.14)).  O(depth).
+/// frame_options by default: about the frame's origin, in its axes, linear first.  Reads batch.q, batch.v, batch.links
+/// (the first; without one nothing is computed), batch.frame; writes twist into batch.result[0] (rows of 6).
+template <class S>
+KSL_EXPORT void frame_velocity_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Twists twists (links, 6) of links' frames for q (nq) and v (nv).  A link may come twice.  All are computed from one
+/// walk over the bodies that carry any of them.  O(bodies + links).  frame_options by default: about the frame's
+/// origin, in its axes, linear first.  Reads batch.q, batch.v, batch.links, batch.frame; writes twists into
+/// batch.result[0] (rows of links.n × 6).
+template <class S>
+KSL_EXPORT void frame_velocities_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Acceleration acceleration (6) of a link's frame for q (nq), v (nv) and a (nv), without gravity (Featherstone, RBDA
+/// 2008, eq. (5.15) and section 2.11).  O(depth).  frame_options by default: about the frame's origin, in its axes,
+/// linear first.  Reads batch.q, batch.v, batch.a, batch.links (the first; without one nothing is computed),
+/// batch.frame; writes acceleration into batch.result[0] (rows of 6).
+template <class S>
+KSL_EXPORT void frame_acceleration_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Accelerations accelerations (links, 6) of links' frames for q (nq), v (nv) and a (nv), without gravity.  A link may
+/// come twice.  All are computed from one walk over the bodies that carry any of them.  O(bodies + links).
+/// frame_options by default: about the frame's origin, in its axes, linear first.  Reads batch.q, batch.v, batch.a,
+/// batch.links, batch.frame; writes accelerations into batch.result[0] (rows of links.n × 6).
+template <class S>
+KSL_EXPORT void frame_accelerations_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Velocity (3) of the point of a link that the options' offset names, for q (nq) and v (nv); in the axes that the
+/// options name.  O(depth).  frame_options by default: about the frame's origin, in its axes, linear first.  Reads
+/// batch.q, batch.v, batch.links (the first; without one nothing is computed), batch.frame; writes velocity into
+/// batch.result[0] (rows of 3).
+template <class S>
+KSL_EXPORT void point_velocity_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Acceleration (3) of the point of a link that the options' offset names, for q (nq), v (nv) and a (nv), without
+/// gravity; in the axes that the options name.  O(depth).  frame_options by default: about the frame's origin, in its
+/// axes, linear first.  Reads batch.q, batch.v, batch.a, batch.links (the first; without one nothing is computed),
+/// batch.frame; writes acceleration into batch.result[0] (rows of 3).
+template <class S>
+KSL_EXPORT void point_acceleration_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
 /// Jacobian J (6, nv) of a link's frame, row-major, for q (nq): J v is the frame's twist (Featherstone, RBDA 2008, eq.
-/// (4.14)).  O(bodies).  frame_options by default: about the frame's origin, in its axes, linear first.  Reads batch.q,
-/// batch.links (the first; without one nothing is computed), batch.frame; writes J into batch.result[0] (rows of 6 ×
-/// nv).
+/// (4.14)).  O(depth), besides writing 6 nv numbers.  frame_options by default: about the frame's origin, in its axes,
+/// linear first.  Reads batch.q, batch.links (the first; without one nothing is computed), batch.frame; writes J into
+/// batch.result[0] (rows of 6 × nv).
 template <class S>
 KSL_EXPORT void jacobian_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Rate rate (6, nv) of the Jacobian of a link's frame, row-major, for q (nq) and v (nv): J a + rate v is the rate of J
+/// v (Featherstone, RBDA 2008, eqs. (2.45), (3.35)).  O(depth).  frame_options by default: about the frame's origin, in
+/// its axes, linear first.  Reads batch.q, batch.v, batch.links (the first; without one nothing is computed),
+/// batch.frame; writes rate into batch.result[0] (rows of 6 × nv).
+template <class S>
+KSL_EXPORT void jacobian_rate_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Pose pose (4, 4), row-major, of a link's frame as seen from another link's for q (nq); of the options, the offset
+/// counts.  O(joints between the links).  frame_options by default: about the frame's origin, in its axes, linear
+/// first.  Reads batch.q, batch.links (two: the link, and the one that it is seen from; with fewer nothing is
+/// computed), batch.frame; writes pose into batch.result[0] (rows of 4 × 4).
+template <class S>
+KSL_EXPORT void relative_pose_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Twist twist (6) of a link's frame relative to another link's for q (nq) and v (nv).  The other frame takes the place
+/// of the world in the options.  O(joints between the links).  frame_options by default: about the frame's origin, in
+/// its axes, linear first.  Reads batch.q, batch.v, batch.links (two: the link, and the one that it is seen from; with
+/// fewer nothing is computed), batch.frame; writes twist into batch.result[0] (rows of 6).
+template <class S>
+KSL_EXPORT void relative_velocity_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Jacobian J (6, nv), row-major, of a link's frame relative to another link's for q (nq): J v is the relative
+/// velocity.  Columns of joints that don't lie between the links are zero.  O(joints between the links), besides
+/// writing 6 nv numbers.  frame_options by default: about the frame's origin, in its axes, linear first.  Reads
+/// batch.q, batch.links (two: the link, and the one that it is seen from; with fewer nothing is computed), batch.frame;
+/// writes J into batch.result[0] (rows of 6 × nv).
+template <class S>
+KSL_EXPORT void relative_jacobian_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Inverse operational-space inertia inverse (6 links, 6 links) = J M⁻¹ Jᵀ, symmetric, of n frames for q (nq): rates of
+/// all their twists for a unit wrench on each (Khatib 1987; by propagation as Lilly and Orin 1993).  At most as many
+/// frames as the model has links.  O(bodies + n² depth).  frame_options by default: about the frame's origin, in its
+/// axes, linear first.  Reads batch.q, batch.links, batch.frame; writes inverse into batch.result[0] (rows of 6 links.n
+/// × 6 links.n).
+template <class S>
+KSL_EXPORT void operational_space_inertia_inverse_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Operational-space inertia inertia (6 links, 6 links), the inverse of J M⁻¹ Jᵀ, of n frames for q (nq), and its
+/// rank.  Directions that depend on those before, up to 1e-10 of their own inverse inertia (1e-4 in single precision),
+/// have zeros.  At most as many frames as the model has links.  O(bodies + n² depth + n³).  frame_options by default:
+/// about the frame's origin, in its axes, linear first.  Reads batch.q, batch.links, batch.frame; writes inertia into
+/// batch.result[0] (rows of 6 links.n × 6 links.n), rank into batch.result[1] (rows of 1).
+template <class S>
+KSL_EXPORT void operational_space_inertia_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Dynamics at n frames for q (nq) and v (nv), under gravity and external wrenches: F = inertia x'' + bias for wrenches
+/// F on the frames, no efforts, and rates x'' of the numbers of their twists.  inertia (6 links, 6 links); bias (6
+/// links) = inertia (J M⁻¹ b − (rate of J) v), b the bias of the joints; pseudo_inverse (nv, 6 links) = M⁻¹ Jᵀ inertia;
+/// rank as in operational_space_inertia (Khatib 1987).  At most as many frames as the model has links.  O(n bodies + n²
+/// depth + n³).  frame_options by default: about the frame's origin, in its axes, linear first.  Reads batch.q,
+/// batch.v, batch.external, batch.links, batch.frame; writes inertia into batch.result[0] (rows of 6 links.n × 6
+/// links.n), bias into batch.result[1] (rows of 6 links.n), pseudo_inverse into batch.result[2] (rows of nv × 6
+/// links.n), rank into batch.result[3] (rows of 1).
+template <class S>
+KSL_EXPORT void operational_space_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Kinetic and potential energy, J, for q (nq) and v (nv); the latter zero with every centroid at the world's origin.
 /// O(bodies).  Reads batch.q, batch.v; writes kinetic into batch.result[0] (rows of 1), potential into batch.result[1]
@@ -121,6 +274,35 @@ KSL_EXPORT void centroidal_momentum_matrix_batch(const model &m, const batch_vie
 /// batch.q, batch.v, batch.a; writes rate into batch.result[0] (rows of 6).
 template <class S>
 KSL_EXPORT void centroidal_momentum_rate_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Derivatives dtau_dq (nv, nv), dtau_dv (nv, nv), dtau_da (nv, nv) of the joint efforts that inverse dynamics gives
+/// for q (nq), v (nv), a (nv), each row-major: element (i, k) is that of effort i by coordinate k.  By q is along q ⊕ s
+/// e_k with v and a held componentwise; by a is the mass matrix.  External wrenches are held in their links' axes, and
+/// move with the links (Singh, Russell, Wensing, RA-L 7(2), 2022).  O(bodies × depth).  Reads batch.q, batch.v,
+/// batch.a, batch.external; writes dtau_dq into batch.result[0] (rows of nv × nv), dtau_dv into batch.result[1] (rows
+/// of nv × nv), dtau_da into batch.result[2] (rows of nv × nv).
+template <class S>
+KSL_EXPORT void inverse_dynamics_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Derivatives da_dq (nv, nv), da_dv (nv, nv), da_dtau (nv, nv) of the accelerations that forward dynamics gives for q
+/// (nq), v (nv), tau (nv), each row-major: element (i, k) is that of acceleration i by coordinate k.  By q is along q ⊕
+/// s e_k with v and tau held componentwise; by tau is the inverse of the mass matrix.  External wrenches are held in
+/// their links' axes, and move with the links (Carpentier and Mansard, RSS 2018, eq. (27)).  O(nv² × depth).  Reads
+/// batch.q, batch.v, batch.tau, batch.external; writes da_dq into batch.result[0] (rows of nv × nv), da_dv into
+/// batch.result[1] (rows of nv × nv), da_dtau into batch.result[2] (rows of nv × nv).
+template <class S>
+KSL_EXPORT void forward_dynamics_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Derivatives by_q (joints, 6, nv), by_v (joints, 6, nv), by_a (joints, 6, nv) of the reactions of the joints that are
+/// asked for, for q (nq), v (nv), a (nv): those of the components in the requested axes, about the requested point, of
+/// the requested part.  By q is along q ⊕ s e_k with v and a held componentwise.  External wrenches are held in their
+/// links' axes, and move with the links (after Singh, Russell, Wensing, RA-L 7(2), 2022).  O(joints × nv).
+/// reaction_request by default: the whole wrench on the child side, about the joint's origin, in the axes of the child
+/// link, linear first.  Reads batch.q, batch.v, batch.a, batch.external, batch.joints; writes by_q into batch.result[0]
+/// (rows of joints->n × 6 × nv), by_v into batch.result[1] (rows of joints->n × 6 × nv), by_a into batch.result[2]
+/// (rows of joints->n × 6 × nv).
+template <class S>
+KSL_EXPORT void reactions_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Regressor Y (nv, links, 10) of inverse dynamics for q (nq), v (nv) and a (nv): summed over all links with their
 /// parameters it is the joint efforts under gravity, without external wrenches (Atkeson, An, Hollerbach, IJRR 5,

@@ -10,6 +10,7 @@
 #include "ksl/types.h"
 
 #include <stddef.h>
+#include <stdint.h>
 
 KSL_BEGIN_C
 
@@ -127,11 +128,18 @@ typedef struct ksl_reaction_options_t {
 
 typedef enum ksl_expressed_t { KSL_IN_FRAME, KSL_IN_WORLD } ksl_expressed_t;
 
+/** Which acceleration.  Classical: that of the link's point which is at the origin in question.  Spatial: less ω × v of it.
+    Rate: that of the numbers of the twist. */
+typedef enum ksl_acceleration_t { KSL_SPATIAL, KSL_CLASSICAL, KSL_RATE } ksl_acceleration_t;
+
 /** How a motion of a link's frame is expressed.  All zeros is the default: about the frame's origin, in its axes, linear
-    first.  KSL_IN_WORLD: about the world's origin, in its axes. */
+    first, accelerations spatial.  KSL_IN_WORLD: about the world's origin, in its axes.  offset: of the frame's origin from
+    the link's, in the link's axes, m. */
 typedef struct ksl_frame_options_t {
   ksl_expressed_t axes, at;
   ksl_order_t order;
+  ksl_acceleration_t kind;
+  double offset[3];
 } ksl_frame_options_t;
 
 /** Reactions through n joints into wrenches (n, 6).  Call it right after ksl_inverse_dynamics (or _with_reactions) in the same
@@ -147,6 +155,44 @@ KSL_EXPORT ksl_status_t ksl_reactionsf(const ksl_model_t *model, ksl_data_t *dat
 
 /** Pose of a link's frame in the world for q (nq). */
 KSL_EXPORT ksl_status_t ksl_frame_pose(const ksl_model_t *model, ksl_data_t *data, const double *q, int link, ksl_SE3_t *pose);
+
+/** A frame that is to reach a pose, and how much the errors of its position and of its orientation count.  With equal weights,
+    a twentieth of the length of the chain that carries the frame counts as much as a radian.  What has no weight may be
+    anything. */
+typedef struct ksl_wanted_frame_t {
+  int link;
+  double position_weight, orientation_weight;
+} ksl_wanted_frame_t;
+
+typedef struct ksl_inverse_kinematics_options_t {
+  double position_tolerance, orientation_tolerance; /**< m, rad */
+  int iterations;     /**< at most, from each start */
+  int starts;         /**< at most: the given one, if any, and random ones */
+  uint64_t seed;      /**< of the random starts */
+  bool limits;        /**< are the joints' limits to be kept */
+} ksl_inverse_kinematics_options_t;
+
+/** The defaults: 1e-6 m, 1e-6 rad (single precision reaches about 1e-5), 40 iterations, 5 starts, seed 0, with limits. */
+KSL_EXPORT ksl_inverse_kinematics_options_t ksl_inverse_kinematics_options(void);
+
+/** How the attempts for a target ended: converged; or the best of them needed more iterations, was held by limits, or stood
+    still where the error has a local minimum. */
+typedef enum ksl_inverse_kinematics_end_t { KSL_CONVERGED, KSL_ITERATIONS, KSL_LIMITS, KSL_STUCK } ksl_inverse_kinematics_end_t;
+
+/** Positions q (n, nq) at which frames have the poses of each of n targets (n, frames_n, 4, 4), row-major, in the world, by
+    damped least squares.  start (n, nq) may be NULL: random ones.  errors (n, 2): the largest of a position, m, and of an
+    orientation, rad; it, ends, iterations (of all starts) and starts (used), each (n), may be NULL.  options may be NULL.
+    threads: 0 is all cores. */
+KSL_EXPORT ksl_status_t ksl_inverse_kinematics(const ksl_model_t *model, size_t n, int frames_n, const ksl_wanted_frame_t *frames,
+                                               const double *targets, ptrdiff_t targets_stride, const double *start,
+                                               ptrdiff_t start_stride, const ksl_inverse_kinematics_options_t *options, double *q,
+                                               ptrdiff_t q_stride, double *errors, ptrdiff_t errors_stride, int *ends,
+                                               int *iterations, int *starts, int threads);
+KSL_EXPORT ksl_status_t ksl_inverse_kinematicsf(const ksl_model_t *model, size_t n, int frames_n, const ksl_wanted_frame_t *frames,
+                                                const float *targets, ptrdiff_t targets_stride, const float *start,
+                                                ptrdiff_t start_stride, const ksl_inverse_kinematics_options_t *options, float *q,
+                                                ptrdiff_t q_stride, float *errors, ptrdiff_t errors_stride, int *ends,
+                                                int *iterations, int *starts, int threads);
 
 KSL_END_C
 

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ksl import _core
 from ksl.requests import Requests
-from ksl.states import Array, Expressed, External, Order, Part, Point, Side
+from ksl.states import Acceleration, Array, Expressed, External, Order, Part, Point, Side
 
 
 class Calls(Requests):
@@ -94,17 +94,108 @@ class Calls(Requests):
         The inverse of :meth:`inverse_dynamics`, same conventions.  Articulated-body algorithm (Featherstone, RBDA 2008,
         table 7.1); O(bodies).
 
-        Where a joint can move without moving any mass, at an end of the mechanism whose links have none, say, its
-        acceleration is not determined: it and others are then NaN or infinite, and no error is raised.
+        Raises ValueError where a joint can move without moving any mass, at an end of the mechanism whose links have none, say: its
+        acceleration is not determined.
         """
         return self._core.forward_dynamics(q, v, tau, None, external, None, out, threads)
+
+    def forward_dynamics_by_mass_matrix(
+        self, q: ArrayLike, v: ArrayLike, tau: ArrayLike, external: External | None = None, out: Array | None = None, threads: int | None = None
+    ) -> Array:
+        """The same as forward_dynamics, through the mass matrix: a = M⁻¹ (tau − bias).
+
+        For checks of :meth:`forward_dynamics`, with which it shares no step; it is slower, except for very small mechanisms.  Composite-rigid-body
+        algorithm and sparse factors (Featherstone, RBDA 2008, tables 6.2 and 6.3); O(nv × depth²).
+        """
+        return self._core.forward_dynamics_by_mass_matrix(q, v, tau, None, external, None, out, threads)
+
+    def hybrid_dynamics(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        tau: ArrayLike,
+        external: External | None = None,
+        names: Iterable[str] | None = None,
+        out: tuple[Array,
+        Array] | None = None,
+        threads: int | None = None,
+    ) -> tuple[Array, Array]:
+        """Accelerations and efforts of all joints, where the accelerations of some are given, and the efforts of the others.
+
+        names: the joints (or the links that they carry) whose accelerations are given in a (…, nv); by default all.  Of the others, the efforts
+        are given in tau (…, nv).  The remaining numbers in a and tau may have any value.  Returns (a, tau), complete.
+        q, v, external, out, threads: as in :meth:`inverse_dynamics`.  Articulated-body algorithm (Featherstone, RBDA 2008, section 9.2); O(bodies).
+        """
+        return self._core.hybrid_dynamics(q, v, a, tau, external, self._links_of(names), out, threads)
+
+    def velocity_jump(self, q: ArrayLike, external: External, out: Array | None = None, threads: int | None = None) -> Array:
+        """Jump (…, nv) of the joint velocities that impulses on links cause.
+
+        external: {link name: (…, 6)}, impulses that the environment exerts on links, N s and N m s: linear first, about the link's origin, in the
+        link's axes.  q, out, threads: as in :meth:`inverse_dynamics`.  Articulated-body algorithm without gravity and velocities; O(bodies).
+        """
+        return self._core.velocity_jump(q, None, None, None, external, None, out, threads)
 
     def mass_matrix(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
         """Mass matrix (…, nv, nv), symmetric: inverse_dynamics = mass_matrix · a + bias.
 
         Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2); O(bodies × depth).
+        :meth:`mass_matrix_upper` and :meth:`mass_matrix_tree` write less, which is what takes the time in batches of large robots.
         """
         return self._core.mass_matrix(q, None, None, None, None, None, out, threads)
+
+    def mass_matrix_upper(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Upper triangle of the mass matrix, in an array (…, nv, nv).
+
+        q, out, threads: as in :meth:`inverse_dynamics`.  Elements below the diagonal are left as they are in `out`, and have any value
+        without it.  For solvers that read one triangle: ``scipy.linalg.cho_factor(M)``, ``numpy.linalg.eigvalsh(M, UPLO="U")``.
+        """
+        return self._core.mass_matrix_upper(q, None, None, None, None, None, out, threads)
+
+    def mass_matrix_tree(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """The elements (…, tree) of the mass matrix that aren't zero by the shape of the tree.
+
+        q, out, threads: as in :meth:`inverse_dynamics`.  Compressed sparse rows of the lower triangle:
+        ``scipy.sparse.csr_matrix((M, m.tree_columns, m.tree_rows))``.  Featherstone, RBDA 2008, table 6.2 and section 6.5.
+        """
+        return self._core.mass_matrix_tree(q, None, None, None, None, None, out, threads)
+
+    def mass_matrix_factor(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Factors (…, tree) of the mass matrix that are as sparse as the tree: M = Lᵀ D L.
+
+        q, out, threads: as in :meth:`inverse_dynamics`.  The layout is that of :meth:`mass_matrix_tree`, with D instead of the ones on the
+        diagonal of L.  Featherstone, RBDA 2008, section 6.5 and table 6.3; O(nv × depth²).
+        """
+        return self._core.mass_matrix_factor(q, None, None, None, None, None, out, threads)
+
+    def mass_matrix_inverse(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Inverse (…, nv, nv) of the mass matrix, symmetric.
+
+        q, out, threads: as in :meth:`inverse_dynamics`.  From the factors of :meth:`mass_matrix_factor`, row by row (Takahashi, Fagan and
+        Chen 1973); O(nv² × depth).  :meth:`solve_mass_matrix` is faster for few vectors.
+        """
+        return self._core.mass_matrix_inverse(q, None, None, None, None, None, out, threads)
+
+    def solve_mass_matrix(self, q: ArrayLike, tau: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """a (…, nv) with mass_matrix(q) · a = tau.
+
+        q, tau, out, threads: as in :meth:`forward_dynamics`, of which this is the case without gravity, velocities and external wrenches:
+        M⁻¹ tau, by the articulated-body algorithm (Featherstone, RBDA 2008, table 7.1); O(bodies).
+        """
+        return self._core.solve_mass_matrix(q, tau, None, None, None, None, out, threads)
+
+    def coriolis_matrix(self, q: ArrayLike, v: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Coriolis matrix (…, nv, nv): inverse_dynamics = mass_matrix · a + coriolis_matrix · v + gravity_torque.
+
+        q, v, out, threads: as in :meth:`inverse_dynamics`.  Of the many matrices with C v = bias − gravity_torque this is ∫ Jᵀ dJ/dt dm, J the
+        Jacobian of a particle in world axes.  dM/dt − 2 C is skew-symmetric, for all joints.  Where every joint has one coordinate,
+        C_ij = Σ_k Γ_ijk v_k with Christoffel's symbols of the first kind of M.  Linear in v.
+
+        Echeandia and Wensing, "Numerical methods to compute the Coriolis matrix and Christoffel symbols for rigid-body systems", 2021;
+        O(bodies × depth).
+        """
+        return self._core.coriolis_matrix(q, v, None, None, None, None, out, threads)
 
     def frame_pose(self, q: ArrayLike, name: str, out: Array | None = None, threads: int | None = None) -> Array:
         """Pose (…, 4, 4) in the world of a link's frame, or of a joint's (the child link's), for q (…, nq).
@@ -121,6 +212,120 @@ class Calls(Requests):
         """
         return self._core.frame_poses(q, None, None, None, None, self._links_of(names), out, threads)
 
+    def frame_velocity(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        name: str,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        offset: ArrayLike | None = None,
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Twist (…, 6) of a link's frame, or of a joint's (the child link's), for q (…, nq) and v (…, nv); m/s, rad/s.
+
+        axes, at: "frame" or "world", in whose axes and about whose origin the twist is.  order: "lin_ang" or "ang_lin".
+        offset: three numbers, of the frame's origin from the link's, in the link's axes, m; none by default.
+        q, v, out, threads: as in :meth:`inverse_dynamics`.  Featherstone, RBDA 2008, eq. (5.14); O(depth): only the bodies
+        that carry the link enter.
+        """
+        return self._core.frame_velocity(q, v, None, None, None, self._frames_of((name,), axes, at, order, offset), out, threads)
+
+    def frame_velocities(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        names: Iterable[str] | None = None,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Twists (…, names, 6) of links' frames, or of joints' (the child links'), for q (…, nq) and v (…, nv); m/s, rad/s.
+
+        names: in the order wanted; by default all links in the order of `link_names`.
+        axes, at, order: as in :meth:`frame_velocity`.  q, v, out, threads: as in :meth:`inverse_dynamics`.  O(bodies + links).
+        """
+        return self._core.frame_velocities(q, v, None, None, None, self._frames_of(names, axes, at, order, None), out, threads)
+
+    def frame_acceleration(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        name: str,
+        kind: Acceleration = "spatial",
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        offset: ArrayLike | None = None,
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Acceleration (…, 6) of a link's frame, or of a joint's (the child link's), for q (…, nq), v and a (…, nv); no gravity.
+
+        kind: "classical" is the acceleration of the link's point that is at the origin in question, and the rate of ω.
+        "spatial" is less by ω × v of that point in the linear part: the rate of the twist about a point at rest.
+        "rate" is that of each number of :meth:`frame_velocity` with the same keywords, J a + (rate of J) v: the spatial
+        acceleration where axes and at are the same, the classical one with axes="world", at="frame".
+        axes, at: "frame" or "world", in whose axes and about whose origin.
+
+        order, offset: as in :meth:`frame_velocity`.  q, v, a, out, threads: as in :meth:`inverse_dynamics`.  m/s², rad/s².
+        Featherstone, RBDA 2008, eq. (5.15) and section 2.11; O(depth).
+        """
+        return self._core.frame_acceleration(q, v, a, None, None, self._frames_of((name,), axes, at, order, offset, kind), out, threads)
+
+    def frame_accelerations(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        names: Iterable[str] | None = None,
+        kind: Acceleration = "spatial",
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Accelerations (…, names, 6) of links' frames, or of joints' (the child links'), for q (…, nq), v and a (…, nv); no gravity.
+
+        names: in the order wanted; by default all links in the order of `link_names`.
+        kind, axes, at, order: as in :meth:`frame_acceleration`.  q, v, a, out, threads: as in :meth:`inverse_dynamics`.
+        O(bodies + links).
+        """
+        return self._core.frame_accelerations(q, v, a, None, None, self._frames_of(names, axes, at, order, None, kind), out, threads)
+
+    def point_velocity(
+        self, q: ArrayLike, v: ArrayLike, name: str, point: ArrayLike, axes: Expressed = "frame", out: Array | None = None, threads: int | None = None
+    ) -> Array:
+        """Velocity (…, 3) of a point fixed in a link, for q (…, nq) and v (…, nv); m/s.
+
+        name: of the link, or of a joint (the child link).  point: three numbers, in the link's axes, m.
+        axes: "frame" or "world".  q, v, out, threads: as in :meth:`inverse_dynamics`.  O(depth).
+        """
+        return self._core.point_velocity(q, v, None, None, None, self._frames_of((name,), axes, "frame", "lin_ang", point), out, threads)
+
+    def point_acceleration(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        name: str,
+        point: ArrayLike,
+        axes: Expressed = "frame",
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Acceleration (…, 3) of a point fixed in a link, for q (…, nq), v and a (…, nv), without gravity; m/s².
+
+        name, point, axes: as in :meth:`point_velocity`.  q, v, a, out, threads: as in :meth:`inverse_dynamics`.  O(depth).
+        """
+        return self._core.point_acceleration(q, v, a, None, None, self._frames_of((name,), axes, "frame", "lin_ang", point), out, threads)
+
     def jacobian(
         self,
         q: ArrayLike,
@@ -128,15 +333,166 @@ class Calls(Requests):
         axes: Expressed = "frame",
         at: Expressed = "frame",
         order: Order = "lin_ang",
+        offset: ArrayLike | None = None,
         out: Array | None = None,
         threads: int | None = None,
     ) -> Array:
         """Jacobian (…, 6, nv) of a link's frame, or of a joint's (the child link's), for q (…, nq): J v is its twist.
 
         axes, at: "frame" or "world", in whose axes and about whose origin twists are.  order: "lin_ang" or "ang_lin".
-        q, out, threads: as in :meth:`inverse_dynamics`.  Featherstone, RBDA 2008, eq. (4.14); O(bodies).
+        offset: three numbers, of the frame's origin from the link's, in the link's axes, m; none by default.
+        q, out, threads: as in :meth:`inverse_dynamics`.  Featherstone, RBDA 2008, eq. (4.14); O(depth), besides writing
+        6 nv numbers: only the bodies that carry the link enter.
         """
-        return self._core.jacobian(q, None, None, None, None, self._frames_of((name,), axes, at, order), out, threads)
+        return self._core.jacobian(q, None, None, None, None, self._frames_of((name,), axes, at, order, offset), out, threads)
+
+    def jacobian_rate(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        name: str,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        offset: ArrayLike | None = None,
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Rate (…, 6, nv) of the Jacobian of a link's frame, for q (…, nq) and v (…, nv): of each of its numbers.
+
+        The rate of each number of :meth:`jacobian` with the same keywords: J a + rate v is the rate of J v.
+        q, v, out, threads: as in :meth:`inverse_dynamics`.  Featherstone, RBDA 2008, eqs. (2.45), (3.35); O(depth).
+        """
+        return self._core.jacobian_rate(q, v, None, None, None, self._frames_of((name,), axes, at, order, offset), out, threads)
+
+    def relative_pose(
+        self,
+        q: ArrayLike,
+        name: str,
+        seen_from: str,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        offset: ArrayLike | None = None,
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Pose (…, 4, 4) of a link's frame as seen from another link's, for q (…, nq); m.
+
+        name, seen_from: links, or joints (the child links).  offset: of the first frame's origin, as in :meth:`frame_velocity`.
+        axes, at, order: don't matter.  q, out, threads: as in :meth:`inverse_dynamics`.  O(joints between the links).
+        """
+        return self._core.relative_pose(q, None, None, None, None, self._frames_of((name, seen_from), axes, at, order, offset), out, threads)
+
+    def relative_velocity(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        name: str,
+        seen_from: str,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        offset: ArrayLike | None = None,
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Twist (…, 6) of a link's frame relative to another link's, for q (…, nq) and v (…, nv); m/s, rad/s.
+
+        name, seen_from: links, or joints (the child links).  It is the twist that an observer who moves with `seen_from` sees.
+        axes, at: "frame" or "world"; the frame `seen_from` takes the place of the world.
+        order, offset: as in :meth:`frame_velocity`.  q, v, out, threads: as in :meth:`inverse_dynamics`.
+        O(joints between the links).
+        """
+        return self._core.relative_velocity(q, v, None, None, None, self._frames_of((name, seen_from), axes, at, order, offset), out, threads)
+
+    def relative_jacobian(
+        self,
+        q: ArrayLike,
+        name: str,
+        seen_from: str,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        offset: ArrayLike | None = None,
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Jacobian (…, 6, nv) of a link's frame relative to another link's, for q (…, nq): J v is the relative twist.
+
+        name, seen_from, axes, at, order, offset: as in :meth:`relative_velocity`.
+        q, out, threads: as in :meth:`inverse_dynamics`.  O(joints between the links), besides writing 6 nv numbers.
+        """
+        return self._core.relative_jacobian(q, None, None, None, None, self._frames_of((name, seen_from), axes, at, order, offset), out, threads)
+
+    def operational_space_inertia_inverse(
+        self,
+        q: ArrayLike,
+        names: Iterable[str] | None = None,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Inverse operational-space inertia (…, 6 names, 6 names), J M⁻¹ Jᵀ, symmetric, for q (…, nq).
+
+        names: in the order wanted; rows and columns are the six numbers of the first frame's twist, then of the second's …
+        axes, at, order: as in :meth:`frame_velocity`, whose numbers these are; wrenches have power with them.
+        q, out, threads: as in :meth:`inverse_dynamics`.  It exists for any frames, also where it is singular.
+        Khatib, IEEE J. Robotics and Automation 3 (1987) 43; by propagation of wrenches through articulated bodies, as Lilly
+        and Orin (1993).  O(bodies + n² depth).  NaN where a joint can move without moving any mass.
+        """
+        return self._core.operational_space_inertia_inverse(q, None, None, None, None, self._frames_of(names, axes, at, order, None), out, threads)
+
+    def operational_space_inertia(
+        self,
+        q: ArrayLike,
+        names: Iterable[str] | None = None,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        out: tuple[Array,
+        Array] | None = None,
+        threads: int | None = None,
+    ) -> tuple[Array, Array]:
+        """Operational-space inertia (…, 6 names, 6 names), symmetric, and its rank (…), for q (…, nq).
+
+        The inverse of :meth:`operational_space_inertia_inverse`, with the same arguments.  Where that is singular, directions
+        that depend on those before (their pivot is below 1e-10 of the diagonal element, 1e-4 in single precision) are left
+        out and have zeros: it is then a generalised inverse.  The rank is a number of the arrays' type.
+        O(bodies + n² depth + n³).
+        """
+        return self._core.operational_space_inertia(q, None, None, None, None, self._frames_of(names, axes, at, order, None), out, threads)
+
+    def operational_space(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        external: External | None = None,
+        names: Iterable[str] | None = None,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        out: tuple[Array,
+        Array,
+        Array,
+        Array] | None = None,
+        threads: int | None = None,
+    ) -> tuple[Array, Array, Array, Array]:
+        """Inertia, bias force, dynamically consistent pseudo-inverse and rank of frames, for q (…, nq) and v (…, nv).
+
+        With F the wrenches on the frames (6 names), x'' the rates of their twists' numbers, and no joint efforts:
+        F = inertia x'' + bias.  Returns inertia (…, 6 names, 6 names); bias (…, 6 names), the wrenches under which the
+        twists stay as they are, gravity, velocities and external wrenches included: inertia (J M⁻¹ b − (rate of J) v) with
+        b = :meth:`bias`; pseudo_inverse (…, nv, 6 names) = M⁻¹ Jᵀ inertia: of all accelerations that give x'', those with the
+        efforts Jᵀ F; and the rank (…).  Where that lacks, see :meth:`operational_space_inertia`.
+
+        names, axes, at, order: as in :meth:`operational_space_inertia_inverse`.  q, v, external, threads: as in
+        :meth:`inverse_dynamics`.  out: four arrays.  Khatib, IEEE J. Robotics and Automation 3 (1987) 43.
+        O(n bodies + n² depth + n³).
+        """
+        return self._core.operational_space(q, v, None, None, external, self._frames_of(names, axes, at, order, None), out, threads)
 
     def energy(self, q: ArrayLike, v: ArrayLike, out: tuple[Array, Array] | None = None, threads: int | None = None) -> tuple[Array, Array]:
         """Kinetic and potential energy, J, each (…), for q (…, nq), v (…, nv).
@@ -208,6 +564,76 @@ class Calls(Requests):
         q, v, a, out, threads: as in :meth:`inverse_dynamics`.  O(bodies).
         """
         return self._core.centroidal_momentum_rate(q, v, a, None, None, None, out, threads)
+
+    def inverse_dynamics_derivatives(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        external: External | None = None,
+        out: tuple[Array,
+        Array,
+        Array] | None = None,
+        threads: int | None = None,
+    ) -> tuple[Array, Array, Array]:
+        """Derivatives of inverse_dynamics by q, v and a, each (…, nv, nv).
+
+        q, v, a, external, threads: as in :meth:`inverse_dynamics`.  Element (i, k) is that of effort i by coordinate k.
+        By q is along q ⊕ s e_k (:meth:`integrate`), with v and a held componentwise.  By a is the mass matrix.
+        External wrenches are held in their links' axes, and move with the links.
+        out: three arrays, one for each derivative.
+        Singh, Russell, Wensing, Efficient Analytical Derivatives of Rigid-Body Dynamics Using Spatial Vector Algebra
+        (RA-L 7(2), 2022); O(bodies × depth).
+        """
+        return self._core.inverse_dynamics_derivatives(q, v, a, None, external, None, out, threads)
+
+    def forward_dynamics_derivatives(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        tau: ArrayLike,
+        external: External | None = None,
+        out: tuple[Array,
+        Array,
+        Array] | None = None,
+        threads: int | None = None,
+    ) -> tuple[Array, Array, Array]:
+        """Derivatives of forward_dynamics by q, v and tau, each (…, nv, nv).
+
+        q, v, tau, external, threads: as in :meth:`forward_dynamics`.  Element (i, k) is that of acceleration i by coordinate k.
+        By q is along q ⊕ s e_k (:meth:`integrate`), with v and tau held componentwise.  By tau is the inverse of the mass matrix.
+        External wrenches are held in their links' axes, and move with the links.
+        out: three arrays, one for each derivative.
+        From those of inverse dynamics and factors of the mass matrix: Carpentier and Mansard, Analytical Derivatives of Rigid Body
+        Dynamics Algorithms (RSS 2018), eq. (27); O(nv² × depth).
+        """
+        return self._core.forward_dynamics_derivatives(q, v, tau, None, external, None, out, threads)
+
+    def reactions_derivatives(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        external: External | None = None,
+        on: Side = "child",
+        at: Point = "joint",
+        axes: str = "joint",
+        order: Order = "lin_ang",
+        part: Part = "total",
+        joints: Iterable[str] | None = None,
+        out: tuple[Array,
+        Array,
+        Array] | None = None,
+        threads: int | None = None,
+    ) -> tuple[Array, Array, Array]:
+        """Derivatives of reactions by q, v and a, each (…, joints, 6, nv).
+
+        All arguments as in :meth:`reactions`, whose components in the requested axes are differentiated, whether or not
+        these axes and the point move.  By q is along q ⊕ s e_k (:meth:`integrate`), with v and a held componentwise.
+        External wrenches are held in their links' axes, and move with the links.
+        out: three arrays, one for each derivative.  After Singh, Russell, Wensing (RA-L 7(2), 2022); O(joints × nv).
+        """
+        return self._core.reactions_derivatives(q, v, a, None, external, self._request(on, at, axes, order, part, joints), out, threads)
 
     def inverse_dynamics_regressor(
         self, q: ArrayLike, v: ArrayLike, a: ArrayLike, links: Iterable[str] | None = None, out: Array | None = None, threads: int | None = None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 from numpy.typing import ArrayLike
@@ -13,16 +13,20 @@ from numpy.typing import ArrayLike
 from ksl import _core
 from ksl.calls import Calls
 from ksl.errors import DescriptionWarning
+from ksl.inverse_kinematics import InverseKinematicsCalls
 from ksl.requests import one_of, three_numbers
+from ksl.states import Array, External, Order
 
 if TYPE_CHECKING:
     import pyarrow
+
+    from ksl.section import Share
 
 _Arguments = tuple[str, bool, bool, bool, list[float], list[tuple[str, float, list[float]]], bool]
 """Arguments of `_core.load`, from which a model is made."""
 
 
-class Model(Calls):
+class Model(Calls, InverseKinematicsCalls):
     """A mechanism, immutable.  Made by :func:`load`.
 
     A pickle contains the arguments of `load`, with an absolute path.  Unpickling, for example in a worker of
@@ -48,6 +52,37 @@ class Model(Calls):
         import hashlib
 
         return hashlib.sha256(repr((self.joints, self.links)).encode()).hexdigest()
+
+    def section_wrench(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        name: str,
+        point: Sequence[float],
+        normal: Sequence[float],
+        share: Share = "body",
+        beyond: Iterable[str] | None = None,
+        external: External | None = None,
+        axes: Literal["link", "world"] = "link",
+        order: Order = "lin_ang",
+    ) -> Array:
+        """The wrench (…, 6) through a plane section of a link: what the near part exerts on the part beyond; N, N m.
+
+        q (…, nq), v and a (…, nv): as in :meth:`inverse_dynamics`.  name: of the link that is cut.
+        point, normal: of the plane, in the link's frame, m.  The normal points to the part beyond.  Moments are about the point.
+        share: how much of the link's own inertia is beyond: "body" is all or nothing, by its centroid; a number is a fraction
+        of its inertia; or (mass, first moment, inertia (3, 3)), both about the link's origin and in its axes.
+        beyond: which of the link's joints, the one that carries it and those that it carries, are beyond.  By default those
+        whose origins are; in the plane itself the former is near, and the latter are beyond.
+        external: as in :meth:`inverse_dynamics`; a wrench on the link itself acts on the part with the link's own origin.
+        axes: "link" or "world".  order: "lin_ang" or "ang_lin".
+
+        Newton's and Euler's laws for the part beyond, with the reactions of its joints.  O(bodies) for each joint beyond.
+        """
+        from ksl.section import section_wrench
+
+        return section_wrench(self, q, v, a, name, point, normal, share, beyond, external, axes, order)
 
     def loads(self, time: ArrayLike, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None, **options: Any) -> pyarrow.Table:
         """Every wrench along a motion, as a table with a row for each sample and joint; see :func:`ksl.loads.wrench_table`.

@@ -17,6 +17,8 @@ from ksl.mechanism import Mechanism
 from ksl.states import Point
 
 REQUESTS_KEPT = 64
+KINDS = ("spatial", "classical", "rate")
+"""Of accelerations, in the order of the compiled calls."""
 
 _PLAIN_NUMBERS = frozenset((float, int))
 _pack_three = struct.Struct("3d").pack
@@ -48,11 +50,15 @@ class Requests(Mechanism):
             self._link_lists.clear()
         self._link_lists[key] = links
 
-    def _frames_of(self, names: Iterable[str] | None, axes: str, at: str, order: str) -> _core.Links:
+    def _frames_of(
+        self, names: Iterable[str] | None, axes: str, at: str, order: str, offset: ArrayLike | None = None, kind: str = "spatial"
+    ) -> _core.Links:
         """Links, and how motions of their frames are expressed."""
-        key = (_names(names, "names"), (axes, at, order))
+        names = _names(names, "names")
+        point = None if offset is None else _offset_key(offset)
+        key = (names, (axes, at, order, kind, point))
         try:
-            request = self._link_lists.get(key)
+            request = self._link_lists.get(key) if offset is None or point is not None else None
         except TypeError:  # unhashable, for example a list instead of a word: refused below
             request = None
         if request is None:
@@ -62,8 +68,11 @@ class Requests(Mechanism):
                 world_axes=one_of(axes, "axes", "frame", "world") == "world",
                 at_world=one_of(at, "at", "frame", "world") == "world",
                 angular_first=one_of(order, "order", "lin_ang", "ang_lin") == "ang_lin",
+                kind=KINDS.index(one_of(kind, "kind", *KINDS)),
+                offset=(0.0, 0.0, 0.0) if offset is None else three_numbers(offset, "point or offset"),
             )
-            self._keep_links(key, request)
+            if offset is None or point is not None:
+                self._keep_links(key, request)
         return request
 
     def _frame(self, name: str, what: str) -> tuple[_core.Frame, int]:

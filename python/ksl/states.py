@@ -13,6 +13,7 @@ External = Mapping[str, ArrayLike]
 Side = Literal["child", "parent"]
 Order = Literal["lin_ang", "ang_lin"]
 Expressed = Literal["frame", "world"]
+Acceleration = Literal["spatial", "classical", "rate"]
 Part = Literal["total", "constraint", "actuation"]
 Point = str | Sequence[float]
 """'joint', 'world', a link's name, or three numbers: an offset from the joint's origin in the joint's axes, m."""

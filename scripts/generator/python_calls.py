@@ -7,14 +7,15 @@ from generator.rows import ALGORITHMS, MARK, Algorithm, has
 WIDTH = 160
 
 EXPRESSED = 'axes: Expressed = "frame", at: Expressed = "frame", order: Order = "lin_ang"'
+OFFSET = "offset: ArrayLike | None = None"
 WRENCHES = 'on: Side = "child", at: Point = "joint", axes: str = "joint", order: Order = "lin_ang", part: Part = "total", joints: Iterable[str] | None = None'
 
 REQUEST = {
     "": ("", "None"),
     "link": ("name: str", "self._links_of((name,))"),
-    "frame": (f"name: str, {EXPRESSED}", "self._frames_of((name,), axes, at, order)"),
-    "frames": (f"names: Iterable[str] | None = None, {EXPRESSED}", "self._frames_of(names, axes, at, order)"),
-    "relative": (f"name: str, seen_from: str, {EXPRESSED}", "self._frames_of((name, seen_from), axes, at, order)"),
+    "frame": (f"name: str, {EXPRESSED}, {OFFSET}", "self._frames_of((name,), axes, at, order, offset)"),
+    "frames": (f"names: Iterable[str] | None = None, {EXPRESSED}", "self._frames_of(names, axes, at, order, None)"),
+    "relative": (f"name: str, seen_from: str, {EXPRESSED}, {OFFSET}", "self._frames_of((name, seen_from), axes, at, order, offset)"),
     "links": ("names: Iterable[str] | None = None", "self._links_of(names)"),
     "joints": (WRENCHES, "self._request(on, at, axes, order, part, joints)"),
     "reactions": (WRENCHES, "self._request(on, at, axes, order, part, joints)"),
@@ -36,13 +37,25 @@ METHOD = '''\
 '''
 
 
+def request_of(row: Algorithm) -> tuple[str, str]:
+    """Keywords of a method, and the request that they make."""
+    keywords, request = REQUEST[row.request]
+    if row.keywords == "kind":
+        return keywords.replace("axes:", 'kind: Acceleration = "spatial", axes:'), request[:-1] + ", kind)"
+    if row.keywords == "point":
+        return 'name: str, point: ArrayLike, axes: Expressed = "frame"', 'self._frames_of((name,), axes, "frame", "lin_ang", point)'
+    if row.keywords == "links":
+        return keywords.replace("names", "links"), request.replace("names", "links")
+    return keywords, request
+
+
 def several(row: Algorithm) -> bool:
     return len(row.results) > 1
 
 
 def method(row: Algorithm) -> str:
     array = "tuple[" + ", ".join("Array" for _ in row.results) + "]" if several(row) else "Array"
-    keywords, request = (text.replace("names", row.links_keyword) for text in REQUEST[row.request])
+    keywords, request = request_of(row)
     external = {"optional": "external: External | None = None", "required": "external: External"}.get(row.external, "")
     arguments = ["self", *(f"{name}: ArrayLike" for name in row.inputs), external, keywords, f"out: {array} | None = None", "threads: int | None = None"]
     line = ", ".join(filter(None, arguments))
@@ -71,7 +84,7 @@ from numpy.typing import ArrayLike
 
 from ksl import _core
 from ksl.requests import Requests
-from ksl.states import Array, Expressed, External, Order, Part, Point, Side
+from ksl.states import Acceleration, Array, Expressed, External, Order, Part, Point, Side
 
 
 class Calls(Requests):
@@ -95,6 +108,12 @@ STUB = '''\
     from numpy.typing import NDArray
 
 {calls}
+Model\\.inverse_kinematics$:
+    def inverse_kinematics(
+        self, frames: list[tuple[int, float, float]], target: Any, start: Any, position_tolerance: float, orientation_tolerance: float,
+        iterations: int, starts: int, seed: int, limits: bool, threads: int | None,
+    ) -> tuple[NDArray[numpy.floating], NDArray[numpy.floating], NDArray[numpy.intc], NDArray[numpy.intc], NDArray[numpy.intc]]: ...
+
 Model\\.(joints|links)$:
     @property
     def \\1(self) -> list[dict[str, Any]]: ...

@@ -12,7 +12,8 @@ namespace {
 
 constexpr std::size_t alignment = 64; ///< of workspaces
 
-/// Memory of the calling thread, kept from call to call.
+} // namespace
+
 std::byte *scratch(std::size_t bytes) {
   struct aligned_delete {
     void operator()(std::byte *p) const { ::operator delete(p, std::align_val_t(alignment)); }
@@ -27,6 +28,8 @@ std::byte *scratch(std::size_t bytes) {
   }
   return memory.get();
 }
+
+namespace {
 
 /// The batch without the inputs and results that the row doesn't name.
 template <class S> batch_view<S> as_row_names(const algorithm_row &row, const batch_view<S> &given) {
@@ -44,7 +47,9 @@ template <class S> batch_view<S> as_row_names(const algorithm_row &row, const ba
 }
 
 /// Is an algorithm that asks for one link or two given fewer?
-bool lacks_link(const algorithm_row &row, const link_list &links) { return links.n < least_links(row.request); }
+bool lacks_link(const algorithm_row &row, const model &m, const link_list &links) {
+  return links.n < least_links(row.request) || (links_are_few(row) && links.n > m.view().links);
+}
 
 /// Memory to compute one state of a batch in.  The inputs are copied, since a result may be written in place over an argument.
 template <class S> struct one_state_memory {
@@ -113,7 +118,7 @@ template <class S> void compute_one(const algorithm_row &row, const model &m, co
 template <class S>
 void compute_states(const algorithm_row &row, const model &m, const batch_view<S> &given, std::size_t first, std::size_t end) {
   const batch_view<S> batch = as_row_names(row, given);
-  if (first == end || lacks_link(row, batch.links))
+  if (first == end || lacks_link(row, m, batch.links))
     return;
   if (end - first == 1)
     return compute_one(row, m, batch, first);
@@ -125,7 +130,7 @@ void compute_states(const algorithm_row &row, const model &m, const batch_view<S
 template <class S> void compute_batch(const algorithm_row &row, const model &m, const batch_view<S> &given, int threads) {
   if (given.n < 2)
     return compute_states(row, m, given, 0, given.n);
-  if (lacks_link(row, given.links))
+  if (lacks_link(row, m, given.links))
     return;
   const batch_view<S> batch = as_row_names(row, given);
   const kernels_in<S> &kernel = in_precision<S>(*(kernels().*row.kernels));

@@ -42,11 +42,65 @@ template <class S> void forward_dynamics_batch(const model &m, const batch_view<
 template void forward_dynamics_batch(const model &, const batch_view<double> &, int);
 template void forward_dynamics_batch(const model &, const batch_view<float> &, int);
 
+template <class S> void forward_dynamics_by_mass_matrix_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::forward_dynamics_by_mass_matrix, m, batch, threads);
+}
+template void forward_dynamics_by_mass_matrix_batch(const model &, const batch_view<double> &, int);
+template void forward_dynamics_by_mass_matrix_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void hybrid_dynamics_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::hybrid_dynamics, m, batch, threads);
+}
+template void hybrid_dynamics_batch(const model &, const batch_view<double> &, int);
+template void hybrid_dynamics_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void velocity_jump_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::velocity_jump, m, batch, threads);
+}
+template void velocity_jump_batch(const model &, const batch_view<double> &, int);
+template void velocity_jump_batch(const model &, const batch_view<float> &, int);
+
 template <class S> void mass_matrix_batch(const model &m, const batch_view<S> &batch, int threads) {
   compute_batch(rows::mass_matrix, m, batch, threads);
 }
 template void mass_matrix_batch(const model &, const batch_view<double> &, int);
 template void mass_matrix_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void mass_matrix_upper_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::mass_matrix_upper, m, batch, threads);
+}
+template void mass_matrix_upper_batch(const model &, const batch_view<double> &, int);
+template void mass_matrix_upper_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void mass_matrix_tree_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::mass_matrix_tree, m, batch, threads);
+}
+template void mass_matrix_tree_batch(const model &, const batch_view<double> &, int);
+template void mass_matrix_tree_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void mass_matrix_factor_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::mass_matrix_factor, m, batch, threads);
+}
+template void mass_matrix_factor_batch(const model &, const batch_view<double> &, int);
+template void mass_matrix_factor_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void mass_matrix_inverse_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::mass_matrix_inverse, m, batch, threads);
+}
+template void mass_matrix_inverse_batch(const model &, const batch_view<double> &, int);
+template void mass_matrix_inverse_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void solve_mass_matrix_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::solve_mass_matrix, m, batch, threads);
+}
+template void solve_mass_matrix_batch(const model &, const batch_view<double> &, int);
+template void solve_mass_matrix_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void coriolis_matrix_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::coriolis_matrix, m, batch, threads);
+}
+template void coriolis_matrix_batch(const model &, const batch_view<double> &, int);
+template void coriolis_matrix_batch(const model &, const batch_view<float> &, int);
 
 template <class S> void frame_poses_batch(const model &m, const batch_view<S> &batch, int threads) {
   compute_batch(rows::frame_poses, m, batch, threads);
@@ -54,11 +108,89 @@ template <class S> void frame_poses_batch(const model &m, const batch_view<S> &b
 template void frame_poses_batch(const model &, const batch_view<double> &, int);
 template void frame_poses_batch(const model &, const batch_view<float> &, int);
 
+template <class S> void frame_velocity_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::frame_velocity, m, batch, threads);
+}
+template void frame_velocity_batch(const model &, const batch_view<double> &, int);
+template void frame_velocity_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void frame_velocities_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::frame_velocities, m, batch, threads);
+}
+template void frame_velocities_batch(const model &, const batch_view<double> &, int);
+template void frame_velocities_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void frame_acceleration_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::frame_acceleration, m, batch, threads);
+}
+template void frame_acceleration_batch(const model &, const batch_view<double> &, int);
+template void frame_acceleration_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void frame_accelerations_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::frame_accelerations, m, batch, threads);
+}
+template void frame_accelerations_batch(const model &, const batch_view<double> &, int);
+template void frame_accelerations_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void point_velocity_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::point_velocity, m, batch, threads);
+}
+template void point_velocity_batch(const model &, const batch_view<double> &, int);
+template void point_velocity_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void point_acceleration_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::point_acceleration, m, batch, threads);
+}
+template void point_acceleration_batch(const model &, const batch_view<double> &, int);
+template void point_acceleration_batch(const model &, const batch_view<float> &, int);
+
 template <class S> void jacobian_batch(const model &m, const batch_view<S> &batch, int threads) {
   compute_batch(rows::jacobian, m, batch, threads);
 }
 template void jacobian_batch(const model &, const batch_view<double> &, int);
 template void jacobian_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void jacobian_rate_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::jacobian_rate, m, batch, threads);
+}
+template void jacobian_rate_batch(const model &, const batch_view<double> &, int);
+template void jacobian_rate_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void relative_pose_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::relative_pose, m, batch, threads);
+}
+template void relative_pose_batch(const model &, const batch_view<double> &, int);
+template void relative_pose_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void relative_velocity_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::relative_velocity, m, batch, threads);
+}
+template void relative_velocity_batch(const model &, const batch_view<double> &, int);
+template void relative_velocity_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void relative_jacobian_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::relative_jacobian, m, batch, threads);
+}
+template void relative_jacobian_batch(const model &, const batch_view<double> &, int);
+template void relative_jacobian_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void operational_space_inertia_inverse_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::operational_space_inertia_inverse, m, batch, threads);
+}
+template void operational_space_inertia_inverse_batch(const model &, const batch_view<double> &, int);
+template void operational_space_inertia_inverse_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void operational_space_inertia_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::operational_space_inertia, m, batch, threads);
+}
+template void operational_space_inertia_batch(const model &, const batch_view<double> &, int);
+template void operational_space_inertia_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void operational_space_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::operational_space, m, batch, threads);
+}
+template void operational_space_batch(const model &, const batch_view<double> &, int);
+template void operational_space_batch(const model &, const batch_view<float> &, int);
 
 template <class S> void energy_batch(const model &m, const batch_view<S> &batch, int threads) {
   compute_batch(rows::energy, m, batch, threads);
@@ -113,6 +245,24 @@ template <class S> void centroidal_momentum_rate_batch(const model &m, const bat
 }
 template void centroidal_momentum_rate_batch(const model &, const batch_view<double> &, int);
 template void centroidal_momentum_rate_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void inverse_dynamics_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::inverse_dynamics_derivatives, m, batch, threads);
+}
+template void inverse_dynamics_derivatives_batch(const model &, const batch_view<double> &, int);
+template void inverse_dynamics_derivatives_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void forward_dynamics_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::forward_dynamics_derivatives, m, batch, threads);
+}
+template void forward_dynamics_derivatives_batch(const model &, const batch_view<double> &, int);
+template void forward_dynamics_derivatives_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void reactions_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::reactions_derivatives, m, batch, threads);
+}
+template void reactions_derivatives_batch(const model &, const batch_view<double> &, int);
+template void reactions_derivatives_batch(const model &, const batch_view<float> &, int);
 
 template <class S> void inverse_dynamics_regressor_batch(const model &m, const batch_view<S> &batch, int threads) {
   compute_batch(rows::inverse_dynamics_regressor, m, batch, threads);

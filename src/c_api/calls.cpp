@@ -86,7 +86,10 @@ frame_options frame_options_of(const ksl_frame_options_t *options) {
   const auto known = [](int value) { return value == 0 || value == 1; };
   require(known(options->axes) && known(options->at) && known(options->order),
           "axes, at and order must be values of their enumerations");
-  return {static_cast<expressed_in>(options->axes), static_cast<expressed_in>(options->at), options->order == KSL_ANGULAR_FIRST};
+  require(options->kind >= KSL_SPATIAL && options->kind <= KSL_RATE, "kind must be a value of its enumeration");
+  require_finite(options->offset, 3, "offset");
+  return {static_cast<expressed_in>(options->axes), static_cast<expressed_in>(options->at), options->order == KSL_ANGULAR_FIRST,
+          static_cast<acceleration_kind>(options->kind), {options->offset[0], options->offset[1], options->offset[2]}};
 }
 
 template <class S>
@@ -95,9 +98,12 @@ ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_vi
                         const joints_argument &joints, const rows_view<S> &wrenches) {
   return guarded([&] {
     require(m, "model and arrays must not be null");
+    if (row.needs_mass)
+      require_mass(m->model, row.name);
     batch.frame = frame_options_of(frame);
     if (names_links(row.request))
       require_links(m, batch.links.n, batch.links.index);
+    require(!links_are_few(row) || batch.links.n <= ksl_model_links(m), "links: at most as many as the model has");
     std::vector<int> links;
     reaction_request request;
     if (row.request == request_kind::joints || row.request == request_kind::reactions)

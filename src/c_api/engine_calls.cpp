@@ -280,6 +280,138 @@ ksl_status_t ksl_forward_dynamics_external_batchf(const ksl_model_t *model, size
                            external, threads);
 }
 
+ksl_status_t ksl_forward_dynamics_by_mass_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                 const double *v, const double *tau, const ksl_external_t *external,
+                                                 double *a) {
+  return state_call<rows::forward_dynamics_by_mass_matrix, double>(
+      model, data, {.q = q, .v = v, .tau = tau, .result = {a}}, external);
+}
+
+ksl_status_t ksl_forward_dynamics_by_mass_matrixf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                  const float *v, const float *tau, const ksl_externalf_t *external,
+                                                  float *a) {
+  return state_call<rows::forward_dynamics_by_mass_matrix, float>(
+      model, data, {.q = q, .v = v, .tau = tau, .result = {a}}, external);
+}
+
+ksl_status_t ksl_forward_dynamics_by_mass_matrix_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                       ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                       const double *tau, ptrdiff_t tau_stride, double *a,
+                                                       ptrdiff_t a_stride, int threads) {
+  return batch_call<double>(rows::forward_dynamics_by_mass_matrix, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .tau = {tau, tau_stride}, .result = {{a, a_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_forward_dynamics_by_mass_matrix_external_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *tau, ptrdiff_t tau_stride, const ksl_external_rows_t *external, double *a, ptrdiff_t a_stride,
+    int threads) {
+  return batch_call<double>(rows::forward_dynamics_by_mass_matrix, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .tau = {tau, tau_stride}, .result = {{a, a_stride}}},
+                            external, threads);
+}
+
+ksl_status_t ksl_forward_dynamics_by_mass_matrix_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                        ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                        const float *tau, ptrdiff_t tau_stride, float *a,
+                                                        ptrdiff_t a_stride, int threads) {
+  return batch_call<float>(rows::forward_dynamics_by_mass_matrix, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .tau = {tau, tau_stride}, .result = {{a, a_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_forward_dynamics_by_mass_matrix_external_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *tau, ptrdiff_t tau_stride, const ksl_external_rowsf_t *external, float *a, ptrdiff_t a_stride,
+    int threads) {
+  return batch_call<float>(rows::forward_dynamics_by_mass_matrix, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .tau = {tau, tau_stride}, .result = {{a, a_stride}}},
+                           external, threads);
+}
+
+ksl_status_t ksl_hybrid_dynamics(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                 const double *a, const double *tau, const ksl_external_t *external, double *a_out,
+                                 int n, const int *links, double *tau_out) {
+  return state_call<rows::hybrid_dynamics, double>(model, data,
+                                                   {.q = q, .v = v, .a = a, .tau = tau, .links = {n, links}, .result = {a_out, tau_out}},
+                                                   external);
+}
+
+ksl_status_t ksl_hybrid_dynamicsf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                  const float *a, const float *tau, const ksl_externalf_t *external, float *a_out,
+                                  int n, const int *links, float *tau_out) {
+  return state_call<rows::hybrid_dynamics, float>(model, data,
+                                                  {.q = q, .v = v, .a = a, .tau = tau, .links = {n, links}, .result = {a_out, tau_out}},
+                                                  external);
+}
+
+ksl_status_t ksl_hybrid_dynamics_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                       const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+                                       const double *tau, ptrdiff_t tau_stride, double *a_out, ptrdiff_t a_out_stride,
+                                       int links_n, const int *links, double *tau_out, ptrdiff_t tau_out_stride,
+                                       int threads) {
+  return batch_call<double>(rows::hybrid_dynamics, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .tau = {tau, tau_stride}, .links = {links_n, links}, .result = {{a_out, a_out_stride}, {tau_out, tau_out_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_hybrid_dynamics_external_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                                const double *v, ptrdiff_t v_stride, const double *a,
+                                                ptrdiff_t a_stride, const double *tau, ptrdiff_t tau_stride,
+                                                const ksl_external_rows_t *external, double *a_out,
+                                                ptrdiff_t a_out_stride, int links_n, const int *links, double *tau_out,
+                                                ptrdiff_t tau_out_stride, int threads) {
+  return batch_call<double>(rows::hybrid_dynamics, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .tau = {tau, tau_stride}, .links = {links_n, links}, .result = {{a_out, a_out_stride}, {tau_out, tau_out_stride}}},
+                            external, threads);
+}
+
+ksl_status_t ksl_hybrid_dynamics_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                        const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+                                        const float *tau, ptrdiff_t tau_stride, float *a_out, ptrdiff_t a_out_stride,
+                                        int links_n, const int *links, float *tau_out, ptrdiff_t tau_out_stride,
+                                        int threads) {
+  return batch_call<float>(rows::hybrid_dynamics, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .tau = {tau, tau_stride}, .links = {links_n, links}, .result = {{a_out, a_out_stride}, {tau_out, tau_out_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_hybrid_dynamics_external_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                                 const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+                                                 const float *tau, ptrdiff_t tau_stride,
+                                                 const ksl_external_rowsf_t *external, float *a_out,
+                                                 ptrdiff_t a_out_stride, int links_n, const int *links, float *tau_out,
+                                                 ptrdiff_t tau_out_stride, int threads) {
+  return batch_call<float>(rows::hybrid_dynamics, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .tau = {tau, tau_stride}, .links = {links_n, links}, .result = {{a_out, a_out_stride}, {tau_out, tau_out_stride}}},
+                           external, threads);
+}
+
+ksl_status_t ksl_velocity_jump(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                               const ksl_external_t *external, double *dv) {
+  return state_call<rows::velocity_jump, double>(model, data, {.q = q, .result = {dv}}, external);
+}
+
+ksl_status_t ksl_velocity_jumpf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                const ksl_externalf_t *external, float *dv) {
+  return state_call<rows::velocity_jump, float>(model, data, {.q = q, .result = {dv}}, external);
+}
+
+ksl_status_t ksl_velocity_jump_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                     const ksl_external_rows_t *external, double *dv, ptrdiff_t dv_stride,
+                                     int threads) {
+  return batch_call<double>(rows::velocity_jump, model, {.n = n, .q = {q, q_stride}, .result = {{dv, dv_stride}}},
+                            external, threads);
+}
+
+ksl_status_t ksl_velocity_jump_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                      const ksl_external_rowsf_t *external, float *dv, ptrdiff_t dv_stride,
+                                      int threads) {
+  return batch_call<float>(rows::velocity_jump, model, {.n = n, .q = {q, q_stride}, .result = {{dv, dv_stride}}},
+                           external, threads);
+}
+
 ksl_status_t ksl_mass_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q, double *M) {
   return state_call<rows::mass_matrix, double>(model, data, {.q = q, .result = {M}}, no_external);
 }
@@ -297,6 +429,137 @@ ksl_status_t ksl_mass_matrix_batch(const ksl_model_t *model, size_t n, const dou
 ksl_status_t ksl_mass_matrix_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, float *M,
                                     ptrdiff_t M_stride, int threads) {
   return batch_call<float>(rows::mass_matrix, model, {.n = n, .q = {q, q_stride}, .result = {{M, M_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_mass_matrix_upper(const ksl_model_t *model, ksl_data_t *data, const double *q, double *M) {
+  return state_call<rows::mass_matrix_upper, double>(model, data, {.q = q, .result = {M}}, no_external);
+}
+
+ksl_status_t ksl_mass_matrix_upperf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *M) {
+  return state_call<rows::mass_matrix_upper, float>(model, data, {.q = q, .result = {M}}, no_external);
+}
+
+ksl_status_t ksl_mass_matrix_upper_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                         double *M, ptrdiff_t M_stride, int threads) {
+  return batch_call<double>(rows::mass_matrix_upper, model, {.n = n, .q = {q, q_stride}, .result = {{M, M_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_mass_matrix_upper_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                          float *M, ptrdiff_t M_stride, int threads) {
+  return batch_call<float>(rows::mass_matrix_upper, model, {.n = n, .q = {q, q_stride}, .result = {{M, M_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_mass_matrix_tree(const ksl_model_t *model, ksl_data_t *data, const double *q, double *M) {
+  return state_call<rows::mass_matrix_tree, double>(model, data, {.q = q, .result = {M}}, no_external);
+}
+
+ksl_status_t ksl_mass_matrix_treef(const ksl_model_t *model, ksl_data_t *data, const float *q, float *M) {
+  return state_call<rows::mass_matrix_tree, float>(model, data, {.q = q, .result = {M}}, no_external);
+}
+
+ksl_status_t ksl_mass_matrix_tree_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                        double *M, ptrdiff_t M_stride, int threads) {
+  return batch_call<double>(rows::mass_matrix_tree, model, {.n = n, .q = {q, q_stride}, .result = {{M, M_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_mass_matrix_tree_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                         float *M, ptrdiff_t M_stride, int threads) {
+  return batch_call<float>(rows::mass_matrix_tree, model, {.n = n, .q = {q, q_stride}, .result = {{M, M_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_mass_matrix_factor(const ksl_model_t *model, ksl_data_t *data, const double *q, double *LD) {
+  return state_call<rows::mass_matrix_factor, double>(model, data, {.q = q, .result = {LD}}, no_external);
+}
+
+ksl_status_t ksl_mass_matrix_factorf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *LD) {
+  return state_call<rows::mass_matrix_factor, float>(model, data, {.q = q, .result = {LD}}, no_external);
+}
+
+ksl_status_t ksl_mass_matrix_factor_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                          double *LD, ptrdiff_t LD_stride, int threads) {
+  return batch_call<double>(rows::mass_matrix_factor, model, {.n = n, .q = {q, q_stride}, .result = {{LD, LD_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_mass_matrix_factor_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                           float *LD, ptrdiff_t LD_stride, int threads) {
+  return batch_call<float>(rows::mass_matrix_factor, model, {.n = n, .q = {q, q_stride}, .result = {{LD, LD_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_mass_matrix_inverse(const ksl_model_t *model, ksl_data_t *data, const double *q, double *W) {
+  return state_call<rows::mass_matrix_inverse, double>(model, data, {.q = q, .result = {W}}, no_external);
+}
+
+ksl_status_t ksl_mass_matrix_inversef(const ksl_model_t *model, ksl_data_t *data, const float *q, float *W) {
+  return state_call<rows::mass_matrix_inverse, float>(model, data, {.q = q, .result = {W}}, no_external);
+}
+
+ksl_status_t ksl_mass_matrix_inverse_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                           double *W, ptrdiff_t W_stride, int threads) {
+  return batch_call<double>(rows::mass_matrix_inverse, model, {.n = n, .q = {q, q_stride}, .result = {{W, W_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_mass_matrix_inverse_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                            float *W, ptrdiff_t W_stride, int threads) {
+  return batch_call<float>(rows::mass_matrix_inverse, model, {.n = n, .q = {q, q_stride}, .result = {{W, W_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_solve_mass_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *tau,
+                                   double *a) {
+  return state_call<rows::solve_mass_matrix, double>(model, data, {.q = q, .tau = tau, .result = {a}}, no_external);
+}
+
+ksl_status_t ksl_solve_mass_matrixf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *tau,
+                                    float *a) {
+  return state_call<rows::solve_mass_matrix, float>(model, data, {.q = q, .tau = tau, .result = {a}}, no_external);
+}
+
+ksl_status_t ksl_solve_mass_matrix_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                         const double *tau, ptrdiff_t tau_stride, double *a, ptrdiff_t a_stride,
+                                         int threads) {
+  return batch_call<double>(rows::solve_mass_matrix, model,
+                            {.n = n, .q = {q, q_stride}, .tau = {tau, tau_stride}, .result = {{a, a_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_solve_mass_matrix_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                          const float *tau, ptrdiff_t tau_stride, float *a, ptrdiff_t a_stride,
+                                          int threads) {
+  return batch_call<float>(rows::solve_mass_matrix, model,
+                           {.n = n, .q = {q, q_stride}, .tau = {tau, tau_stride}, .result = {{a, a_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_coriolis_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                 double *C) {
+  return state_call<rows::coriolis_matrix, double>(model, data, {.q = q, .v = v, .result = {C}}, no_external);
+}
+
+ksl_status_t ksl_coriolis_matrixf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                  float *C) {
+  return state_call<rows::coriolis_matrix, float>(model, data, {.q = q, .v = v, .result = {C}}, no_external);
+}
+
+ksl_status_t ksl_coriolis_matrix_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                       const double *v, ptrdiff_t v_stride, double *C, ptrdiff_t C_stride,
+                                       int threads) {
+  return batch_call<double>(rows::coriolis_matrix, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .result = {{C, C_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_coriolis_matrix_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                        const float *v, ptrdiff_t v_stride, float *C, ptrdiff_t C_stride, int threads) {
+  return batch_call<float>(rows::coriolis_matrix, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .result = {{C, C_stride}}},
                            no_external_rows, threads);
 }
 
@@ -326,6 +589,198 @@ ksl_status_t ksl_frame_poses_batchf(const ksl_model_t *model, size_t n, const fl
                            no_external_rows, threads);
 }
 
+ksl_status_t ksl_frame_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, int link,
+                                const ksl_frame_options_t *options, double *twist) {
+  return state_call<rows::frame_velocity, double>(model, data, {.q = q, .v = v, .links = {1, &link}, .result = {twist}},
+                                                  no_external, options);
+}
+
+ksl_status_t ksl_frame_velocityf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, int link,
+                                 const ksl_frame_options_t *options, float *twist) {
+  return state_call<rows::frame_velocity, float>(model, data, {.q = q, .v = v, .links = {1, &link}, .result = {twist}},
+                                                 no_external, options);
+}
+
+ksl_status_t ksl_frame_velocity_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                      const double *v, ptrdiff_t v_stride, int link, const ksl_frame_options_t *options,
+                                      double *twist, ptrdiff_t twist_stride, int threads) {
+  return batch_call<double>(rows::frame_velocity, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {1, &link}, .result = {{twist, twist_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_frame_velocity_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                       const float *v, ptrdiff_t v_stride, int link, const ksl_frame_options_t *options,
+                                       float *twist, ptrdiff_t twist_stride, int threads) {
+  return batch_call<float>(rows::frame_velocity, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {1, &link}, .result = {{twist, twist_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_frame_velocities(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, int n,
+                                  const int *links, const ksl_frame_options_t *options, double *twists) {
+  return state_call<rows::frame_velocities, double>(model, data,
+                                                    {.q = q, .v = v, .links = {n, links}, .result = {twists}},
+                                                    no_external, options);
+}
+
+ksl_status_t ksl_frame_velocitiesf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, int n,
+                                   const int *links, const ksl_frame_options_t *options, float *twists) {
+  return state_call<rows::frame_velocities, float>(model, data,
+                                                   {.q = q, .v = v, .links = {n, links}, .result = {twists}},
+                                                   no_external, options);
+}
+
+ksl_status_t ksl_frame_velocities_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                        const double *v, ptrdiff_t v_stride, int links_n, const int *links,
+                                        const ksl_frame_options_t *options, double *twists, ptrdiff_t twists_stride,
+                                        int threads) {
+  return batch_call<double>(rows::frame_velocities, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{twists, twists_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_frame_velocities_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                         const float *v, ptrdiff_t v_stride, int links_n, const int *links,
+                                         const ksl_frame_options_t *options, float *twists, ptrdiff_t twists_stride,
+                                         int threads) {
+  return batch_call<float>(rows::frame_velocities, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{twists, twists_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_frame_acceleration(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                    const double *a, int link, const ksl_frame_options_t *options,
+                                    double *acceleration) {
+  return state_call<rows::frame_acceleration, double>(model, data,
+                                                      {.q = q, .v = v, .a = a, .links = {1, &link}, .result = {acceleration}},
+                                                      no_external, options);
+}
+
+ksl_status_t ksl_frame_accelerationf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                     const float *a, int link, const ksl_frame_options_t *options,
+                                     float *acceleration) {
+  return state_call<rows::frame_acceleration, float>(model, data,
+                                                     {.q = q, .v = v, .a = a, .links = {1, &link}, .result = {acceleration}},
+                                                     no_external, options);
+}
+
+ksl_status_t ksl_frame_acceleration_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                          const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+                                          int link, const ksl_frame_options_t *options, double *acceleration,
+                                          ptrdiff_t acceleration_stride, int threads) {
+  return batch_call<double>(rows::frame_acceleration, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .links = {1, &link}, .result = {{acceleration, acceleration_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_frame_acceleration_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                           const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+                                           int link, const ksl_frame_options_t *options, float *acceleration,
+                                           ptrdiff_t acceleration_stride, int threads) {
+  return batch_call<float>(rows::frame_acceleration, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .links = {1, &link}, .result = {{acceleration, acceleration_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_frame_accelerations(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                     const double *a, int n, const int *links, const ksl_frame_options_t *options,
+                                     double *accelerations) {
+  return state_call<rows::frame_accelerations, double>(model, data,
+                                                       {.q = q, .v = v, .a = a, .links = {n, links}, .result = {accelerations}},
+                                                       no_external, options);
+}
+
+ksl_status_t ksl_frame_accelerationsf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                      const float *a, int n, const int *links, const ksl_frame_options_t *options,
+                                      float *accelerations) {
+  return state_call<rows::frame_accelerations, float>(model, data,
+                                                      {.q = q, .v = v, .a = a, .links = {n, links}, .result = {accelerations}},
+                                                      no_external, options);
+}
+
+ksl_status_t ksl_frame_accelerations_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                           const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+                                           int links_n, const int *links, const ksl_frame_options_t *options,
+                                           double *accelerations, ptrdiff_t accelerations_stride, int threads) {
+  return batch_call<double>(rows::frame_accelerations, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .links = {links_n, links}, .result = {{accelerations, accelerations_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_frame_accelerations_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                            const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+                                            int links_n, const int *links, const ksl_frame_options_t *options,
+                                            float *accelerations, ptrdiff_t accelerations_stride, int threads) {
+  return batch_call<float>(rows::frame_accelerations, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .links = {links_n, links}, .result = {{accelerations, accelerations_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_point_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, int link,
+                                const ksl_frame_options_t *options, double *velocity) {
+  return state_call<rows::point_velocity, double>(model, data,
+                                                  {.q = q, .v = v, .links = {1, &link}, .result = {velocity}},
+                                                  no_external, options);
+}
+
+ksl_status_t ksl_point_velocityf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, int link,
+                                 const ksl_frame_options_t *options, float *velocity) {
+  return state_call<rows::point_velocity, float>(model, data,
+                                                 {.q = q, .v = v, .links = {1, &link}, .result = {velocity}},
+                                                 no_external, options);
+}
+
+ksl_status_t ksl_point_velocity_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                      const double *v, ptrdiff_t v_stride, int link, const ksl_frame_options_t *options,
+                                      double *velocity, ptrdiff_t velocity_stride, int threads) {
+  return batch_call<double>(rows::point_velocity, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {1, &link}, .result = {{velocity, velocity_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_point_velocity_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                       const float *v, ptrdiff_t v_stride, int link, const ksl_frame_options_t *options,
+                                       float *velocity, ptrdiff_t velocity_stride, int threads) {
+  return batch_call<float>(rows::point_velocity, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {1, &link}, .result = {{velocity, velocity_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_point_acceleration(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                    const double *a, int link, const ksl_frame_options_t *options,
+                                    double *acceleration) {
+  return state_call<rows::point_acceleration, double>(model, data,
+                                                      {.q = q, .v = v, .a = a, .links = {1, &link}, .result = {acceleration}},
+                                                      no_external, options);
+}
+
+ksl_status_t ksl_point_accelerationf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                     const float *a, int link, const ksl_frame_options_t *options,
+                                     float *acceleration) {
+  return state_call<rows::point_acceleration, float>(model, data,
+                                                     {.q = q, .v = v, .a = a, .links = {1, &link}, .result = {acceleration}},
+                                                     no_external, options);
+}
+
+ksl_status_t ksl_point_acceleration_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                          const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+                                          int link, const ksl_frame_options_t *options, double *acceleration,
+                                          ptrdiff_t acceleration_stride, int threads) {
+  return batch_call<double>(rows::point_acceleration, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .links = {1, &link}, .result = {{acceleration, acceleration_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_point_acceleration_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                           const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+                                           int link, const ksl_frame_options_t *options, float *acceleration,
+                                           ptrdiff_t acceleration_stride, int threads) {
+  return batch_call<float>(rows::point_acceleration, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .links = {1, &link}, .result = {{acceleration, acceleration_stride}}},
+                           no_external_rows, threads, options);
+}
+
 ksl_status_t ksl_jacobian(const ksl_model_t *model, ksl_data_t *data, const double *q, int link,
                           const ksl_frame_options_t *options, double *J) {
   return state_call<rows::jacobian, double>(model, data, {.q = q, .links = {1, &link}, .result = {J}}, no_external,
@@ -350,6 +805,260 @@ ksl_status_t ksl_jacobian_batchf(const ksl_model_t *model, size_t n, const float
   return batch_call<float>(rows::jacobian, model,
                            {.n = n, .q = {q, q_stride}, .links = {1, &link}, .result = {{J, J_stride}}},
                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_jacobian_rate(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, int link,
+                               const ksl_frame_options_t *options, double *rate) {
+  return state_call<rows::jacobian_rate, double>(model, data, {.q = q, .v = v, .links = {1, &link}, .result = {rate}},
+                                                 no_external, options);
+}
+
+ksl_status_t ksl_jacobian_ratef(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, int link,
+                                const ksl_frame_options_t *options, float *rate) {
+  return state_call<rows::jacobian_rate, float>(model, data, {.q = q, .v = v, .links = {1, &link}, .result = {rate}},
+                                                no_external, options);
+}
+
+ksl_status_t ksl_jacobian_rate_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                     const double *v, ptrdiff_t v_stride, int link, const ksl_frame_options_t *options,
+                                     double *rate, ptrdiff_t rate_stride, int threads) {
+  return batch_call<double>(rows::jacobian_rate, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {1, &link}, .result = {{rate, rate_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_jacobian_rate_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                      const float *v, ptrdiff_t v_stride, int link, const ksl_frame_options_t *options,
+                                      float *rate, ptrdiff_t rate_stride, int threads) {
+  return batch_call<float>(rows::jacobian_rate, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {1, &link}, .result = {{rate, rate_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_relative_pose(const ksl_model_t *model, ksl_data_t *data, const double *q, int link, int seen_from,
+                               const ksl_frame_options_t *options, double *pose) {
+  const int links[] = {link, seen_from};
+  return state_call<rows::relative_pose, double>(model, data, {.q = q, .links = {2, links}, .result = {pose}},
+                                                 no_external, options);
+}
+
+ksl_status_t ksl_relative_posef(const ksl_model_t *model, ksl_data_t *data, const float *q, int link, int seen_from,
+                                const ksl_frame_options_t *options, float *pose) {
+  const int links[] = {link, seen_from};
+  return state_call<rows::relative_pose, float>(model, data, {.q = q, .links = {2, links}, .result = {pose}},
+                                                no_external, options);
+}
+
+ksl_status_t ksl_relative_pose_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, int link,
+                                     int seen_from, const ksl_frame_options_t *options, double *pose,
+                                     ptrdiff_t pose_stride, int threads) {
+  const int links[] = {link, seen_from};
+  return batch_call<double>(rows::relative_pose, model,
+                            {.n = n, .q = {q, q_stride}, .links = {2, links}, .result = {{pose, pose_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_relative_pose_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, int link,
+                                      int seen_from, const ksl_frame_options_t *options, float *pose,
+                                      ptrdiff_t pose_stride, int threads) {
+  const int links[] = {link, seen_from};
+  return batch_call<float>(rows::relative_pose, model,
+                           {.n = n, .q = {q, q_stride}, .links = {2, links}, .result = {{pose, pose_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_relative_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                   int link, int seen_from, const ksl_frame_options_t *options, double *twist) {
+  const int links[] = {link, seen_from};
+  return state_call<rows::relative_velocity, double>(model, data,
+                                                     {.q = q, .v = v, .links = {2, links}, .result = {twist}},
+                                                     no_external, options);
+}
+
+ksl_status_t ksl_relative_velocityf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                    int link, int seen_from, const ksl_frame_options_t *options, float *twist) {
+  const int links[] = {link, seen_from};
+  return state_call<rows::relative_velocity, float>(model, data,
+                                                    {.q = q, .v = v, .links = {2, links}, .result = {twist}},
+                                                    no_external, options);
+}
+
+ksl_status_t ksl_relative_velocity_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                         const double *v, ptrdiff_t v_stride, int link, int seen_from,
+                                         const ksl_frame_options_t *options, double *twist, ptrdiff_t twist_stride,
+                                         int threads) {
+  const int links[] = {link, seen_from};
+  return batch_call<double>(rows::relative_velocity, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {2, links}, .result = {{twist, twist_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_relative_velocity_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                          const float *v, ptrdiff_t v_stride, int link, int seen_from,
+                                          const ksl_frame_options_t *options, float *twist, ptrdiff_t twist_stride,
+                                          int threads) {
+  const int links[] = {link, seen_from};
+  return batch_call<float>(rows::relative_velocity, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {2, links}, .result = {{twist, twist_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_relative_jacobian(const ksl_model_t *model, ksl_data_t *data, const double *q, int link, int seen_from,
+                                   const ksl_frame_options_t *options, double *J) {
+  const int links[] = {link, seen_from};
+  return state_call<rows::relative_jacobian, double>(model, data, {.q = q, .links = {2, links}, .result = {J}},
+                                                     no_external, options);
+}
+
+ksl_status_t ksl_relative_jacobianf(const ksl_model_t *model, ksl_data_t *data, const float *q, int link, int seen_from,
+                                    const ksl_frame_options_t *options, float *J) {
+  const int links[] = {link, seen_from};
+  return state_call<rows::relative_jacobian, float>(model, data, {.q = q, .links = {2, links}, .result = {J}},
+                                                    no_external, options);
+}
+
+ksl_status_t ksl_relative_jacobian_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                         int link, int seen_from, const ksl_frame_options_t *options, double *J,
+                                         ptrdiff_t J_stride, int threads) {
+  const int links[] = {link, seen_from};
+  return batch_call<double>(rows::relative_jacobian, model,
+                            {.n = n, .q = {q, q_stride}, .links = {2, links}, .result = {{J, J_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_relative_jacobian_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                          int link, int seen_from, const ksl_frame_options_t *options, float *J,
+                                          ptrdiff_t J_stride, int threads) {
+  const int links[] = {link, seen_from};
+  return batch_call<float>(rows::relative_jacobian, model,
+                           {.n = n, .q = {q, q_stride}, .links = {2, links}, .result = {{J, J_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_operational_space_inertia_inverse(const ksl_model_t *model, ksl_data_t *data, const double *q, int n,
+                                                   const int *links, const ksl_frame_options_t *options,
+                                                   double *inverse) {
+  return state_call<rows::operational_space_inertia_inverse, double>(
+      model, data, {.q = q, .links = {n, links}, .result = {inverse}}, no_external, options);
+}
+
+ksl_status_t ksl_operational_space_inertia_inversef(const ksl_model_t *model, ksl_data_t *data, const float *q, int n,
+                                                    const int *links, const ksl_frame_options_t *options,
+                                                    float *inverse) {
+  return state_call<rows::operational_space_inertia_inverse, float>(
+      model, data, {.q = q, .links = {n, links}, .result = {inverse}}, no_external, options);
+}
+
+ksl_status_t ksl_operational_space_inertia_inverse_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                         ptrdiff_t q_stride, int links_n, const int *links,
+                                                         const ksl_frame_options_t *options, double *inverse,
+                                                         ptrdiff_t inverse_stride, int threads) {
+  return batch_call<double>(rows::operational_space_inertia_inverse, model,
+                            {.n = n, .q = {q, q_stride}, .links = {links_n, links}, .result = {{inverse, inverse_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_operational_space_inertia_inverse_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                          ptrdiff_t q_stride, int links_n, const int *links,
+                                                          const ksl_frame_options_t *options, float *inverse,
+                                                          ptrdiff_t inverse_stride, int threads) {
+  return batch_call<float>(rows::operational_space_inertia_inverse, model,
+                           {.n = n, .q = {q, q_stride}, .links = {links_n, links}, .result = {{inverse, inverse_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_operational_space_inertia(const ksl_model_t *model, ksl_data_t *data, const double *q, double *inertia,
+                                           int n, const int *links, const ksl_frame_options_t *options, double *rank) {
+  return state_call<rows::operational_space_inertia, double>(
+      model, data, {.q = q, .links = {n, links}, .result = {inertia, rank}}, no_external, options);
+}
+
+ksl_status_t ksl_operational_space_inertiaf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *inertia,
+                                            int n, const int *links, const ksl_frame_options_t *options, float *rank) {
+  return state_call<rows::operational_space_inertia, float>(model, data,
+                                                            {.q = q, .links = {n, links}, .result = {inertia, rank}},
+                                                            no_external, options);
+}
+
+ksl_status_t ksl_operational_space_inertia_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                 ptrdiff_t q_stride, double *inertia, ptrdiff_t inertia_stride,
+                                                 int links_n, const int *links, const ksl_frame_options_t *options,
+                                                 double *rank, ptrdiff_t rank_stride, int threads) {
+  return batch_call<double>(rows::operational_space_inertia, model,
+                            {.n = n, .q = {q, q_stride}, .links = {links_n, links}, .result = {{inertia, inertia_stride}, {rank, rank_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_operational_space_inertia_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                  ptrdiff_t q_stride, float *inertia, ptrdiff_t inertia_stride,
+                                                  int links_n, const int *links, const ksl_frame_options_t *options,
+                                                  float *rank, ptrdiff_t rank_stride, int threads) {
+  return batch_call<float>(rows::operational_space_inertia, model,
+                           {.n = n, .q = {q, q_stride}, .links = {links_n, links}, .result = {{inertia, inertia_stride}, {rank, rank_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_operational_space(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                   const ksl_external_t *external, double *inertia, double *bias,
+                                   double *pseudo_inverse, int n, const int *links, const ksl_frame_options_t *options,
+                                   double *rank) {
+  return state_call<rows::operational_space, double>(model, data,
+                                                     {.q = q, .v = v, .links = {n, links}, .result = {inertia, bias, pseudo_inverse, rank}},
+                                                     external, options);
+}
+
+ksl_status_t ksl_operational_spacef(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                    const ksl_externalf_t *external, float *inertia, float *bias, float *pseudo_inverse,
+                                    int n, const int *links, const ksl_frame_options_t *options, float *rank) {
+  return state_call<rows::operational_space, float>(model, data,
+                                                    {.q = q, .v = v, .links = {n, links}, .result = {inertia, bias, pseudo_inverse, rank}},
+                                                    external, options);
+}
+
+ksl_status_t ksl_operational_space_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                         const double *v, ptrdiff_t v_stride, double *inertia, ptrdiff_t inertia_stride,
+                                         double *bias, ptrdiff_t bias_stride, double *pseudo_inverse,
+                                         ptrdiff_t pseudo_inverse_stride, int links_n, const int *links,
+                                         const ksl_frame_options_t *options, double *rank, ptrdiff_t rank_stride,
+                                         int threads) {
+  return batch_call<double>(rows::operational_space, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{inertia, inertia_stride}, {bias, bias_stride}, {pseudo_inverse, pseudo_inverse_stride}, {rank, rank_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_operational_space_external_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                  ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                  const ksl_external_rows_t *external, double *inertia,
+                                                  ptrdiff_t inertia_stride, double *bias, ptrdiff_t bias_stride,
+                                                  double *pseudo_inverse, ptrdiff_t pseudo_inverse_stride, int links_n,
+                                                  const int *links, const ksl_frame_options_t *options, double *rank,
+                                                  ptrdiff_t rank_stride, int threads) {
+  return batch_call<double>(rows::operational_space, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{inertia, inertia_stride}, {bias, bias_stride}, {pseudo_inverse, pseudo_inverse_stride}, {rank, rank_stride}}},
+                            external, threads, options);
+}
+
+ksl_status_t ksl_operational_space_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                          const float *v, ptrdiff_t v_stride, float *inertia, ptrdiff_t inertia_stride,
+                                          float *bias, ptrdiff_t bias_stride, float *pseudo_inverse,
+                                          ptrdiff_t pseudo_inverse_stride, int links_n, const int *links,
+                                          const ksl_frame_options_t *options, float *rank, ptrdiff_t rank_stride,
+                                          int threads) {
+  return batch_call<float>(rows::operational_space, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{inertia, inertia_stride}, {bias, bias_stride}, {pseudo_inverse, pseudo_inverse_stride}, {rank, rank_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_operational_space_external_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                   ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                   const ksl_external_rowsf_t *external, float *inertia,
+                                                   ptrdiff_t inertia_stride, float *bias, ptrdiff_t bias_stride,
+                                                   float *pseudo_inverse, ptrdiff_t pseudo_inverse_stride, int links_n,
+                                                   const int *links, const ksl_frame_options_t *options, float *rank,
+                                                   ptrdiff_t rank_stride, int threads) {
+  return batch_call<float>(rows::operational_space, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{inertia, inertia_stride}, {bias, bias_stride}, {pseudo_inverse, pseudo_inverse_stride}, {rank, rank_stride}}},
+                           external, threads, options);
 }
 
 ksl_status_t ksl_energy(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, double *kinetic,
@@ -585,6 +1294,172 @@ ksl_status_t ksl_centroidal_momentum_rate_batchf(const ksl_model_t *model, size_
   return batch_call<float>(rows::centroidal_momentum_rate, model,
                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{rate, rate_stride}}},
                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_inverse_dynamics_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                              const double *v, const double *a, const ksl_external_t *external,
+                                              double *dtau_dq, double *dtau_dv, double *dtau_da) {
+  return state_call<rows::inverse_dynamics_derivatives, double>(
+      model, data, {.q = q, .v = v, .a = a, .result = {dtau_dq, dtau_dv, dtau_da}}, external);
+}
+
+ksl_status_t ksl_inverse_dynamics_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                               const float *v, const float *a, const ksl_externalf_t *external,
+                                               float *dtau_dq, float *dtau_dv, float *dtau_da) {
+  return state_call<rows::inverse_dynamics_derivatives, float>(
+      model, data, {.q = q, .v = v, .a = a, .result = {dtau_dq, dtau_dv, dtau_da}}, external);
+}
+
+ksl_status_t ksl_inverse_dynamics_derivatives_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                    ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                    const double *a, ptrdiff_t a_stride, double *dtau_dq,
+                                                    ptrdiff_t dtau_dq_stride, double *dtau_dv, ptrdiff_t dtau_dv_stride,
+                                                    double *dtau_da, ptrdiff_t dtau_da_stride, int threads) {
+  return batch_call<double>(rows::inverse_dynamics_derivatives, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{dtau_dq, dtau_dq_stride}, {dtau_dv, dtau_dv_stride}, {dtau_da, dtau_da_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_inverse_dynamics_derivatives_external_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *a, ptrdiff_t a_stride, const ksl_external_rows_t *external, double *dtau_dq, ptrdiff_t dtau_dq_stride,
+    double *dtau_dv, ptrdiff_t dtau_dv_stride, double *dtau_da, ptrdiff_t dtau_da_stride, int threads) {
+  return batch_call<double>(rows::inverse_dynamics_derivatives, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{dtau_dq, dtau_dq_stride}, {dtau_dv, dtau_dv_stride}, {dtau_da, dtau_da_stride}}},
+                            external, threads);
+}
+
+ksl_status_t ksl_inverse_dynamics_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                     ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                     const float *a, ptrdiff_t a_stride, float *dtau_dq,
+                                                     ptrdiff_t dtau_dq_stride, float *dtau_dv, ptrdiff_t dtau_dv_stride,
+                                                     float *dtau_da, ptrdiff_t dtau_da_stride, int threads) {
+  return batch_call<float>(rows::inverse_dynamics_derivatives, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{dtau_dq, dtau_dq_stride}, {dtau_dv, dtau_dv_stride}, {dtau_da, dtau_da_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_inverse_dynamics_derivatives_external_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *a, ptrdiff_t a_stride, const ksl_external_rowsf_t *external, float *dtau_dq, ptrdiff_t dtau_dq_stride,
+    float *dtau_dv, ptrdiff_t dtau_dv_stride, float *dtau_da, ptrdiff_t dtau_da_stride, int threads) {
+  return batch_call<float>(rows::inverse_dynamics_derivatives, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{dtau_dq, dtau_dq_stride}, {dtau_dv, dtau_dv_stride}, {dtau_da, dtau_da_stride}}},
+                           external, threads);
+}
+
+ksl_status_t ksl_forward_dynamics_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                              const double *v, const double *tau, const ksl_external_t *external,
+                                              double *da_dq, double *da_dv, double *da_dtau) {
+  return state_call<rows::forward_dynamics_derivatives, double>(
+      model, data, {.q = q, .v = v, .tau = tau, .result = {da_dq, da_dv, da_dtau}}, external);
+}
+
+ksl_status_t ksl_forward_dynamics_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                               const float *v, const float *tau, const ksl_externalf_t *external,
+                                               float *da_dq, float *da_dv, float *da_dtau) {
+  return state_call<rows::forward_dynamics_derivatives, float>(
+      model, data, {.q = q, .v = v, .tau = tau, .result = {da_dq, da_dv, da_dtau}}, external);
+}
+
+ksl_status_t ksl_forward_dynamics_derivatives_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                    ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                    const double *tau, ptrdiff_t tau_stride, double *da_dq,
+                                                    ptrdiff_t da_dq_stride, double *da_dv, ptrdiff_t da_dv_stride,
+                                                    double *da_dtau, ptrdiff_t da_dtau_stride, int threads) {
+  return batch_call<double>(rows::forward_dynamics_derivatives, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .tau = {tau, tau_stride}, .result = {{da_dq, da_dq_stride}, {da_dv, da_dv_stride}, {da_dtau, da_dtau_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_forward_dynamics_derivatives_external_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *tau, ptrdiff_t tau_stride, const ksl_external_rows_t *external, double *da_dq, ptrdiff_t da_dq_stride,
+    double *da_dv, ptrdiff_t da_dv_stride, double *da_dtau, ptrdiff_t da_dtau_stride, int threads) {
+  return batch_call<double>(rows::forward_dynamics_derivatives, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .tau = {tau, tau_stride}, .result = {{da_dq, da_dq_stride}, {da_dv, da_dv_stride}, {da_dtau, da_dtau_stride}}},
+                            external, threads);
+}
+
+ksl_status_t ksl_forward_dynamics_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                     ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                     const float *tau, ptrdiff_t tau_stride, float *da_dq,
+                                                     ptrdiff_t da_dq_stride, float *da_dv, ptrdiff_t da_dv_stride,
+                                                     float *da_dtau, ptrdiff_t da_dtau_stride, int threads) {
+  return batch_call<float>(rows::forward_dynamics_derivatives, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .tau = {tau, tau_stride}, .result = {{da_dq, da_dq_stride}, {da_dv, da_dv_stride}, {da_dtau, da_dtau_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_forward_dynamics_derivatives_external_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *tau, ptrdiff_t tau_stride, const ksl_external_rowsf_t *external, float *da_dq, ptrdiff_t da_dq_stride,
+    float *da_dv, ptrdiff_t da_dv_stride, float *da_dtau, ptrdiff_t da_dtau_stride, int threads) {
+  return batch_call<float>(rows::forward_dynamics_derivatives, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .tau = {tau, tau_stride}, .result = {{da_dq, da_dq_stride}, {da_dv, da_dv_stride}, {da_dtau, da_dtau_stride}}},
+                           external, threads);
+}
+
+ksl_status_t ksl_reactions_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                       const double *a, const ksl_external_t *external, double *by_q, double *by_v,
+                                       int n, const int *joints, const ksl_reaction_options_t *options, double *by_a) {
+  return state_call<rows::reactions_derivatives, double>(model, data,
+                                                         {.q = q, .v = v, .a = a, .result = {by_q, by_v, by_a}},
+                                                         external, {n, joints, options});
+}
+
+ksl_status_t ksl_reactions_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                        const float *a, const ksl_externalf_t *external, float *by_q, float *by_v,
+                                        int n, const int *joints, const ksl_reaction_options_t *options, float *by_a) {
+  return state_call<rows::reactions_derivatives, float>(model, data,
+                                                        {.q = q, .v = v, .a = a, .result = {by_q, by_v, by_a}},
+                                                        external, {n, joints, options});
+}
+
+ksl_status_t ksl_reactions_derivatives_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                             const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+                                             double *by_q, ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
+                                             int joints_n, const int *joints, const ksl_reaction_options_t *options,
+                                             double *by_a, ptrdiff_t by_a_stride, int threads) {
+  return batch_call<double>(rows::reactions_derivatives, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}, {by_a, by_a_stride}}},
+                            no_external_rows, threads, nullptr, {joints_n, joints, options});
+}
+
+ksl_status_t ksl_reactions_derivatives_external_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                      ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                      const double *a, ptrdiff_t a_stride,
+                                                      const ksl_external_rows_t *external, double *by_q,
+                                                      ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
+                                                      int joints_n, const int *joints,
+                                                      const ksl_reaction_options_t *options, double *by_a,
+                                                      ptrdiff_t by_a_stride, int threads) {
+  return batch_call<double>(rows::reactions_derivatives, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}, {by_a, by_a_stride}}},
+                            external, threads, nullptr, {joints_n, joints, options});
+}
+
+ksl_status_t ksl_reactions_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                              const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+                                              float *by_q, ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride,
+                                              int joints_n, const int *joints, const ksl_reaction_options_t *options,
+                                              float *by_a, ptrdiff_t by_a_stride, int threads) {
+  return batch_call<float>(rows::reactions_derivatives, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}, {by_a, by_a_stride}}},
+                           no_external_rows, threads, nullptr, {joints_n, joints, options});
+}
+
+ksl_status_t ksl_reactions_derivatives_external_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                       ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                       const float *a, ptrdiff_t a_stride,
+                                                       const ksl_external_rowsf_t *external, float *by_q,
+                                                       ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride,
+                                                       int joints_n, const int *joints,
+                                                       const ksl_reaction_options_t *options, float *by_a,
+                                                       ptrdiff_t by_a_stride, int threads) {
+  return batch_call<float>(rows::reactions_derivatives, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}, {by_a, by_a_stride}}},
+                           external, threads, nullptr, {joints_n, joints, options});
 }
 
 ksl_status_t ksl_inverse_dynamics_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q,

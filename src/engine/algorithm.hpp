@@ -31,7 +31,8 @@ struct algorithm_kernels {
 struct kernel_table;
 
 /// An extent of a result: a fixed number, or one that follows from the model or from what is requested.
-enum class extent : unsigned char { three, four, six, ten, nq, nv, links, joints, all_links };
+/// twists: six numbers for each link.  all_links: those of the model.
+enum class extent : unsigned char { three, four, six, ten, nq, nv, links, twists, joints, tree, all_links };
 
 struct result_row {
   const char *name;
@@ -58,7 +59,8 @@ struct algorithm_row {
   input input_list[most_inputs]; ///< (inputs), in the order of calls
   external_use external;
   request_kind request;
-  int results; ///< besides reactions
+  bool needs_mass; ///< is it refused if a joint can move without moving any mass
+  int results;     ///< besides reactions
   result_row result[most_results];
   const algorithm_kernels *kernel_table::*kernels = nullptr;
   /// The row whose kernels compute this one, with zeros for the inputs that this row lacks; null if it has its own.
@@ -79,6 +81,14 @@ constexpr int least_links(request_kind request) {
   const bool one = request == request_kind::link || request == request_kind::frame;
   return one ? 1 : request == request_kind::relative ? 2 : 0;
 }
+/// May a call name no more links than the model has?  So it is where every link is combined with every other.
+constexpr bool links_are_few(const algorithm_row &row) {
+  for (int r = 0; r < row.results; ++r)
+    for (int i = 1; i < row.result[r].axes; ++i)
+      if (row.result[r].shape[i] == extent::twists)
+        return true;
+  return false;
+}
 /// Does a call name links?
 constexpr bool names_links(request_kind request) {
   return request != request_kind::none && request != request_kind::joints && request != request_kind::reactions;
@@ -86,7 +96,9 @@ constexpr bool names_links(request_kind request) {
 
 /// The extents that follow from a model and a request.
 struct extents {
-  int nq, nv, links, joints, all_links;
+  int nq, nv, links, joints;
+  int tree; ///< elements of a matrix that aren't zero by the shape of the tree (engine/tree_rows.hpp)
+  int all_links;
 };
 
 constexpr int length_of(extent e, const extents &of) {
@@ -98,7 +110,9 @@ constexpr int length_of(extent e, const extents &of) {
   case extent::nq: return of.nq;
   case extent::nv: return of.nv;
   case extent::links: return of.links;
+  case extent::twists: return 6 * of.links;
   case extent::joints: return of.joints;
+  case extent::tree: return of.tree;
   case extent::all_links: return of.all_links;
   }
   return 0;
@@ -119,7 +133,7 @@ constexpr int numbers_of(const result_row &result, const extents &of) {
 
 /// Of a model_view and a state or batch.
 template <class Model, class View> constexpr extents extents_of(const Model &model, const View &view) {
-  return {model.nq, model.nv, view.links.n, view.joints ? view.joints->n : 0, model.links};
+  return {model.nq, model.nv, view.links.n, view.joints ? view.joints->n : 0, model.tree_elements, model.links};
 }
 
 /// The member of a state_view or batch_view that holds an input.

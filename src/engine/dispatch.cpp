@@ -1,5 +1,6 @@
 // Chooses the instruction set, once, at the first call.
 #include "batch/array_kernels.hpp"
+#include "batch/inverse_kinematics_kernels.hpp"
 #include "engine/kernel_tables.hpp"
 #include "engine/kernels.hpp"
 
@@ -17,6 +18,7 @@
   KSL_DECLARE_KERNELS(set)                                                                                             \
   extern "C" const ksl::finite_kernels ksl_finite_##set;                                                               \
   extern "C" const ksl::array_kernel_table ksl_array_kernels_##set;                                                    \
+  extern "C" const ksl::inverse_kinematics_kernels ksl_kernels_inverse_kinematics_##set;                               \
   constexpr ksl::kernel_table kernels_##set = KSL_KERNEL_TABLE(set);
 // KSL_HAS_…: the sets that the library is built for.
 #ifdef KSL_HAS_x86_64_v2
@@ -43,6 +45,7 @@ struct instruction_set_row {
   const kernel_table *table;
   const finite_kernels *finite;
   const array_kernel_table *arrays;
+  const inverse_kinematics_kernels *inverse_kinematics;
   bool (*runs_here)();
 };
 
@@ -67,23 +70,23 @@ struct instruction_set_row {
 // best first
 constexpr instruction_set_row sets[] = {
 #ifdef KSL_HAS_x86_64_v4
-    {"x86-64-v4", &kernels_x86_64_v4, &ksl_finite_x86_64_v4, &ksl_array_kernels_x86_64_v4, has_v4},
+    {"x86-64-v4", &kernels_x86_64_v4, &ksl_finite_x86_64_v4, &ksl_array_kernels_x86_64_v4, &ksl_kernels_inverse_kinematics_x86_64_v4, has_v4},
 #endif
 #ifdef KSL_HAS_x86_64_v3
-    {"x86-64-v3", &kernels_x86_64_v3, &ksl_finite_x86_64_v3, &ksl_array_kernels_x86_64_v3, has_v3},
+    {"x86-64-v3", &kernels_x86_64_v3, &ksl_finite_x86_64_v3, &ksl_array_kernels_x86_64_v3, &ksl_kernels_inverse_kinematics_x86_64_v3, has_v3},
 #endif
 #ifdef KSL_HAS_x86_64_v2
-    {"x86-64-v2", &kernels_x86_64_v2, &ksl_finite_x86_64_v2, &ksl_array_kernels_x86_64_v2, has_v2},
+    {"x86-64-v2", &kernels_x86_64_v2, &ksl_finite_x86_64_v2, &ksl_array_kernels_x86_64_v2, &ksl_kernels_inverse_kinematics_x86_64_v2, has_v2},
 #endif
 };
 
 #elif defined(__aarch64__)
 
-constexpr instruction_set_row sets[] = {{"neon", &kernels_neon, &ksl_finite_neon, &ksl_array_kernels_neon, [] { return true; }}};
+constexpr instruction_set_row sets[] = {{"neon", &kernels_neon, &ksl_finite_neon, &ksl_array_kernels_neon, &ksl_kernels_inverse_kinematics_neon, [] { return true; }}};
 
 #else
 
-constexpr instruction_set_row sets[] = {{"generic", &kernels_generic, &ksl_finite_generic, &ksl_array_kernels_generic, [] { return true; }}};
+constexpr instruction_set_row sets[] = {{"generic", &kernels_generic, &ksl_finite_generic, &ksl_array_kernels_generic, &ksl_kernels_inverse_kinematics_generic, [] { return true; }}};
 
 #endif
 
@@ -113,6 +116,7 @@ const instruction_set_row &chosen() {
 const kernel_table &kernels() { return *chosen().table; }
 const finite_kernels &finite_kernels_in_force() { return *chosen().finite; }
 const array_kernel_table &array_kernels() { return *chosen().arrays; }
+const inverse_kinematics_kernels &inverse_kinematics_kernels_in_force() { return *chosen().inverse_kinematics; }
 const char *instruction_set() { return chosen().name; }
 
 // Some processors execute 512-bit operations in two steps.  (AMD reports it in cpuid: bit 2 means 256 bits a step, bit 3 means

@@ -40,8 +40,57 @@ void forward_dynamics(const model &m, data &d, const S *q, const S *v, const S *
 }
 
 template <class S>
+void forward_dynamics_by_mass_matrix(const model &m, data &d, const S *q, const S *v, const S *tau, S *a,
+                                     const external_wrenches<S> &external) {
+  compute<S>(rows::forward_dynamics_by_mass_matrix, m, d, {.q = q, .v = v, .tau = tau, .external = external,
+                                                           .result = {a}});
+}
+
+template <class S>
+void hybrid_dynamics(const model &m, data &d, const S *q, const S *v, const S *a, const S *tau, S *a_out, int n,
+                     const int *links, S *tau_out, const external_wrenches<S> &external) {
+  compute<S>(rows::hybrid_dynamics, m, d, {.q = q, .v = v, .a = a, .tau = tau, .external = external,
+                                           .links = {n, links}, .result = {a_out, tau_out}});
+}
+
+template <class S>
+void velocity_jump(const model &m, data &d, const S *q, S *dv, const external_wrenches<S> &external) {
+  compute<S>(rows::velocity_jump, m, d, {.q = q, .external = external, .result = {dv}});
+}
+
+template <class S>
 void mass_matrix(const model &m, data &d, const S *q, S *M) {
   compute<S>(rows::mass_matrix, m, d, {.q = q, .result = {M}});
+}
+
+template <class S>
+void mass_matrix_upper(const model &m, data &d, const S *q, S *M) {
+  compute<S>(rows::mass_matrix_upper, m, d, {.q = q, .result = {M}});
+}
+
+template <class S>
+void mass_matrix_tree(const model &m, data &d, const S *q, S *M) {
+  compute<S>(rows::mass_matrix_tree, m, d, {.q = q, .result = {M}});
+}
+
+template <class S>
+void mass_matrix_factor(const model &m, data &d, const S *q, S *LD) {
+  compute<S>(rows::mass_matrix_factor, m, d, {.q = q, .result = {LD}});
+}
+
+template <class S>
+void mass_matrix_inverse(const model &m, data &d, const S *q, S *W) {
+  compute<S>(rows::mass_matrix_inverse, m, d, {.q = q, .result = {W}});
+}
+
+template <class S>
+void solve_mass_matrix(const model &m, data &d, const S *q, const S *tau, S *a) {
+  compute<S>(rows::solve_mass_matrix, m, d, {.q = q, .tau = tau, .result = {a}});
+}
+
+template <class S>
+void coriolis_matrix(const model &m, data &d, const S *q, const S *v, S *C) {
+  compute<S>(rows::coriolis_matrix, m, d, {.q = q, .v = v, .result = {C}});
 }
 
 template <class S>
@@ -50,8 +99,90 @@ void frame_poses(const model &m, data &d, const S *q, int n, const int *links, S
 }
 
 template <class S>
+void frame_velocity(const model &m, data &d, const S *q, const S *v, int link, const frame_options &how, S *twist) {
+  compute<S>(rows::frame_velocity, m, d, {.q = q, .v = v, .links = {1, &link}, .frame = how, .result = {twist}});
+}
+
+template <class S>
+void frame_velocities(const model &m, data &d, const S *q, const S *v, int n, const int *links,
+                      const frame_options &how, S *twists) {
+  compute<S>(rows::frame_velocities, m, d, {.q = q, .v = v, .links = {n, links}, .frame = how, .result = {twists}});
+}
+
+template <class S>
+void frame_acceleration(const model &m, data &d, const S *q, const S *v, const S *a, int link, const frame_options &how,
+                        S *acceleration) {
+  compute<S>(rows::frame_acceleration, m, d, {.q = q, .v = v, .a = a, .links = {1, &link}, .frame = how,
+                                              .result = {acceleration}});
+}
+
+template <class S>
+void frame_accelerations(const model &m, data &d, const S *q, const S *v, const S *a, int n, const int *links,
+                         const frame_options &how, S *accelerations) {
+  compute<S>(rows::frame_accelerations, m, d, {.q = q, .v = v, .a = a, .links = {n, links}, .frame = how,
+                                               .result = {accelerations}});
+}
+
+template <class S>
+void point_velocity(const model &m, data &d, const S *q, const S *v, int link, const frame_options &how, S *velocity) {
+  compute<S>(rows::point_velocity, m, d, {.q = q, .v = v, .links = {1, &link}, .frame = how, .result = {velocity}});
+}
+
+template <class S>
+void point_acceleration(const model &m, data &d, const S *q, const S *v, const S *a, int link, const frame_options &how,
+                        S *acceleration) {
+  compute<S>(rows::point_acceleration, m, d, {.q = q, .v = v, .a = a, .links = {1, &link}, .frame = how,
+                                              .result = {acceleration}});
+}
+
+template <class S>
 void jacobian(const model &m, data &d, const S *q, int link, const frame_options &how, S *J) {
   compute<S>(rows::jacobian, m, d, {.q = q, .links = {1, &link}, .frame = how, .result = {J}});
+}
+
+template <class S>
+void jacobian_rate(const model &m, data &d, const S *q, const S *v, int link, const frame_options &how, S *rate) {
+  compute<S>(rows::jacobian_rate, m, d, {.q = q, .v = v, .links = {1, &link}, .frame = how, .result = {rate}});
+}
+
+template <class S>
+void relative_pose(const model &m, data &d, const S *q, int link, int seen_from, const frame_options &how, S *pose) {
+  const int links[] = {link, seen_from};
+  compute<S>(rows::relative_pose, m, d, {.q = q, .links = {2, links}, .frame = how, .result = {pose}});
+}
+
+template <class S>
+void relative_velocity(const model &m, data &d, const S *q, const S *v, int link, int seen_from,
+                       const frame_options &how, S *twist) {
+  const int links[] = {link, seen_from};
+  compute<S>(rows::relative_velocity, m, d, {.q = q, .v = v, .links = {2, links}, .frame = how, .result = {twist}});
+}
+
+template <class S>
+void relative_jacobian(const model &m, data &d, const S *q, int link, int seen_from, const frame_options &how, S *J) {
+  const int links[] = {link, seen_from};
+  compute<S>(rows::relative_jacobian, m, d, {.q = q, .links = {2, links}, .frame = how, .result = {J}});
+}
+
+template <class S>
+void operational_space_inertia_inverse(const model &m, data &d, const S *q, int n, const int *links,
+                                       const frame_options &how, S *inverse) {
+  compute<S>(rows::operational_space_inertia_inverse, m, d, {
+      .q = q, .links = {n, links}, .frame = how, .result = {inverse}});
+}
+
+template <class S>
+void operational_space_inertia(const model &m, data &d, const S *q, S *inertia, int n, const int *links,
+                               const frame_options &how, S *rank) {
+  compute<S>(rows::operational_space_inertia, m, d, {.q = q, .links = {n, links}, .frame = how,
+                                                     .result = {inertia, rank}});
+}
+
+template <class S>
+void operational_space(const model &m, data &d, const S *q, const S *v, S *inertia, S *bias, S *pseudo_inverse, int n,
+                       const int *links, const frame_options &how, S *rank, const external_wrenches<S> &external) {
+  compute<S>(rows::operational_space, m, d, {.q = q, .v = v, .external = external, .links = {n, links}, .frame = how,
+                                             .result = {inertia, bias, pseudo_inverse, rank}});
 }
 
 template <class S>
@@ -97,6 +228,27 @@ void centroidal_momentum_matrix(const model &m, data &d, const S *q, S *matrix) 
 template <class S>
 void centroidal_momentum_rate(const model &m, data &d, const S *q, const S *v, const S *a, S *rate) {
   compute<S>(rows::centroidal_momentum_rate, m, d, {.q = q, .v = v, .a = a, .result = {rate}});
+}
+
+template <class S>
+void inverse_dynamics_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *dtau_dq, S *dtau_dv,
+                                  S *dtau_da, const external_wrenches<S> &external) {
+  compute<S>(rows::inverse_dynamics_derivatives, m, d, {.q = q, .v = v, .a = a, .external = external,
+                                                        .result = {dtau_dq, dtau_dv, dtau_da}});
+}
+
+template <class S>
+void forward_dynamics_derivatives(const model &m, data &d, const S *q, const S *v, const S *tau, S *da_dq, S *da_dv,
+                                  S *da_dtau, const external_wrenches<S> &external) {
+  compute<S>(rows::forward_dynamics_derivatives, m, d, {.q = q, .v = v, .tau = tau, .external = external,
+                                                        .result = {da_dq, da_dv, da_dtau}});
+}
+
+template <class S>
+void reactions_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *by_q, S *by_v,
+                           const reaction_request &request, S *by_a, const external_wrenches<S> &external) {
+  compute<S>(rows::reactions_derivatives, m, d, {.q = q, .v = v, .a = a, .external = external, .joints = &request,
+                                                 .result = {by_q, by_v, by_a}});
 }
 
 template <class S>
@@ -149,12 +301,86 @@ template void forward_dynamics<double>(const model &, data &, const double *, co
                                        const external_wrenches<double> &);
 template void forward_dynamics<float>(const model &, data &, const float *, const float *, const float *, float *,
                                       const external_wrenches<float> &);
+template void forward_dynamics_by_mass_matrix<double>(const model &, data &, const double *, const double *,
+                                                      const double *, double *, const external_wrenches<double> &);
+template void forward_dynamics_by_mass_matrix<float>(const model &, data &, const float *, const float *, const float *,
+                                                     float *, const external_wrenches<float> &);
+template void hybrid_dynamics<double>(const model &, data &, const double *, const double *, const double *,
+                                      const double *, double *, int, const int *, double *,
+                                      const external_wrenches<double> &);
+template void hybrid_dynamics<float>(const model &, data &, const float *, const float *, const float *, const float *,
+                                     float *, int, const int *, float *, const external_wrenches<float> &);
+template void velocity_jump<double>(const model &, data &, const double *, double *, const external_wrenches<double> &);
+template void velocity_jump<float>(const model &, data &, const float *, float *, const external_wrenches<float> &);
 template void mass_matrix<double>(const model &, data &, const double *, double *);
 template void mass_matrix<float>(const model &, data &, const float *, float *);
+template void mass_matrix_upper<double>(const model &, data &, const double *, double *);
+template void mass_matrix_upper<float>(const model &, data &, const float *, float *);
+template void mass_matrix_tree<double>(const model &, data &, const double *, double *);
+template void mass_matrix_tree<float>(const model &, data &, const float *, float *);
+template void mass_matrix_factor<double>(const model &, data &, const double *, double *);
+template void mass_matrix_factor<float>(const model &, data &, const float *, float *);
+template void mass_matrix_inverse<double>(const model &, data &, const double *, double *);
+template void mass_matrix_inverse<float>(const model &, data &, const float *, float *);
+template void solve_mass_matrix<double>(const model &, data &, const double *, const double *, double *);
+template void solve_mass_matrix<float>(const model &, data &, const float *, const float *, float *);
+template void coriolis_matrix<double>(const model &, data &, const double *, const double *, double *);
+template void coriolis_matrix<float>(const model &, data &, const float *, const float *, float *);
 template void frame_poses<double>(const model &, data &, const double *, int, const int *, double *);
 template void frame_poses<float>(const model &, data &, const float *, int, const int *, float *);
+template void frame_velocity<double>(const model &, data &, const double *, const double *, int, const frame_options &,
+                                     double *);
+template void frame_velocity<float>(const model &, data &, const float *, const float *, int, const frame_options &,
+                                    float *);
+template void frame_velocities<double>(const model &, data &, const double *, const double *, int, const int *,
+                                       const frame_options &, double *);
+template void frame_velocities<float>(const model &, data &, const float *, const float *, int, const int *,
+                                      const frame_options &, float *);
+template void frame_acceleration<double>(const model &, data &, const double *, const double *, const double *, int,
+                                         const frame_options &, double *);
+template void frame_acceleration<float>(const model &, data &, const float *, const float *, const float *, int,
+                                        const frame_options &, float *);
+template void frame_accelerations<double>(const model &, data &, const double *, const double *, const double *, int,
+                                          const int *, const frame_options &, double *);
+template void frame_accelerations<float>(const model &, data &, const float *, const float *, const float *, int,
+                                         const int *, const frame_options &, float *);
+template void point_velocity<double>(const model &, data &, const double *, const double *, int, const frame_options &,
+                                     double *);
+template void point_velocity<float>(const model &, data &, const float *, const float *, int, const frame_options &,
+                                    float *);
+template void point_acceleration<double>(const model &, data &, const double *, const double *, const double *, int,
+                                         const frame_options &, double *);
+template void point_acceleration<float>(const model &, data &, const float *, const float *, const float *, int,
+                                        const frame_options &, float *);
 template void jacobian<double>(const model &, data &, const double *, int, const frame_options &, double *);
 template void jacobian<float>(const model &, data &, const float *, int, const frame_options &, float *);
+template void jacobian_rate<double>(const model &, data &, const double *, const double *, int, const frame_options &,
+                                    double *);
+template void jacobian_rate<float>(const model &, data &, const float *, const float *, int, const frame_options &,
+                                   float *);
+template void relative_pose<double>(const model &, data &, const double *, int, int, const frame_options &, double *);
+template void relative_pose<float>(const model &, data &, const float *, int, int, const frame_options &, float *);
+template void relative_velocity<double>(const model &, data &, const double *, const double *, int, int,
+                                        const frame_options &, double *);
+template void relative_velocity<float>(const model &, data &, const float *, const float *, int, int,
+                                       const frame_options &, float *);
+template void relative_jacobian<double>(const model &, data &, const double *, int, int, const frame_options &,
+                                        double *);
+template void relative_jacobian<float>(const model &, data &, const float *, int, int, const frame_options &, float *);
+template void operational_space_inertia_inverse<double>(const model &, data &, const double *, int, const int *,
+                                                        const frame_options &, double *);
+template void operational_space_inertia_inverse<float>(const model &, data &, const float *, int, const int *,
+                                                       const frame_options &, float *);
+template void operational_space_inertia<double>(const model &, data &, const double *, double *, int, const int *,
+                                                const frame_options &, double *);
+template void operational_space_inertia<float>(const model &, data &, const float *, float *, int, const int *,
+                                               const frame_options &, float *);
+template void operational_space<double>(const model &, data &, const double *, const double *, double *, double *,
+                                        double *, int, const int *, const frame_options &, double *,
+                                        const external_wrenches<double> &);
+template void operational_space<float>(const model &, data &, const float *, const float *, float *, float *, float *,
+                                       int, const int *, const frame_options &, float *,
+                                       const external_wrenches<float> &);
 template void energy<double>(const model &, data &, const double *, const double *, double *, double *);
 template void energy<float>(const model &, data &, const float *, const float *, float *, float *);
 template void external_power<double>(const model &, data &, const double *, const double *, double *,
@@ -179,6 +405,22 @@ template void centroidal_momentum_rate<double>(const model &, data &, const doub
                                                double *);
 template void centroidal_momentum_rate<float>(const model &, data &, const float *, const float *, const float *,
                                               float *);
+template void inverse_dynamics_derivatives<double>(const model &, data &, const double *, const double *,
+                                                   const double *, double *, double *, double *,
+                                                   const external_wrenches<double> &);
+template void inverse_dynamics_derivatives<float>(const model &, data &, const float *, const float *, const float *,
+                                                  float *, float *, float *, const external_wrenches<float> &);
+template void forward_dynamics_derivatives<double>(const model &, data &, const double *, const double *,
+                                                   const double *, double *, double *, double *,
+                                                   const external_wrenches<double> &);
+template void forward_dynamics_derivatives<float>(const model &, data &, const float *, const float *, const float *,
+                                                  float *, float *, float *, const external_wrenches<float> &);
+template void reactions_derivatives<double>(const model &, data &, const double *, const double *, const double *,
+                                            double *, double *, const reaction_request &, double *,
+                                            const external_wrenches<double> &);
+template void reactions_derivatives<float>(const model &, data &, const float *, const float *, const float *, float *,
+                                           float *, const reaction_request &, float *,
+                                           const external_wrenches<float> &);
 template void inverse_dynamics_regressor<double>(const model &, data &, const double *, const double *, const double *,
                                                  int, const int *, double *);
 template void inverse_dynamics_regressor<float>(const model &, data &, const float *, const float *, const float *, int,

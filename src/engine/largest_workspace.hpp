@@ -5,16 +5,28 @@
 #include "ksl/engine/center_of_mass_motion.hpp"
 #include "ksl/engine/centroidal_momentum.hpp"
 #include "ksl/engine/centroidal_momentum_matrix.hpp"
+#include "ksl/engine/coriolis_matrix.hpp"
 #include "ksl/engine/energy.hpp"
 #include "ksl/engine/energy_regressor.hpp"
 #include "ksl/engine/forward_dynamics.hpp"
+#include "ksl/engine/forward_dynamics_by_mass_matrix.hpp"
+#include "ksl/engine/forward_dynamics_derivatives.hpp"
 #include "ksl/engine/forward_kinematics.hpp"
 #include "ksl/engine/frame_jacobian.hpp"
+#include "ksl/engine/frame_motion.hpp"
+#include "ksl/engine/hybrid_dynamics.hpp"
 #include "ksl/engine/inverse_dynamics.hpp"
+#include "ksl/engine/inverse_dynamics_derivatives.hpp"
 #include "ksl/engine/inverse_dynamics_regressor.hpp"
 #include "ksl/engine/mass_matrix.hpp"
+#include "ksl/engine/mass_matrix_factor.hpp"
+#include "ksl/engine/mass_matrix_inverse.hpp"
+#include "ksl/engine/operational_space.hpp"
 #include "ksl/engine/reactions.hpp"
+#include "ksl/engine/reactions_derivatives.hpp"
 #include "ksl/engine/reactions_regressor.hpp"
+#include "ksl/engine/relative_motion.hpp"
+#include "ksl/engine/solve_mass_matrix.hpp"
 
 #include <algorithm>
 
@@ -26,9 +38,29 @@ inline std::size_t largest_workspace(const model_view<double> &m) {
       workspace_bytes<inverse_dynamics_workspace<double>>(m),
       workspace_bytes<reactions_workspace<double>>(m),
       workspace_bytes<forward_dynamics_workspace<double>>(m),
+      workspace_bytes<forward_dynamics_by_mass_matrix_workspace<double>>(m),
+      workspace_bytes<hybrid_dynamics_workspace<double>>(m),
+      workspace_bytes<velocity_jump_workspace<double>>(m),
       workspace_bytes<mass_matrix_workspace<double>>(m),
+      workspace_bytes<mass_matrix_workspace<double>>(m),
+      workspace_bytes<mass_matrix_workspace<double>>(m),
+      workspace_bytes<mass_matrix_factor_workspace<double>>(m),
+      workspace_bytes<mass_matrix_inverse_workspace<double>>(m),
+      workspace_bytes<solve_mass_matrix_workspace<double>>(m),
+      workspace_bytes<coriolis_matrix_workspace<double>>(m),
       workspace_bytes<forward_kinematics_workspace<double>>(m),
+      workspace_bytes<frame_velocities_workspace<double>>(m),
+      workspace_bytes<frame_accelerations_workspace<double>>(m),
+      workspace_bytes<frame_velocities_workspace<double>>(m),
+      workspace_bytes<frame_accelerations_workspace<double>>(m),
       workspace_bytes<jacobian_workspace<double>>(m),
+      workspace_bytes<jacobian_rate_workspace<double>>(m),
+      workspace_bytes<relative_pose_workspace<double>>(m),
+      workspace_bytes<relative_velocity_workspace<double>>(m),
+      workspace_bytes<relative_jacobian_workspace<double>>(m),
+      workspace_bytes<operational_space_inertia_inverse_workspace<double>>(m),
+      workspace_bytes<operational_space_inertia_workspace<double>>(m),
+      workspace_bytes<operational_space_workspace<double>>(m),
       workspace_bytes<energy_workspace<double>>(m),
       workspace_bytes<external_power_workspace<double>>(m),
       workspace_bytes<center_of_mass_workspace<double>>(m),
@@ -38,6 +70,9 @@ inline std::size_t largest_workspace(const model_view<double> &m) {
       workspace_bytes<centroidal_momentum_workspace<double>>(m),
       workspace_bytes<centroidal_momentum_matrix_workspace<double>>(m),
       workspace_bytes<centroidal_momentum_rate_workspace<double>>(m),
+      workspace_bytes<inverse_dynamics_derivatives_workspace<double>>(m),
+      workspace_bytes<forward_dynamics_derivatives_workspace<double>>(m),
+      workspace_bytes<reactions_derivatives_workspace<double>>(m),
       workspace_bytes<inverse_dynamics_regressor_workspace<double>>(m),
       workspace_bytes<reactions_regressor_workspace<double>>(m),
       workspace_bytes<energy_regressor_workspace<double>>(m),

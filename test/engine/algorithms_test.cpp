@@ -185,6 +185,120 @@ TEST_CASE("forward_dynamics: C++ and C, one state and batches, in float") {
   faces::agree<float>(ksl::rows::forward_dynamics, cpp, c, cpp_batch, c_batch);
 }
 
+TEST_CASE("forward_dynamics_by_mass_matrix: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::forward_dynamics_by_mass_matrix(s.r.m, s.r.d, s.q, s.v, s.tau, s.result[0], s.external);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_forward_dynamics_by_mass_matrix(s.r.c_model, s.r.c_data, s.q, s.v, s.tau, &s.c_external,
+                                              s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::forward_dynamics_by_mass_matrix_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_forward_dynamics_by_mass_matrix_external_batch(
+        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+        s.batch.tau.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::forward_dynamics_by_mass_matrix, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("forward_dynamics_by_mass_matrix: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::forward_dynamics_by_mass_matrix(s.r.m, s.r.d, s.q, s.v, s.tau, s.result[0], s.external);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_forward_dynamics_by_mass_matrixf(s.r.c_model, s.r.c_data, s.q, s.v, s.tau, &s.c_external,
+                                               s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::forward_dynamics_by_mass_matrix_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_forward_dynamics_by_mass_matrix_external_batchf(
+        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+        s.batch.tau.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::forward_dynamics_by_mass_matrix, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("hybrid_dynamics: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::hybrid_dynamics(s.r.m, s.r.d, s.q, s.v, s.a, s.tau, s.result[0], 3, s.r.links.data(), s.result[1], s.external);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_hybrid_dynamics(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.tau, &s.c_external, s.result[0], 3,
+                              s.r.links.data(), s.result[1]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::hybrid_dynamics_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_hybrid_dynamics_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                             s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.batch.tau.first,
+                                             s.batch.tau.stride, &s.external, s.batch.result[0].first,
+                                             s.batch.result[0].stride, 3, s.r.links.data(), s.batch.result[1].first,
+                                             s.batch.result[1].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::hybrid_dynamics, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("hybrid_dynamics: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::hybrid_dynamics(s.r.m, s.r.d, s.q, s.v, s.a, s.tau, s.result[0], 3, s.r.links.data(), s.result[1], s.external);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_hybrid_dynamicsf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.tau, &s.c_external, s.result[0], 3,
+                               s.r.links.data(), s.result[1]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::hybrid_dynamics_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_hybrid_dynamics_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                              s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.batch.tau.first,
+                                              s.batch.tau.stride, &s.external, s.batch.result[0].first,
+                                              s.batch.result[0].stride, 3, s.r.links.data(), s.batch.result[1].first,
+                                              s.batch.result[1].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::hybrid_dynamics, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("velocity_jump: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::velocity_jump(s.r.m, s.r.d, s.q, s.result[0], s.external);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_velocity_jump(s.r.c_model, s.r.c_data, s.q, &s.c_external, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::velocity_jump_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_velocity_jump_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, &s.external,
+                                  s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::velocity_jump, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("velocity_jump: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::velocity_jump(s.r.m, s.r.d, s.q, s.result[0], s.external);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_velocity_jumpf(s.r.c_model, s.r.c_data, s.q, &s.c_external, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::velocity_jump_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_velocity_jump_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, &s.external,
+                                   s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::velocity_jump, cpp, c, cpp_batch, c_batch);
+}
+
 TEST_CASE("mass_matrix: C++ and C, one state and batches, in double") {
   const auto cpp = [](faces::one<double> &s) {
     ksl::mass_matrix(s.r.m, s.r.d, s.q, s.result[0]);
@@ -217,6 +331,214 @@ TEST_CASE("mass_matrix: C++ and C, one state and batches, in float") {
                                  s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::mass_matrix, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("mass_matrix_upper: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::mass_matrix_upper(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_mass_matrix_upper(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::mass_matrix_upper_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_mass_matrix_upper_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                      s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::mass_matrix_upper, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("mass_matrix_upper: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::mass_matrix_upper(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_mass_matrix_upperf(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::mass_matrix_upper_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_mass_matrix_upper_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                       s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::mass_matrix_upper, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("mass_matrix_tree: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::mass_matrix_tree(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_mass_matrix_tree(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::mass_matrix_tree_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_mass_matrix_tree_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                     s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::mass_matrix_tree, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("mass_matrix_tree: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::mass_matrix_tree(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_mass_matrix_treef(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::mass_matrix_tree_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_mass_matrix_tree_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                      s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::mass_matrix_tree, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("mass_matrix_factor: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::mass_matrix_factor(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_mass_matrix_factor(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::mass_matrix_factor_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_mass_matrix_factor_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                       s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::mass_matrix_factor, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("mass_matrix_factor: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::mass_matrix_factor(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_mass_matrix_factorf(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::mass_matrix_factor_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_mass_matrix_factor_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                        s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::mass_matrix_factor, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("mass_matrix_inverse: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::mass_matrix_inverse(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_mass_matrix_inverse(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::mass_matrix_inverse_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_mass_matrix_inverse_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                        s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::mass_matrix_inverse, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("mass_matrix_inverse: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::mass_matrix_inverse(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_mass_matrix_inversef(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::mass_matrix_inverse_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_mass_matrix_inverse_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                         s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::mass_matrix_inverse, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("solve_mass_matrix: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::solve_mass_matrix(s.r.m, s.r.d, s.q, s.tau, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_solve_mass_matrix(s.r.c_model, s.r.c_data, s.q, s.tau, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::solve_mass_matrix_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_solve_mass_matrix_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.tau.first,
+                                      s.batch.tau.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                      s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::solve_mass_matrix, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("solve_mass_matrix: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::solve_mass_matrix(s.r.m, s.r.d, s.q, s.tau, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_solve_mass_matrixf(s.r.c_model, s.r.c_data, s.q, s.tau, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::solve_mass_matrix_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_solve_mass_matrix_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.tau.first,
+                                       s.batch.tau.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                       s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::solve_mass_matrix, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("coriolis_matrix: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::coriolis_matrix(s.r.m, s.r.d, s.q, s.v, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_coriolis_matrix(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::coriolis_matrix_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_coriolis_matrix_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                    s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                    s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::coriolis_matrix, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("coriolis_matrix: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::coriolis_matrix(s.r.m, s.r.d, s.q, s.v, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_coriolis_matrixf(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::coriolis_matrix_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_coriolis_matrix_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                     s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                     s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::coriolis_matrix, cpp, c, cpp_batch, c_batch);
 }
 
 TEST_CASE("frame_poses: C++ and C, one state and batches, in double") {
@@ -253,6 +575,232 @@ TEST_CASE("frame_poses: C++ and C, one state and batches, in float") {
   faces::agree<float>(ksl::rows::frame_poses, cpp, c, cpp_batch, c_batch);
 }
 
+TEST_CASE("frame_velocity: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::frame_velocity(s.r.m, s.r.d, s.q, s.v, s.r.links[0], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_frame_velocity(s.r.c_model, s.r.c_data, s.q, s.v, s.r.links[0], s.r.c_how, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::frame_velocity_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_frame_velocity_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                   s.batch.v.stride, s.r.links[0], s.r.c_how, s.batch.result[0].first,
+                                   s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::frame_velocity, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("frame_velocity: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::frame_velocity(s.r.m, s.r.d, s.q, s.v, s.r.links[0], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_frame_velocityf(s.r.c_model, s.r.c_data, s.q, s.v, s.r.links[0], s.r.c_how, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::frame_velocity_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_frame_velocity_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                    s.batch.v.stride, s.r.links[0], s.r.c_how, s.batch.result[0].first,
+                                    s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::frame_velocity, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("frame_velocities: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::frame_velocities(s.r.m, s.r.d, s.q, s.v, 3, s.r.links.data(), s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_frame_velocities(s.r.c_model, s.r.c_data, s.q, s.v, 3, s.r.links.data(), s.r.c_how,
+                               s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::frame_velocities_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_frame_velocities_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                     s.batch.v.stride, 3, s.r.links.data(), s.r.c_how, s.batch.result[0].first,
+                                     s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::frame_velocities, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("frame_velocities: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::frame_velocities(s.r.m, s.r.d, s.q, s.v, 3, s.r.links.data(), s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_frame_velocitiesf(s.r.c_model, s.r.c_data, s.q, s.v, 3, s.r.links.data(), s.r.c_how,
+                                s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::frame_velocities_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_frame_velocities_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                      s.batch.v.stride, 3, s.r.links.data(), s.r.c_how, s.batch.result[0].first,
+                                      s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::frame_velocities, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("frame_acceleration: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::frame_acceleration(s.r.m, s.r.d, s.q, s.v, s.a, s.r.links[0], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_frame_acceleration(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.r.links[0], s.r.c_how,
+                                 s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::frame_acceleration_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_frame_acceleration_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                       s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.r.links[0], s.r.c_how,
+                                       s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::frame_acceleration, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("frame_acceleration: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::frame_acceleration(s.r.m, s.r.d, s.q, s.v, s.a, s.r.links[0], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_frame_accelerationf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.r.links[0], s.r.c_how,
+                                  s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::frame_acceleration_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_frame_acceleration_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                        s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.r.links[0], s.r.c_how,
+                                        s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::frame_acceleration, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("frame_accelerations: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::frame_accelerations(s.r.m, s.r.d, s.q, s.v, s.a, 3, s.r.links.data(), s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_frame_accelerations(s.r.c_model, s.r.c_data, s.q, s.v, s.a, 3, s.r.links.data(), s.r.c_how,
+                                  s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::frame_accelerations_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_frame_accelerations_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                        s.batch.v.stride, s.batch.a.first, s.batch.a.stride, 3, s.r.links.data(),
+                                        s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride,
+                                        s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::frame_accelerations, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("frame_accelerations: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::frame_accelerations(s.r.m, s.r.d, s.q, s.v, s.a, 3, s.r.links.data(), s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_frame_accelerationsf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, 3, s.r.links.data(), s.r.c_how,
+                                   s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::frame_accelerations_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_frame_accelerations_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                         s.batch.v.stride, s.batch.a.first, s.batch.a.stride, 3, s.r.links.data(),
+                                         s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride,
+                                         s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::frame_accelerations, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("point_velocity: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::point_velocity(s.r.m, s.r.d, s.q, s.v, s.r.links[0], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_point_velocity(s.r.c_model, s.r.c_data, s.q, s.v, s.r.links[0], s.r.c_how, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::point_velocity_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_point_velocity_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                   s.batch.v.stride, s.r.links[0], s.r.c_how, s.batch.result[0].first,
+                                   s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::point_velocity, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("point_velocity: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::point_velocity(s.r.m, s.r.d, s.q, s.v, s.r.links[0], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_point_velocityf(s.r.c_model, s.r.c_data, s.q, s.v, s.r.links[0], s.r.c_how, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::point_velocity_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_point_velocity_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                    s.batch.v.stride, s.r.links[0], s.r.c_how, s.batch.result[0].first,
+                                    s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::point_velocity, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("point_acceleration: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::point_acceleration(s.r.m, s.r.d, s.q, s.v, s.a, s.r.links[0], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_point_acceleration(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.r.links[0], s.r.c_how,
+                                 s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::point_acceleration_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_point_acceleration_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                       s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.r.links[0], s.r.c_how,
+                                       s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::point_acceleration, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("point_acceleration: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::point_acceleration(s.r.m, s.r.d, s.q, s.v, s.a, s.r.links[0], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_point_accelerationf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.r.links[0], s.r.c_how,
+                                  s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::point_acceleration_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_point_acceleration_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                        s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.r.links[0], s.r.c_how,
+                                        s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::point_acceleration, cpp, c, cpp_batch, c_batch);
+}
+
 TEST_CASE("jacobian: C++ and C, one state and batches, in double") {
   const auto cpp = [](faces::one<double> &s) {
     ksl::jacobian(s.r.m, s.r.d, s.q, s.r.links[0], s.r.how, s.result[0]);
@@ -285,6 +833,279 @@ TEST_CASE("jacobian: C++ and C, one state and batches, in float") {
                               s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::jacobian, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("jacobian_rate: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::jacobian_rate(s.r.m, s.r.d, s.q, s.v, s.r.links[0], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_jacobian_rate(s.r.c_model, s.r.c_data, s.q, s.v, s.r.links[0], s.r.c_how, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::jacobian_rate_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_jacobian_rate_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                  s.batch.v.stride, s.r.links[0], s.r.c_how, s.batch.result[0].first,
+                                  s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::jacobian_rate, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("jacobian_rate: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::jacobian_rate(s.r.m, s.r.d, s.q, s.v, s.r.links[0], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_jacobian_ratef(s.r.c_model, s.r.c_data, s.q, s.v, s.r.links[0], s.r.c_how, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::jacobian_rate_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_jacobian_rate_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                   s.batch.v.stride, s.r.links[0], s.r.c_how, s.batch.result[0].first,
+                                   s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::jacobian_rate, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("relative_pose: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::relative_pose(s.r.m, s.r.d, s.q, s.r.links[0], s.r.links[1], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_relative_pose(s.r.c_model, s.r.c_data, s.q, s.r.links[0], s.r.links[1], s.r.c_how,
+                            s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::relative_pose_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_relative_pose_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.r.links[0], s.r.links[1],
+                                  s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::relative_pose, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("relative_pose: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::relative_pose(s.r.m, s.r.d, s.q, s.r.links[0], s.r.links[1], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_relative_posef(s.r.c_model, s.r.c_data, s.q, s.r.links[0], s.r.links[1], s.r.c_how,
+                             s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::relative_pose_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_relative_pose_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.r.links[0], s.r.links[1],
+                                   s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::relative_pose, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("relative_velocity: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::relative_velocity(s.r.m, s.r.d, s.q, s.v, s.r.links[0], s.r.links[1], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_relative_velocity(s.r.c_model, s.r.c_data, s.q, s.v, s.r.links[0], s.r.links[1], s.r.c_how,
+                                s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::relative_velocity_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_relative_velocity_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                      s.batch.v.stride, s.r.links[0], s.r.links[1], s.r.c_how, s.batch.result[0].first,
+                                      s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::relative_velocity, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("relative_velocity: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::relative_velocity(s.r.m, s.r.d, s.q, s.v, s.r.links[0], s.r.links[1], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_relative_velocityf(s.r.c_model, s.r.c_data, s.q, s.v, s.r.links[0], s.r.links[1], s.r.c_how,
+                                 s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::relative_velocity_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_relative_velocity_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                       s.batch.v.stride, s.r.links[0], s.r.links[1], s.r.c_how, s.batch.result[0].first,
+                                       s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::relative_velocity, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("relative_jacobian: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::relative_jacobian(s.r.m, s.r.d, s.q, s.r.links[0], s.r.links[1], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_relative_jacobian(s.r.c_model, s.r.c_data, s.q, s.r.links[0], s.r.links[1], s.r.c_how,
+                                s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::relative_jacobian_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_relative_jacobian_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.r.links[0], s.r.links[1],
+                                      s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride,
+                                      s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::relative_jacobian, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("relative_jacobian: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::relative_jacobian(s.r.m, s.r.d, s.q, s.r.links[0], s.r.links[1], s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_relative_jacobianf(s.r.c_model, s.r.c_data, s.q, s.r.links[0], s.r.links[1], s.r.c_how,
+                                 s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::relative_jacobian_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_relative_jacobian_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.r.links[0], s.r.links[1],
+                                       s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride,
+                                       s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::relative_jacobian, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("operational_space_inertia_inverse: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::operational_space_inertia_inverse(s.r.m, s.r.d, s.q, 3, s.r.links.data(), s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_operational_space_inertia_inverse(s.r.c_model, s.r.c_data, s.q, 3, s.r.links.data(), s.r.c_how,
+                                                s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::operational_space_inertia_inverse_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_operational_space_inertia_inverse_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, 3,
+                                                      s.r.links.data(), s.r.c_how, s.batch.result[0].first,
+                                                      s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::operational_space_inertia_inverse, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("operational_space_inertia_inverse: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::operational_space_inertia_inverse(s.r.m, s.r.d, s.q, 3, s.r.links.data(), s.r.how, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_operational_space_inertia_inversef(s.r.c_model, s.r.c_data, s.q, 3, s.r.links.data(), s.r.c_how,
+                                                 s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::operational_space_inertia_inverse_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_operational_space_inertia_inverse_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, 3,
+                                                       s.r.links.data(), s.r.c_how, s.batch.result[0].first,
+                                                       s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::operational_space_inertia_inverse, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("operational_space_inertia: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::operational_space_inertia(s.r.m, s.r.d, s.q, s.result[0], 3, s.r.links.data(), s.r.how, s.result[1]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_operational_space_inertia(s.r.c_model, s.r.c_data, s.q, s.result[0], 3, s.r.links.data(), s.r.c_how,
+                                        s.result[1]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::operational_space_inertia_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_operational_space_inertia_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                              s.batch.result[0].first, s.batch.result[0].stride, 3, s.r.links.data(),
+                                              s.r.c_how, s.batch.result[1].first, s.batch.result[1].stride,
+                                              s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::operational_space_inertia, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("operational_space_inertia: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::operational_space_inertia(s.r.m, s.r.d, s.q, s.result[0], 3, s.r.links.data(), s.r.how, s.result[1]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_operational_space_inertiaf(s.r.c_model, s.r.c_data, s.q, s.result[0], 3, s.r.links.data(), s.r.c_how,
+                                         s.result[1]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::operational_space_inertia_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_operational_space_inertia_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                               s.batch.result[0].first, s.batch.result[0].stride, 3, s.r.links.data(),
+                                               s.r.c_how, s.batch.result[1].first, s.batch.result[1].stride,
+                                               s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::operational_space_inertia, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("operational_space: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::operational_space(s.r.m, s.r.d, s.q, s.v, s.result[0], s.result[1], s.result[2], 3, s.r.links.data(), s.r.how,
+                           s.result[3], s.external);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_operational_space(s.r.c_model, s.r.c_data, s.q, s.v, &s.c_external, s.result[0], s.result[1], s.result[2],
+                                3, s.r.links.data(), s.r.c_how, s.result[3]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::operational_space_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_operational_space_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                               s.batch.v.stride, &s.external, s.batch.result[0].first,
+                                               s.batch.result[0].stride, s.batch.result[1].first,
+                                               s.batch.result[1].stride, s.batch.result[2].first,
+                                               s.batch.result[2].stride, 3, s.r.links.data(), s.r.c_how,
+                                               s.batch.result[3].first, s.batch.result[3].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::operational_space, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("operational_space: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::operational_space(s.r.m, s.r.d, s.q, s.v, s.result[0], s.result[1], s.result[2], 3, s.r.links.data(), s.r.how,
+                           s.result[3], s.external);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_operational_spacef(s.r.c_model, s.r.c_data, s.q, s.v, &s.c_external, s.result[0], s.result[1],
+                                 s.result[2], 3, s.r.links.data(), s.r.c_how, s.result[3]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::operational_space_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_operational_space_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                s.batch.v.stride, &s.external, s.batch.result[0].first,
+                                                s.batch.result[0].stride, s.batch.result[1].first,
+                                                s.batch.result[1].stride, s.batch.result[2].first,
+                                                s.batch.result[2].stride, 3, s.r.links.data(), s.r.c_how,
+                                                s.batch.result[3].first, s.batch.result[3].stride,
+                                                s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::operational_space, cpp, c, cpp_batch, c_batch);
 }
 
 TEST_CASE("energy: C++ and C, one state and batches, in double") {
@@ -606,6 +1427,141 @@ TEST_CASE("centroidal_momentum_rate: C++ and C, one state and batches, in float"
                                               s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::centroidal_momentum_rate, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("inverse_dynamics_derivatives: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::inverse_dynamics_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0], s.result[1], s.result[2], s.external);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_inverse_dynamics_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, s.a, &s.c_external, s.result[0],
+                                           s.result[1], s.result[2]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::inverse_dynamics_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_inverse_dynamics_derivatives_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                          s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+                                                          s.batch.a.stride, &s.external, s.batch.result[0].first,
+                                                          s.batch.result[0].stride, s.batch.result[1].first,
+                                                          s.batch.result[1].stride, s.batch.result[2].first,
+                                                          s.batch.result[2].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::inverse_dynamics_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("inverse_dynamics_derivatives: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::inverse_dynamics_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0], s.result[1], s.result[2], s.external);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_inverse_dynamics_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, &s.c_external, s.result[0],
+                                            s.result[1], s.result[2]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::inverse_dynamics_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_inverse_dynamics_derivatives_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                           s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+                                                           s.batch.a.stride, &s.external, s.batch.result[0].first,
+                                                           s.batch.result[0].stride, s.batch.result[1].first,
+                                                           s.batch.result[1].stride, s.batch.result[2].first,
+                                                           s.batch.result[2].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::inverse_dynamics_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("forward_dynamics_derivatives: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::forward_dynamics_derivatives(s.r.m, s.r.d, s.q, s.v, s.tau, s.result[0], s.result[1], s.result[2], s.external);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_forward_dynamics_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, s.tau, &s.c_external, s.result[0],
+                                           s.result[1], s.result[2]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::forward_dynamics_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_forward_dynamics_derivatives_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                          s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+                                                          s.batch.tau.stride, &s.external, s.batch.result[0].first,
+                                                          s.batch.result[0].stride, s.batch.result[1].first,
+                                                          s.batch.result[1].stride, s.batch.result[2].first,
+                                                          s.batch.result[2].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::forward_dynamics_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("forward_dynamics_derivatives: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::forward_dynamics_derivatives(s.r.m, s.r.d, s.q, s.v, s.tau, s.result[0], s.result[1], s.result[2], s.external);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_forward_dynamics_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, s.tau, &s.c_external, s.result[0],
+                                            s.result[1], s.result[2]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::forward_dynamics_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_forward_dynamics_derivatives_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                           s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+                                                           s.batch.tau.stride, &s.external, s.batch.result[0].first,
+                                                           s.batch.result[0].stride, s.batch.result[1].first,
+                                                           s.batch.result[1].stride, s.batch.result[2].first,
+                                                           s.batch.result[2].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::forward_dynamics_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("reactions_derivatives: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::reactions_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0], s.result[1], s.r.request, s.result[2],
+                               s.external);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_reactions_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, s.a, &s.c_external, s.result[0], s.result[1],
+                                    s.r.request.n, s.r.joints.data(), nullptr, s.result[2]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::reactions_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_reactions_derivatives_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                   s.batch.v.stride, s.batch.a.first, s.batch.a.stride, &s.external,
+                                                   s.batch.result[0].first, s.batch.result[0].stride,
+                                                   s.batch.result[1].first, s.batch.result[1].stride, s.r.request.n,
+                                                   s.r.joints.data(), nullptr, s.batch.result[2].first,
+                                                   s.batch.result[2].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::reactions_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("reactions_derivatives: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::reactions_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0], s.result[1], s.r.request, s.result[2],
+                               s.external);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_reactions_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, &s.c_external, s.result[0], s.result[1],
+                                     s.r.request.n, s.r.joints.data(), nullptr, s.result[2]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::reactions_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_reactions_derivatives_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                    s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+                                                    s.batch.a.stride, &s.external, s.batch.result[0].first,
+                                                    s.batch.result[0].stride, s.batch.result[1].first,
+                                                    s.batch.result[1].stride, s.r.request.n, s.r.joints.data(), nullptr,
+                                                    s.batch.result[2].first, s.batch.result[2].stride,
+                                                    s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::reactions_derivatives, cpp, c, cpp_batch, c_batch);
 }
 
 TEST_CASE("inverse_dynamics_regressor: C++ and C, one state and batches, in double") {

@@ -1,14 +1,16 @@
 // Dual numbers through every algorithm and every kind of joint: against identities that need no difference quotient, and
 // against central differences.
+#include "moved.hpp"
 #include "robots.hpp"
 
 #include "ksl/dual.hpp"
 #include "ksl/engine/energy.hpp"
 #include "ksl/engine/forward_dynamics.hpp"
 #include "ksl/engine/frame_jacobian.hpp"
+#include "ksl/engine/inverse_dynamics_derivatives.hpp"
 #include "ksl/engine/mass_matrix.hpp"
 #include "ksl/engine/owned_workspace.hpp"
-#include "ksl/engine/reactions.hpp"
+#include "ksl/engine/reactions_derivatives.hpp"
 
 #include <doctest/doctest.h>
 
@@ -20,6 +22,7 @@ namespace {
 using first = ksl::dual<1>;
 using second = ksl::second_order_dual<2>;
 template <class T> using numbers = std::vector<T>;
+using robots::moved;
 
 const ksl::model &robot() {
   static const ksl::model m = ksl::load(KSL_EVERY_KIND);
@@ -48,44 +51,6 @@ state<double> random_state(const ksl::model &m, std::mt19937 &random) {
   state<double> s = {random_numbers(nq, random), random_numbers(nv, random), random_numbers(nv, random), random_numbers(12, random)};
   robots::normalize_quaternions(m, s.q.data());
   return s;
-}
-
-/// q moved along the tangent x (nv): of spherical, floating and planar joints by the twist x in the child's axes.  To the second order this is
-/// the exponential for the rotation, and a chart of the manifold for all.
-template <class T> numbers<T> moved(const ksl::model &m, const numbers<double> &q, const numbers<T> &x) {
-  using A = ksl::algebra<T>;
-  numbers<T> out(q.begin(), q.end());
-  for (int i = 1; i < m.view().bodies; ++i) {
-    const ksl::body<double> &b = m.view().body[i];
-    const int quaternion = ksl::row_of(b.kind).quaternion;
-    T *const position = &out[static_cast<std::size_t>(b.q_index)];
-    const T *const step = &x[static_cast<std::size_t>(b.v_index)];
-    if (quaternion < 0) { // coordinates that are independent, but a planar joint's velocity is in the child's axes
-      for (int k = 0; k < b.nv; ++k)
-        position[k] = position[k] + step[k];
-      if (b.kind == ksl::joint_kind::planar) {
-        T sine, cosine;
-        ksl::sine_cosine(T(q[static_cast<std::size_t>(b.q_index + 2)]), sine, cosine);
-        position[0] = position[0] + ((cosine - T(1)) * step[0] - sine * step[1]);
-        position[1] = position[1] + (sine * step[0] + (cosine - T(1)) * step[1]);
-      }
-      continue;
-    }
-    T *const p = position + quaternion;
-    const T *const angular = step + b.nv - 3;
-    if (quaternion == 3) { // a position comes first
-      const ksl::mat3x3<T> R = ksl::rotation_of(p);
-      ksl::vec3<T> along = {step[0], step[1], step[2]};
-      A::product_drv(&R, &along, &along);
-      position[0] = position[0] + along.x, position[1] = position[1] + along.y, position[2] = position[2] + along.z;
-    }
-    const ksl::quaternion<T> from = {p[0], p[1], p[2], p[3]};
-    const ksl::quaternion<T> rotation = {T(0.5) * angular[0], T(0.5) * angular[1], T(0.5) * angular[2], T(1)};
-    ksl::quaternion<T> to;
-    A::product_qq(&from, &rotation, &to);
-    p[0] = to.x, p[1] = to.y, p[2] = to.z, p[3] = to.w;
-  }
-  return out;
 }
 
 template <class T> numbers<T> constants(const numbers<double> &x) { return numbers<T>(x.begin(), x.end()); }
@@ -127,6 +92,35 @@ template <class T> numbers<T> inertias(const ksl::model &m, const numbers<T> &q)
   return M;
 }
 
+/// Derivatives of the efforts by q, v and a.
+template <class T> numbers<T> derivatives_of_efforts(const ksl::model &m, const state<T> &s) {
+  const ksl::owned_workspace<ksl::inverse_dynamics_derivatives_workspace<T>> w(m.view());
+  const std::size_t n = s.v.size() * s.v.size();
+  numbers<T> D(3 * n);
+  ksl::inverse_dynamics_derivatives<T>(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), pushes(s.push), &D[0], &D[n], &D[2 * n]);
+  return D;
+}
+
+numbers<int> all_links(const ksl::model &m) {
+  numbers<int> links;
+  for (int l = 0; l < m.view().links; ++l)
+    links.push_back(l);
+  return links;
+}
+
+/// Derivatives of all reactions by q, v and a.
+template <class T> numbers<T> derivatives_of_reactions(const ksl::model &m, const state<T> &s) {
+  const ksl::owned_workspace<ksl::reactions_derivatives_workspace<T>> w(m.view());
+  const numbers<int> links = all_links(m);
+  ksl::reaction_request request;
+  request.n = m.view().links;
+  request.link = links.data();
+  const std::size_t n = 6 * links.size() * s.v.size();
+  numbers<T> D(3 * n);
+  ksl::reactions_derivatives<T>(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), request, pushes(s.push), &D[0], &D[n], &D[2 * n]);
+  return D;
+}
+
 template <class T> struct energies { T kinetic, potential; };
 
 template <class T> energies<T> energy_of(const ksl::model &m, const numbers<T> &q, const numbers<T> &v) {
@@ -141,13 +135,6 @@ template <class T> T power(const ksl::model &m, const state<T> &s) {
   T power;
   ksl::external_power<T>(m.view(), *w, s.q.data(), s.v.data(), pushes(s.push), &power);
   return power;
-}
-
-numbers<int> all_links(const ksl::model &m) {
-  numbers<int> links;
-  for (int l = 0; l < m.view().links; ++l)
-    links.push_back(l);
-  return links;
 }
 
 /// Poses of all links, 16 numbers each.
@@ -207,6 +194,8 @@ template <class T> numbers<T> everything(const ksl::model &m, const state<T> &s)
   add(efforts_with_reactions(m, s));
   add(accelerations(m, s));
   add(inertias(m, s.q));
+  add(derivatives_of_efforts(m, s));
+  add(derivatives_of_reactions(m, s));
   add(poses(m, s.q));
   const energies<T> e = energy_of(m, s.q, s.v);
   add({e.kinetic, e.potential, power(m, s)});

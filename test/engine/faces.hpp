@@ -163,7 +163,8 @@ public:
 
 private:
   std::size_t width(int i) const {
-    return static_cast<std::size_t>(i < row_.results ? numbers_of(row_.result[i], {r_.m.nq(), r_.m.nv(), links(), r_.request.n, static_cast<int>(r_.m.links().size())}) : 6 * r_.request.n);
+    const ksl::extents of = {r_.m.nq(), r_.m.nv(), links(), r_.request.n, r_.m.tree_elements(), static_cast<int>(r_.m.links().size())};
+    return static_cast<std::size_t>(i < row_.results ? numbers_of(row_.result[i], of) : 6 * r_.request.n);
   }
   int links() const {
     const int least = ksl::least_links(row_.request);
@@ -230,16 +231,18 @@ void agree(robot &r, const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_b
 template <class S, class Cpp, class C, class CppBatch, class CBatch>
 void agree(const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_batch, CBatch c_batch) {
   static robot floating(KSL_EXAMPLES "/robots/panda.urdf", true), every_kind(KSL_EVERY_KIND, false);
-  static constexpr ksl_frame_options_t crossed[] = {{KSL_IN_WORLD, KSL_IN_FRAME, KSL_LINEAR_FIRST}, {KSL_IN_FRAME, KSL_IN_WORLD, KSL_ANGULAR_FIRST}};
+  static constexpr ksl_frame_options_t crossed[] = {
+      {KSL_IN_WORLD, KSL_IN_FRAME, KSL_LINEAR_FIRST, KSL_CLASSICAL, {0, 0, 0}},
+      {KSL_IN_FRAME, KSL_IN_WORLD, KSL_ANGULAR_FIRST, KSL_SPATIAL, {0.3, -0.2, 0.1}}};
   using ksl::expressed_in;
   for (robot *r : {&floating, &every_kind}) {
     r->how = {}, r->c_how = nullptr;
     agree<S>(*r, row, cpp, c, cpp_batch, c_batch);
     if (row.request != ksl::request_kind::frame && row.request != ksl::request_kind::frames && row.request != ksl::request_kind::relative)
       continue;
-    r->how = {.axes = expressed_in::world, .at = expressed_in::frame, .angular_first = false}, r->c_how = &crossed[0];
+    r->how = {.axes = expressed_in::world, .at = expressed_in::frame, .kind = ksl::acceleration_kind::classical}, r->c_how = &crossed[0];
     agree<S>(*r, row, cpp, c, cpp_batch, c_batch);
-    r->how = {.axes = expressed_in::frame, .at = expressed_in::world, .angular_first = true}, r->c_how = &crossed[1];
+    r->how = {.axes = expressed_in::frame, .at = expressed_in::world, .angular_first = true, .offset = {0.3, -0.2, 0.1}}, r->c_how = &crossed[1];
     agree<S>(*r, row, cpp, c, cpp_batch, c_batch);
   }
 }

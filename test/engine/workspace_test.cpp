@@ -9,9 +9,10 @@
 #include "ksl/engine/energy_regressor.hpp"
 #include "ksl/engine/forward_dynamics.hpp"
 #include "ksl/engine/frame_jacobian.hpp"
+#include "ksl/engine/inverse_dynamics_derivatives.hpp"
 #include "ksl/engine/inverse_dynamics_regressor.hpp"
 #include "ksl/engine/mass_matrix.hpp"
-#include "ksl/engine/reactions.hpp"
+#include "ksl/engine/reactions_derivatives.hpp"
 #include "ksl/engine/reactions_regressor.hpp"
 
 #include <doctest/doctest.h>
@@ -50,8 +51,10 @@ TEST_CASE("numbers for each body") {
   CHECK(numbers_per_body<ksl::reactions_workspace>() == 29 + 6);
   CHECK(numbers_per_body<ksl::forward_dynamics_workspace>() == 64);
   CHECK(numbers_per_body<ksl::mass_matrix_workspace>() == 27);
+  CHECK(numbers_per_body<ksl::inverse_dynamics_derivatives_workspace>() == 99);
+  CHECK(numbers_per_body<ksl::reactions_derivatives_workspace>() == 99 + 28);
   CHECK(numbers_per_body<ksl::forward_kinematics_workspace>() == 14);
-  CHECK(numbers_per_body<ksl::jacobian_workspace>() == 14);
+  CHECK(numbers_per_body<ksl::jacobian_workspace>() == 2);
   CHECK(numbers_per_body<ksl::energy_workspace>() == 20);
   CHECK(numbers_per_body<ksl::external_power_workspace>() == 20);
   CHECK(numbers_per_body<ksl::center_of_mass_workspace>() == 6);

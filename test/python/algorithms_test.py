@@ -24,6 +24,7 @@ ROWS = [row for row in ALGORITHMS if "python" in row.faces]
 C_ROWS = [row for row in ROWS if "c" in row.faces or "c batch" in row.faces]
 PUSHED, LINKS = [7, 3], [5, 2, 5]
 """Indices of links that wrenches act on, and that are asked for."""
+OFFSET = [0.3, -0.2, 0.1]
 CROSSED = {"axes": "world", "at": "frame", "order": "ang_lin"}
 """How a frame's motion is expressed: axes and point in different frames, and not in the default order."""
 PRECISIONS = {np.float64: ("", ctypes.c_double), np.float32: ("f", ctypes.c_float)}
@@ -50,9 +51,14 @@ def inputs(m, row, *leading, dtype=np.float64):
     given = {"q": q, "v": v, "a": x, "tau": x, "q1": q1, "fraction": np.full((*leading, 1), 0.3, dtype)}
     arguments, links = {name: given[name] for name in row.inputs}, names(m, LINKS)
     arguments |= {
-        "link": {"name": links[0]}, "frame": {"name": links[0]} | CROSSED, "links": {row.links_keyword: links}, "frames": {row.links_keyword: links} | CROSSED,
-        "relative": {"name": links[0], "seen_from": links[1]} | CROSSED,
+        "link": {"name": links[0]}, "frame": {"name": links[0], "offset": OFFSET} | CROSSED, "frames": {"names": links} | CROSSED,
+        "links": {"links" if row.keywords == "links" else "names": links},
+        "relative": {"name": links[0], "seen_from": links[1], "offset": OFFSET} | CROSSED,
     }.get(row.request, {})  # fmt: skip
+    if row.keywords == "kind":
+        arguments["kind"] = "classical"
+    if row.keywords == "point":
+        arguments = {k: x for k, x in arguments.items() if k not in ("at", "order", "offset")} | {"point": OFFSET}
     if row.external:
         rng = np.random.default_rng(8)
         arguments["external"] = {name: rng.normal(size=(*leading, 6)).astype(dtype) for name in names(m, PUSHED)}
@@ -106,7 +112,9 @@ def test_layouts_threads_and_out_change_nothing(robot, row):
 def test_float_is_near_double(robot, row):
     double, single = (python(robot, row, inputs(robot, row, 50, dtype=dtype)) for dtype in PRECISIONS)
     for x, y in zip(single, double, strict=True):
-        loss = 1e4 if row.name == "forward_dynamics" else 50  # the condition of a mass matrix
+        if row.name in ("operational_space_inertia", "operational_space"):
+            continue  # singular for these frames, one of which comes twice: test/laws/operational_space_test.py
+        loss = 1e4 if row.name in ("forward_dynamics", "operational_space_inertia_inverse") else 50  # the condition of a mass matrix
         assert np.abs(x - y).max() < 2e-7 * loss * max(1.0, np.abs(y).max()) and not np.array_equal(x, y)
 
 
@@ -132,7 +140,7 @@ class External(ctypes.Structure):
 
 
 class FrameOptions(ctypes.Structure):
-    _fields_ = [("axes", ctypes.c_int), ("at", ctypes.c_int), ("order", ctypes.c_int)]
+    _fields_ = [("axes", ctypes.c_int), ("at", ctypes.c_int), ("order", ctypes.c_int), ("kind", ctypes.c_int), ("offset", ctypes.c_double * 3)]
 
 
 @pytest.fixture(scope="module")
@@ -183,7 +191,7 @@ class Loaded:
             request = [len(LINKS), ctypes.c_void_p(keep(np.array(LINKS, np.int32)))]
         elif row.request in ("frame", "frames", "relative"):
             which = {"frame": LINKS[:1], "frames": [len(LINKS), ctypes.c_void_p(keep(np.array(LINKS, np.int32)))], "relative": LINKS[:2]}
-            request = [*which[row.request], ctypes.byref(FrameOptions(1, 0, 1))]
+            request = [*which[row.request], ctypes.byref(FrameOptions(1, 0, row.keywords != "point", row.keywords == "kind", tuple(OFFSET) if row.request != "frames" else (0, 0, 0)))]
         elif row.request in ("joints", "reactions"):
             joints = np.arange(len(self.m.joint_names), dtype=np.int32)
             request = [len(joints), ctypes.c_void_p(keep(joints)), None]

@@ -5,11 +5,18 @@ namespace ksl {
 
 enum class expressed_in : int { frame, world }; ///< the frame of the link itself, or that of the world
 
+/// Which acceleration of a frame.  Classical: that of the body's point which is at the origin in question.  Spatial: less
+/// ω × v of that point, which is the rate of the body's twist about a point at rest.  Rate: that of the numbers of the twist: spatial
+/// where axes and origin are those of one frame, classical in the world's axes about the frame's origin.
+enum class acceleration_kind : int { spatial, classical, rate };
+
 /// The axes and the origin that a motion is expressed in, and the order of its six numbers.
 struct frame_options {
   expressed_in axes = expressed_in::frame;
   expressed_in at = expressed_in::frame;
   bool angular_first = false;
+  acceleration_kind kind = acceleration_kind::spatial; ///< of accelerations
+  double offset[3] = {0, 0, 0}; ///< of the frame's origin from the link's, in the link's axes, m
 };
 
 } // namespace ksl

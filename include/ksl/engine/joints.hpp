@@ -33,6 +33,7 @@ concept described_joint = requires(const double *q, double *out) {
   { J::has_pitch } -> std::convertible_to<bool>;
   { J::has_limits } -> std::convertible_to<bool>;
   { J::is_free } -> std::convertible_to<bool>;
+  { J::shifts_origin } -> std::convertible_to<bool>; // does the joint move the body's origin in its parent
   { J::canonical_x } -> std::convertible_to<bool>;
   { J::usual_axis } -> std::convertible_to<int>;
   { J::angle } -> std::convertible_to<int>;
@@ -47,7 +48,7 @@ template <class J>
 concept moving_joint = described_joint<J> &&
     requires(const body<double> &b, const pose_workspace<double> &w, const double *q, double *out,
              const coscrew<double> &f, body_motion<double> &m, const per_body<mat3x3, double> &rotation,
-             const spatial_inertia<double> &I) {
+             const spatial_inertia<double> &I, const mat3x3<double> &R) {
   { J::computed_pose(b, w, q) } -> std::same_as<decltype(J::kept_pose(b, w))>;
   { J::twist(b, q) } -> std::same_as<screw<double>>;
   J::effort(b, f, out);
@@ -55,6 +56,7 @@ concept moving_joint = described_joint<J> &&
   J::add_motion(b, q, q, m);
   J::add_steady_motion(b, rotation, 0, q, m);
   { J::template column<0>(b, rotation, 0).effort(f) } -> std::same_as<double>;
+  { J::template column<0>(b, R).about(I.h) } -> std::same_as<screw<double>>;
   { J::template momentum<0>(b, I) } -> std::same_as<coscrew<double>>;
 };
 

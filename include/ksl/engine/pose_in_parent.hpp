@@ -113,6 +113,12 @@ template <class T> struct axis_pose {
     if (!b.no_offset)
       (rotate_z(spread<T>(b.offset), v), ...);
   }
+  KSL_LANES void to_parent(spatial_inertia<T> &I) const {
+    rotate_z(theta, I);
+    rotate_x(spread<T>(b.alpha), spread<T>(b.alpha_of_tensor), I);
+    if (!b.no_offset)
+      rotate_z(spread<T>(b.offset), I);
+  }
   /// Computes the body's axes from the parent's.  43 flops; the longest chain of dependent operations is three.
   KSL_LANES void rotate_axes(mat3x3<T> &R) const {
     using A = algebra<T>;
@@ -128,6 +134,22 @@ template <class T> struct axis_pose {
     A::product_av(alpha.cosine, &z, &z);
     A::axpy_vv(-alpha.sine, &y, &z);
     A::mat3x3_setFromVectors(&R, &u, &v, &z);
+  }
+  /// Computes the parent's axes from the body's.  43 flops.
+  KSL_LANES void rotate_axes_back(mat3x3<T> &R) const {
+    using A = algebra<T>;
+    vec3<T> x, y, z, u, v;
+    const plane_rotation<T> alpha = spread<T>(b.alpha);
+    A::mat3x3_toVectors(&R, &x, &y, &z);
+    combine(theta.sine * alpha.cosine, x, theta.cosine * alpha.cosine, y, -alpha.sine, z, u);
+    combine(theta.sine * alpha.sine, x, theta.cosine * alpha.sine, y, alpha.cosine, z, v);
+    A::product_av(theta.cosine, &x, &x);
+    A::axpy_vv(-theta.sine, &y, &x);
+    A::mat3x3_setFromVectors(&R, &x, &u, &v);
+    if (!b.no_offset) {
+      T offset[2] = {T(-b.offset.sine), T(b.offset.cosine)};
+      A::product_drdrz(&R, offset, &R);
+    }
   }
 
 private:
@@ -147,6 +169,7 @@ template <class T> struct free_pose {
   template <class... V> KSL_LANES void to_body(V &...v) const { (algebra<T>::product_drinvv(&R, &v, &v), ...); }
   template <class... V> KSL_LANES void to_parent(V &...v) const { (rotate(R, v), ...); }
   KSL_LANES void rotate_axes(mat3x3<T> &parent) const { algebra<T>::product_drdr(&parent, &R, &parent); }
+  KSL_LANES void rotate_axes_back(mat3x3<T> &body) const { algebra<T>::product_drdrinv(&body, &R, &body); }
 };
 
 /// The pose of a body, from that of its parent, both in the same frame.
@@ -154,6 +177,17 @@ template <class T, class Pose> KSL_LANES SE3<T> composed(const SE3<T> &parent, c
   SE3<T> pose = parent;
   algebra<T>::product_dv(&parent, &D.t, &pose.t);
   D.rotate_axes(pose.R);
+  return pose;
+}
+
+/// The pose of a body's parent, from that of the body, both in the same frame.
+template <class T, class Pose> KSL_LANES SE3<T> composed_back(const SE3<T> &body, const Pose &D) {
+  using A = algebra<T>;
+  SE3<T> pose = body;
+  vec3<T> offset;
+  D.rotate_axes_back(pose.R);
+  A::product_drv(&pose.R, &D.t, &offset);
+  A::subtract_vv(&body.t, &offset, &pose.t);
   return pose;
 }
 

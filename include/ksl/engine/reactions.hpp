@@ -71,9 +71,9 @@ void link_wrenches(const model_view<scalar_of<T>> &model, const reactions_worksp
 }
 
 /// The requested part of a wrench in a body's canonical frame.  The actuation part is h* Sᵀ f, the constraint part is the rest
-/// (coscrews (7), (9)).
-template <joint_kind K, class T>
-KSL_LANES coscrew<T> part_through(const body<scalar_of<T>> &b, const pose_workspace<T> &pose, wrench_part part, const coscrew<T> &f) {
+/// (coscrews (7), (9)).  pose: a pose_workspace<T>, or what has such a function rotation.
+template <joint_kind K, class T, class Poses>
+KSL_LANES coscrew<T> part_through(const body<scalar_of<T>> &b, const Poses &pose, wrench_part part, const coscrew<T> &f) {
   if (part == wrench_part::total)
     return f;
   T tau[joint<K>::nv];

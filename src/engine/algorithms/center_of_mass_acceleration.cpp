@@ -12,6 +12,7 @@ struct center_of_mass_acceleration_algorithm {
       .input_list = {input::q, input::v, input::a},
       .external = external_use::none,
       .request = request_kind::none,
+      .needs_mass = false,
       .results = 1,
       .result = {{"acceleration", 1, {extent::three}}},
   };

@@ -12,6 +12,7 @@ struct center_of_mass_jacobian_algorithm {
       .input_list = {input::q},
       .external = external_use::none,
       .request = request_kind::none,
+      .needs_mass = false,
       .results = 1,
       .result = {{"J", 2, {extent::three, extent::nv}}},
   };

@@ -12,6 +12,7 @@ struct centroidal_momentum_algorithm {
       .input_list = {input::q, input::v},
       .external = external_use::none,
       .request = request_kind::none,
+      .needs_mass = false,
       .results = 1,
       .result = {{"momentum", 1, {extent::six}}},
   };

@@ -12,6 +12,7 @@ struct centroidal_momentum_matrix_algorithm {
       .input_list = {input::q},
       .external = external_use::none,
       .request = request_kind::none,
+      .needs_mass = false,
       .results = 1,
       .result = {{"matrix", 2, {extent::six, extent::nv}}},
   };

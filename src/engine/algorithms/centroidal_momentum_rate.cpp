@@ -12,6 +12,7 @@ struct centroidal_momentum_rate_algorithm {
       .input_list = {input::q, input::v, input::a},
       .external = external_use::none,
       .request = request_kind::none,
+      .needs_mass = false,
       .results = 1,
       .result = {{"rate", 1, {extent::six}}},
   };

@@ -12,6 +12,7 @@ struct energy_regressor_algorithm {
       .input_list = {input::q, input::v},
       .external = external_use::none,
       .request = request_kind::links,
+      .needs_mass = false,
       .results = 2,
       .result = {{"kinetic", 2, {extent::links, extent::ten}}, {"potential", 2, {extent::links, extent::ten}}},
   };

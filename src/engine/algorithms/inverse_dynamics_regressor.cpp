@@ -12,6 +12,7 @@ struct inverse_dynamics_regressor_algorithm {
       .input_list = {input::q, input::v, input::a},
       .external = external_use::none,
       .request = request_kind::links,
+      .needs_mass = false,
       .results = 1,
       .result = {{"Y", 3, {extent::nv, extent::links, extent::ten}}},
   };

@@ -12,6 +12,7 @@ struct momentum_regressor_algorithm {
       .input_list = {input::q, input::v},
       .external = external_use::none,
       .request = request_kind::links,
+      .needs_mass = false,
       .results = 1,
       .result = {{"P", 3, {extent::six, extent::links, extent::ten}}},
   };

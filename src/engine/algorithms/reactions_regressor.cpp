@@ -12,6 +12,7 @@ struct reactions_regressor_algorithm {
       .input_list = {input::q, input::v, input::a},
       .external = external_use::none,
       .request = request_kind::joints,
+      .needs_mass = false,
       .results = 1,
       .result = {{"Y", 4, {extent::joints, extent::six, extent::all_links, extent::ten}}},
   };

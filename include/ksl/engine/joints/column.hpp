@@ -22,12 +22,40 @@ template <bool turns, bool slides, class T> struct joint_column {
       return A::dot_vv(&z, slides ? &f.lin : &f.ang);
   }
 
+  /// S about another point than the body's origin, which lies at r from it.
+  KSL_LANES screw<T> twist(const vec3<T> &r) const {
+    const T o = T(0);
+    screw<T> s = {{o, o, o}, {o, o, o}};
+    if constexpr (turns) {
+      s.ang = z;
+      algebra<T>::cross_vv(&r, &z, &s.lin);
+      if constexpr (slides)
+        algebra<T>::axpy_vv(pitch, &z, &s.lin);
+    } else {
+      s.lin = z;
+    }
+    return s;
+  }
+
   /// a += S x
   KSL_LANES void add(const T &x, screw<T> &a) const {
     if constexpr (turns)
       algebra<T>::axpy_vv(x, &z, &a.ang);
     if constexpr (slides)
       algebra<T>::axpy_vv(turns ? pitch * x : x, &z, &a.lin);
+  }
+
+  /// S about another point, from which `origin` leads to the body's origin.
+  KSL_LANES screw<T> about(const vec3<T> &origin) const {
+    using A = algebra<T>;
+    const T zero = T(0);
+    if constexpr (!turns)
+      return {z, {zero, zero, zero}};
+    screw<T> s = {z, z};
+    A::cross_vv(&origin, &z, &s.lin);
+    if constexpr (slides)
+      A::axpy_vv(pitch, &z, &s.lin);
+    return s;
   }
 
   /// U = A S
@@ -65,6 +93,16 @@ template <class T> KSL_LANES coscrew<T> about_point(const vec3<T> &point, const 
 /// Axis 0, 1 or 2 (x, y, z) of body i, from the rotations of all bodies.
 template <class T> KSL_LANES vec3<T> axis_of(const per_body<mat3x3, T> &rotation, int i, int axis = 2) {
   return {rotation.number(i, 3 * axis), rotation.number(i, 3 * axis + 1), rotation.number(i, 3 * axis + 2)};
+}
+
+/// Axis 0, 1 or 2 (x, y, z) of a frame.
+template <int axis, class T> KSL_LANES vec3<T> axis_of(const mat3x3<T> &R) {
+  if constexpr (axis == 0)
+    return {R.m00, R.m10, R.m20};
+  else if constexpr (axis == 1)
+    return {R.m01, R.m11, R.m21};
+  else
+    return {R.m02, R.m12, R.m22};
 }
 
 /// I S for coordinate c of a body in its own axes: 0 … 2 translate along x, y, z, and 3 … 5 rotate about them.

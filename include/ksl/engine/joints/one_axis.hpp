@@ -26,7 +26,7 @@ template <bool turns, bool slides> struct one_axis_joint {
   static constexpr const char *other_name = nullptr;
   static constexpr int nq = 1, nv = 1;
   static constexpr bool has_axis = true, has_axis2 = false, has_pitch = turns && slides, has_limits = true, is_free = false;
-  static constexpr bool canonical_x = true;
+  static constexpr bool canonical_x = true, shifts_origin = slides;
   static constexpr int angle = turns ? 0 : -1, quaternion = -1, usual_axis = 0;
   static constexpr int pose_numbers = slides ? 3 : 0; // its translation
   template <class T> using column_type = joint_column<turns, slides, T>;
@@ -101,10 +101,13 @@ template <bool turns, bool slides> struct one_axis_joint {
     }
   }
 
-  /// column: S in the axes of the base.  momentum: I S in the body's own axes.
+  /// column: S in the axes of the base, or in those to which R leads.  momentum: I S in the body's own axes.
   template <int, class T>
   static KSL_LANES column_type<T> column(const body<scalar_of<T>> &b, const per_body<mat3x3, T> &rotation, int i) {
     return {axis_of(rotation, i), T(b.pitch)};
+  }
+  template <int, class T> static KSL_LANES column_type<T> column(const body<scalar_of<T>> &b, const mat3x3<T> &R) {
+    return {axis_of<2>(R), T(b.pitch)};
   }
   template <int, class T>
   static KSL_LANES coscrew<T> momentum(const body<scalar_of<T>> &b, const spatial_inertia<T> &I) {

@@ -16,6 +16,7 @@ template <int... coordinates> struct several_axes_joint {
   static constexpr bool canonical_x = false;
   static constexpr int usual_axis = 0;
   static constexpr bool slides = ((coordinates < 3) || ...), turns = ((coordinates >= 3) || ...);
+  static constexpr bool shifts_origin = slides;
 
   /// S q̇
   template <class T> static KSL_LANES screw<T> twist(const body<scalar_of<T>> &, const T *v) { return to_vectors<screw>(v); }
@@ -51,11 +52,15 @@ template <int... coordinates> struct several_axes_joint {
     add(twist, {{zero, zero, zero}, {zero, zero, zero}}, m);
   }
 
-  /// column: column k of S in the axes of the base.  momentum: column k of I S in the body's own axes.
+  /// column: column k of S in the axes of the base, or in those to which R leads.  momentum: column k of I S in the body's own axes.
   template <int k, class T>
   static KSL_LANES auto column(const body<scalar_of<T>> &, const per_body<mat3x3, T> &rotation, int i) {
     constexpr int c = coordinate[k];
     return joint_column<(c >= 3), (c < 3), T>{axis_of(rotation, i, c % 3), T(0)};
+  }
+  template <int k, class T> static KSL_LANES auto column(const body<scalar_of<T>> &, const mat3x3<T> &R) {
+    constexpr int c = coordinate[k];
+    return joint_column<(c >= 3), (c < 3), T>{axis_of<c % 3>(R), T(0)};
   }
   template <int k, class T>
   static KSL_LANES coscrew<T> momentum(const body<scalar_of<T>> &, const spatial_inertia<T> &I) {

@@ -1,0 +1,74 @@
+// Inverse kinematics from C.
+#include "c_api/calls.hpp"
+#include "engine/pose_check.hpp"
+
+#include "ksl/inverse_kinematics.hpp"
+
+namespace ksl::c_api {
+namespace {
+
+inverse_kinematics_options options_of(const ksl_inverse_kinematics_options_t *given) {
+  const ksl_inverse_kinematics_options_t o = given ? *given : ksl_inverse_kinematics_options();
+  require(o.position_tolerance > 0 && o.orientation_tolerance > 0, "tolerances must be positive");
+  require(o.iterations > 0 && o.starts > 0, "iterations and starts must be positive");
+  inverse_kinematics_options options;
+  options.position_tolerance = o.position_tolerance, options.orientation_tolerance = o.orientation_tolerance;
+  options.iterations = o.iterations, options.starts = o.starts, options.seed = o.seed, options.limits = o.limits;
+  return options;
+}
+
+template <class S>
+ksl_status_t solve(const ksl_model_t *m, int frames_n, const ksl_wanted_frame_t *frames, const ksl_inverse_kinematics_options_t *given,
+                   const inverse_kinematics_batch<S> &batch, int threads) {
+  return guarded([&] {
+    require(m && frames_n > 0 && frames, "model and frames must not be null, and there must be a frame");
+    require(batch.n == 0 || (batch.target.first && batch.q.first), "targets and q must not be null");
+    inverse_kinematics_options options = options_of(given);
+    std::vector<wanted_frame> wanted;
+    for (int f = 0; f < frames_n; ++f) {
+      require_links(m, 1, &frames[f].link);
+      require(frames[f].position_weight >= 0 && frames[f].orientation_weight >= 0, "weights must not be negative");
+      wanted.push_back({frames[f].link, frames[f].position_weight, frames[f].orientation_weight});
+    }
+    options.frames_n = frames_n, options.frames = wanted.data();
+    for (std::size_t k = 0; k < batch.n; ++k) {
+      for (int f = 0; f < frames_n; ++f)
+        require(is_pose(row(batch.target, k) + 16 * f), "a target is not a pose: a rotation, a position, and 0 0 0 1, row-major");
+      if (batch.start.first)
+        require_position(m->model, row(batch.start, k), "start");
+    }
+    inverse_kinematics(m->model, options, batch, threads);
+  });
+}
+
+} // namespace
+} // namespace ksl::c_api
+
+extern "C" {
+
+ksl_inverse_kinematics_options_t ksl_inverse_kinematics_options(void) {
+  const ksl::inverse_kinematics_options o;
+  return {o.position_tolerance, o.orientation_tolerance, o.iterations, o.starts, o.seed, o.limits};
+}
+
+ksl_status_t ksl_inverse_kinematics(const ksl_model_t *model, size_t n, int frames_n, const ksl_wanted_frame_t *frames, const double *targets,
+                                    ptrdiff_t targets_stride, const double *start, ptrdiff_t start_stride,
+                                    const ksl_inverse_kinematics_options_t *options, double *q, ptrdiff_t q_stride, double *errors,
+                                    ptrdiff_t errors_stride, int *ends, int *iterations, int *starts, int threads) {
+  return ksl::c_api::solve<double>(model, frames_n, frames, options,
+                                   {n, {start, start_stride}, {targets, targets_stride}, {q, q_stride}, {errors, errors_stride}, ends,
+                                    iterations, starts},
+                                   threads);
+}
+
+ksl_status_t ksl_inverse_kinematicsf(const ksl_model_t *model, size_t n, int frames_n, const ksl_wanted_frame_t *frames, const float *targets,
+                                     ptrdiff_t targets_stride, const float *start, ptrdiff_t start_stride,
+                                     const ksl_inverse_kinematics_options_t *options, float *q, ptrdiff_t q_stride, float *errors,
+                                     ptrdiff_t errors_stride, int *ends, int *iterations, int *starts, int threads) {
+  return ksl::c_api::solve<float>(model, frames_n, frames, options,
+                                  {n, {start, start_stride}, {targets, targets_stride}, {q, q_stride}, {errors, errors_stride}, ends,
+                                   iterations, starts},
+                                  threads);
+}
+
+} // extern "C"

@@ -1,0 +1,85 @@
+"""The wrench through a section: that through a fixed joint between two links, of which the cut link is welded."""
+
+import numpy as np
+import pytest
+
+from random_tree import load_text, random_states
+
+JOINT = '<joint name="{0}" type="{1}"><origin xyz="{2}" rpy="{3}"/><parent link="{4}"/><child link="{5}"/><axis xyz="0.2 0.9 -0.4"/><limit lower="-9" upper="9" effort="1" velocity="1"/></joint>'
+INERTIAL = '<inertial><origin xyz="{0}"/><mass value="{1}"/><inertia ixx="{2}" iyy="{3}" izz="{4}" ixy="0.01" ixz="-0.02" iyz="0.015"/></inertial>'
+NEAR, FAR = ((0.05, 0.02, 0.1), 2.0, (0.3, 0.4, 0.5)), ((-0.03, 0.04, 0.5), 1.5, (0.2, 0.25, 0.1))
+COUPLING = np.array([[0, 0.01, -0.02], [0.01, 0, 0.015], [-0.02, 0.015, 0]])
+
+
+def inertial(part) -> str:
+    c, m, I = part
+    return INERTIAL.format(" ".join(map(str, c)), m, *I)
+
+
+def about_origin(part, shift=(0.0, 0.0, 0.0)):
+    """Mass, first moment and inertia about the origin of the cut link."""
+    c, m, I = np.add(part[0], shift), part[1], np.diag(part[2]) + COUPLING
+    return m, m * c, I + m * (c @ c * np.eye(3) - np.outer(c, c))
+
+
+def tree(cut: bool) -> str:
+    """An arm whose second link is one piece, or two that are welded at z = 0.3."""
+    near, far, shift = NEAR, FAR, (0.0, 0.0, 0.3)
+    if cut:
+        middle = f'<link name="middle">{inertial(near)}</link><link name="far">{inertial(far)}</link>' + JOINT.format("weld", "fixed", "0 0 0.3", "0 0 0", "middle", "far")
+        last = JOINT.format("j3", "revolute", "0.1 0 0.4", "0.3 0 0", "far", "tip")
+    else:
+        (m1, h1, I1), (m2, h2, I2) = about_origin(near), about_origin(far, shift)
+        m, c = m1 + m2, (h1 + h2) / (m1 + m2)
+        I = I1 + I2 - m * (c @ c * np.eye(3) - np.outer(c, c))
+        text = f'<inertial><origin xyz="{" ".join(map(repr, map(float, c)))}"/><mass value="{m}"/><inertia '
+        text += " ".join(f'i{"xyz"[i]}{"xyz"[j]}="{float(I[i, j])!r}"' for i in range(3) for j in range(i, 3)) + "/></inertial>"
+        middle, last = f'<link name="middle">{text}</link>', JOINT.format("j3", "revolute", "0.1 0 0.7", "0.3 0 0", "middle", "tip")
+    ends = f'<link name="base"/><link name="first">{inertial(FAR)}</link><link name="tip">{inertial(NEAR)}</link><link name="branch">{inertial(FAR)}</link>'
+    joints = JOINT.format("j1", "revolute", "0 0 0.2", "0 0.4 0", "base", "first") + JOINT.format("j2", "revolute", "0 0.1 0.3", "1 0 0", "first", "middle")
+    joints += JOINT.format("j4", "prismatic", "0.2 0 0.1", "0 0 1", "middle", "branch") + last
+    return f'<?xml version="1.0"?><robot name="cut">{ends}{middle}{joints}</robot>'
+
+
+@pytest.mark.parametrize("floating", [False, True])
+def test_a_section_carries_what_a_weld_in_its_place_does(floating):
+    cut, whole = (load_text(tree(x), floating_base=floating) for x in (True, False))
+    assert set(cut.joint_names) == set(whole.joint_names)
+    rng = np.random.default_rng(1)
+    q, v, a = random_states(cut, rng, 6)
+    order = [n for n in whole.joint_names]
+    columns = lambda m, size, start: np.concatenate([np.arange(getattr(m.joint(n), start), getattr(m.joint(n), start) + getattr(m.joint(n), size)) for n in order])
+    to_q, to_v = np.empty_like(q), [np.empty_like(v), np.empty_like(a)]
+    to_q[:, columns(whole, "nq", "q_index")] = q[:, columns(cut, "nq", "q_index")]
+    for x, y in zip(to_v, (v, a)):
+        x[:, columns(whole, "nv", "v_index")] = y[:, columns(cut, "nv", "v_index")]
+    external = {"tip": rng.normal(size=(6, 6)), "first": rng.normal(size=(6, 6)), "middle": rng.normal(size=(6, 6))}
+    expected = cut.reactions(q, v, a, external, joints=["weld"])[:, 0]
+    state, plane = (to_q, *to_v), dict(point=(0, 0, 0.3), normal=(0, 0, 2.0))
+    share = about_origin(FAR, (0, 0, 0.3))
+    found = whole.section_wrench(*state, "middle", **plane, share=share, external=external)
+    assert np.abs(found - expected).max() < 1e-12 * np.abs(expected).max()
+    named = whole.section_wrench(*state, "middle", **plane, share=share, beyond=["j3"], external=external, axes="world", order="ang_lin")
+    R = whole.frame_pose(to_q, "middle")[:, :3, :3]
+    world = [np.einsum("sij,sj->si", R, expected[:, k]) for k in (slice(3, 6), slice(3))]
+    assert np.abs(named - np.concatenate(world, axis=1)).max() < 1e-12 * np.abs(expected).max()
+    back = whole.section_wrench(*state, "middle", point=(0, 0, 0.3), normal=(0, 0, -1), share=about_origin(NEAR), external=external)
+    assert np.abs(back + expected).max() < 1e-12 * np.abs(expected).max()
+
+
+def test_shares_and_bad_input():
+    m = load_text(tree(False))
+    q, v, a = random_states(m, np.random.default_rng(2), 3)
+    plane = dict(point=(0, 0, 0.3), normal=(0, 0, 1))
+    near = m.section_wrench(q, v, a, "middle", point=(0, 0, 0), normal=(0, 0, 1))  # all of it: what the joint transmits
+    assert np.abs(near - m.reactions(q, v, a, joints=["j2"])[:, 0]).max() < 1e-12 * np.abs(near).max()
+    none, half, all_ = (m.section_wrench(q, v, a, "middle", **plane, share=x) for x in (0, 0.5, 1.0))
+    assert np.abs(half - (none + all_) / 2).max() < 1e-12 * np.abs(near).max()
+    for keywords, sentence in (
+        (dict(share=2), "share=2; expected a fraction"),
+        (dict(share=(1.0, 2.0)), "expected mass, first moment"),
+        (dict(normal=(0, 0, 0)), "expected a direction"),
+        (dict(beyond=["j1"]), "no joint of middle"),
+    ):
+        with pytest.raises(ValueError, match=sentence):
+            m.section_wrench(q, v, a, "middle", **(plane | keywords))
