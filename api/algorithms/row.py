@@ -37,7 +37,8 @@ class Algorithm:
         "joints": joints, and how their wrenches are expressed; the results are those of the row
         "reactions": the same; the reactions are a result besides those of the row, and there may be several requests
     keywords: of a frame or frames, what its Python call asks for besides: "kind" of acceleration, or a "point" fixed in the link
-        instead of the frame's origin and the order.  Of links: "links", if the argument that names them is called so.
+        instead of the frame's origin and the order.
+    links_keyword: what the argument is called in Python that names several links.
     form: how results are stored from lanes to rows, a struct of src/engine/forms.hpp.
     elements: of the forms symmetric_matrix and upper_triangle, the function that computes the upper triangle alone, without zeros.
     needs_mass: is the call refused if a joint can move without moving any mass.
@@ -57,6 +58,7 @@ class Algorithm:
     external: str = ""
     request: str = ""
     keywords: str = ""
+    links_keyword: str = "names"
     form: str = "whole_results"
     elements: str = ""
     workspace: str = ""

@@ -31,7 +31,7 @@ struct algorithm_kernels {
 struct kernel_table;
 
 /// An extent of a result: a fixed number, or one that follows from the model or from what is requested.
-/// twists: six numbers for each link.  all_links: those of the model.
+/// twists: six numbers for each link.
 enum class extent : unsigned char { three, four, six, ten, nq, nv, links, twists, joints, tree, all_links };
 
 struct result_row {
@@ -98,7 +98,7 @@ constexpr bool names_links(request_kind request) {
 struct extents {
   int nq, nv, links, joints;
   int tree; ///< elements of a matrix that aren't zero by the shape of the tree (engine/tree_rows.hpp)
-  int all_links;
+  int all_links; ///< of the model
 };
 
 constexpr int length_of(extent e, const extents &of) {
