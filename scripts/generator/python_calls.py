@@ -44,8 +44,6 @@ def request_of(row: Algorithm) -> tuple[str, str]:
         return keywords.replace("axes:", 'kind: Acceleration = "spatial", axes:'), request[:-1] + ", kind)"
     if row.keywords == "point":
         return 'name: str, point: ArrayLike, axes: Expressed = "frame"', 'self._frames_of((name,), axes, "frame", "lin_ang", point)'
-    if row.keywords == "links":
-        return keywords.replace("names", "links"), request.replace("names", "links")
     return keywords, request
 
 
