@@ -6,6 +6,7 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
+#include "building.hpp"
 #include "calls.hpp"
 #include "inverse_kinematics.hpp"
 #include "ksl/config.h"
@@ -16,15 +17,8 @@ using namespace nb::literals;
 namespace {
 
 ksl::model load(const std::string &path, bool floating_base, bool mimic_independent, bool strict,
-                std::array<double, 3> gravity,
-                const std::vector<std::tuple<std::string, double, std::array<double, 3>>> &payloads,
-                bool masses_optional) {
-  ksl::model_options options;
-  options.floating_base = floating_base;
-  options.gravity = gravity;
-  for (const auto &[link, mass, point] : payloads)
-    options.payloads.push_back({link, mass, point});
-  return ksl::load(path, options, mimic_independent, strict, masses_optional);
+                std::array<double, 3> gravity, const building::payloads_given &payloads, bool masses_optional) {
+  return ksl::load(path, building::options_of(floating_base, gravity, payloads), mimic_independent, strict, masses_optional);
 }
 
 /// What `ksl info` prints about a joint.  Limits that the file doesn't give are None.
@@ -199,6 +193,8 @@ NB_MODULE(_core, module) {
   add_calls(model);
   model.def("inverse_kinematics", &calls::inverse_kinematics, "frames"_a, "target"_a, "start"_a.none(), "position_tolerance"_a,
             "orientation_tolerance"_a, "iterations"_a, "starts"_a, "seed"_a, "limits"_a, "threads"_a.none());
+  building::add_surgery(model);
+  building::add_builder(module);
 
   module.def("load", &load, "path"_a, "floating_base"_a, "mimic_independent"_a, "strict"_a, "gravity"_a, "payloads"_a,
              "masses_optional"_a);

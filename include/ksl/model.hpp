@@ -22,12 +22,20 @@ struct payload {
   std::array<double, 3> point{};  ///< in the link's frame, m
 };
 
+/// What a program adds to a description.  A model keeps all of it in its own description.
 struct model_options {
-  /// The root link floats: a first joint `floating_base` with q = [x y z qx qy qz qw] and v = [linear, angular] in its
-  /// frame.  If the description has a joint of that name, it is called `floating_root` instead, and a warning says so.
+  /// The root link floats, as it also does if the description says so: a first joint `floating_base` with
+  /// q = [x y z qx qy qz qw] and v = [linear, angular] in its frame.  If the description has a joint of that name, it is called
+  /// `floating_root` instead, and a warning says so.
   bool floating_base = false;
-  std::array<double, 3> gravity{0, 0, -9.81}; ///< m/s², world axes
+  std::optional<std::array<double, 3>> gravity; ///< m/s², world axes; none: that of the description, (0, 0, −9.81) from a file
   std::vector<payload> payloads;
+};
+
+/// An inertia about the origin of a link, in its axes, that replaces the link's own.
+struct link_inertia {
+  int link; ///< index into model::links()
+  spatial_inertia<double> inertia;
 };
 
 /// A joint as a user sees it.  Every link is carried by exactly one joint.  For a fixed root it is called `base`, or `ground` if
@@ -53,6 +61,10 @@ class KSL_EXPORT model {
 public:
   /// Builds the arrays.  Throws description_error if the description is not a tree.
   explicit model(robot_description robot, const model_options &options = {});
+
+  /// The same mechanism with other inertias for some of its links: the structure is copied, not built again.  Throws
+  /// description_error for a mass that is negative or a number that is not finite.  O(links).
+  model with_inertias(const std::vector<link_inertia> &inertias) const;
 
   int nq() const { return nq_; }
   int nv() const { return nv_; }
@@ -93,11 +105,23 @@ public:
   /// Links, parents first, with name and inertia, payload included.
   const std::vector<link_description> &links() const { return links_; }
 
+  /// Mass of all links, payloads included; and of the links that a joint carries, directly or not.  kg.
+  double mass() const;
+  double subtree_mass(int joint) const;
+
+  /// The joints between the root and a link, indices into joints(), the root's first; the joint to the ground is one of them if
+  /// it moves.  All links that a joint carries, directly or not, parents first.
+  std::vector<int> support(int link) const;
+  std::vector<int> subtree_links(int joint) const;
+
+  /// The joint that carries a link, index into joints().
+  int joint_above(int link) const { return joint_above_[static_cast<std::size_t>(link)]; }
+
   /// Index of a name, or −1.
   int find_joint(const std::string &name) const;
   int find_link(const std::string &name) const;
 
-  /// The description that the model was built from, in file order.
+  /// All that the model is made of, in file order, payloads included: model(m.description()) is a copy of m.
   const robot_description &description() const { return description_; }
 
   /// The arrays that algorithms run on, in double and in single precision; valid as long as the model lives.  They are those of
@@ -147,6 +171,8 @@ private:
   std::vector<quaternion_in_q> quaternions_;
   std::vector<position_range> position_ranges_;
   std::vector<link_description> links_;
+  std::vector<int> link_index_;  // in links_, for each link of the description
+  std::vector<int> joint_above_; // in joints_, for each of links_
   std::vector<int> tree_row_ = {0};
   arrays<double> double_;
   arrays<float> single_;

@@ -11,6 +11,7 @@ SI units, radians; six-vectors are linear first unless `order="ang_lin"`; arrays
 from typing import TYPE_CHECKING
 
 from ksl._core import __version__
+from ksl.builder import Builder
 from ksl.errors import DescriptionError, DescriptionWarning, FrameError, MotionError, QuaternionWarning
 from ksl.mechanism import Joint, Link
 from ksl.model import Model, load
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Acceleration",
+    "Builder",
     "DescriptionError",
     "DescriptionWarning",
     "FrameError",

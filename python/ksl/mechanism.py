@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
 
 from ksl import _core
@@ -100,10 +103,6 @@ class Mechanism:
         self.gravity.setflags(write=False)
         self.joints: tuple[Joint, ...] = tuple(Joint(**{k: tuple(x) if k in ("axis", "axis2") else x for k, x in row.items()}) for row in core.joints)
         """All joints: the moving ones in the order of q, then the mimic joints that follow them, then the fixed ones, `base` last."""
-        self.links: tuple[Link, ...] = tuple(
-            Link(**{**row, "first_moment": tuple(row["first_moment"]), "inertia": tuple(row["inertia"])}) for row in core.links
-        )
-        """Parents first."""
         self.unused: tuple[str, ...] = tuple(core.unused)
         """Contents of the file that KSL doesn't use, a line for each kind."""
         self.warnings: tuple[str, ...] = tuple(core.warnings)
@@ -116,7 +115,14 @@ class Mechanism:
         self._link_index = {link.name: i for i, link in enumerate(self.links)}
         children = {joint.name: self._link_index[joint.child] for joint in self.joints}
         self._frame_index = self._link_index | {name: link for name, link in children.items() if name not in self._link_index}
+        self._carrying = {joint.child: joint for joint in self.joints}
+        self._joint_or_link = self._link_index | children
         self._complete = True
+
+    @cached_property
+    def links(self) -> tuple[Link, ...]:
+        """Parents first.  Made when asked for: models that differ in inertias alone are made by the thousand."""
+        return tuple(Link(**{**row, "first_moment": tuple(row["first_moment"]), "inertia": tuple(row["inertia"])}) for row in self._core.links)
 
     def __setattr__(self, name: str, value: object) -> None:
         if "_complete" in self.__dict__:
@@ -190,6 +196,60 @@ class Mechanism:
     def joint(self, name: str) -> Joint:
         """The joint of that name."""
         return self.joints[self._index(self._joint_index, name, "joint")]
+
+    def link(self, name: str) -> Link:
+        """The link of that name."""
+        return self.links[self._index(self._link_index, name, "link")]
+
+    @property
+    def root(self) -> str:
+        """The link that no joint of the robot carries."""
+        return self.links[0].name
+
+    @property
+    def frames(self) -> list[str]:
+        """Every name that calls take for a frame: links, and joints, which stand for the links that they carry."""
+        return list(self._frame_index)
+
+    @property
+    def mass(self) -> float:
+        """Of all links, payloads included; kg."""
+        return math.fsum(link.mass for link in self.links)
+
+    def joint_above(self, link: str) -> Joint:
+        """The joint that carries a link."""
+        return self._carrying[self.link(link).name]
+
+    def parent(self, link: str) -> str | None:
+        """The link on the other side of the joint that carries this one; None for the root."""
+        return self.joint_above(link).parent
+
+    def children(self, link: str) -> list[str]:
+        """The links that joints connect to this one, in the order of `links`."""
+        name = self.link(link).name
+        return [other.name for other in self.links if self._carrying[other.name].parent == name]
+
+    def support(self, link: str) -> list[str]:
+        """The joints between the root and a link, the root's first, fixed ones too; a floating base is the first."""
+        joints = []
+        above: Joint | None = self.joint_above(link)
+        while above is not None:
+            if above.parent is not None or above.nv:  # what welds the root to the ground is no joint of the robot
+                joints.append(above.name)
+            above = None if above.parent is None else self._carrying[above.parent]
+        return joints[::-1]
+
+    def subtree_links(self, joint: str) -> list[str]:
+        """The links that a joint carries, directly or not, parents first.  The name of a link stands for the joint above it."""
+        names = {self.links[self._index(self._joint_or_link, joint, "joint or link")].name}
+        for link in self.links:
+            if self._carrying[link.name].parent in names:
+                names.add(link.name)
+        return [link.name for link in self.links if link.name in names]
+
+    def subtree_mass(self, joint: str) -> float:
+        """Of those links, kg."""
+        return math.fsum(self.link(name).mass for name in self.subtree_links(joint))
 
     def _index(self, table: Mapping[str, int], name: str, what: str) -> int:
         if not isinstance(name, str) or name not in table:

@@ -1,8 +1,7 @@
-"""A model: a mechanism with the calls of all algorithms, made from a file."""
+"""A model: a mechanism with the calls of all algorithms, and its making from a file."""
 
 from __future__ import annotations
 
-import math
 import os
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -10,12 +9,12 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from numpy.typing import ArrayLike
 
-from ksl import _core
-from ksl.calls import Calls
+from ksl import _core, given
 from ksl.errors import DescriptionWarning
 from ksl.inverse_kinematics import InverseKinematicsCalls
 from ksl.requests import one_of, three_numbers
 from ksl.states import Array, External, Order
+from ksl.surgery import Surgery
 
 if TYPE_CHECKING:
     import pyarrow
@@ -26,17 +25,20 @@ _Arguments = tuple[str, bool, bool, bool, list[float], list[tuple[str, float, li
 """Arguments of `_core.load`, from which a model is made."""
 
 
-class Model(Calls, InverseKinematicsCalls):
-    """A mechanism, immutable.  Made by :func:`load`.
+class Model(Surgery, InverseKinematicsCalls):
+    """A mechanism, immutable.  Made by :func:`load`, by :class:`ksl.Builder`, or from another model by one of its methods.
 
-    A pickle contains the arguments of `load`, with an absolute path.  Unpickling, for example in a worker of
-    `multiprocessing`, reads the file again, and raises ValueError if its joints or links have changed.  A copy, deep or
-    not, is the model itself.
+    A pickle of a model that was loaded contains the arguments of `load`, with an absolute path.  Unpickling, for example in a
+    worker of `multiprocessing`, reads the file again, and raises ValueError if its joints or links have changed.  A pickle of any
+    other model contains all that the model is made of.  A copy, deep or not, is the model itself.
     """
 
-    def __init__(self, core: _core.Model, arguments: _Arguments) -> None:
+    def __init__(self, core: _core.Model, arguments: _Arguments | None = None) -> None:
         self._arguments = arguments
         super().__init__(core)
+
+    def _made(self, core: _core.Model) -> Model:
+        return Model(core)
 
     def __copy__(self) -> Model:
         return self
@@ -44,7 +46,9 @@ class Model(Calls, InverseKinematicsCalls):
     def __deepcopy__(self, _: object) -> Model:
         return self
 
-    def __reduce__(self) -> tuple[Callable[..., Model], tuple[_Arguments, str]]:
+    def __reduce__(self) -> tuple[Callable[..., Model], tuple[object, ...]]:
+        if self._arguments is None:
+            return _rebuilt, (self._core.state(),)
         return _reloaded, (self._arguments, self._fingerprint())
 
     def _fingerprint(self) -> str:
@@ -120,12 +124,16 @@ def load(
     one_of(mimic, "mimic", "coupled", "independent")
     if masses is not None:
         one_of(masses, "masses", "optional")
-    file, loads = os.fsdecode(path), [_payload(link, load) for link, load in (payloads or {}).items()]
+    file, loads = os.fsdecode(path), given.payload_points(payloads)
     options = (floating_base, mimic == "independent", strict, list(three_numbers(gravity, "gravity")), loads, masses is not None)
     model = Model(_core.load(file, *options), (os.path.abspath(file), *options))
     for line in model.warnings:
         warnings.warn(line, DescriptionWarning, stacklevel=2)
     return model
+
+
+def _rebuilt(state: list[Any]) -> Model:
+    return Model(_core.Model.from_state(state))
 
 
 def _reloaded(arguments: _Arguments, fingerprint: str) -> Model:
@@ -134,14 +142,3 @@ def _reloaded(arguments: _Arguments, fingerprint: str) -> Model:
     if model._fingerprint() != fingerprint:
         raise ValueError(f"{model.file}: joints or links have changed since the model was pickled; load the file again")
     return model
-
-
-def _payload(link: str, load: tuple[float, Sequence[float]]) -> tuple[str, float, list[float]]:
-    try:
-        mass, point = load
-        mass = float(mass)
-    except (TypeError, ValueError):
-        raise ValueError(f"payload on {link}: found {load!r}; expected (mass in kg, (x, y, z) in the link's frame in m)") from None
-    if not (math.isfinite(mass) and mass >= 0):
-        raise ValueError(f"payload on {link}: mass {mass} kg; expected a number that is not negative")
-    return link, mass, list(three_numbers(point, f"payload on {link}: payload point"))

@@ -60,6 +60,11 @@ std::vector<ksl::payload> payloads_of(const ksl_model_options_t &options) {
 
 } // namespace
 
+ksl::model_options ksl::c_api::options_of(const ksl_model_options_t &options) {
+  require_finite(options.gravity, 3, "gravity");
+  return {options.floating_base, {{options.gravity[0], options.gravity[1], options.gravity[2]}}, payloads_of(options)};
+}
+
 extern "C" {
 
 const char *ksl_error_message(void) { return ksl::c_api::last_message().c_str(); }
@@ -77,12 +82,7 @@ ksl_status_t ksl_model_load(const char *urdf_path, const ksl_model_options_t *op
     require(urdf_path && model, "path and model must not be null");
     *model = nullptr;
     const ksl_model_options_t o = options ? *options : ksl_model_options();
-    require_finite(o.gravity, 3, "gravity");
-    ksl::model_options how;
-    how.floating_base = o.floating_base;
-    how.gravity = {o.gravity[0], o.gravity[1], o.gravity[2]};
-    how.payloads = payloads_of(o);
-    *model = new ksl_model_t{ksl::load(urdf_path, how, o.mimic_independent, o.strict, o.masses_optional)};
+    *model = new ksl_model_t{ksl::load(urdf_path, ksl::c_api::options_of(o), o.mimic_independent, o.strict, o.masses_optional)};
   });
 }
 

@@ -24,6 +24,9 @@ struct ksl_data_t {
 
 namespace ksl::c_api {
 
+/// The options of a model, checked.
+model_options options_of(const ksl_model_options_t &options);
+
 /// The message of this thread's last failed call.
 inline std::string &last_message() {
   thread_local std::string message;

@@ -1,5 +1,6 @@
 // The calls of dynamics.hpp that are not generated from api/algorithms/.
 #include "ksl/dynamics.hpp"
+#include "ksl/builder.hpp"
 
 #include "engine/compute.hpp"
 #include "load/check.hpp"
@@ -12,12 +13,15 @@ namespace ksl {
 
 model load(const std::string &urdf_path, const model_options &options, bool mimic_independent, bool strict,
            bool masses_optional) {
-  robot_description robot = read_urdf(urdf_path, {mimic_independent, strict});
+  return model_of(read_urdf(urdf_path, {mimic_independent, strict}), options, strict, masses_optional);
+}
+
+model model_of(robot_description robot, const model_options &options, bool strict, bool masses_optional) {
   std::set<std::string> with_payload;
   for (const payload &p : options.payloads)
     if (p.mass > 0)
       with_payload.insert(p.link);
-  warn_of_links(robot, check_masses(robot, options.floating_base, with_payload, masses_optional), strict,
+  warn_of_links(robot, check_masses(robot, options.floating_base || robot.floating_base, with_payload, masses_optional), strict,
                 "add <inertial> to these links");
   return model(std::move(robot), options);
 }

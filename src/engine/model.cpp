@@ -8,6 +8,7 @@
 #include "engine/massless_joint.hpp"
 #include "load/check.hpp"
 #include "load/mimic.hpp"
+#include "load/words.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -36,29 +37,41 @@ mat3x3<double> frame_with_z(const vec3<double> &z) {
 SE3<double> with_z(const vec3<double> &z) { return {frame_with_z(z), {0, 0, 0}}; }
 
 /// Adds a point mass to a link's inertia.
-void add_payload(const payload &p, link_description &l) {
+void add_payload(const payload &p, robot_description &robot) {
+  const auto carries = [&](const link_description &l) { return l.name == p.link; };
+  const auto l = std::find_if(robot.links.begin(), robot.links.end(), carries);
+  if (l == robot.links.end())
+    load::refuse(robot.file, 0, "no link " + p.link + " to carry the payload");
   const vec3<double> c = {p.point[0], p.point[1], p.point[2]};
   spatial_inertia<double> I;
   A::spatial_inertia_fromMassCentroid(p.mass, &c, 0, 0, 0, 0, 0, 0, &I);
-  A::spatial_inertia_added(&l.inertia, &I, &l.inertia);
+  A::spatial_inertia_added(&l->inertia, &I, &l->inertia);
+  l->has_inertial = true;
+}
+
+robot_description with_options(robot_description robot, const model_options &options) {
+  robot.gravity = options.gravity.value_or(robot.gravity);
+  robot.floating_base |= options.floating_base;
+  for (const payload &p : options.payloads)
+    add_payload(p, robot);
+  return robot;
 }
 
 } // namespace
 
 class model_builder {
 public:
-  model_builder(model &m, const model_options &options) : m_(m), options_(options) {}
+  explicit model_builder(model &m) : m_(m) {}
 
   void build() {
     const int root = check_tree(m_.description_);
     leaders_ = leaders_of(m_.description_);
     collect_children();
     add_ground();
-    if (options_.floating_base) {
+    if (m_.description_.floating_base) {
       const std::string name = free_name("floating_base", "floating_root");
       if (name != "floating_base")
-        m_.description_.warnings.push_back(
-            "joint floating_base of the file keeps its name; the joint that the floating base adds is called " + name);
+        warn("joint floating_base of the file keeps its name; the joint that the floating base adds is called " + name);
       add_moving_link(root, -1, {name, joint_kind::floating, -1, -1, 0, 0, none, none, 0, -1}, identity, 0);
     } else {
       add_welded_link(root, -1, identity, 0);
@@ -70,11 +83,31 @@ public:
     finish();
   }
 
+  /// Sets the arrays that depend on the inertias of links.  Those that were there are replaced.
+  void add_inertias() {
+    sum_inertias();
+    augment_inertias();
+    auto &s = m_.single_;
+    for (std::size_t i = 0; i < s.links.size(); ++i)
+      s.links[i].inertia = spread<float>(m_.double_.links[i].inertia);
+    s.inertia.assign(m_.double_.inertia.begin(), m_.double_.inertia.end());
+    for (std::size_t i = 0; i < s.augmented.size(); ++i)
+      s.augmented[i] = spread<float>(m_.double_.augmented[i]);
+    m_.massless_joint_ = ksl::massless_joint(m_);
+  }
+
 private:
+  /// Once, also where the model of a description is described again.
+  void warn(const std::string &line) {
+    std::vector<std::string> &lines = m_.description_.warnings;
+    if (std::find(lines.begin(), lines.end(), line) == lines.end())
+      lines.push_back(line);
+  }
+
   void collect_children() {
     const robot_description &robot = m_.description_;
     children_.resize(robot.links.size());
-    link_of_.assign(robot.links.size(), -1);
+    m_.link_index_.assign(robot.links.size(), -1);
     for (std::size_t j = 0; j < robot.joints.size(); ++j)
       children_[static_cast<std::size_t>(robot.joints[j].parent)].push_back(static_cast<int>(j));
   }
@@ -118,7 +151,7 @@ private:
   }
 
   void add_link(const joint_description &j, int index) {
-    const int parent = link_of_[static_cast<std::size_t>(j.parent)];
+    const int parent = m_.link_index_[static_cast<std::size_t>(j.parent)];
     const link<double> &p = m_.double_.links[static_cast<std::size_t>(parent)];
     SE3<double> placement; // of the joint's frame in the parent body's canonical frame
     A::product_dd(&p.pose, &j.placement, &placement);
@@ -213,38 +246,36 @@ private:
   }
 
   void add_welded_link(int description_link, int parent, const SE3<double> &pose, int body) {
-    link_description l = m_.description_.links[static_cast<std::size_t>(description_link)];
-    for (const payload &p : options_.payloads)
-      if (p.link == l.name)
-        add_payload(p, l);
-    link_of_[static_cast<std::size_t>(description_link)] = static_cast<int>(m_.double_.links.size());
+    m_.link_index_[static_cast<std::size_t>(description_link)] = static_cast<int>(m_.double_.links.size());
     m_.double_.links.push_back({body, parent, false, false, {}, pose, {}});
-    m_.links_.push_back(std::move(l));
+    m_.links_.push_back(m_.description_.links[static_cast<std::size_t>(description_link)]);
   }
 
   void finish() {
     m_.moving_joints_ = static_cast<int>(m_.joints_.size());
     couple();
     // the joint to the ground was created first and is listed last
-    if (!options_.floating_base) {
+    if (!m_.description_.floating_base) {
       m_.joints_.insert(m_.joints_.end(), fixed_joints_.begin() + 1, fixed_joints_.end());
       m_.joints_.push_back(fixed_joints_.front());
     } else {
       m_.joints_.insert(m_.joints_.end(), fixed_joints_.begin(), fixed_joints_.end());
     }
-    m_.double_.gravity = {options_.gravity[0], options_.gravity[1], options_.gravity[2]};
+    m_.joint_above_.assign(m_.links_.size(), -1);
+    for (std::size_t j = 0; j < m_.joints_.size(); ++j)
+      m_.joint_above_[static_cast<std::size_t>(m_.joints_[j].link)] = static_cast<int>(j);
+    const auto &[x, y, z] = m_.description_.gravity;
+    m_.double_.gravity = {x, y, z};
     close_subtrees();
     choose_canonical_axes(m_.double_.bodies, m_.double_.links);
-    add_inertias();
-    add_augmented();
+    sum_inertias();
+    add_tree_rows();
+    augment_inertias();
     add_angles();
     add_limits();
     add_ranges();
     round_to_single();
     m_.massless_joint_ = ksl::massless_joint(m_);
-    for (const payload &p : options_.payloads)
-      if (m_.find_link(p.link) < 0)
-        throw description_error(m_.description_.file + ": no link " + p.link + " to carry the payload");
   }
 
   /// Lists the followers behind the joints that have numbers of their own, and says where their numbers come from.
@@ -278,7 +309,7 @@ private:
   }
 
   /// Transforms the inertia of each link from its own frame to its body's.  The inertia of a body is the sum over its links.
-  void add_inertias() {
+  void sum_inertias() {
     auto &d = m_.double_;
     d.inertia.assign(static_cast<std::size_t>(padded_size<double>(10, static_cast<int>(d.bodies.size()))), 0);
     for (std::size_t i = 0; i < d.links.size(); ++i) {
@@ -291,18 +322,23 @@ private:
     }
   }
 
-  /// The augmented inertias of subtree_inertia.hpp, and the length of the longest path.
-  void add_augmented() {
+  /// What follows from the shape of the tree: rows of the tree-sparse mass matrix, and rotations of tensors between parents.
+  void add_tree_rows() {
+    for (body<double> &b : m_.double_.bodies) {
+      b.alpha_of_tensor = of_tensor(b.alpha);
+      m_.longest_path_ = std::max(m_.longest_path_, b.ancestors + b.nv);
+      for (int c = 0; c < b.nv; ++c)
+        m_.tree_row_.push_back(m_.tree_row_.back() + b.ancestors + c + 1);
+    }
+  }
+
+  /// The augmented inertias of subtree_inertia.hpp.
+  void augment_inertias() {
     auto &d = m_.double_;
     const auto bodies = d.bodies.size();
     d.augmented.resize(bodies);
-    for (std::size_t i = 0; i < bodies; ++i) {
+    for (std::size_t i = 0; i < bodies; ++i)
       d.augmented[i] = bodies_at<double, double>{static_cast<int>(i)}.get<spatial_inertia>(d.inertia.data());
-      d.bodies[i].alpha_of_tensor = of_tensor(d.bodies[i].alpha);
-      m_.longest_path_ = std::max(m_.longest_path_, d.bodies[i].ancestors + d.bodies[i].nv);
-      for (int c = 0; c < d.bodies[i].nv; ++c)
-        m_.tree_row_.push_back(m_.tree_row_.back() + d.bodies[i].ancestors + c + 1);
-    }
     for (std::size_t i = bodies; i-- > 1;) {
       const body<double> &b = d.bodies[i];
       spatial_inertia<double> &parent = d.augmented[static_cast<std::size_t>(b.parent)];
@@ -412,15 +448,72 @@ private:
   }
 
   model &m_;
-  const model_options &options_;
   std::vector<std::vector<int>> children_; // joints of the description whose parent each of its links is
-  std::vector<int> link_of_;               // index in links_, for each link of the description
   std::vector<leader_of_joint> leaders_;   // of each joint of the description
   std::vector<joint_row> followers_, fixed_joints_;
 };
 
-model::model(robot_description robot, const model_options &options) : description_(std::move(robot)) {
-  model_builder(*this, options).build();
+model::model(robot_description robot, const model_options &options) : description_(with_options(std::move(robot), options)) {
+  model_builder(*this).build();
+}
+
+model model::with_inertias(const std::vector<link_inertia> &inertias) const {
+  model m = *this;
+  for (const link_inertia &of : inertias) {
+    const std::string fault = number_fault(of.inertia);
+    if (!fault.empty())
+      throw description_error("link " + m.links_[static_cast<std::size_t>(of.link)].name + ": " + fault);
+    m.links_[static_cast<std::size_t>(of.link)].inertia = of.inertia;
+    m.links_[static_cast<std::size_t>(of.link)].has_inertial = true;
+  }
+  for (std::size_t i = 0; i < m.link_index_.size(); ++i) {
+    const link_description &link = m.links_[static_cast<std::size_t>(m.link_index_[i])];
+    m.description_.links[i].inertia = link.inertia;
+    m.description_.links[i].has_inertial = link.has_inertial;
+  }
+  model_builder(m).add_inertias();
+  return m;
+}
+
+double model::mass() const {
+  double sum = 0;
+  for (const link_description &l : links_)
+    sum += l.inertia.m;
+  return sum;
+}
+
+double model::subtree_mass(int joint) const {
+  double sum = 0;
+  for (const int l : subtree_links(joint))
+    sum += links_[static_cast<std::size_t>(l)].inertia.m;
+  return sum;
+}
+
+std::vector<int> model::support(int link) const {
+  std::vector<int> joints;
+  for (int l = link; l >= 0;) {
+    const int above = joint_above(l);
+    const joint_row &joint = joints_[static_cast<std::size_t>(above)];
+    if (joint.parent_link >= 0 || joint.v_index >= 0) // the weld of the root to the ground is no joint of the robot
+      joints.push_back(above);
+    l = joint.parent_link;
+  }
+  std::reverse(joints.begin(), joints.end());
+  return joints;
+}
+
+std::vector<int> model::subtree_links(int joint) const {
+  const int first = joints_[static_cast<std::size_t>(joint)].link;
+  std::vector<bool> carried(links_.size());
+  std::vector<int> links;
+  for (int l = first; l < static_cast<int>(links_.size()); ++l) {
+    const int parent = double_.links[static_cast<std::size_t>(l)].parent;
+    if (l == first || (parent >= first && carried[static_cast<std::size_t>(parent)])) {
+      carried[static_cast<std::size_t>(l)] = true;
+      links.push_back(l);
+    }
+  }
+  return links;
 }
 
 int model::find_joint(const std::string &name) const {

@@ -73,15 +73,9 @@ void check_axes(const robot_description &robot, const joint_description &joint) 
 }
 
 void check_numbers(const robot_description &robot) {
-  for (const link_description &link : robot.links) {
-    if (!all_of(link.inertia, is_finite))
-      refuse(robot, link.at,
-             "link " + link.name + ": its inertia about the link's origin is not finite; mend its numbers");
-    if (link.inertia.m < 0)
-      refuse(robot, link.at,
-             "link " + link.name + ": its mass is " + load::shown(link.inertia.m) +
-                 ", negative; a mass is zero or more, in kg");
-  }
+  for (const link_description &link : robot.links)
+    if (const std::string fault = number_fault(link.inertia); !fault.empty())
+      refuse(robot, link.at, "link " + link.name + ": " + fault);
   for (const joint_description &joint : robot.joints) {
     const joint_kind_row row = row_of(joint.kind);
     if (row.has_pitch && !(joint.pitch && std::isfinite(*joint.pitch)))
@@ -226,9 +220,7 @@ std::string fault_of(const spatial_inertia<double> &I) {
     return "mass " + shown(I.m) + " is negative";
   if (I.m == 0)
     return all_of(I, is_zero) ? "" : "mass 0 with an inertia that is not zero";
-  double moments[3];
-  eigenvalues(about_centroid(I), moments);
-  const auto [least, middle, largest] = moments;
+  const auto [least, middle, largest] = principal_moments(I);
   // the matrix about the origin has lost digits that are small relative to m |c|²; that is not the file's fault
   const double rounding = 1e-14 * (I.h.x * I.h.x + I.h.y * I.h.y + I.h.z * I.h.z) / I.m;
   const double tolerance = 1e-6 * std::max(std::fabs(largest), std::fabs(least)) + rounding;
@@ -269,6 +261,20 @@ std::vector<bool> moving_links(const robot_description &robot, bool floating_bas
 }
 
 } // namespace
+
+std::string number_fault(const spatial_inertia<double> &inertia) {
+  if (!all_of(inertia, is_finite))
+    return "its inertia about the link's origin is not finite; mend its numbers";
+  if (inertia.m < 0)
+    return "its mass is " + load::shown(inertia.m) + ", negative; a mass is zero or more, in kg";
+  return {};
+}
+
+std::array<double, 3> principal_moments(const spatial_inertia<double> &inertia) {
+  std::array<double, 3> moments{};
+  eigenvalues(about_centroid(inertia), moments.data());
+  return moments;
+}
 
 vec3<double> axis_of(const joint_description &joint) {
   const vec3<double> &u = joint.axis;

@@ -19,6 +19,13 @@ int check_tree(const robot_description &robot);
 /// of the largest moment.
 std::vector<std::string> check_inertias(const robot_description &robot);
 
+/// What no inertia can be, as the end of a sentence about its link; empty if there is nothing: a mass that is negative, a number that
+/// is not finite.
+std::string number_fault(const spatial_inertia<double> &inertia);
+
+/// The principal moments about the centroid, in ascending order.  The mass must not be zero.
+std::array<double, 3> principal_moments(const spatial_inertia<double> &inertia);
+
 /// A line for each link that moves, has geometry and has no mass, since its weight would be missing without notice.  A link
 /// moves if a joint that isn't fixed carries it, directly or through welded links, or if the root floats.  Links named in
 /// `with_payload` have a mass.  Throws description_error if links move and none of them has a mass; with `masses_optional`

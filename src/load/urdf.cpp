@@ -5,6 +5,7 @@
 #include "ksl/engine/joints.hpp"
 
 #include "load/check.hpp"
+#include "load/given.hpp"
 #include "load/mimic.hpp"
 #include "load/urdf_values.hpp"
 #include "load/words.hpp"
@@ -39,6 +40,8 @@ private:
   int link_named_in(const element &joint, const char *tag) const;
   void read_motion(const element &joint, joint_description &out);
   void read_drake_motion(const element &joint, joint_description &out);
+  static void read_axis(const element &joint, joint_description &out);
+  static void read_pitch(const element &joint, const char *tag, joint_description &out);
   void ignore(const element &joint, const char *tag, const joint_description &out);
   void warn_of_extensions();
   void read_limit(const element &joint, joint_description &out);
@@ -163,7 +166,8 @@ void urdf_reader::read_link(pugi::xml_node node) {
     }
   if (const element inertial = link.child("inertial")) {
     out.has_inertial = true;
-    out.inertia = load::inertia_in(inertial, minor_);
+    out.given = load::inertia_in(inertial, minor_);
+    out.inertia = load::inertia_of(*out.given);
   }
   link_index_.try_emplace(out.name, static_cast<int>(robot_.links.size()));
   robot_.links.push_back(std::move(out));
@@ -182,7 +186,7 @@ void urdf_reader::read_joint(pugi::xml_node node) {
   out.kind = is_drake(joint) ? drake_kind_of(joint) : kind_of(joint);
   out.parent = link_named_in(joint, "parent");
   out.child = link_named_in(joint, "child");
-  out.placement = load::origin_in(joint, minor_);
+  out.placement = load::origin_in(joint, minor_, out.given.rotation);
   if (is_drake(joint))
     read_drake_motion(joint, out);
   else
@@ -245,19 +249,21 @@ int urdf_reader::link_named_in(const element &joint, const char *tag) const {
 void urdf_reader::read_motion(const element &joint, joint_description &out) {
   const joint_kind_row row = row_of(out.kind);
   if (row.has_axis)
-    out.axis = load::axis_in(joint);
+    read_axis(joint, out);
   else
     ignore(joint, "axis", out);
-  if (row.has_axis2)
-    out.axis2 = load::axis2_in(joint);
-  else
+  if (row.has_axis2) {
+    out.given.axis2 = load::axis2_in(joint);
+    out.axis2 = load::direction_of(out.given.axis2);
+  } else {
     ignore(joint, "axis2", out);
+  }
   if (row.nv == 1)
     read_limit(joint, out);
   else
     ignore(joint, "limit", out);
   if (row.has_pitch)
-    out.pitch = load::pitch_in(joint, "screw_thread_pitch");
+    read_pitch(joint, "screw_thread_pitch", out);
   else
     ignore(joint, "screw_thread_pitch", out);
   ignore(joint, "drake:screw_thread_pitch", out);
@@ -272,8 +278,8 @@ void urdf_reader::read_motion(const element &joint, joint_description &out) {
 void urdf_reader::read_drake_motion(const element &joint, joint_description &out) {
   std::string differs;
   if (out.kind == joint_kind::helical) {
-    out.axis = load::axis_in(joint);
-    out.pitch = load::pitch_in(joint, "drake:screw_thread_pitch");
+    read_axis(joint, out);
+    read_pitch(joint, "drake:screw_thread_pitch", out);
     read_limit(joint, out);
   } else {
     for (const char *tag : {"axis", "limit", "drake:screw_thread_pitch"})
@@ -288,6 +294,16 @@ void urdf_reader::read_drake_motion(const element &joint, joint_description &out
   if (out.kind == joint_kind::spherical)
     differs = "; q is a quaternion [x y z w] and v in the child's axes, Drake's are roll, pitch, yaw and in the parent's axes";
   drake_joints_["<drake:joint> type " + joint.text("type") + ", an extension of URDF" + differs].push_back(out.name);
+}
+
+void urdf_reader::read_axis(const element &joint, joint_description &out) {
+  out.given.axis = load::axis_in(joint);
+  out.axis = load::direction_of(out.given.axis);
+}
+
+void urdf_reader::read_pitch(const element &joint, const char *tag, joint_description &out) {
+  out.given.pitch = load::pitch_in(joint, tag);
+  out.pitch = load::pitch_of(out.given.pitch);
 }
 
 void urdf_reader::ignore(const element &joint, const char *tag, const joint_description &out) {

@@ -12,7 +12,7 @@ namespace {
 robot_description robot_of(int links, std::initializer_list<std::pair<int, int>> ends) {
   robot_description robot;
   for (int i = 0; i < links; ++i)
-    robot.links.push_back({"l" + std::to_string(i), {}, {}, false});
+    robot.links.push_back({"l" + std::to_string(i), {}, {}, false, false, {}});
   for (const auto &[parent, child] : ends) {
     joint_description joint;
     joint.name = "j" + std::to_string(robot.joints.size());

@@ -37,13 +37,28 @@ def joint_text(j: dict) -> str:
     return f'<joint name="{j["name"]}" type="{kind}"><origin xyz="{words(j["parent_p"])}" rpy="{words(rpy)}"/>{ends}{axes}</joint>'
 
 
-@pytest.fixture(scope="module")
-def m(tmp_path_factory) -> ksl.Model:
-    path = tmp_path_factory.mktemp("kinds") / "kinds.urdf"
+def from_file(path: Path) -> ksl.Model:
     path.write_text("\n".join(['<robot name="kinds">', '<link name="world"/>', *map(link_text, CASE["bodies"]), *map(joint_text, CASE["joints"]), "</robot>"]))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ksl.DescriptionWarning)  # types beyond URDF
         return ksl.load(path, gravity=CASE["gravity"])
+
+
+def from_builder() -> ksl.Model:
+    b = ksl.Builder(CASE["name"], gravity=CASE["gravity"]).add_link("world")
+    for x in CASE["bodies"]:
+        b.add_link(x["name"], mass=x["mass"], center_of_mass=x["com"], inertia=x["inertia_about_com"])
+    for j in CASE["joints"]:
+        pose = np.eye(4)
+        pose[:3, :3], pose[:3, 3] = j["parent_R"], j["parent_p"]
+        given = {k: j[k] for k in ("axis", "axis2", "pitch") if j[k] is not None}
+        b.add_joint(j["name"], j["type"], j["parent"], j["child"], pose=pose, **given)
+    return b.build()
+
+
+@pytest.fixture(scope="module", params=["file", "builder"])
+def m(request, tmp_path_factory) -> ksl.Model:
+    return from_builder() if request.param == "builder" else from_file(tmp_path_factory.mktemp("kinds") / "kinds.urdf")
 
 
 class State:

@@ -5,6 +5,7 @@
 #include "ksl/algebra.hpp"
 #include "ksl/engine/joint.hpp"
 
+#include <array>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -23,6 +24,20 @@ struct file_position {
   int line = 0;
 };
 
+/// A rotation in the numbers that a file gives, from which its matrix was computed.
+struct given_rotation {
+  enum form { none, rpy, quaternion } by = none; ///< none: the identity, or a matrix that a program gave
+  std::array<double, 4> numbers{};               ///< roll, pitch, yaw; or x, y, z, w
+};
+
+/// An inertia in the numbers that a file or a program gives, from which the one about the link's origin was computed.
+struct given_inertia {
+  double mass = 0;
+  vec3<double> center_of_mass{};       ///< in the link's axes
+  given_rotation axes;                 ///< those of `moments`, seen from the link's
+  std::array<double, 6> moments{};     ///< Ixx Iyy Izz Ixy Iyz Izx about the centre of mass
+};
+
 struct link_description {
   std::string name;
   file_position at;
@@ -30,6 +45,16 @@ struct link_description {
   spatial_inertia<double> inertia{};
   bool has_inertial = false;
   bool has_geometry = false; ///< has the link visual or collision geometry in the file
+  /// What `inertia` was computed from, so that it is written with the same digits; of no effect once `inertia` is another.
+  std::optional<given_inertia> given;
+};
+
+/// The numbers from which those of a joint were computed, so that they are written with the same digits; of no effect on what
+/// has been changed since.
+struct given_joint {
+  given_rotation rotation;      ///< of its placement
+  vec3<double> axis{}, axis2{}; ///< of any length; zero: not known
+  double pitch = 0;             ///< metres a revolution
 };
 
 /// A limit or property that a file may omit.
@@ -57,13 +82,17 @@ struct joint_description {
   optional_number velocity;      ///< rad/s or m/s
   double damping = 0, friction = 0; ///< read and listed, but not applied
   std::optional<mimic_description> mimic; ///< of joints with one coordinate
+  given_joint given;
 };
 
+/// All that a model is made of: a model of the description of another is a copy of it.
 struct robot_description {
   std::string name;
   std::string file; ///< as given to the reader; empty for a robot built in a program
   std::vector<link_description> links;
   std::vector<joint_description> joints; ///< in the order of the file
+  std::array<double, 3> gravity{0, 0, -9.81}; ///< m/s², world axes; files don't give it
+  bool floating_base = false;            ///< does the root float (model_options); files don't say so
   std::vector<std::string> unused;       ///< a line for each kind of content that KSL doesn't use
   std::vector<std::string> warnings;     ///< a line for each thing that is suspicious but used, with link and condition
 };

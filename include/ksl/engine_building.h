@@ -1,0 +1,111 @@
+/* KSL: models that a program describes, and models made from other models, in C.  Included by ksl/engine.h.
+
+   Every call copies what it is given.  Models that are made are freed with ksl_model_free.  A joint or link that
+   doesn't exist, a pose that is not rigid, … is KSL_BAD_ARGUMENT or KSL_BAD_DESCRIPTION; ksl_error_message() names it
+   and how to mend it. */
+#ifndef KSL_ENGINE_BUILDING_H
+#define KSL_ENGINE_BUILDING_H
+
+KSL_BEGIN_C
+
+/** Links and joints that are collected. */
+typedef struct ksl_builder_t ksl_builder_t;
+
+/** Mass, kg; centre of mass in the link's axes, m; inertia about the centre of mass in the link's axes, kg m². */
+typedef struct ksl_link_mass_t {
+  double mass;
+  double center_of_mass[3];
+  double inertia[3][3];
+} ksl_link_mass_t;
+
+/** What a joint may have besides kind, links and pose.  Initialise it with ksl_joint_options(); NAN and NULL are what
+ * is not given. */
+typedef struct ksl_joint_options_t {
+  const double *axis, *axis2; /**< (3), of any length, in the joint's frame; kinds that have them need them */
+  double pitch;               /**< m/rad, positive for a right-handed screw; helical joints need it */
+  double lower, upper;        /**< rad or m */
+  double effort, velocity;    /**< N m or N; rad/s or m/s */
+  double damping, friction;   /**< read and listed, but not applied */
+} ksl_joint_options_t;
+
+/** A row of a table of Denavit–Hartenberg parameters, m and rad.  theta is added to q of a joint that turns, d to q of
+ * one that slides. */
+typedef struct ksl_dh_row_t {
+  double a, alpha, d, theta;
+  const char *kind;     /**< revolute, continuous or prismatic; NULL: revolute */
+  ksl_link_mass_t mass; /**< in the axes of the row's frame */
+} ksl_dh_row_t;
+
+/** Frame i is at the end of link i, Rz(theta) Tz(d) Tx(a) Rx(alpha), or at its start, Rx(alpha) Tx(a) Rz(theta) Tz(d).
+ */
+typedef enum ksl_dh_convention_t { KSL_DH_STANDARD, KSL_DH_MODIFIED } ksl_dh_convention_t;
+
+/** Nothing given, no losses. */
+KSL_EXPORT ksl_joint_options_t ksl_joint_options(void);
+
+/** An empty robot.  Free it with ksl_builder_free. */
+KSL_EXPORT ksl_status_t ksl_builder_create(const char *name, ksl_builder_t **builder);
+KSL_EXPORT void ksl_builder_free(ksl_builder_t *builder);
+
+/** A link; mass may be NULL for a massless one.  The link that no joint carries is the root. */
+KSL_EXPORT ksl_status_t ksl_builder_add_link(ksl_builder_t *builder, const char *name, const ksl_link_mass_t *mass);
+
+/** A joint between two links that have been added.  kind: fixed, revolute, continuous, prismatic, helical, cylindrical,
+    universal, spherical, planar, translation, floating; pose: of the joint in the parent link, NULL for the identity;
+   options may be NULL. */
+KSL_EXPORT ksl_status_t ksl_builder_add_joint(ksl_builder_t *builder, const char *name, const char *kind,
+                                              const char *parent, const char *child, const ksl_SE3_t *pose,
+                                              const ksl_joint_options_t *options);
+
+/** joint1, link1, joint2, link2, …, names after prefix (NULL: none), on a link.  The frame of link i is that of row i.
+ */
+KSL_EXPORT ksl_status_t ksl_builder_add_dh_chain(ksl_builder_t *builder, const char *parent, int n,
+                                                 const ksl_dh_row_t *rows, ksl_dh_convention_t convention,
+                                                 const char *prefix);
+
+/** The model of what has been added; options may be NULL. */
+KSL_EXPORT ksl_status_t ksl_builder_build(const ksl_builder_t *builder, const ksl_model_options_t *options,
+                                          ksl_model_t **model);
+
+/** The same robot with another root.  Joints between the two are reversed, and keep the meaning of their q and v. */
+KSL_EXPORT ksl_status_t ksl_model_with_root(const ksl_model_t *model, int link, ksl_model_t **made);
+
+/** n joints become fixed at the positions in q, one after the other, as many numbers as each has. */
+KSL_EXPORT ksl_status_t ksl_model_with_frozen_joints(const ksl_model_t *model, int n, const int *joints,
+                                                     const double *q, ksl_model_t **made);
+
+/** A rigid body is welded to a link. */
+KSL_EXPORT ksl_status_t ksl_model_with_payload(const ksl_model_t *model, int link, const ksl_link_mass_t *payload,
+                                               ksl_model_t **made);
+
+/** The root of another robot is welded to a link at a pose (NULL: identity); its names get the prefix (NULL: none). */
+KSL_EXPORT ksl_status_t ksl_model_merged(const ksl_model_t *model, const ksl_model_t *other, int parent_link,
+                                         const ksl_SE3_t *pose, const char *prefix, ksl_model_t **made);
+
+/** A link, as the root, and what it carries. */
+KSL_EXPORT ksl_status_t ksl_model_subtree(const ksl_model_t *model, int link, ksl_model_t **made);
+
+/** A frame, which is a massless link, at a pose in a link's frame (NULL: identity). */
+KSL_EXPORT ksl_status_t ksl_model_with_frame(const ksl_model_t *model, const char *name, int link,
+                                             const ksl_SE3_t *pose, ksl_model_t **made);
+
+/** Other inertias for n links: parameters (n, 10), m, m c, Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the link's origin, in its
+   axes. The structure is copied, not built again. */
+KSL_EXPORT ksl_status_t ksl_model_with_parameters(const ksl_model_t *model, int n, const int *links,
+                                                  const double *parameters, ksl_model_t **made);
+
+/** The robot as a URDF file. */
+KSL_EXPORT ksl_status_t ksl_model_write_urdf(const ksl_model_t *model, const char *path);
+
+/** Mass of all links, payloads included, and of those that a joint carries, directly or not; kg. */
+KSL_EXPORT double ksl_model_mass(const ksl_model_t *model);
+KSL_EXPORT double ksl_model_subtree_mass(const ksl_model_t *model, int joint);
+
+/** The joint that carries a link, and the link on its other side, −1 for the ground.  −1 for a link that is out of
+ * range. */
+KSL_EXPORT int ksl_model_joint_above(const ksl_model_t *model, int link);
+KSL_EXPORT int ksl_model_parent_link(const ksl_model_t *model, int link);
+
+KSL_END_C
+
+#endif

@@ -1,0 +1,141 @@
+// The builder, and models made from others, for Python.  Arrays come as lists of numbers, matrices by rows; ksl.builder
+// and ksl.surgery check their shapes.
+#pragma once
+
+#include "description_state.hpp"
+#include "ksl/surgery.hpp"
+#include "ksl/urdf.hpp"
+
+#include <nanobind/stl/tuple.h>
+
+namespace building {
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+using three = std::array<double, 3>;
+using mass_numbers = std::tuple<double, three, std::array<double, 9>>; // mass, centre of mass, inertia about it
+using joint_numbers = std::tuple<std::optional<three>, std::optional<three>, ksl::optional_number, ksl::optional_number,
+                                 ksl::optional_number, ksl::optional_number, ksl::optional_number, double, double>;
+using dh_numbers = std::tuple<std::array<double, 4>, std::string, mass_numbers, joint_numbers>;
+using plain_values = nb::typed<nb::list, nb::any>;
+using payloads_given = std::vector<std::tuple<std::string, double, three>>;
+
+inline ksl::vec3<double> vector_of(const three &x) { return {x[0], x[1], x[2]}; }
+
+inline ksl::SE3<double> pose_of(const std::array<double, 16> &x) {
+  return {{x[0], x[4], x[8], x[1], x[5], x[9], x[2], x[6], x[10]}, {x[3], x[7], x[11]}};
+}
+
+inline ksl::link_mass mass_of(const mass_numbers &given) {
+  const auto &[mass, center, I] = given;
+  return {mass, vector_of(center), {I[0], I[3], I[6], I[1], I[4], I[7], I[2], I[5], I[8]}};
+}
+
+inline ksl::joint_options options_of(const joint_numbers &given) {
+  const auto &[axis, axis2, pitch, lower, upper, effort, velocity, damping, friction] = given;
+  const auto vector = [](const std::optional<three> &x) { return x ? std::optional(vector_of(*x)) : std::nullopt; };
+  return {vector(axis), vector(axis2), pitch, lower, upper, effort, velocity, damping, friction};
+}
+
+inline ksl::model_options options_of(bool floating_base, const std::optional<three> &gravity,
+                                     const payloads_given &payloads) {
+  ksl::model_options options;
+  options.floating_base = floating_base;
+  options.gravity = gravity;
+  for (const auto &[link, mass, point] : payloads)
+    options.payloads.push_back({link, mass, point});
+  return options;
+}
+
+inline void add_dh_chain(ksl::builder &b, const std::string &parent, const std::vector<dh_numbers> &rows, bool modified,
+                         const std::string &prefix) {
+  std::vector<ksl::dh_row> table;
+  for (const auto &[numbers, kind, mass, options] : rows)
+    table.push_back({numbers[0], numbers[1], numbers[2], numbers[3], ksl::joint_kind_named(kind), mass_of(mass),
+                     options_of(options)});
+  b.add_dh_chain(parent, table, modified ? ksl::dh_convention::modified : ksl::dh_convention::standard, prefix);
+}
+
+inline ksl::model with_inertias(const ksl::model &m,
+                                const std::vector<std::tuple<int, std::array<double, 10>>> &given) {
+  std::vector<ksl::link_inertia> inertias;
+  for (const auto &[link, x] : given) // m, m c, Ixx Ixy Iyy Ixz Iyz Izz
+    inertias.push_back({link, {x[0], {x[1], x[2], x[3]}, x[4], x[6], x[9], x[5], x[8], x[7]}});
+  return m.with_inertias(inertias);
+}
+
+inline void add_builder(nb::module_ &module) {
+  nb::class_<ksl::builder>(module, "Builder", "Links and joints as ksl.Builder passes them on.")
+      .def(nb::init<std::string, three>(), "name"_a, "gravity"_a)
+      .def(
+          "add_link",
+          [](ksl::builder &b, const std::string &name, const mass_numbers &mass) { b.add_link(name, mass_of(mass)); },
+          "name"_a, "mass"_a)
+      .def(
+          "add_joint",
+          [](ksl::builder &b, const std::string &name, const std::string &kind, const std::string &parent,
+             const std::string &child, const std::array<double, 16> &pose, const joint_numbers &options) {
+            b.add_joint(name, ksl::joint_kind_named(kind), parent, child, pose_of(pose), options_of(options));
+          },
+          "name"_a, "kind"_a, "parent"_a, "child"_a, "pose"_a, "options"_a)
+      .def("add_dh_chain", &add_dh_chain, "parent"_a, "rows"_a, "modified"_a, "prefix"_a)
+      .def(
+          "build",
+          [](const ksl::builder &b, bool floating_base, bool strict, std::optional<three> gravity,
+             const payloads_given &payloads, bool masses_optional) {
+            return b.build(options_of(floating_base, gravity, payloads), strict, masses_optional);
+          },
+          "floating_base"_a, "strict"_a, "gravity"_a.none(), "payloads"_a, "masses_optional"_a);
+}
+
+inline void add_surgery(nb::class_<ksl::model> &model) {
+  model
+      .def(
+          "with_root",
+          [](const ksl::model &m, const std::string &link) {
+            return ksl::model(ksl::with_root(m.description(), link));
+          },
+          "link"_a)
+      .def(
+          "with_frozen_joints",
+          [](const ksl::model &m, const std::vector<std::tuple<std::string, std::vector<double>>> &joints) {
+            std::vector<ksl::frozen_joint> frozen;
+            for (const auto &[joint, q] : joints)
+              frozen.push_back({joint, q});
+            return ksl::model(ksl::with_frozen_joints(m.description(), frozen));
+          },
+          "joints"_a)
+      .def(
+          "with_payload",
+          [](const ksl::model &m, const std::string &link, const mass_numbers &payload) {
+            return ksl::model(ksl::with_payload(m.description(), link, mass_of(payload)));
+          },
+          "link"_a, "payload"_a)
+      .def(
+          "merged",
+          [](const ksl::model &m, const ksl::model &other, const std::string &parent_link,
+             const std::array<double, 16> &pose, const std::string &prefix) {
+            return ksl::model(ksl::merged(m.description(), other.description(), parent_link, pose_of(pose), prefix));
+          },
+          "other"_a, "parent_link"_a, "pose"_a, "prefix"_a)
+      .def(
+          "subtree",
+          [](const ksl::model &m, const std::string &link) { return ksl::model(ksl::subtree(m.description(), link)); },
+          "link"_a)
+      .def(
+          "with_frame",
+          [](const ksl::model &m, const std::string &name, const std::string &link,
+             const std::array<double, 16> &pose) {
+            return ksl::model(ksl::with_frame(m.description(), name, link, pose_of(pose)));
+          },
+          "name"_a, "link"_a, "pose"_a)
+      .def("with_inertias", &with_inertias, "inertias"_a)
+      .def("urdf_text", [](const ksl::model &m) { return ksl::urdf_text(m.description()); })
+      .def("state", [](const ksl::model &m) { return plain_values(description_state::state_of(m.description())); })
+      .def_static(
+          "from_state", [](plain_values state) { return ksl::model(description_state::robot_of(std::move(state))); },
+          "state"_a);
+}
+
+} // namespace building

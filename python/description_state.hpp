@@ -1,0 +1,117 @@
+// Descriptions as nested lists of plain Python values, for pickles: all that a model is made of, in a fixed order.
+#pragma once
+
+#include "ksl/engine/description.hpp"
+
+#include <nanobind/nanobind.h>
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <type_traits>
+
+namespace description_state {
+
+namespace nb = nanobind;
+
+// The fields of each struct, once for both directions.  `go` is a writer or a reader.
+template <class Go> void fields(Go &go, ksl::vec3<double> &v) { go(v.x, v.y, v.z); }
+template <class Go> void fields(Go &go, ksl::mat3x3<double> &R) {
+  go(R.m00, R.m10, R.m20, R.m01, R.m11, R.m21, R.m02, R.m12, R.m22);
+}
+template <class Go> void fields(Go &go, ksl::SE3<double> &D) { go(D.R, D.t); }
+template <class Go> void fields(Go &go, ksl::spatial_inertia<double> &I) {
+  go(I.m, I.h, I.Ixx, I.Iyy, I.Izz, I.Ixy, I.Iyz, I.Izx);
+}
+template <class Go> void fields(Go &go, ksl::file_position &at) { go(at.line); }
+template <class Go> void fields(Go &go, ksl::given_rotation &r) { go(r.by, r.numbers); }
+template <class Go> void fields(Go &go, ksl::given_inertia &I) { go(I.mass, I.center_of_mass, I.axes, I.moments); }
+template <class Go> void fields(Go &go, ksl::given_joint &j) { go(j.rotation, j.axis, j.axis2, j.pitch); }
+template <class Go> void fields(Go &go, ksl::link_description &l) {
+  go(l.name, l.at, l.inertia, l.has_inertial, l.has_geometry, l.given);
+}
+template <class Go> void fields(Go &go, ksl::joint_description &j) {
+  go(j.name, j.at, j.kind, j.parent, j.child, j.placement, j.axis, j.axis2, j.pitch, j.lower, j.upper, j.effort,
+     j.velocity, j.damping, j.friction, j.given);
+}
+template <class Go> void fields(Go &go, ksl::robot_description &r) {
+  go(r.name, r.file, r.links, r.joints, r.gravity, r.floating_base, r.unused, r.warnings);
+}
+
+template <class T> constexpr bool is_struct = requires(T &x, void (&go)(...)) { fields(go, x); };
+
+/// Appends values to a list; a struct is a list of its own.
+class writer {
+public:
+  template <class... T> void operator()(T &...x) { (put(x), ...); }
+  nb::list list;
+
+private:
+  template <class T> static nb::object value(T &x) {
+    if constexpr (std::is_enum_v<T>) {
+      return nb::cast(static_cast<int>(x));
+    } else if constexpr (is_struct<T>) {
+      writer of_struct;
+      fields(of_struct, x);
+      return of_struct.list;
+    } else {
+      return nb::cast(x);
+    }
+  }
+  template <class T> static nb::object value(std::optional<T> &x) { return x ? value(*x) : nb::none(); }
+  template <class T> static nb::object value(std::vector<T> &all) {
+    nb::list values;
+    for (T &x : all)
+      values.append(value(x));
+    return values;
+  }
+  template <class T> void put(T &x) { list.append(value(x)); }
+};
+
+/// Takes them from the list again, in the same order.
+class reader {
+public:
+  explicit reader(nb::list from) : list_(std::move(from)) {}
+  template <class... T> void operator()(T &...x) { (get(list_[next_++], x), ...); }
+
+private:
+  template <class T> static void get(nb::object from, T &x) {
+    if constexpr (std::is_enum_v<T>) {
+      x = static_cast<T>(nb::cast<int>(from));
+    } else if constexpr (is_struct<T>) {
+      reader of_struct{nb::cast<nb::list>(from)};
+      fields(of_struct, x);
+    } else {
+      x = nb::cast<T>(from);
+    }
+  }
+  template <class T> static void get(nb::object from, std::optional<T> &x) {
+    if (from.is_none())
+      x.reset();
+    else
+      get(std::move(from), x.emplace());
+  }
+  template <class T> static void get(nb::object from, std::vector<T> &all) {
+    for (nb::handle each : nb::cast<nb::list>(from))
+      get(nb::borrow(each), all.emplace_back());
+  }
+
+  nb::list list_;
+  std::size_t next_ = 0;
+};
+
+inline nb::list state_of(ksl::robot_description robot) {
+  writer go;
+  fields(go, robot);
+  return go.list;
+}
+
+inline ksl::robot_description robot_of(nb::list state) {
+  ksl::robot_description robot;
+  reader go(std::move(state));
+  fields(go, robot);
+  return robot;
+}
+
+} // namespace description_state

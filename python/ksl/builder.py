@@ -1,0 +1,164 @@
+"""Models that a program describes, link by link and joint by joint, or by Denavit–Hartenberg parameters."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Literal
+
+from numpy.typing import ArrayLike
+
+from ksl import _core, given
+from ksl.errors import DescriptionWarning
+from ksl.model import Model
+from ksl.requests import one_of, three_numbers
+
+Kind = str
+DHRow = Mapping[str, Any] | Sequence[Any]
+"""{"a": m, "alpha": rad, "d": m, "theta": rad, …}, or a sequence a, alpha, d, theta[, kind]."""
+Convention = Literal["standard", "modified"]
+
+_JointNumbers = tuple[list[float] | None, list[float] | None, float | None, float | None, float | None, float | None, float | None, float, float]
+_OF_A_ROW = ("a", "alpha", "d", "theta", "kind", "mass", "center_of_mass", "inertia", "limits", "effort", "velocity", "damping", "friction")
+
+
+class Builder:
+    """Collects links and joints; :meth:`build` makes the model.
+
+        b = ksl.Builder("pendulum")
+        b.add_link("ceiling")
+        b.add_link("rod", mass=2.0, center_of_mass=(0, 0, -0.5))
+        b.add_joint("hinge", "revolute", "ceiling", "rod", axis=(0, 1, 0))
+        m = b.build()
+
+    Every call raises :class:`ksl.DescriptionError`, or ValueError for a wrong type or shape; messages name the link or joint, what
+    was found and how to mend it.  `gravity`: in world axes, m/s².
+    """
+
+    def __init__(self, name: str, gravity: Sequence[float] = (0.0, 0.0, -9.81)) -> None:
+        self._core = _core.Builder(name, list(three_numbers(gravity, "gravity")))
+
+    def add_link(self, name: str, mass: float = 0.0, center_of_mass: ArrayLike = (0.0, 0.0, 0.0), inertia: ArrayLike | None = None) -> Builder:
+        """A link; the one that no joint carries is the root.  Returns the builder.
+
+        mass: kg.  center_of_mass (3): in the link's axes, m.  inertia (3, 3): about the centre of mass, in the link's axes, kg m²,
+        with off-diagonal elements −∫xy dm; None for a point mass.  A matrix that isn't symmetric and positive semidefinite is an error;
+        principal moments that violate the triangle inequality are a warning of :meth:`build`.
+        """
+        self._core.add_link(name, given.mass(f"link {name}", mass, center_of_mass, inertia))
+        return self
+
+    def add_joint(
+        self,
+        name: str,
+        kind: Kind,
+        parent: str,
+        child: str,
+        pose: ArrayLike | None = None,
+        axis: ArrayLike | None = None,
+        axis2: ArrayLike | None = None,
+        pitch: float | None = None,
+        limits: Sequence[float | None] | None = None,
+        effort: float | None = None,
+        velocity: float | None = None,
+        damping: float = 0.0,
+        friction: float = 0.0,
+    ) -> Builder:
+        """A joint between two links that have been added.  Returns the builder.
+
+        kind: fixed, revolute, continuous, prismatic, helical (or screw), cylindrical, universal, spherical (or ball), planar, translation,
+        floating (or free); docs/conventions.md has the table.
+        pose (4, 4): of the joint's frame in the parent link; the child link's frame is the joint's at q = 0.
+        axis (3): of any length, in the joint's frame; kinds that have one need it, others must not have it.  That of a planar joint is the
+        normal, z if it is left out.  axis2 (3): the second axis of a universal joint, fixed in the child.
+        pitch: of helical joints, m/rad, positive for a right-handed screw.
+        limits: (lower, upper), rad or m, each may be None; effort, velocity: limits, N m or N, rad/s or m/s.  They are kept and not enforced.
+        damping, friction: kept, listed and not applied.
+        """
+        options = _options(f"joint {name}", axis, axis2, pitch, limits, effort, velocity, damping, friction)
+        self._core.add_joint(name, kind, parent, child, given.pose(pose, f"joint {name}: its pose"), options)
+        return self
+
+    def add_dh_chain(self, parent: str, rows: Iterable[DHRow], convention: Convention = "standard", prefix: str = "") -> Builder:
+        """Adds joint1, link1, joint2, link2, … to a link, their names after `prefix`.  Returns the builder.
+
+        rows: mappings with a, alpha, d, theta (0 where missing; m and rad) and, if wanted, kind ("revolute", "continuous" or
+        "prismatic"), mass, center_of_mass and inertia as in :meth:`add_link`, limits, effort, velocity, damping and friction as in
+        :meth:`add_joint`; or sequences a, alpha, d, theta[, kind].  theta is added to q of a joint that turns, d to q of one that slides.
+        convention: "standard", Rz(theta) Tz(d) Tx(a) Rx(alpha), puts frame i at the end of link i (Denavit and Hartenberg, 1955);
+        "modified", Rx(alpha) Tx(a) Rz(theta) Tz(d), at its start (Craig, Introduction to Robotics, 3.4).  Here a and alpha are those
+        of the row as Craig writes it, a(i−1) and alpha(i−1).
+        The frame of link i is frame i, in which its centre of mass and inertia are given.  With "standard" a massless link
+        `link1_start`, at the joint, carries each link.
+        """
+        modified = one_of(convention, "convention", "standard", "modified") == "modified"
+        self._core.add_dh_chain(parent, [_dh_row(i + 1, row) for i, row in enumerate(rows)], modified, prefix)
+        return self
+
+    @classmethod
+    def from_dh(
+        cls,
+        rows: Iterable[DHRow],
+        convention: Convention = "standard",
+        name: str = "robot",
+        base: str = "base",
+        gravity: Sequence[float] = (0.0, 0.0, -9.81),
+    ) -> Builder:
+        """A builder with a massless root link `base` and the chain of :meth:`add_dh_chain` on it."""
+        return cls(name, gravity).add_link(base).add_dh_chain(base, rows, convention)
+
+    def build(
+        self,
+        floating_base: bool = False,
+        strict: bool = False,
+        gravity: Sequence[float] | None = None,
+        payloads: Mapping[str, tuple[float, Sequence[float]]] | None = None,
+        masses: Literal["optional"] | None = None,
+    ) -> Model:
+        """The model of what has been added, with the options of :func:`ksl.load`; `gravity` None is the builder's own.
+
+        More can be added, and another model built, afterwards.
+        """
+        if masses is not None:
+            one_of(masses, "masses", "optional")
+        own = None if gravity is None else list(three_numbers(gravity, "gravity"))
+        core = self._core.build(floating_base, strict, own, given.payload_points(payloads), masses is not None)
+        for line in core.warnings:
+            warnings.warn(line, DescriptionWarning, stacklevel=2)
+        return Model(core)
+
+
+def _options(who: str, axis: Any, axis2: Any, pitch: Any, limits: Any, effort: Any, velocity: Any, damping: Any, friction: Any) -> _JointNumbers:
+    def optional(x: Any, what: str) -> float | None:
+        return None if x is None else given.number(x, f"{who}: its {what}")
+
+    try:
+        lower, upper = (None, None) if limits is None else limits
+    except (TypeError, ValueError):
+        raise ValueError(f"{who}: its limits are {limits!r}; expected (lower, upper)") from None
+    return (
+        given.direction(axis, f"{who}: its axis"),
+        given.direction(axis2, f"{who}: its axis2"),
+        optional(pitch, "pitch"),
+        optional(lower, "lower limit"),
+        optional(upper, "upper limit"),
+        optional(effort, "effort limit"),
+        optional(velocity, "velocity limit"),
+        given.number(damping, f"{who}: its damping"),
+        given.number(friction, f"{who}: its friction"),
+    )
+
+
+def _dh_row(number: int, row: DHRow) -> tuple[list[float], str, given.Mass, _JointNumbers]:
+    who = f"row {number} of the table"
+    if not isinstance(row, Mapping):
+        if isinstance(row, str) or not 4 <= len(row) <= 5:
+            raise ValueError(f"{who} is {row!r}; expected a mapping, or a, alpha, d, theta and perhaps a kind")
+        row = dict(zip(_OF_A_ROW, row))
+    for key in row:
+        one_of(key, f"{who} has key", *_OF_A_ROW)
+    numbers = [given.number(row.get(key, 0.0), f"{who}: {key}") for key in ("a", "alpha", "d", "theta")]
+    mass = given.mass(who, row.get("mass", 0.0), row.get("center_of_mass", (0.0, 0.0, 0.0)), row.get("inertia"))
+    limits, effort, velocity = row.get("limits"), row.get("effort"), row.get("velocity")
+    options = _options(who, None, None, None, limits, effort, velocity, row.get("damping", 0.0), row.get("friction", 0.0))
+    return numbers, row.get("kind", "revolute"), mass, options

@@ -1,0 +1,74 @@
+"""Numbers that a program describes a mechanism with, checked and as lists for the compiled calls."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ksl.requests import three_numbers
+
+Mass = tuple[float, list[float], list[float]]
+"""Mass, centre of mass, inertia about it by rows."""
+
+
+def number(x: Any, what: str) -> float:
+    try:
+        return float(x)
+    except (TypeError, ValueError):
+        raise ValueError(f"{what} is {x!r}; expected a number") from None
+
+
+def numbers(x: ArrayLike, what: str) -> np.ndarray:
+    """An array of any shape."""
+    try:
+        return np.asarray(x, dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(f"{what} is {x!r}; expected numbers") from None
+
+
+def array(x: ArrayLike, shape: tuple[int, ...], what: str) -> np.ndarray:
+    found = numbers(x, what)
+    if found.shape != shape:
+        raise ValueError(f"{what} has shape {found.shape}; expected {shape}")
+    return found
+
+
+def pose(x: ArrayLike | None, what: str) -> list[float]:
+    """A (4, 4) matrix by rows, the identity for None.  The compiled code checks that it is rigid."""
+    if x is None:
+        return [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]
+    matrix = array(x, (4, 4), what)
+    if not (matrix[3] == (0.0, 0.0, 0.0, 1.0)).all():
+        raise ValueError(f"{what}: its last row is {matrix[3].tolist()}; a pose has 0 0 0 1 there")
+    return [float(v) for v in matrix.ravel()]
+
+
+def mass(of: str, kilograms: float, center_of_mass: ArrayLike, inertia: ArrayLike | None) -> Mass:
+    """Of a link or a payload; the compiled code checks that a body can have it, `inertia` None is that of a point mass."""
+    tensor = np.zeros((3, 3)) if inertia is None else array(inertia, (3, 3), f"{of}: its inertia")
+    center = three_numbers(center_of_mass, f"{of}: its centre of mass")
+    return number(kilograms, f"{of}: its mass"), list(center), [float(v) for v in tensor.ravel()]
+
+
+def direction(x: ArrayLike | None, what: str) -> list[float] | None:
+    return None if x is None else list(three_numbers(x, what))
+
+
+def payload_points(payloads: Mapping[str, tuple[float, Sequence[float]]] | None) -> list[tuple[str, float, list[float]]]:
+    """Point masses {link: (mass, point)}."""
+    return [_payload(link, load) for link, load in (payloads or {}).items()]
+
+
+def _payload(link: str, load: tuple[float, Sequence[float]]) -> tuple[str, float, list[float]]:
+    try:
+        kilograms, point = load
+        kilograms = float(kilograms)
+    except (TypeError, ValueError):
+        raise ValueError(f"payload on {link}: found {load!r}; expected (mass in kg, (x, y, z) in the link's frame in m)") from None
+    if not (math.isfinite(kilograms) and kilograms >= 0):
+        raise ValueError(f"payload on {link}: mass {kilograms} kg; expected a number that is not negative")
+    return link, kilograms, list(three_numbers(point, f"payload on {link}: payload point"))

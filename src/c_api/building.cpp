@@ -1,0 +1,201 @@
+// The C interface of the builder, and of models made from others.
+#include "c_api/calls.hpp"
+
+#include "ksl/surgery.hpp"
+#include "ksl/urdf.hpp"
+
+#include <cmath>
+
+struct ksl_builder_t {
+  ksl::builder builder;
+};
+
+namespace {
+
+using ksl::c_api::guarded;
+using ksl::c_api::require;
+
+ksl::SE3<double> pose_of(const ksl_SE3_t *pose) {
+  if (!pose)
+    return {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}};
+  return ksl::same_layout<ksl::SE3<double>>(*pose);
+}
+
+ksl::link_mass mass_of(const ksl_link_mass_t &of) {
+  const auto &I = of.inertia;
+  return {of.mass,
+          {of.center_of_mass[0], of.center_of_mass[1], of.center_of_mass[2]},
+          {I[0][0], I[1][0], I[2][0], I[0][1], I[1][1], I[2][1], I[0][2], I[1][2], I[2][2]}};
+}
+
+ksl::joint_options options_of(const ksl_joint_options_t &of) {
+  const auto vector = [](const double *x) {
+    return x ? std::optional(ksl::vec3<double>{x[0], x[1], x[2]}) : std::nullopt;
+  };
+  const auto number = [](double x) { return std::isnan(x) ? std::nullopt : ksl::optional_number(x); };
+  return {vector(of.axis),   vector(of.axis2),    number(of.pitch), number(of.lower), number(of.upper),
+          number(of.effort), number(of.velocity), of.damping,       of.friction};
+}
+
+std::string or_empty(const char *text) { return text ? text : ""; }
+
+const std::string &link_name(const ksl_model_t *m, int link) {
+  ksl::c_api::require_links(m, 1, &link);
+  return m->model.links()[static_cast<std::size_t>(link)].name;
+}
+
+void require_joint(const ksl_model_t *m, int joint) {
+  require(joint >= 0 && joint < ksl_model_joints(m), "a joint is out of range");
+}
+
+/// Runs `make`, which returns a description or a model, with the result in *made.  Null where it fails.
+template <class Make> ksl_status_t made_from(const ksl_model_t *model, ksl_model_t **made, Make &&make) {
+  return guarded([&] {
+    require(model && made, "model and made must not be null");
+    *made = nullptr;
+    *made = new ksl_model_t{ksl::model(make())};
+  });
+}
+
+} // namespace
+
+extern "C" {
+
+ksl_joint_options_t ksl_joint_options(void) { return {nullptr, nullptr, NAN, NAN, NAN, NAN, NAN, 0, 0}; }
+
+ksl_status_t ksl_builder_create(const char *name, ksl_builder_t **builder) {
+  return guarded([&] {
+    require(name && builder, "name and builder must not be null");
+    *builder = new ksl_builder_t{ksl::builder(name)};
+  });
+}
+
+void ksl_builder_free(ksl_builder_t *builder) { delete builder; }
+
+ksl_status_t ksl_builder_add_link(ksl_builder_t *builder, const char *name, const ksl_link_mass_t *mass) {
+  return guarded([&] {
+    require(builder && name, "builder and name must not be null");
+    builder->builder.add_link(name, mass ? mass_of(*mass) : ksl::link_mass());
+  });
+}
+
+ksl_status_t ksl_builder_add_joint(ksl_builder_t *builder, const char *name, const char *kind, const char *parent,
+                                   const char *child, const ksl_SE3_t *pose, const ksl_joint_options_t *options) {
+  return guarded([&] {
+    require(builder && name && kind && parent && child, "builder, name, kind, parent and child must not be null");
+    builder->builder.add_joint(name, ksl::joint_kind_named(kind), parent, child, pose_of(pose),
+                               options ? options_of(*options) : ksl::joint_options());
+  });
+}
+
+ksl_status_t ksl_builder_add_dh_chain(ksl_builder_t *builder, const char *parent, int n, const ksl_dh_row_t *rows,
+                                      ksl_dh_convention_t convention, const char *prefix) {
+  return guarded([&] {
+    require(builder && parent && n >= 0 && (rows || n == 0),
+            "builder, parent and rows must not be null, and their number not negative");
+    std::vector<ksl::dh_row> table;
+    for (int i = 0; i < n; ++i) {
+      const ksl_dh_row_t &row = rows[i];
+      const ksl::joint_kind kind = row.kind ? ksl::joint_kind_named(row.kind) : ksl::joint_kind::revolute;
+      table.push_back({row.a, row.alpha, row.d, row.theta, kind, mass_of(row.mass), {}});
+    }
+    builder->builder.add_dh_chain(
+        parent, table, convention == KSL_DH_MODIFIED ? ksl::dh_convention::modified : ksl::dh_convention::standard,
+        or_empty(prefix));
+  });
+}
+
+ksl_status_t ksl_builder_build(const ksl_builder_t *builder, const ksl_model_options_t *options, ksl_model_t **model) {
+  return guarded([&] {
+    require(builder && model, "builder and model must not be null");
+    *model = nullptr;
+    const ksl_model_options_t o = options ? *options : ksl_model_options();
+    *model = new ksl_model_t{builder->builder.build(ksl::c_api::options_of(o), o.strict, o.masses_optional)};
+  });
+}
+
+ksl_status_t ksl_model_with_root(const ksl_model_t *model, int link, ksl_model_t **made) {
+  return made_from(model, made, [&] { return ksl::with_root(model->model.description(), link_name(model, link)); });
+}
+
+ksl_status_t ksl_model_with_frozen_joints(const ksl_model_t *model, int n, const int *joints, const double *q,
+                                          ksl_model_t **made) {
+  return made_from(model, made, [&] {
+    require(n >= 0 && ((joints && q) || n == 0), "joints and q must not be null, and their number not negative");
+    std::vector<ksl::frozen_joint> frozen;
+    for (int i = 0; i < n; ++i) {
+      require_joint(model, joints[i]);
+      const ksl::joint_row &joint = model->model.joints()[static_cast<std::size_t>(joints[i])];
+      frozen.push_back({joint.name, {q, q + ksl::row_of(joint.kind).nq}});
+      q += ksl::row_of(joint.kind).nq;
+    }
+    return ksl::with_frozen_joints(model->model.description(), frozen);
+  });
+}
+
+ksl_status_t ksl_model_with_payload(const ksl_model_t *model, int link, const ksl_link_mass_t *payload,
+                                    ksl_model_t **made) {
+  return made_from(model, made, [&] {
+    require(payload, "payload must not be null");
+    return ksl::with_payload(model->model.description(), link_name(model, link), mass_of(*payload));
+  });
+}
+
+ksl_status_t ksl_model_merged(const ksl_model_t *model, const ksl_model_t *other, int parent_link,
+                              const ksl_SE3_t *pose, const char *prefix, ksl_model_t **made) {
+  return made_from(model, made, [&] {
+    require(other, "other must not be null");
+    return ksl::merged(model->model.description(), other->model.description(), link_name(model, parent_link),
+                       pose_of(pose), or_empty(prefix));
+  });
+}
+
+ksl_status_t ksl_model_subtree(const ksl_model_t *model, int link, ksl_model_t **made) {
+  return made_from(model, made, [&] { return ksl::subtree(model->model.description(), link_name(model, link)); });
+}
+
+ksl_status_t ksl_model_with_frame(const ksl_model_t *model, const char *name, int link, const ksl_SE3_t *pose,
+                                  ksl_model_t **made) {
+  return made_from(model, made, [&] {
+    require(name, "name must not be null");
+    return ksl::with_frame(model->model.description(), name, link_name(model, link), pose_of(pose));
+  });
+}
+
+ksl_status_t ksl_model_with_parameters(const ksl_model_t *model, int n, const int *links, const double *parameters,
+                                       ksl_model_t **made) {
+  return made_from(model, made, [&] {
+    ksl::c_api::require_links(model, n, links);
+    require(parameters || n == 0, "parameters must not be null");
+    std::vector<ksl::link_inertia> inertias;
+    for (int i = 0; i < n; ++i) {
+      const double *x = parameters + 10 * i; // m, m c, Ixx Ixy Iyy Ixz Iyz Izz
+      inertias.push_back({links[i], {x[0], {x[1], x[2], x[3]}, x[4], x[6], x[9], x[5], x[8], x[7]}});
+    }
+    return model->model.with_inertias(inertias);
+  });
+}
+
+ksl_status_t ksl_model_write_urdf(const ksl_model_t *model, const char *path) {
+  return guarded([&] {
+    require(model && path, "model and path must not be null");
+    ksl::write_urdf(model->model.description(), path);
+  });
+}
+
+double ksl_model_mass(const ksl_model_t *m) { return m ? m->model.mass() : 0; }
+
+double ksl_model_subtree_mass(const ksl_model_t *m, int joint) {
+  return joint < 0 || joint >= ksl_model_joints(m) ? 0 : m->model.subtree_mass(joint);
+}
+
+int ksl_model_joint_above(const ksl_model_t *m, int link) {
+  return link < 0 || link >= ksl_model_links(m) ? -1 : m->model.joint_above(link);
+}
+
+int ksl_model_parent_link(const ksl_model_t *m, int link) {
+  const int above = ksl_model_joint_above(m, link);
+  return above < 0 ? -1 : m->model.joints()[static_cast<std::size_t>(above)].parent_link;
+}
+
+} // extern "C"

@@ -1,0 +1,20 @@
+#include "engine/joint_pose.hpp"
+
+#include "ksl/dynamics.hpp"
+
+namespace ksl {
+
+SE3<double> joint_pose(const joint_description &joint, const std::vector<double> &q) {
+  // the model of a robot that has this joint alone knows, whatever the kind
+  robot_description alone;
+  alone.links.resize(2);
+  alone.links[0].name = "parent", alone.links[1].name = "child";
+  alone.joints = {joint};
+  alone.joints[0].parent = 0, alone.joints[0].child = 1;
+  alone.joints[0].placement = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}};
+  const model m(std::move(alone));
+  data d(m);
+  return frame_pose(m, d, q.data(), 1);
+}
+
+} // namespace ksl

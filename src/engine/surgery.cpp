@@ -1,0 +1,286 @@
+// Robots made from other robots, on descriptions.
+#include "ksl/surgery.hpp"
+
+#include "ksl/engine/quaternion_tolerance.hpp"
+#include "engine/joint_pose.hpp"
+#include "engine/rigid_pose.hpp"
+#include "load/check.hpp"
+#include "load/words.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ksl {
+
+namespace {
+
+using A = algebra<double>;
+using load::quoted;
+
+constexpr SE3<double> no_displacement = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}};
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+[[noreturn]] void refuse(const std::string &what) { load::refuse({}, 0, what); }
+
+template <class Items> bool has_name(const Items &items, const std::string &name) {
+  return std::any_of(items.begin(), items.end(), [&](const auto &item) { return item.name == name; });
+}
+
+/// The index of a link or joint.
+template <class Items>
+int find(const Items &items, const std::string &name, const std::string &kind, const std::string &robot) {
+  std::vector<std::string> names;
+  for (const auto &item : items) {
+    if (item.name == name)
+      return static_cast<int>(names.size());
+    names.push_back(item.name);
+  }
+  refuse("robot " + quoted(robot) + " has no " + kind + " " + quoted(name) +
+         load::suggestion(name, names, "name one of " + load::listed(names)));
+}
+
+int find_link(const robot_description &robot, const std::string &name) {
+  return find(robot.links, name, "link", robot.name);
+}
+
+/// A name that nothing in the list has: the usual one, or with underscores after it.
+template <class Items> std::string free_name(const Items &items, std::string name) {
+  while (has_name(items, name))
+    name += '_';
+  return name;
+}
+
+/// Index of the joint that carries each link; −1 for the root.
+std::vector<int> joints_above(const robot_description &robot) {
+  std::vector<int> above(robot.links.size(), -1);
+  for (std::size_t j = 0; j < robot.joints.size(); ++j)
+    above[index(robot.joints[j].child)] = static_cast<int>(j);
+  return above;
+}
+
+joint_description weld(std::string name, int parent, int child, const SE3<double> &pose) {
+  joint_description joint;
+  joint.name = std::move(name);
+  joint.parent = parent;
+  joint.child = child;
+  joint.placement = pose;
+  return joint;
+}
+
+link_description massless(std::string name) {
+  link_description link;
+  link.name = std::move(name);
+  return link;
+}
+
+bool is_identity(const SE3<double> &D) {
+  const mat3x3<double> &R = D.R;
+  return D.t.x == 0 && D.t.y == 0 && D.t.z == 0 && R.m00 == 1 && R.m11 == 1 && R.m22 == 1;
+}
+
+vec3<double> negative(const vec3<double> &v) { return {-v.x, -v.y, -v.z}; }
+
+/// Reverses a joint, and adds the weld that a joint with an axis leaves to the one that was its parent (with_root).
+void reverse(robot_description &robot, int j) {
+  joint_description &joint = robot.joints[index(j)];
+  SE3<double> back; // of the parent link in the joint's frame
+  A::SE3_inverted(&joint.placement, &back);
+  std::swap(joint.parent, joint.child);
+  if (joint.kind == joint_kind::fixed) {
+    joint.placement = back;
+    return;
+  }
+  joint.axis = negative(axis_of(joint));
+  joint.given.axis = negative(joint.given.axis);
+  if (is_identity(joint.placement))
+    return;
+  joint.placement = no_displacement;
+  const std::string frame = free_name(robot.links, joint.name + "_frame");
+  const int old_parent = joint.child;
+  joint.child = static_cast<int>(robot.links.size());
+  robot.links.push_back(massless(frame));
+  robot.joints.push_back(weld(free_name(robot.joints, frame + "_joint"), joint.child, old_parent, back));
+}
+
+/// Only a screw motion about one axis is, reversed, the same motion about the opposite axis.
+void check_reversible(const joint_description &joint, const std::string &link) {
+  const joint_kind_row row = row_of(joint.kind);
+  if (row.nv == 0 || (row.has_axis && row.nv < 3 && !row.has_axis2))
+    return;
+  refuse("joint " + joint.name + " is " + row.name + ", and would have to be reversed to make link " + link +
+         " the root: only joints on one axis keep the meaning of their positions; take a root on the parent side of "
+         "that joint");
+}
+
+/// The position of a joint in its frame.
+SE3<double> pose_at(const joint_description &joint, std::vector<double> q) {
+  const joint_kind_row row = row_of(joint.kind);
+  const std::string who = "joint " + joint.name + ": ";
+  if (q.size() != index(row.nq))
+    refuse(who + "frozen at " + std::to_string(q.size()) + " numbers; a " + row.name + " joint has " +
+           std::to_string(row.nq) + " in q");
+  for (const double x : q)
+    if (!std::isfinite(x))
+      refuse(who + "frozen at a position that is not finite; mend its numbers");
+  if (row.quaternion >= 0) {
+    double *const p = q.data() + row.quaternion;
+    const double length = std::sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2] + p[3] * p[3]);
+    if (!(std::fabs(length - 1) <= quaternion_tolerance))
+      refuse(who + "frozen at a quaternion of length " + load::shown(length) + "; divide it by that");
+    for (int i = 0; i < 4; ++i)
+      p[i] /= length;
+  }
+  return joint_pose(joint, q);
+}
+
+/// The joint is fixed at this position.  What it has besides its name, its links and its placement is no more.
+void freeze(joint_description &joint, const std::vector<double> &q) {
+  const SE3<double> pose = pose_at(joint, q);
+  SE3<double> placement;
+  A::product_dd(&joint.placement, &pose, &placement);
+  const file_position at = joint.at;
+  joint = weld(joint.name, joint.parent, joint.child, placement);
+  joint.at = at;
+}
+
+/// The joint that the model adds for a floating base, described as those of the file, on a link of its own.
+void describe_floating_base(robot_description &robot, const std::string &name) {
+  const int root = check_tree(robot);
+  joint_description base = weld(name, static_cast<int>(robot.links.size()), root, no_displacement);
+  base.kind = joint_kind::floating;
+  robot.links.push_back(massless(free_name(robot.links, "world")));
+  robot.joints.insert(robot.joints.begin(), std::move(base));
+  robot.floating_base = false;
+}
+
+bool is_floating_base(const robot_description &robot, const std::string &name) {
+  return robot.floating_base && !has_name(robot.joints, name) && (name == "floating_base" || name == "floating_root");
+}
+
+/// Appends a line unless it is there.
+void add_line(std::vector<std::string> &lines, const std::string &line) {
+  if (std::find(lines.begin(), lines.end(), line) == lines.end())
+    lines.push_back(line);
+}
+
+} // namespace
+
+robot_description with_root(const robot_description &robot, const std::string &link) {
+  check_tree(robot);
+  robot_description out = robot;
+  std::vector<int> way; // from the new root up to the old one
+  const std::vector<int> above = joints_above(robot);
+  for (int l = find_link(robot, link); above[index(l)] >= 0; l = robot.joints[index(way.back())].parent)
+    way.push_back(above[index(l)]);
+  for (const int j : way)
+    check_reversible(robot.joints[index(j)], link);
+  for (const int j : way)
+    reverse(out, j);
+  return out;
+}
+
+robot_description with_frozen_joints(const robot_description &robot, const std::vector<frozen_joint> &joints) {
+  robot_description out = robot;
+  for (const frozen_joint &frozen : joints) {
+    if (is_floating_base(out, frozen.joint))
+      describe_floating_base(out, frozen.joint);
+    freeze(out.joints[index(find(out.joints, frozen.joint, "joint", out.name))], frozen.q);
+  }
+  return out;
+}
+
+robot_description with_payload(const robot_description &robot, const std::string &link, const link_mass &payload) {
+  builder alone(robot.name); // it checks the payload as it checks links
+  alone.add_link("payload on " + link, payload);
+  robot_description out = robot;
+  link_description &carrier = out.links[index(find_link(robot, link))];
+  const auto &[mass, center, J] = payload;
+  spatial_inertia<double> I;
+  A::spatial_inertia_fromMassCentroid(mass, &center, J.m00, J.m11, J.m22, J.m10, J.m21, J.m20, &I);
+  A::spatial_inertia_added(&carrier.inertia, &I, &carrier.inertia);
+  carrier.has_inertial = true;
+  for (const std::string &line : alone.description().warnings)
+    add_line(out.warnings, line);
+  return out;
+}
+
+robot_description merged(const robot_description &robot, const robot_description &other, const std::string &parent_link,
+                         const SE3<double> &pose, const std::string &prefix) {
+  if (robot.gravity != other.gravity)
+    refuse("robots " + quoted(robot.name) + " and " + quoted(other.name) +
+           " have different gravity; load both with the same");
+  robot_description out = robot;
+  const int parent = find_link(robot, parent_link), links = static_cast<int>(robot.links.size()),
+            root = check_tree(other);
+  joint_description mount = weld(prefix + (other.floating_base ? "floating_base" : "mount"), parent, links + root,
+                                 rigid_pose("robot " + quoted(other.name) + ": its pose", pose));
+  if (other.floating_base)
+    mount.kind = joint_kind::floating;
+  else
+    mount.name = free_name(robot.joints, mount.name);
+  out.joints.push_back(std::move(mount));
+  for (link_description link : other.links) {
+    link.name = prefix + link.name;
+    if (has_name(robot.links, link.name))
+      refuse("both robots have a link named " + quoted(link.name) + "; give a prefix for the names of the second");
+    link.at = {}; // a line of another file
+    out.links.push_back(std::move(link));
+  }
+  for (joint_description joint : other.joints) {
+    joint.name = prefix + joint.name;
+    if (has_name(out.joints, joint.name))
+      refuse("both robots have a joint named " + quoted(joint.name) + "; give a prefix for the names of the second");
+    joint.at = {};
+    joint.parent += links, joint.child += links;
+    out.joints.push_back(std::move(joint));
+  }
+  for (const std::string &line : other.warnings)
+    add_line(out.warnings, other.name + ": " + line);
+  for (const std::string &line : other.unused)
+    add_line(out.unused, other.name + ": " + line);
+  return out;
+}
+
+robot_description subtree(const robot_description &robot, const std::string &link) {
+  const int root = find_link(robot, link);
+  const std::vector<int> above = joints_above(robot);
+  check_tree(robot);
+  const auto belongs = [&](int l) {
+    while (l != root && above[index(l)] >= 0)
+      l = robot.joints[index(above[index(l)])].parent;
+    return l == root;
+  };
+  robot_description out = robot;
+  out.floating_base = robot.floating_base && above[index(root)] < 0;
+  out.links.clear(), out.joints.clear(), out.warnings.clear();
+  std::vector<int> new_index(robot.links.size(), -1);
+  for (std::size_t l = 0; l < robot.links.size(); ++l)
+    if (belongs(static_cast<int>(l))) {
+      new_index[l] = static_cast<int>(out.links.size());
+      out.links.push_back(robot.links[l]);
+    }
+  for (joint_description joint : robot.joints) {
+    joint.parent = new_index[index(joint.parent)], joint.child = new_index[index(joint.child)];
+    if (joint.parent >= 0 && joint.child >= 0)
+      out.joints.push_back(std::move(joint));
+  }
+  out.warnings = check_inertias(out);
+  return out;
+}
+
+robot_description with_frame(const robot_description &robot, const std::string &name, const std::string &link,
+                             const SE3<double> &pose) {
+  robot_description out = robot;
+  const int parent = find_link(robot, link), child = static_cast<int>(robot.links.size());
+  if (name.empty() || load::one_line(name) != name)
+    refuse("frame " + quoted(name) + ": give it a name without control characters");
+  if (has_name(robot.links, name))
+    refuse("frame " + quoted(name) + ": a link of robot " + quoted(robot.name) + " has that name; give it another");
+  out.links.push_back(massless(name));
+  out.joints.push_back(
+      weld(free_name(robot.joints, name + "_joint"), parent, child, rigid_pose("frame " + name + ": its pose", pose)));
+  return out;
+}
+
+} // namespace ksl

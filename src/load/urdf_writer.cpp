@@ -1,0 +1,224 @@
+// Writes descriptions as URDF: the numbers that were read, where they still give the description's, otherwise such that
+// reading them gives the description's to rounding.
+#include "ksl/urdf.hpp"
+
+#include "ksl/engine/joints.hpp"
+#include "load/check.hpp"
+#include "load/given.hpp"
+#include "load/words.hpp"
+
+#include <pugixml.hpp>
+
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <sstream>
+
+namespace ksl {
+
+namespace {
+
+/// The shortest decimal numbers that are read as these doubles.
+std::string words(std::initializer_list<double> numbers) {
+  std::string text;
+  for (const double x : numbers) {
+    char digits[40];
+    text += (text.empty() ? "" : " ") + std::string(digits, std::to_chars(digits, digits + sizeof digits, x).ptr);
+  }
+  return text;
+}
+std::string words(const vec3<double> &v) { return words({v.x, v.y, v.z}); }
+
+bool same(const vec3<double> &a, const vec3<double> &b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
+bool same(const mat3x3<double> &A, const mat3x3<double> &B) {
+  return A.m00 == B.m00 && A.m10 == B.m10 && A.m20 == B.m20 && A.m01 == B.m01 && A.m11 == B.m11 && A.m21 == B.m21 &&
+         A.m02 == B.m02 && A.m12 == B.m12 && A.m22 == B.m22;
+}
+bool same(const spatial_inertia<double> &a, const spatial_inertia<double> &b) {
+  return a.m == b.m && same(a.h, b.h) && a.Ixx == b.Ixx && a.Iyy == b.Iyy && a.Izz == b.Izz && a.Ixy == b.Ixy &&
+         a.Iyz == b.Iyz && a.Izx == b.Izx;
+}
+bool is_zero(const vec3<double> &v) { return same(v, {0, 0, 0}); }
+
+/// Roll, pitch, yaw of a rotation.  Yaw is found first, and the others in axes turned back by it, so that the product
+/// is accurate even where pitch is a right angle.
+given_rotation angles_of(const mat3x3<double> &R) {
+  const double yaw = std::atan2(R.m10, R.m00), c = std::cos(yaw), s = std::sin(yaw);
+  const double pitch = std::atan2(-R.m20, c * R.m00 + s * R.m10);
+  const double roll = std::atan2(s * R.m02 - c * R.m12, c * R.m11 - s * R.m01);
+  return {given_rotation::rpy, {roll, pitch, yaw}};
+}
+
+/// As it was given, if that is still this rotation.
+given_rotation rotation_as_given(const mat3x3<double> &R, const given_rotation &given) {
+  if (same(load::rotation_of(given), R))
+    return given;
+  return same(load::rotation_of({}), R) ? given_rotation{} : angles_of(R);
+}
+
+given_inertia inertia_as_given(const link_description &link) {
+  const spatial_inertia<double> &I = link.inertia;
+  if (link.given && same(load::inertia_of(*link.given), I))
+    return *link.given;
+  if (I.m == 0)
+    return {0, {0, 0, 0}, {}, {I.Ixx, I.Iyy, I.Izz, I.Ixy, I.Iyz, I.Izx}};
+  const vec3<double> &h = I.h, c = {h.x / I.m, h.y / I.m, h.z / I.m};
+  return {I.m,
+          c,
+          {},
+          {I.Ixx - (h.y * c.y + h.z * c.z), I.Iyy - (h.z * c.z + h.x * c.x), I.Izz - (h.x * c.x + h.y * c.y),
+           I.Ixy + h.x * c.y, I.Iyz + h.y * c.z, I.Izx + h.z * c.x}};
+}
+
+vec3<double> axis_as_given(const vec3<double> &axis, const vec3<double> &given) {
+  return !is_zero(given) && same(load::direction_of(given), axis) ? given : axis;
+}
+
+/// Metres a revolution that are read as this pitch, if there are any.
+double pitch_as_given(double pitch, double given) {
+  if (load::pitch_of(given) == pitch)
+    return given;
+  const double near = pitch * 6.283185307179586;
+  for (const double p : {near, std::nextafter(near, 0.0), std::nextafter(near, 2 * near)})
+    if (load::pitch_of(p) == pitch)
+      return p;
+  return near;
+}
+
+class urdf_writer {
+public:
+  explicit urdf_writer(const robot_description &robot) : robot_(robot) {}
+
+  std::string text() {
+    pugi::xml_node declaration = document_.append_child(pugi::node_declaration);
+    declaration.append_attribute("version") = "1.0";
+    root_ = document_.append_child("robot");
+    set(root_, "name", robot_.name);
+    if (has_quaternions())
+      set(root_, "version", "1.1");
+    write_losses();
+    for (const link_description &link : robot_.links)
+      write_link(link);
+    for (const joint_description &joint : robot_.joints)
+      write_joint(joint);
+    std::ostringstream out;
+    document_.save(out, "  ", pugi::format_default, pugi::encoding_utf8);
+    return out.str();
+  }
+
+private:
+  static void set(pugi::xml_node node, const char *attribute, const std::string &value) {
+    node.append_attribute(attribute) = value.c_str();
+  }
+
+  /// They came with URDF 1.1.
+  bool has_quaternions() const {
+    const auto is_one = [](const given_rotation &r) { return r.by == given_rotation::quaternion; };
+    for (const link_description &link : robot_.links)
+      if (link.has_inertial && is_one(inertia_as_given(link).axes))
+        return true;
+    for (const joint_description &joint : robot_.joints)
+      if (is_one(rotation_as_given(joint.placement.R, joint.given.rotation)))
+        return true;
+    return false;
+  }
+
+  /// What a reader of this text doesn't learn.
+  void write_losses() {
+    if (robot_.floating_base)
+      comment("the root floats");
+    if (robot_.gravity != robot_description().gravity)
+      comment("gravity " + words({robot_.gravity[0], robot_.gravity[1], robot_.gravity[2]}));
+    for (const std::string &line : robot_.unused)
+      if (line.find("read, not applied") == line.npos)
+        comment("not written: " + line);
+  }
+  void comment(const std::string &words) {
+    root_.append_child(pugi::node_comment).set_value((" " + words + " ").c_str());
+  }
+
+  void write_origin(pugi::xml_node parent, const vec3<double> &t, const given_rotation &rotation) {
+    if (is_zero(t) && rotation.by == given_rotation::none)
+      return;
+    pugi::xml_node origin = parent.append_child("origin");
+    const auto &[a, b, c, d] = rotation.numbers;
+    set(origin, "xyz", words(t));
+    if (rotation.by == given_rotation::rpy)
+      set(origin, "rpy", words({a, b, c}));
+    if (rotation.by == given_rotation::quaternion)
+      set(origin, "quat_xyzw", words({a, b, c, d}));
+  }
+
+  void write_link(const link_description &link) {
+    pugi::xml_node node = root_.append_child("link");
+    set(node, "name", link.name);
+    if (!link.has_inertial)
+      return;
+    const given_inertia given = inertia_as_given(link);
+    pugi::xml_node inertial = node.append_child("inertial");
+    write_origin(inertial, given.center_of_mass, given.axes);
+    set(inertial.append_child("mass"), "value", words({given.mass}));
+    pugi::xml_node inertia = inertial.append_child("inertia");
+    const auto &[xx, yy, zz, xy, yz, zx] = given.moments;
+    const std::pair<const char *, double> elements[] = {{"ixx", xx}, {"ixy", xy}, {"ixz", zx},
+                                                        {"iyy", yy}, {"iyz", yz}, {"izz", zz}};
+    for (const auto &[name, moment] : elements)
+      set(inertia, name, words({moment}));
+  }
+
+  void write_joint(const joint_description &joint) {
+    const joint_kind_row row = row_of(joint.kind);
+    pugi::xml_node node = root_.append_child("joint");
+    set(node, "name", joint.name);
+    set(node, "type", row.name);
+    write_origin(node, joint.placement.t, rotation_as_given(joint.placement.R, joint.given.rotation));
+    set(node.append_child("parent"), "link", robot_.links[static_cast<std::size_t>(joint.parent)].name);
+    set(node.append_child("child"), "link", robot_.links[static_cast<std::size_t>(joint.child)].name);
+    if (row.has_axis)
+      set(node.append_child("axis"), "xyz", words(axis_as_given(axis_of(joint), joint.given.axis)));
+    if (row.has_axis2)
+      set(node.append_child("axis2"), "xyz", words(axis_as_given(joint.axis2, joint.given.axis2)));
+    if (row.has_pitch)
+      set(node.append_child("screw_thread_pitch"), "value",
+          words({pitch_as_given(joint.pitch.value_or(0), joint.given.pitch)}));
+    write_numbers(
+        node, "limit",
+        {{"lower", joint.lower}, {"upper", joint.upper}, {"effort", joint.effort}, {"velocity", joint.velocity}});
+    const auto unless_zero = [](double x) { return x == 0 ? std::nullopt : optional_number(x); };
+    write_numbers(node, "dynamics",
+                  {{"damping", unless_zero(joint.damping)}, {"friction", unless_zero(joint.friction)}});
+  }
+
+  /// An element with those attributes that have a number; none if none has.
+  static void write_numbers(pugi::xml_node parent, const char *tag,
+                            std::initializer_list<std::pair<const char *, optional_number>> attributes) {
+    pugi::xml_node node;
+    for (const auto &[name, value] : attributes) {
+      if (!value)
+        continue;
+      if (!node)
+        node = parent.append_child(tag);
+      set(node, name, words({*value}));
+    }
+  }
+
+  const robot_description &robot_;
+  pugi::xml_document document_;
+  pugi::xml_node root_;
+};
+
+} // namespace
+
+std::string urdf_text(const robot_description &robot) { return urdf_writer(robot).text(); }
+
+void write_urdf(const robot_description &robot, const std::string &path) {
+  const std::string text = urdf_text(robot);
+  std::ofstream file(path, std::ios::binary);
+  file << text;
+  file.close();
+  if (!file)
+    load::refuse(path, 0, "the robot can't be written there; give a file in a folder that can be written");
+}
+
+} // namespace ksl

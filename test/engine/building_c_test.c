@@ -1,0 +1,142 @@
+/* Models that a C program describes, and models made from them.  Argument: a folder to write in.  Returns the number of
+ * failures. */
+#include <ksl/engine.h>
+#include <ksl/ksl.h>
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static int failures;
+
+#define CHECK(condition)                                                                                               \
+  do {                                                                                                                 \
+    if (!(condition)) {                                                                                                \
+      ++failures;                                                                                                      \
+      printf("%s:%d: %s; last message: %s\n", __FILE__, __LINE__, #condition, ksl_error_message());                    \
+    }                                                                                                                  \
+  } while (0)
+
+#define CHECK_REFUSED(call, status, words)                                                                             \
+  do {                                                                                                                 \
+    CHECK((call) == (status));                                                                                         \
+    CHECK(strstr(ksl_error_message(), words) != NULL);                                                                 \
+  } while (0)
+
+static int close_to(double x, double y) { return fabs(x - y) <= 1e-12 * fmax(1, fabs(y)); }
+
+/* The moment that holds a model with one joint, turned by q, against gravity. */
+static double held(const ksl_model_t *m, double q) {
+  ksl_data_t *d = NULL;
+  double tau = NAN;
+  CHECK(ksl_data_create(m, &d) == KSL_OK);
+  CHECK(ksl_gravity_torque(m, d, &q, NULL, &tau) == KSL_OK);
+  ksl_data_free(d);
+  return tau;
+}
+
+static const double y[3] = {0, 1, 0};
+
+/* A mass of 2 kg half a metre below a hinge. */
+static ksl_model_t *pendulum(void) {
+  ksl_builder_t *b = NULL;
+  ksl_model_t *m = NULL;
+  ksl_link_mass_t bob = {2, {0, 0, -0.5}, {{0}}};
+  ksl_joint_options_t hinge = ksl_joint_options();
+  hinge.axis = y;
+  CHECK(ksl_builder_create("pendulum", &b) == KSL_OK);
+  CHECK(ksl_builder_add_link(b, "ceiling", NULL) == KSL_OK);
+  CHECK(ksl_builder_add_link(b, "rod", &bob) == KSL_OK);
+  CHECK_REFUSED(ksl_builder_add_link(b, "rod", NULL), KSL_BAD_DESCRIPTION, "a second link is named \"rod\"");
+  CHECK_REFUSED(ksl_builder_add_joint(b, "hinge", "revolute", "ceiling", "rod", NULL, NULL), KSL_BAD_DESCRIPTION,
+                "needs an axis");
+  CHECK_REFUSED(ksl_builder_add_joint(b, "hinge", "round", "ceiling", "rod", NULL, &hinge), KSL_BAD_DESCRIPTION,
+                "\"round\" is unknown");
+  CHECK_REFUSED(ksl_builder_build(b, NULL, &m), KSL_BAD_DESCRIPTION, "one root");
+  CHECK(m == NULL);
+  CHECK(ksl_builder_add_joint(b, "hinge", "revolute", "ceiling", "rod", NULL, &hinge) == KSL_OK);
+  CHECK(ksl_builder_build(b, NULL, &m) == KSL_OK);
+  ksl_builder_free(b);
+  CHECK_REFUSED(ksl_builder_build(NULL, NULL, &m), KSL_BAD_ARGUMENT, "null");
+  return m;
+}
+
+static void test_models_from_models(ksl_model_t *m, const char *folder) {
+  const int rod = ksl_model_link(m, "rod"), hinge = ksl_model_joint(m, "hinge");
+  const double q = 0.3, g = 9.81, moment = 2 * 0.5 * g * sin(q);
+  ksl_model_t *made = NULL, *other = NULL;
+  CHECK(close_to(held(m, q), moment));
+  CHECK(ksl_model_mass(m) == 2 && ksl_model_subtree_mass(m, hinge) == 2 && ksl_model_subtree_mass(m, 99) == 0);
+  CHECK(ksl_model_joint_above(m, rod) == hinge && ksl_model_parent_link(m, rod) == 0 &&
+        ksl_model_parent_link(m, 0) == -1);
+  CHECK(ksl_model_parent_link(m, 99) == -1);
+
+  const ksl_link_mass_t tool = {1, {0, 0, -1}, {{0}}};
+  CHECK(ksl_model_with_payload(m, rod, &tool, &made) == KSL_OK);
+  CHECK(close_to(held(made, q), moment + g * sin(q)));
+  ksl_model_free(made);
+
+  const double stone[10] = {4, 0, 0, -2, 1, 0, 1, 0, 0, 0};
+  CHECK(ksl_model_with_parameters(m, 1, &rod, stone, &made) == KSL_OK);
+  CHECK(close_to(held(made, q), 2 * moment));
+  ksl_model_free(made);
+
+  CHECK(ksl_model_with_frozen_joints(m, 1, &hinge, &q, &made) == KSL_OK);
+  CHECK(ksl_model_nv(made) == 0 && ksl_model_links(made) == 2);
+  ksl_model_free(made);
+
+  CHECK(ksl_model_with_root(m, rod, &made) == KSL_OK);
+  CHECK(!strcmp(ksl_model_link_name(made, 0), "rod") && ksl_model_nv(made) == 1 &&
+        held(made, q) == 0); /* the ceiling weighs nothing */
+  ksl_model_free(made);
+
+  const ksl_SE3_t below = ksl_SE3_fromRt(ksl_mat3x3(1, 0, 0, 0, 1, 0, 0, 0, 1), ksl_vec3(0, 0, -1));
+  CHECK_REFUSED(ksl_model_merged(m, m, rod, &below, NULL, &made), KSL_BAD_DESCRIPTION, "give a prefix");
+  CHECK(made == NULL);
+  CHECK(ksl_model_merged(m, m, rod, &below, "second_", &made) == KSL_OK);
+  CHECK(ksl_model_nv(made) == 2 && ksl_model_mass(made) == 4);
+  CHECK(ksl_model_subtree(made, ksl_model_link(made, "second_ceiling"), &other) == KSL_OK);
+  CHECK(close_to(held(other, q), moment));
+  ksl_model_free(other);
+  ksl_model_free(made);
+
+  CHECK(ksl_model_with_frame(m, "tip", rod, &below, &made) == KSL_OK);
+  CHECK(ksl_model_link(made, "tip") == 2 && held(made, q) == held(m, q));
+  ksl_model_free(made);
+  CHECK_REFUSED(ksl_model_with_frame(m, "rod", rod, &below, &made), KSL_BAD_DESCRIPTION, "has that name");
+  CHECK_REFUSED(ksl_model_with_root(m, 99, &made), KSL_BAD_ARGUMENT, "out of range");
+
+  char path[4096];
+  snprintf(path, sizeof path, "%s/written.urdf", folder);
+  CHECK(ksl_model_write_urdf(m, path) == KSL_OK);
+  CHECK(ksl_model_load(path, NULL, &made) == KSL_OK);
+  CHECK(held(made, q) == held(m, q));
+  ksl_model_free(made);
+}
+
+static void test_table(void) {
+  const ksl_dh_row_t rows[2] = {{1, 0, 0, 0, NULL, {1, {0}, {{0}}}}, {2, 0, 0, 0, "revolute", {1, {0}, {{0}}}}};
+  ksl_builder_t *b = NULL;
+  ksl_model_t *m = NULL;
+  ksl_data_t *d = NULL;
+  ksl_SE3_t end;
+  const double q[2] = {0.3, 0.4};
+  CHECK(ksl_builder_create("arm", &b) == KSL_OK && ksl_builder_add_link(b, "base", NULL) == KSL_OK);
+  CHECK(ksl_builder_add_dh_chain(b, "base", 2, rows, KSL_DH_STANDARD, NULL) == KSL_OK);
+  CHECK(ksl_builder_build(b, NULL, &m) == KSL_OK && ksl_data_create(m, &d) == KSL_OK);
+  CHECK(ksl_frame_pose(m, d, q, ksl_model_link(m, "link2"), &end) == KSL_OK);
+  CHECK(close_to(end.t.x, cos(0.3) + 2 * cos(0.7)) && close_to(end.t.y, sin(0.3) + 2 * sin(0.7)));
+  ksl_data_free(d);
+  ksl_model_free(m);
+  ksl_builder_free(b);
+}
+
+int main(int argc, char **argv) {
+  if (argc != 2)
+    return 1;
+  ksl_model_t *m = pendulum();
+  test_models_from_models(m, argv[1]);
+  ksl_model_free(m);
+  test_table();
+  return failures;
+}

@@ -1,0 +1,143 @@
+// What is written is what was read, number by number.
+#include "refusal.hpp"
+
+#include "ksl/engine/joints.hpp"
+#include "ksl/urdf.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <random>
+
+using namespace ksl;
+
+namespace {
+
+bool same_bits(const void *a, const void *b, std::size_t n) { return std::memcmp(a, b, n) == 0; }
+
+/// All that a model is made of, but lines and remarks.
+void check_same(const robot_description &a, const robot_description &b) {
+  CHECK(a.name == b.name);
+  REQUIRE((a.links.size() == b.links.size() && a.joints.size() == b.joints.size()));
+  for (std::size_t i = 0; i < a.links.size(); ++i) {
+    CHECK(a.links[i].name == b.links[i].name);
+    CHECK(a.links[i].has_inertial == b.links[i].has_inertial);
+    CHECK(same_bits(&a.links[i].inertia, &b.links[i].inertia, sizeof a.links[i].inertia));
+  }
+  for (std::size_t i = 0; i < a.joints.size(); ++i) {
+    const joint_description &x = a.joints[i], &y = b.joints[i];
+    CAPTURE(x.name);
+    CHECK((x.name == y.name && x.kind == y.kind && x.parent == y.parent && x.child == y.child));
+    CHECK(same_bits(&x.placement, &y.placement, sizeof x.placement));
+    if (row_of(x.kind).has_axis)
+      CHECK(same_bits(&x.axis, &y.axis, sizeof x.axis));
+    CHECK(same_bits(&x.axis2, &y.axis2, sizeof x.axis2));
+    CHECK((x.pitch == y.pitch && x.lower == y.lower && x.upper == y.upper && x.effort == y.effort &&
+           x.velocity == y.velocity));
+    CHECK((x.damping == y.damping && x.friction == y.friction));
+  }
+}
+
+/// Reads, writes, reads; and the second text is the first.
+void check_round_trip(const robot_description &robot) {
+  const std::string text = urdf_text(robot);
+  const robot_description again = read_urdf_text(text, "again.urdf");
+  check_same(robot, again);
+  robot_description bare = again;
+  bare.unused = robot.unused; // the remarks
+  CHECK(urdf_text(bare) == text);
+}
+
+std::string robot_of(const std::string &inertial, const std::string &joint) {
+  return "<robot name=\"r\" version=\"1.1\"><link name=\"a\"/><link name=\"b\"><inertial>" + inertial +
+         "</inertial></link>" + joint + "</robot>";
+}
+
+} // namespace
+
+TEST_CASE("urdf: the robots that ship with KSL, and every kind of joint") {
+  for (const char *file : {KSL_EXAMPLES "/robots/panda.urdf", KSL_EXAMPLES "/robots/ur5.urdf", KSL_EVERY_KIND})
+    check_round_trip(read_urdf(file));
+}
+
+TEST_CASE("urdf: numbers of many digits, angles, quaternions, axes of any length") {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  const auto words = [&](int n) {
+    std::string text;
+    for (int i = 0; i < n; ++i) {
+      char word[40];
+      std::snprintf(word, sizeof word, "%.17g ", normal(random));
+      text += word;
+    }
+    return text;
+  };
+  for (int k = 0; k < 200; ++k) {
+    const std::string placement =
+        k % 2
+            ? "rpy=\"" + words(3) + "\""
+            : std::string("quat_xyzw=\"0.18257418583505536 0.3651483716701107 0.5477225575051661 0.7302967433402214\"");
+    const std::string inertial = "<origin xyz=\"" + words(3) + "\" " + placement + "/><mass value=\"" + words(1) +
+                                 "\"/><inertia ixx=\"3.1\" ixy=\"" + words(1) +
+                                 "\" ixz=\"0.1\" iyy=\"4.2\" iyz=\"-0\" izz=\"5\"/>";
+    std::string positive = inertial;
+    const std::size_t minus = positive.find("value=\"-");
+    if (minus != positive.npos)
+      positive.erase(minus + 7, 1);
+    check_round_trip(
+        read_urdf_text(robot_of(positive, "<joint name=\"j\" type=\"helical\"><origin xyz=\"" + words(3) + "\" " +
+                                              placement + "/><parent link=\"a\"/><child link=\"b\"/><axis xyz=\"" +
+                                              words(3) + "\"/><screw_thread_pitch value=\"" + words(1) +
+                                              "\"/><limit lower=\"-7e-300\" upper=\"0.1\" effort=\"1e22\" "
+                                              "velocity=\"3\"/><dynamics friction=\"0.3\"/></joint>"),
+                       "r.urdf"));
+  }
+}
+
+TEST_CASE("urdf: what no file gave is written to rounding") {
+  std::mt19937 random(2);
+  std::normal_distribution<double> normal;
+  for (int k = 0; k < 100; ++k) {
+    robot_description robot = read_urdf(KSL_EVERY_KIND);
+    using A = algebra<double>;
+    const auto turn = [](double x, double y, double z) {
+      const screw<double> s = {{0, 0, 0}, {x, y, z}};
+      SE3<double> D;
+      A::SE3_exp(&s, &D);
+      return D;
+    };
+    SE3<double> D = turn(normal(random), normal(random), normal(random));
+    if (k % 3 == 0) { // pitch is a right angle
+      const SE3<double> roll = turn(normal(random), 0, 0),
+                        pitch = turn(0, k % 2 ? 1.5707963267948966 : -1.5707963267948966, 0);
+      D = turn(0, 0, normal(random));
+      A::product_dd(&D, &pitch, &D);
+      A::product_dd(&D, &roll, &D);
+    }
+    robot.joints[2].placement.R = D.R;
+    robot.links[1].inertia.h.x *= 1.0000001;
+    const robot_description again = read_urdf_text(urdf_text(robot), "again.urdf");
+    const mat3x3<double> &R = robot.joints[2].placement.R, &Q = again.joints[2].placement.R;
+    for (const double difference :
+         {R.m00 - Q.m00, R.m10 - Q.m10, R.m20 - Q.m20, R.m01 - Q.m01, R.m11 - Q.m11, R.m21 - Q.m21})
+      CHECK(std::fabs(difference) < 1e-15);
+    CHECK(again.links[1].inertia.h.x == doctest::Approx(robot.links[1].inertia.h.x).epsilon(1e-15));
+    CHECK(again.links[1].inertia.Iyy == doctest::Approx(robot.links[1].inertia.Iyy).epsilon(1e-15));
+  }
+}
+
+TEST_CASE("urdf: names, and what isn't written") {
+  robot_description robot = read_urdf_text(
+      "<robot name=\"a &lt;b&gt; &quot;c&quot;\"><link name=\"&amp;\"><visual/></link></robot>", "r.urdf");
+  robot.floating_base = true;
+  robot.gravity = {0, 0, -1.62};
+  const std::string text = urdf_text(robot);
+  CHECK(read_urdf_text(text, "again.urdf").links[0].name == "&");
+  CHECK(read_urdf_text(text, "again.urdf").name == "a <b> \"c\"");
+  for (const char *part :
+       {"<!-- not written: visual (1 link) -->", "<!-- the root floats -->", "<!-- gravity 0 0 -1.62 -->"})
+    CHECK(text.find(part) != text.npos);
+  CHECK(test::refusal_of([&] {
+          write_urdf(robot, "/nowhere/robot.urdf");
+        }).find("/nowhere/robot.urdf: the robot can't be written") == 0);
+}
