@@ -122,6 +122,8 @@ public:
 
   call(const ksl::algorithm_row &row, const ksl::model &m, const nb::handle *inputs, nb::handle external, nb::handle request)
       : row_(row), m_(m), external_(nb::borrow(external)) {
+    if (row.needs_mass && m.massless_joint() >= 0)
+      refuse(std::string(row.name) + ": " + m.massless_joint_text());
     inputs_.reserve(ksl::most_inputs);
     for (int i = 0; i < row.inputs; ++i)
       inputs_.push_back({nb::borrow(inputs[i]), names[static_cast<int>(row.input_list[i])], ksl::length_of(row.input_list[i], m.nq(), m.nv())});
@@ -283,7 +285,8 @@ private:
     }
     const ksl::result_row &result = row_.result[r];
     for (int i = 0; i < result.axes; ++i)
-      add(ksl::length_of(result.shape[i], {m_.nq(), m_.nv(), link_count(), joints_ ? joints_->n : 0}));
+      add(ksl::length_of(result.shape[i], {m_.nq(), m_.nv(), link_count(), joints_ ? joints_->n : 0, m_.tree_elements(),
+                                          static_cast<int>(m_.links().size())}));
     return shape;
   }
   int link_count() const { return links_ ? static_cast<int>(links_->index.size()) : 0; }

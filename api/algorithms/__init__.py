@@ -2,12 +2,26 @@
 reference page, and the test that compares them with each other.
 
 A new algorithm is a header in include/ksl/engine/ and a row in the file of its group; CONTRIBUTING.md says what the header must
-define.
+define.  A new group is a file here, and a name in GROUPS.
 """
 
-from algorithms import energy, forward, inverse, kinematics, mass, operational_space
+from importlib import import_module
+
 from algorithms.row import INPUTS, Algorithm, Result
 
 __all__ = ["ALGORITHMS", "INPUTS", "Algorithm", "Result"]
 
-ALGORITHMS: tuple[Algorithm, ...] = inverse.ROWS + forward.ROWS + mass.ROWS + kinematics.ROWS + energy.ROWS + operational_space.ROWS
+GROUPS = (
+    "inverse",
+    "forward",
+    "mass",
+    "kinematics",
+    "operational_space",
+    "energy",
+    "whole_body",
+    "derivatives",
+    "parameters",
+)
+"""In the order of the reference."""
+
+ALGORITHMS: tuple[Algorithm, ...] = tuple(row for group in GROUPS for row in import_module(f"algorithms.{group}").ROWS)

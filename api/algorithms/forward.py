@@ -6,6 +6,7 @@ ROWS = (
     Algorithm(
         name="forward_dynamics",
         header="forward_dynamics.hpp",
+        needs_mass=True,
         inputs=("q", "v", "tau"),
         external="optional",
         results=(Result("a", ("nv",), "accelerations, rad/s² or m/s²"),),
@@ -16,8 +17,56 @@ ROWS = (
 The inverse of :meth:`inverse_dynamics`, same conventions.  Articulated-body algorithm (Featherstone, RBDA 2008,
 table 7.1); O(bodies).
 
-Where a joint can move without moving any mass, at an end of the mechanism whose links have none, say, its
-acceleration is not determined: it and others are then NaN or infinite, and no error is raised.
+Raises ValueError where a joint can move without moving any mass, at an end of the mechanism whose links have none, say: its
+acceleration is not determined.
+""",
+    ),
+    Algorithm(
+        name="forward_dynamics_by_mass_matrix",
+        header="forward_dynamics_by_mass_matrix.hpp",
+        needs_mass=True,
+        inputs=("q", "v", "tau"),
+        external="optional",
+        results=(Result("a", ("nv",), "accelerations, rad/s² or m/s²"),),
+        summary="The same as forward_dynamics, through the mass matrix: a = M⁻¹ (tau − bias).",
+        text="Accelerations {a} for {q}, {v} and joint efforts {tau}, under gravity and external wrenches, by the mass matrix, its factors and "
+        "the bias (Featherstone, RBDA 2008, section 6.1).  O(nv × depth²).",
+        python="""
+For checks of :meth:`forward_dynamics`, with which it shares no step; it is slower, except for very small mechanisms.  Composite-rigid-body
+algorithm and sparse factors (Featherstone, RBDA 2008, tables 6.2 and 6.3); O(nv × depth²).
+""",
+    ),
+    Algorithm(
+        name="hybrid_dynamics",
+        header="hybrid_dynamics.hpp",
+        needs_mass=True,
+        inputs=("q", "v", "a", "tau"),
+        external="optional",
+        request="links",
+        results=(Result("a_out", ("nv",), "accelerations of all joints"), Result("tau_out", ("nv",), "efforts of all joints")),
+        summary="Accelerations and efforts of all joints, where the accelerations of some are given, and the efforts of the others.",
+        text="Accelerations {a_out} and efforts {tau_out} of all joints for {q} and {v}, under gravity and external wrenches.  Of the joints that "
+        "carry the links named, the accelerations {a} are given, and of the others the efforts {tau} (Featherstone, RBDA 2008, section 9.2).  "
+        "O(bodies).",
+        python="""
+names: the joints (or the links that they carry) whose accelerations are given in a (…, nv); by default all.  Of the others, the efforts
+are given in tau (…, nv).  The remaining numbers in a and tau may have any value.  Returns (a, tau), complete.
+q, v, external, out, threads: as in :meth:`inverse_dynamics`.  Articulated-body algorithm (Featherstone, RBDA 2008, section 9.2); O(bodies).
+""",
+    ),
+    Algorithm(
+        name="velocity_jump",
+        header="solve_mass_matrix.hpp",
+        needs_mass=True,
+        inputs=("q",),
+        external="required",
+        results=(Result("dv", ("nv",), "jump of the joint velocities"),),
+        summary="Jump (…, nv) of the joint velocities that impulses on links cause.",
+        text="Jump {dv} of the joint velocities at {q} caused by impulses on links, the time integrals of external wrenches: M dv = Σ Jᵀ impulse "
+        "(Featherstone, RBDA 2008, section 11.7).  O(bodies).",
+        python="""
+external: {link name: (…, 6)}, impulses that the environment exerts on links, N s and N m s: linear first, about the link's origin, in the
+link's axes.  q, out, threads: as in :meth:`inverse_dynamics`.  Articulated-body algorithm without gravity and velocities; O(bodies).
 """,
     ),
 )

@@ -1,4 +1,4 @@
-"""The mass matrix."""
+"""The mass matrix, its factors and inverse, and the Coriolis matrix."""
 
 from algorithms.row import Algorithm, Result
 
@@ -9,11 +9,103 @@ ROWS = (
         inputs=("q",),
         results=(Result("M", ("nv", "nv"), "mass matrix, both triangles"),),
         form="symmetric_matrix",
+        elements="elements_of_mass_matrix",
         summary="Mass matrix (…, nv, nv), symmetric: inverse_dynamics = mass_matrix · a + bias.",
         text="Mass matrix {M}, row-major, both triangles, for {q}, by the composite-rigid-body algorithm (Featherstone, RBDA 2008, "
         "table 6.2): tau = M a + bias.  O(bodies × depth).",
         python="""
 Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2); O(bodies × depth).
+:meth:`mass_matrix_upper` and :meth:`mass_matrix_tree` write less, which is what takes the time in batches of large robots.
+""",
+    ),
+    Algorithm(
+        name="mass_matrix_upper",
+        header="mass_matrix.hpp",
+        inputs=("q",),
+        results=(Result("M", ("nv", "nv"), "mass matrix, upper triangle"),),
+        form="upper_triangle",
+        elements="elements_of_mass_matrix",
+        workspace="mass_matrix_workspace",
+        summary="Upper triangle of the mass matrix, in an array (…, nv, nv).",
+        text="Upper triangle, diagonal included, of the mass matrix {M}, row-major, for {q}; elements below the diagonal are left as "
+        "they are.  Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2); O(bodies × depth).",
+        python="""
+q, out, threads: as in :meth:`inverse_dynamics`.  Elements below the diagonal are left as they are in `out`, and have any value
+without it.  For solvers that read one triangle: ``scipy.linalg.cho_factor(M)``, ``numpy.linalg.eigvalsh(M, UPLO="U")``.
+""",
+    ),
+    Algorithm(
+        name="mass_matrix_tree",
+        header="mass_matrix.hpp",
+        inputs=("q",),
+        results=(Result("M", ("tree",), "elements of the lower triangle"),),
+        workspace="mass_matrix_workspace",
+        summary="The elements (…, tree) of the mass matrix that aren't zero by the shape of the tree.",
+        text="The elements {M} of the lower triangle of the mass matrix that aren't zero by the shape of the tree, row by row, for {q}: "
+        "of each row those in the columns of the joints on the path from the ground, the diagonal last.  Composite-rigid-body "
+        "algorithm (Featherstone, RBDA 2008, table 6.2 and section 6.5); O(bodies × depth).",
+        python="""
+q, out, threads: as in :meth:`inverse_dynamics`.  Compressed sparse rows of the lower triangle:
+``scipy.sparse.csr_matrix((M, m.tree_columns, m.tree_rows))``.  Featherstone, RBDA 2008, table 6.2 and section 6.5.
+""",
+    ),
+    Algorithm(
+        name="mass_matrix_factor",
+        header="mass_matrix_factor.hpp",
+        needs_mass=True,
+        inputs=("q",),
+        results=(Result("LD", ("tree",), "elements of L, with D on the diagonal"),),
+        summary="Factors (…, tree) of the mass matrix that are as sparse as the tree: M = Lᵀ D L.",
+        text="Factors {LD} of the mass matrix M = Lᵀ D L for {q}, L a unit lower triangle and D diagonal: the elements of L in the layout of "
+        "mass_matrix_tree, with D on the diagonal (Featherstone, RBDA 2008, section 6.5, table 6.3).  O(nv × depth²).",
+        python="""
+q, out, threads: as in :meth:`inverse_dynamics`.  The layout is that of :meth:`mass_matrix_tree`, with D instead of the ones on the
+diagonal of L.  Featherstone, RBDA 2008, section 6.5 and table 6.3; O(nv × depth²).
+""",
+    ),
+    Algorithm(
+        name="mass_matrix_inverse",
+        header="mass_matrix_inverse.hpp",
+        needs_mass=True,
+        inputs=("q",),
+        results=(Result("W", ("nv", "nv"), "inverse of the mass matrix"),),
+        summary="Inverse (…, nv, nv) of the mass matrix, symmetric.",
+        text="Inverse {W} of the mass matrix, row-major, both triangles, for {q}, from factors that are as sparse as the tree.  "
+        "O(nv² × depth).",
+        python="""
+q, out, threads: as in :meth:`inverse_dynamics`.  From the factors of :meth:`mass_matrix_factor`, row by row (Takahashi, Fagan and
+Chen 1973); O(nv² × depth).  :meth:`solve_mass_matrix` is faster for few vectors.
+""",
+    ),
+    Algorithm(
+        name="solve_mass_matrix",
+        header="solve_mass_matrix.hpp",
+        needs_mass=True,
+        inputs=("q", "tau"),
+        results=(Result("a", ("nv",), "accelerations without gravity and velocities"),),
+        summary="a (…, nv) with mass_matrix(q) · a = tau.",
+        text="Accelerations {a} with M a = {tau}, at {q}, without gravity and velocities: the articulated-body algorithm (Featherstone, RBDA "
+        "2008, table 7.1).  O(bodies).",
+        python="""
+q, tau, out, threads: as in :meth:`forward_dynamics`, of which this is the case without gravity, velocities and external wrenches:
+M⁻¹ tau, by the articulated-body algorithm (Featherstone, RBDA 2008, table 7.1); O(bodies).
+""",
+    ),
+    Algorithm(
+        name="coriolis_matrix",
+        header="coriolis_matrix.hpp",
+        inputs=("q", "v"),
+        results=(Result("C", ("nv", "nv"), "Coriolis matrix"),),
+        summary="Coriolis matrix (…, nv, nv): inverse_dynamics = mass_matrix · a + coriolis_matrix · v + gravity_torque.",
+        text="Coriolis matrix {C}, row-major, for {q} and {v}: tau = M a + C v + gravity.  Of the matrices with this property it is the one of "
+        "Christoffel's symbols, and dM/dt − 2 C is skew-symmetric (Echeandia and Wensing 2021).  O(bodies × depth).",
+        python="""
+q, v, out, threads: as in :meth:`inverse_dynamics`.  Of the many matrices with C v = bias − gravity_torque this is ∫ Jᵀ dJ/dt dm, J the
+Jacobian of a particle in world axes.  dM/dt − 2 C is skew-symmetric, for all joints.  Where every joint has one coordinate,
+C_ij = Σ_k Γ_ijk v_k with Christoffel's symbols of the first kind of M.  Linear in v.
+
+Echeandia and Wensing, "Numerical methods to compute the Coriolis matrix and Christoffel symbols for rigid-body systems", 2021;
+O(bodies × depth).
 """,
     ),
 )

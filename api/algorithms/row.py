@@ -14,7 +14,8 @@ class Result:
     """A result: its name in C and C++, its shape, and what it is.
 
     shape: for each axis, of which there are at most four, a number (3, 4, 6 or 10), "nq", "nv", "links" or "joints" (how many
-    are requested), or "6 links".  Empty: one number.
+    are requested), "6 links", "all_links" (those of the model), or "tree" (how many elements of a matrix aren't zero by the shape of
+    the tree).  Empty: one number.
     """
 
     name: str
@@ -37,7 +38,10 @@ class Algorithm:
         "reactions": the same; the reactions are a result besides those of the row, and there may be several requests
     keywords: of a frame or frames, what its Python call asks for besides: "kind" of acceleration, or a "point" fixed in the link
         instead of the frame's origin and the order.
+    links_keyword: what the argument is called in Python that names several links.
     form: how results are stored from lanes to rows, a struct of src/engine/forms.hpp.
+    elements: of the forms symmetric_matrix and upper_triangle, the function that computes the upper triangle alone, without zeros.
+    needs_mass: is the call refused if a joint can move without moving any mass.
     variant_of: the algorithm that computes this one, with zeros for the inputs that this one doesn't have.
     faces: the languages for which a call is generated.  Other calls are written by hand, or are private.
     text: one sentence for C, C++ and the reference; {tau}, {q} … stand for names with shapes.
@@ -54,8 +58,11 @@ class Algorithm:
     external: str = ""
     request: str = ""
     keywords: str = ""
+    links_keyword: str = "names"
     form: str = "whole_results"
+    elements: str = ""
     workspace: str = ""
+    needs_mass: bool = False
     variant_of: str = ""
     faces: tuple[str, ...] = ("c++", "c", "python")
 

@@ -41,10 +41,63 @@ template <class S>
 KSL_EXPORT void forward_dynamics(const model &m, data &d, const S *q, const S *v, const S *tau, S *a,
                                  const external_wrenches<S> &external = {});
 
+/// Accelerations a (nv) for q (nq), v (nv) and joint efforts tau (nv), under gravity and external wrenches, by the mass
+/// matrix, its factors and the bias (Featherstone, RBDA 2008, section 6.1).  O(nv × depth²).  No allocation.
+template <class S>
+KSL_EXPORT void forward_dynamics_by_mass_matrix(const model &m, data &d, const S *q, const S *v, const S *tau, S *a,
+                                                const external_wrenches<S> &external = {});
+
+/// Accelerations a_out (nv) and efforts tau_out (nv) of all joints for q (nq) and v (nv), under gravity and external
+/// wrenches.  Of the joints that carry the links named, the accelerations a (nv) are given, and of the others the
+/// efforts tau (nv) (Featherstone, RBDA 2008, section 9.2).  O(bodies).  No allocation.
+template <class S>
+KSL_EXPORT void hybrid_dynamics(const model &m, data &d, const S *q, const S *v, const S *a, const S *tau, S *a_out,
+                                int n, const int *links, S *tau_out, const external_wrenches<S> &external = {});
+
+/// Jump dv (nv) of the joint velocities at q (nq) caused by impulses on links, the time integrals of external wrenches:
+/// M dv = Σ Jᵀ impulse (Featherstone, RBDA 2008, section 11.7).  O(bodies).  No allocation.
+template <class S>
+KSL_EXPORT void velocity_jump(const model &m, data &d, const S *q, S *dv, const external_wrenches<S> &external);
+
 /// Mass matrix M (nv, nv), row-major, both triangles, for q (nq), by the composite-rigid-body algorithm (Featherstone,
 /// RBDA 2008, table 6.2): tau = M a + bias.  O(bodies × depth).  No allocation.
 template <class S>
 KSL_EXPORT void mass_matrix(const model &m, data &d, const S *q, S *M);
+
+/// Upper triangle, diagonal included, of the mass matrix M (nv, nv), row-major, for q (nq); elements below the diagonal
+/// are left as they are.  Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2); O(bodies × depth).  No
+/// allocation.
+template <class S>
+KSL_EXPORT void mass_matrix_upper(const model &m, data &d, const S *q, S *M);
+
+/// The elements M (tree) of the lower triangle of the mass matrix that aren't zero by the shape of the tree, row by
+/// row, for q (nq): of each row those in the columns of the joints on the path from the ground, the diagonal last.
+/// Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2 and section 6.5); O(bodies × depth).  No
+/// allocation.
+template <class S>
+KSL_EXPORT void mass_matrix_tree(const model &m, data &d, const S *q, S *M);
+
+/// Factors LD (tree) of the mass matrix M = Lᵀ D L for q (nq), L a unit lower triangle and D diagonal: the elements of
+/// L in the layout of mass_matrix_tree, with D on the diagonal (Featherstone, RBDA 2008, section 6.5, table 6.3).  O(nv
+/// × depth²).  No allocation.
+template <class S>
+KSL_EXPORT void mass_matrix_factor(const model &m, data &d, const S *q, S *LD);
+
+/// Inverse W (nv, nv) of the mass matrix, row-major, both triangles, for q (nq), from factors that are as sparse as the
+/// tree.  O(nv² × depth).  No allocation.
+template <class S>
+KSL_EXPORT void mass_matrix_inverse(const model &m, data &d, const S *q, S *W);
+
+/// Accelerations a (nv) with M a = tau (nv), at q (nq), without gravity and velocities: the articulated-body algorithm
+/// (Featherstone, RBDA 2008, table 7.1).  O(bodies).  No allocation.
+template <class S>
+KSL_EXPORT void solve_mass_matrix(const model &m, data &d, const S *q, const S *tau, S *a);
+
+/// Coriolis matrix C (nv, nv), row-major, for q (nq) and v (nv): tau = M a + C v + gravity.  Of the matrices with this
+/// property it is the one of Christoffel's symbols, and dM/dt − 2 C is skew-symmetric (Echeandia and Wensing 2021).
+/// O(bodies × depth).  No allocation.
+template <class S>
+KSL_EXPORT void coriolis_matrix(const model &m, data &d, const S *q, const S *v, S *C);
 
 /// Poses poses (links, 4, 4) of links' frames in the world, m, each matrix row-major, for q (nq).  A link may come
 /// twice.  All are computed from one walk over the bodies: O(bodies + links).  No allocation.
@@ -127,17 +180,6 @@ template <class S>
 KSL_EXPORT void relative_jacobian(const model &m, data &d, const S *q, int link, int seen_from,
                                   const frame_options &how, S *J);
 
-/// Kinetic and potential energy, J, for q (nq) and v (nv); the latter zero with every centroid at the world's origin.
-/// O(bodies).  No allocation.
-template <class S>
-KSL_EXPORT void energy(const model &m, data &d, const S *q, const S *v, S *kinetic, S *potential);
-
-/// Power of external wrenches, W, for q (nq) and v (nv): the sum of f · v of the links that they act on.  No wrench, no
-/// power.  O(bodies).  No allocation.
-template <class S>
-KSL_EXPORT void external_power(const model &m, data &d, const S *q, const S *v, S *power,
-                               const external_wrenches<S> &external);
-
 /// Inverse operational-space inertia inverse (6 links, 6 links) = J M⁻¹ Jᵀ, symmetric, of n frames for q (nq): rates of
 /// all their twists for a unit wrench on each (Khatib 1987; by propagation as Lilly and Orin 1993).  At most as many
 /// frames as the model has links.  O(bodies + n² depth).  frame_options by default: about the frame's origin, in its
@@ -163,5 +205,117 @@ template <class S>
 KSL_EXPORT void operational_space(const model &m, data &d, const S *q, const S *v, S *inertia, S *bias,
                                   S *pseudo_inverse, int n, const int *links, const frame_options &how, S *rank,
                                   const external_wrenches<S> &external = {});
+
+/// Kinetic and potential energy, J, for q (nq) and v (nv); the latter zero with every centroid at the world's origin.
+/// O(bodies).  No allocation.
+template <class S>
+KSL_EXPORT void energy(const model &m, data &d, const S *q, const S *v, S *kinetic, S *potential);
+
+/// Power of external wrenches, W, for q (nq) and v (nv): the sum of f · v of the links that they act on.  No wrench, no
+/// power.  O(bodies).  No allocation.
+template <class S>
+KSL_EXPORT void external_power(const model &m, data &d, const S *q, const S *v, S *power,
+                               const external_wrenches<S> &external);
+
+/// Centre of mass center (3) of the bodies that move, in the world, m, for q (nq).  Links welded to the ground don't
+/// count.  NaN where nothing that moves has mass.  O(bodies).  No allocation.
+template <class S>
+KSL_EXPORT void center_of_mass(const model &m, data &d, const S *q, S *center);
+
+/// Jacobian J (3, nv) of the centre of mass, row-major, for q (nq): J v is its velocity in the world's axes.  Links
+/// welded to the ground don't count.  NaN where nothing that moves has mass.  O(bodies).  No allocation.
+template <class S>
+KSL_EXPORT void center_of_mass_jacobian(const model &m, data &d, const S *q, S *J);
+
+/// Velocity velocity (3) of the centre of mass in the world's axes, m/s, for q (nq) and v (nv).  Links welded to the
+/// ground don't count.  NaN where nothing that moves has mass.  O(bodies).  No allocation.
+template <class S>
+KSL_EXPORT void center_of_mass_velocity(const model &m, data &d, const S *q, const S *v, S *velocity);
+
+/// Acceleration acceleration (3) of the centre of mass in the world's axes, m/s², for q (nq), v (nv) and a (nv).
+/// Gravity doesn't enter.  Links welded to the ground don't count.  NaN where nothing that moves has mass.  O(bodies).
+/// No allocation.
+template <class S>
+KSL_EXPORT void center_of_mass_acceleration(const model &m, data &d, const S *q, const S *v, const S *a,
+                                            S *acceleration);
+
+/// Momentum (6) about the centre of mass, in the world's axes, linear first, kg m/s and kg m²/s, for q (nq) and v (nv),
+/// of the bodies that move (Orin, Goswami, Lee, Autonomous Robots 35, 2013, eq. (7)).  O(bodies).  No allocation.
+template <class S>
+KSL_EXPORT void centroidal_momentum(const model &m, data &d, const S *q, const S *v, S *momentum);
+
+/// Centroidal momentum matrix (6, nv), row-major, for q (nq): times v it is the momentum about the centre of mass, in
+/// the world's axes, linear first (Orin, Goswami, Lee, Autonomous Robots 35, 2013, section 4).  O(bodies).  No
+/// allocation.
+template <class S>
+KSL_EXPORT void centroidal_momentum_matrix(const model &m, data &d, const S *q, S *matrix);
+
+/// Rate (6) of the momentum about the centre of mass, in the world's axes, linear first, N and N m, for q (nq), v (nv)
+/// and a (nv): the sum of all external wrenches, those of gravity and of the ground among them.  O(bodies).  No
+/// allocation.
+template <class S>
+KSL_EXPORT void centroidal_momentum_rate(const model &m, data &d, const S *q, const S *v, const S *a, S *rate);
+
+/// Derivatives dtau_dq (nv, nv), dtau_dv (nv, nv), dtau_da (nv, nv) of the joint efforts that inverse dynamics gives
+/// for q (nq), v (nv), a (nv), each row-major: element (i, k) is that of effort i by coordinate k.  By q is along q ⊕ s
+/// e_k with v and a held componentwise; by a is the mass matrix.  External wrenches are held in their links' axes, and
+/// move with the links (Singh, Russell, Wensing, RA-L 7(2), 2022).  O(bodies × depth).  No allocation.
+template <class S>
+KSL_EXPORT void inverse_dynamics_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *dtau_dq,
+                                             S *dtau_dv, S *dtau_da, const external_wrenches<S> &external = {});
+
+/// Derivatives da_dq (nv, nv), da_dv (nv, nv), da_dtau (nv, nv) of the accelerations that forward dynamics gives for q
+/// (nq), v (nv), tau (nv), each row-major: element (i, k) is that of acceleration i by coordinate k.  By q is along q ⊕
+/// s e_k with v and tau held componentwise; by tau is the inverse of the mass matrix.  External wrenches are held in
+/// their links' axes, and move with the links (Carpentier and Mansard, RSS 2018, eq. (27)).  O(nv² × depth).  No
+/// allocation.
+template <class S>
+KSL_EXPORT void forward_dynamics_derivatives(const model &m, data &d, const S *q, const S *v, const S *tau, S *da_dq,
+                                             S *da_dv, S *da_dtau, const external_wrenches<S> &external = {});
+
+/// Derivatives by_q (joints, 6, nv), by_v (joints, 6, nv), by_a (joints, 6, nv) of the reactions of the joints that are
+/// asked for, for q (nq), v (nv), a (nv): those of the components in the requested axes, about the requested point, of
+/// the requested part.  By q is along q ⊕ s e_k with v and a held componentwise.  External wrenches are held in their
+/// links' axes, and move with the links (after Singh, Russell, Wensing, RA-L 7(2), 2022).  O(joints × nv).
+/// reaction_request by default: the whole wrench on the child side, about the joint's origin, in the axes of the child
+/// link, linear first.  No allocation.
+template <class S>
+KSL_EXPORT void reactions_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *by_q, S *by_v,
+                                      const reaction_request &request, S *by_a,
+                                      const external_wrenches<S> &external = {});
+
+/// Regressor Y (nv, links, 10) of inverse dynamics for q (nq), v (nv) and a (nv): summed over all links with their
+/// parameters it is the joint efforts under gravity, without external wrenches (Atkeson, An, Hollerbach, IJRR 5,
+/// 1986).  A link has ten parameters: mass, mass × centroid, Ixx Ixy Iyy Ixz Iyz Izz about its origin, in its axes.
+/// O(links × depth).  No allocation.
+template <class S>
+KSL_EXPORT void inverse_dynamics_regressor(const model &m, data &d, const S *q, const S *v, const S *a, int n,
+                                           const int *links, S *Y);
+
+/// Regressor Y (nv, links, 10) of the joint efforts that hold the mechanism at rest at q (nq): that of inverse dynamics
+/// with v = a = 0.  O(links × depth).  No allocation.
+template <class S>
+KSL_EXPORT void gravity_torque_regressor(const model &m, data &d, const S *q, int n, const int *links, S *Y);
+
+/// Regressor Y (joints, 6, all links, 10) of the reactions of the joints that are asked for, for q (nq), v (nv) and a
+/// (nv): summed over all links with their parameters (those of inverse_dynamics_regressor) it is the reactions under
+/// gravity, without external wrenches.  O(joints × links).  reaction_request by default: the whole wrench on the child
+/// side, about the joint's origin, in the axes of the child link, linear first.  No allocation.
+template <class S>
+KSL_EXPORT void reactions_regressor(const model &m, data &d, const S *q, const S *v, const S *a,
+                                    const reaction_request &request, S *Y);
+
+/// Regressors kinetic (links, 10) and potential (links, 10) of the energies for q (nq) and v (nv): summed over all
+/// links with their parameters (those of inverse_dynamics_regressor) they are kinetic and potential energy, J.
+/// O(bodies + links).  No allocation.
+template <class S>
+KSL_EXPORT void energy_regressor(const model &m, data &d, const S *q, const S *v, S *kinetic, int n, const int *links,
+                                 S *potential);
+
+/// Regressor P (6, links, 10) of the momentum about the world's origin, in its axes, linear first, for q (nq) and v
+/// (nv): summed over links with their parameters (those of inverse_dynamics_regressor) it is their momentum.  O(bodies
+/// + links).  No allocation.
+template <class S>
+KSL_EXPORT void momentum_regressor(const model &m, data &d, const S *q, const S *v, int n, const int *links, S *P);
 
 } // namespace ksl

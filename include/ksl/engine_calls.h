@@ -166,6 +166,81 @@ KSL_EXPORT ksl_status_t ksl_forward_dynamics_external_batchf(
     const float *tau, ptrdiff_t tau_stride, const ksl_external_rowsf_t *external, float *a, ptrdiff_t a_stride,
     int threads);
 
+/** Accelerations a (nv) for q (nq), v (nv) and joint efforts tau (nv), under gravity and external wrenches, by the
+    mass matrix, its factors and the bias (Featherstone, RBDA 2008, section 6.1).  O(nv × depth²).  external may be
+    NULL: no wrench. */
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_by_mass_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                            const double *v, const double *tau,
+                                                            const ksl_external_t *external, double *a);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_by_mass_matrixf(
+    const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *tau,
+    const ksl_externalf_t *external, float *a);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_by_mass_matrix_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *tau, ptrdiff_t tau_stride, double *a, ptrdiff_t a_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_by_mass_matrix_external_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *tau, ptrdiff_t tau_stride, const ksl_external_rows_t *external, double *a, ptrdiff_t a_stride,
+    int threads);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_by_mass_matrix_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *tau, ptrdiff_t tau_stride, float *a, ptrdiff_t a_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_by_mass_matrix_external_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *tau, ptrdiff_t tau_stride, const ksl_external_rowsf_t *external, float *a, ptrdiff_t a_stride,
+    int threads);
+
+/** Accelerations a_out (nv) and efforts tau_out (nv) of all joints for q (nq) and v (nv), under gravity and external
+    wrenches.  Of the joints that carry the links named, the accelerations a (nv) are given, and of the others the
+    efforts tau (nv) (Featherstone, RBDA 2008, section 9.2).  O(bodies).  external may be NULL: no wrench. */
+KSL_EXPORT ksl_status_t ksl_hybrid_dynamics(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                            const double *v, const double *a, const double *tau,
+                                            const ksl_external_t *external, double *a_out, int n, const int *links,
+                                            double *tau_out);
+KSL_EXPORT ksl_status_t ksl_hybrid_dynamicsf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                             const float *a, const float *tau, const ksl_externalf_t *external,
+                                             float *a_out, int n, const int *links, float *tau_out);
+KSL_EXPORT ksl_status_t ksl_hybrid_dynamics_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                  ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                  const double *a, ptrdiff_t a_stride, const double *tau,
+                                                  ptrdiff_t tau_stride, double *a_out, ptrdiff_t a_out_stride,
+                                                  int links_n, const int *links, double *tau_out,
+                                                  ptrdiff_t tau_out_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_hybrid_dynamics_external_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                           ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                           const double *a, ptrdiff_t a_stride, const double *tau,
+                                                           ptrdiff_t tau_stride, const ksl_external_rows_t *external,
+                                                           double *a_out, ptrdiff_t a_out_stride, int links_n,
+                                                           const int *links, double *tau_out, ptrdiff_t tau_out_stride,
+                                                           int threads);
+KSL_EXPORT ksl_status_t ksl_hybrid_dynamics_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                   ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                   const float *a, ptrdiff_t a_stride, const float *tau,
+                                                   ptrdiff_t tau_stride, float *a_out, ptrdiff_t a_out_stride,
+                                                   int links_n, const int *links, float *tau_out,
+                                                   ptrdiff_t tau_out_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_hybrid_dynamics_external_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                            ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                            const float *a, ptrdiff_t a_stride, const float *tau,
+                                                            ptrdiff_t tau_stride, const ksl_external_rowsf_t *external,
+                                                            float *a_out, ptrdiff_t a_out_stride, int links_n,
+                                                            const int *links, float *tau_out, ptrdiff_t tau_out_stride,
+                                                            int threads);
+
+/** Jump dv (nv) of the joint velocities at q (nq) caused by impulses on links, the time integrals of external
+    wrenches: M dv = Σ Jᵀ impulse (Featherstone, RBDA 2008, section 11.7).  O(bodies).  external may be NULL: no
+    wrench. */
+KSL_EXPORT ksl_status_t ksl_velocity_jump(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                          const ksl_external_t *external, double *dv);
+KSL_EXPORT ksl_status_t ksl_velocity_jumpf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                           const ksl_externalf_t *external, float *dv);
+KSL_EXPORT ksl_status_t ksl_velocity_jump_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                                const ksl_external_rows_t *external, double *dv, ptrdiff_t dv_stride,
+                                                int threads);
+KSL_EXPORT ksl_status_t ksl_velocity_jump_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                                 const ksl_external_rowsf_t *external, float *dv, ptrdiff_t dv_stride,
+                                                 int threads);
+
 /** Mass matrix M (nv, nv), row-major, both triangles, for q (nq), by the composite-rigid-body algorithm
     (Featherstone, RBDA 2008, table 6.2): tau = M a + bias.  O(bodies × depth). */
 KSL_EXPORT ksl_status_t ksl_mass_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q, double *M);
@@ -174,6 +249,72 @@ KSL_EXPORT ksl_status_t ksl_mass_matrix_batch(const ksl_model_t *model, size_t n
                                               double *M, ptrdiff_t M_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_mass_matrix_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
                                                float *M, ptrdiff_t M_stride, int threads);
+
+/** Upper triangle, diagonal included, of the mass matrix M (nv, nv), row-major, for q (nq); elements below the
+    diagonal are left as they are.  Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2); O(bodies ×
+    depth). */
+KSL_EXPORT ksl_status_t ksl_mass_matrix_upper(const ksl_model_t *model, ksl_data_t *data, const double *q, double *M);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_upperf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *M);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_upper_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                    ptrdiff_t q_stride, double *M, ptrdiff_t M_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_upper_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                     ptrdiff_t q_stride, float *M, ptrdiff_t M_stride, int threads);
+
+/** The elements M (tree) of the lower triangle of the mass matrix that aren't zero by the shape of the tree, row by
+    row, for q (nq): of each row those in the columns of the joints on the path from the ground, the diagonal last.
+    Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2 and section 6.5); O(bodies × depth). */
+KSL_EXPORT ksl_status_t ksl_mass_matrix_tree(const ksl_model_t *model, ksl_data_t *data, const double *q, double *M);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_treef(const ksl_model_t *model, ksl_data_t *data, const float *q, float *M);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_tree_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                   ptrdiff_t q_stride, double *M, ptrdiff_t M_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_tree_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                    ptrdiff_t q_stride, float *M, ptrdiff_t M_stride, int threads);
+
+/** Factors LD (tree) of the mass matrix M = Lᵀ D L for q (nq), L a unit lower triangle and D diagonal: the elements
+    of L in the layout of mass_matrix_tree, with D on the diagonal (Featherstone, RBDA 2008, section 6.5, table
+    6.3).  O(nv × depth²). */
+KSL_EXPORT ksl_status_t ksl_mass_matrix_factor(const ksl_model_t *model, ksl_data_t *data, const double *q, double *LD);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_factorf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *LD);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_factor_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                     ptrdiff_t q_stride, double *LD, ptrdiff_t LD_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_factor_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                      ptrdiff_t q_stride, float *LD, ptrdiff_t LD_stride, int threads);
+
+/** Inverse W (nv, nv) of the mass matrix, row-major, both triangles, for q (nq), from factors that are as sparse as
+    the tree.  O(nv² × depth). */
+KSL_EXPORT ksl_status_t ksl_mass_matrix_inverse(const ksl_model_t *model, ksl_data_t *data, const double *q, double *W);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_inversef(const ksl_model_t *model, ksl_data_t *data, const float *q, float *W);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_inverse_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                      ptrdiff_t q_stride, double *W, ptrdiff_t W_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_mass_matrix_inverse_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                       ptrdiff_t q_stride, float *W, ptrdiff_t W_stride, int threads);
+
+/** Accelerations a (nv) with M a = tau (nv), at q (nq), without gravity and velocities: the articulated-body
+    algorithm (Featherstone, RBDA 2008, table 7.1).  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_solve_mass_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                              const double *tau, double *a);
+KSL_EXPORT ksl_status_t ksl_solve_mass_matrixf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                               const float *tau, float *a);
+KSL_EXPORT ksl_status_t ksl_solve_mass_matrix_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                    ptrdiff_t q_stride, const double *tau, ptrdiff_t tau_stride,
+                                                    double *a, ptrdiff_t a_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_solve_mass_matrix_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                     ptrdiff_t q_stride, const float *tau, ptrdiff_t tau_stride,
+                                                     float *a, ptrdiff_t a_stride, int threads);
+
+/** Coriolis matrix C (nv, nv), row-major, for q (nq) and v (nv): tau = M a + C v + gravity.  Of the matrices with
+    this property it is the one of Christoffel's symbols, and dM/dt − 2 C is skew-symmetric (Echeandia and Wensing
+    2021).  O(bodies × depth). */
+KSL_EXPORT ksl_status_t ksl_coriolis_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                            const double *v, double *C);
+KSL_EXPORT ksl_status_t ksl_coriolis_matrixf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                             float *C);
+KSL_EXPORT ksl_status_t ksl_coriolis_matrix_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                  ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, double *C,
+                                                  ptrdiff_t C_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_coriolis_matrix_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                   ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, float *C,
+                                                   ptrdiff_t C_stride, int threads);
 
 /** Poses poses (links, 4, 4) of links' frames in the world, m, each matrix row-major, for q (nq).  A link may come
     twice.  All are computed from one walk over the bodies: O(bodies + links). */
@@ -375,34 +516,6 @@ KSL_EXPORT ksl_status_t ksl_relative_jacobian_batchf(const ksl_model_t *model, s
                                                      const ksl_frame_options_t *options, float *J, ptrdiff_t J_stride,
                                                      int threads);
 
-/** Kinetic and potential energy, J, for q (nq) and v (nv); the latter zero with every centroid at the world's
-    origin.  O(bodies). */
-KSL_EXPORT ksl_status_t ksl_energy(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
-                                   double *kinetic, double *potential);
-KSL_EXPORT ksl_status_t ksl_energyf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
-                                    float *kinetic, float *potential);
-KSL_EXPORT ksl_status_t ksl_energy_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
-                                         const double *v, ptrdiff_t v_stride, double *kinetic, ptrdiff_t kinetic_stride,
-                                         double *potential, ptrdiff_t potential_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_energy_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
-                                          const float *v, ptrdiff_t v_stride, float *kinetic, ptrdiff_t kinetic_stride,
-                                          float *potential, ptrdiff_t potential_stride, int threads);
-
-/** Power of external wrenches, W, for q (nq) and v (nv): the sum of f · v of the links that they act on.  No wrench,
-    no power.  O(bodies).  external may be NULL: no wrench. */
-KSL_EXPORT ksl_status_t ksl_external_power(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
-                                           const ksl_external_t *external, double *power);
-KSL_EXPORT ksl_status_t ksl_external_powerf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
-                                            const ksl_externalf_t *external, float *power);
-KSL_EXPORT ksl_status_t ksl_external_power_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                 ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                 const ksl_external_rows_t *external, double *power,
-                                                 ptrdiff_t power_stride, int threads);
-KSL_EXPORT ksl_status_t ksl_external_power_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                  ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-                                                  const ksl_external_rowsf_t *external, float *power,
-                                                  ptrdiff_t power_stride, int threads);
-
 /** Inverse operational-space inertia inverse (6 links, 6 links) = J M⁻¹ Jᵀ, symmetric, of n frames for q (nq): rates
     of all their twists for a unit wrench on each (Khatib 1987; by propagation as Lilly and Orin 1993).  At most as
     many frames as the model has links.  O(bodies + n² depth).  options may be NULL: about the frame's origin, in its
@@ -477,6 +590,312 @@ KSL_EXPORT ksl_status_t ksl_operational_space_external_batchf(
     const ksl_external_rowsf_t *external, float *inertia, ptrdiff_t inertia_stride, float *bias, ptrdiff_t bias_stride,
     float *pseudo_inverse, ptrdiff_t pseudo_inverse_stride, int links_n, const int *links,
     const ksl_frame_options_t *options, float *rank, ptrdiff_t rank_stride, int threads);
+
+/** Kinetic and potential energy, J, for q (nq) and v (nv); the latter zero with every centroid at the world's
+    origin.  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_energy(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                   double *kinetic, double *potential);
+KSL_EXPORT ksl_status_t ksl_energyf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                    float *kinetic, float *potential);
+KSL_EXPORT ksl_status_t ksl_energy_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                         const double *v, ptrdiff_t v_stride, double *kinetic, ptrdiff_t kinetic_stride,
+                                         double *potential, ptrdiff_t potential_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_energy_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                          const float *v, ptrdiff_t v_stride, float *kinetic, ptrdiff_t kinetic_stride,
+                                          float *potential, ptrdiff_t potential_stride, int threads);
+
+/** Power of external wrenches, W, for q (nq) and v (nv): the sum of f · v of the links that they act on.  No wrench,
+    no power.  O(bodies).  external may be NULL: no wrench. */
+KSL_EXPORT ksl_status_t ksl_external_power(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                           const ksl_external_t *external, double *power);
+KSL_EXPORT ksl_status_t ksl_external_powerf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                            const ksl_externalf_t *external, float *power);
+KSL_EXPORT ksl_status_t ksl_external_power_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                 ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                 const ksl_external_rows_t *external, double *power,
+                                                 ptrdiff_t power_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_external_power_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                  ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                  const ksl_external_rowsf_t *external, float *power,
+                                                  ptrdiff_t power_stride, int threads);
+
+/** Centre of mass center (3) of the bodies that move, in the world, m, for q (nq).  Links welded to the ground don't
+    count.  NaN where nothing that moves has mass.  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_center_of_mass(const ksl_model_t *model, ksl_data_t *data, const double *q, double *center);
+KSL_EXPORT ksl_status_t ksl_center_of_massf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *center);
+KSL_EXPORT ksl_status_t ksl_center_of_mass_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                 ptrdiff_t q_stride, double *center, ptrdiff_t center_stride,
+                                                 int threads);
+KSL_EXPORT ksl_status_t ksl_center_of_mass_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                  ptrdiff_t q_stride, float *center, ptrdiff_t center_stride,
+                                                  int threads);
+
+/** Jacobian J (3, nv) of the centre of mass, row-major, for q (nq): J v is its velocity in the world's axes.  Links
+    welded to the ground don't count.  NaN where nothing that moves has mass.  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_center_of_mass_jacobian(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                    double *J);
+KSL_EXPORT ksl_status_t ksl_center_of_mass_jacobianf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                     float *J);
+KSL_EXPORT ksl_status_t ksl_center_of_mass_jacobian_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                          ptrdiff_t q_stride, double *J, ptrdiff_t J_stride,
+                                                          int threads);
+KSL_EXPORT ksl_status_t ksl_center_of_mass_jacobian_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                           ptrdiff_t q_stride, float *J, ptrdiff_t J_stride,
+                                                           int threads);
+
+/** Velocity velocity (3) of the centre of mass in the world's axes, m/s, for q (nq) and v (nv).  Links welded to the
+    ground don't count.  NaN where nothing that moves has mass.  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_center_of_mass_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                    const double *v, double *velocity);
+KSL_EXPORT ksl_status_t ksl_center_of_mass_velocityf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                     const float *v, float *velocity);
+KSL_EXPORT ksl_status_t ksl_center_of_mass_velocity_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                          ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                          double *velocity, ptrdiff_t velocity_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_center_of_mass_velocity_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                           ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                           float *velocity, ptrdiff_t velocity_stride, int threads);
+
+/** Acceleration acceleration (3) of the centre of mass in the world's axes, m/s², for q (nq), v (nv) and a (nv).
+    Gravity doesn't enter.  Links welded to the ground don't count.  NaN where nothing that moves has mass.
+    O(bodies). */
+KSL_EXPORT ksl_status_t ksl_center_of_mass_acceleration(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                        const double *v, const double *a, double *acceleration);
+KSL_EXPORT ksl_status_t ksl_center_of_mass_accelerationf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                         const float *v, const float *a, float *acceleration);
+KSL_EXPORT ksl_status_t ksl_center_of_mass_acceleration_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *a, ptrdiff_t a_stride, double *acceleration, ptrdiff_t acceleration_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_center_of_mass_acceleration_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *a, ptrdiff_t a_stride, float *acceleration, ptrdiff_t acceleration_stride, int threads);
+
+/** Momentum (6) about the centre of mass, in the world's axes, linear first, kg m/s and kg m²/s, for q (nq) and v
+    (nv), of the bodies that move (Orin, Goswami, Lee, Autonomous Robots 35, 2013, eq. (7)).  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                const double *v, double *momentum);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentumf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                 const float *v, float *momentum);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                      ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                      double *momentum, ptrdiff_t momentum_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                       ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                       float *momentum, ptrdiff_t momentum_stride, int threads);
+
+/** Centroidal momentum matrix (6, nv), row-major, for q (nq): times v it is the momentum about the centre of mass,
+    in the world's axes, linear first (Orin, Goswami, Lee, Autonomous Robots 35, 2013, section 4).  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                       double *matrix);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_matrixf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                        float *matrix);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_matrix_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, double *matrix, ptrdiff_t matrix_stride,
+    int threads);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_matrix_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, float *matrix, ptrdiff_t matrix_stride,
+    int threads);
+
+/** Rate (6) of the momentum about the centre of mass, in the world's axes, linear first, N and N m, for q (nq), v
+    (nv) and a (nv): the sum of all external wrenches, those of gravity and of the ground among them.  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                     const double *v, const double *a, double *rate);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_ratef(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                      const float *v, const float *a, float *rate);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                           ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                           const double *a, ptrdiff_t a_stride, double *rate,
+                                                           ptrdiff_t rate_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                            ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                            const float *a, ptrdiff_t a_stride, float *rate,
+                                                            ptrdiff_t rate_stride, int threads);
+
+/** Derivatives dtau_dq (nv, nv), dtau_dv (nv, nv), dtau_da (nv, nv) of the joint efforts that inverse dynamics gives
+    for q (nq), v (nv), a (nv), each row-major: element (i, k) is that of effort i by coordinate k.  By q is along q
+    ⊕ s e_k with v and a held componentwise; by a is the mass matrix.  External wrenches are held in their links'
+    axes, and move with the links (Singh, Russell, Wensing, RA-L 7(2), 2022).  O(bodies × depth).  external may be
+    NULL: no wrench. */
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                         const double *v, const double *a,
+                                                         const ksl_external_t *external, double *dtau_dq,
+                                                         double *dtau_dv, double *dtau_da);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                          const float *v, const float *a,
+                                                          const ksl_externalf_t *external, float *dtau_dq,
+                                                          float *dtau_dv, float *dtau_da);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_derivatives_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *a, ptrdiff_t a_stride, double *dtau_dq, ptrdiff_t dtau_dq_stride, double *dtau_dv,
+    ptrdiff_t dtau_dv_stride, double *dtau_da, ptrdiff_t dtau_da_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_derivatives_external_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *a, ptrdiff_t a_stride, const ksl_external_rows_t *external, double *dtau_dq, ptrdiff_t dtau_dq_stride,
+    double *dtau_dv, ptrdiff_t dtau_dv_stride, double *dtau_da, ptrdiff_t dtau_da_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_derivatives_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *a, ptrdiff_t a_stride, float *dtau_dq, ptrdiff_t dtau_dq_stride, float *dtau_dv,
+    ptrdiff_t dtau_dv_stride, float *dtau_da, ptrdiff_t dtau_da_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_derivatives_external_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *a, ptrdiff_t a_stride, const ksl_external_rowsf_t *external, float *dtau_dq, ptrdiff_t dtau_dq_stride,
+    float *dtau_dv, ptrdiff_t dtau_dv_stride, float *dtau_da, ptrdiff_t dtau_da_stride, int threads);
+
+/** Derivatives da_dq (nv, nv), da_dv (nv, nv), da_dtau (nv, nv) of the accelerations that forward dynamics gives for
+    q (nq), v (nv), tau (nv), each row-major: element (i, k) is that of acceleration i by coordinate k.  By q is
+    along q ⊕ s e_k with v and tau held componentwise; by tau is the inverse of the mass matrix.  External wrenches
+    are held in their links' axes, and move with the links (Carpentier and Mansard, RSS 2018, eq. (27)).  O(nv² ×
+    depth).  external may be NULL: no wrench. */
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                         const double *v, const double *tau,
+                                                         const ksl_external_t *external, double *da_dq, double *da_dv,
+                                                         double *da_dtau);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                          const float *v, const float *tau,
+                                                          const ksl_externalf_t *external, float *da_dq, float *da_dv,
+                                                          float *da_dtau);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_derivatives_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *tau, ptrdiff_t tau_stride, double *da_dq, ptrdiff_t da_dq_stride, double *da_dv,
+    ptrdiff_t da_dv_stride, double *da_dtau, ptrdiff_t da_dtau_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_derivatives_external_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *tau, ptrdiff_t tau_stride, const ksl_external_rows_t *external, double *da_dq, ptrdiff_t da_dq_stride,
+    double *da_dv, ptrdiff_t da_dv_stride, double *da_dtau, ptrdiff_t da_dtau_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_derivatives_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *tau, ptrdiff_t tau_stride, float *da_dq, ptrdiff_t da_dq_stride, float *da_dv, ptrdiff_t da_dv_stride,
+    float *da_dtau, ptrdiff_t da_dtau_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_derivatives_external_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *tau, ptrdiff_t tau_stride, const ksl_external_rowsf_t *external, float *da_dq, ptrdiff_t da_dq_stride,
+    float *da_dv, ptrdiff_t da_dv_stride, float *da_dtau, ptrdiff_t da_dtau_stride, int threads);
+
+/** Derivatives by_q (joints, 6, nv), by_v (joints, 6, nv), by_a (joints, 6, nv) of the reactions of the joints that
+    are asked for, for q (nq), v (nv), a (nv): those of the components in the requested axes, about the requested
+    point, of the requested part.  By q is along q ⊕ s e_k with v and a held componentwise.  External wrenches are
+    held in their links' axes, and move with the links (after Singh, Russell, Wensing, RA-L 7(2), 2022).  O(joints ×
+    nv).  external may be NULL: no wrench.  options may be NULL: the whole wrench on the child side, about the
+    joint's origin, in the axes of the child link, linear first. */
+KSL_EXPORT ksl_status_t ksl_reactions_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                  const double *v, const double *a, const ksl_external_t *external,
+                                                  double *by_q, double *by_v, int n, const int *joints,
+                                                  const ksl_reaction_options_t *options, double *by_a);
+KSL_EXPORT ksl_status_t ksl_reactions_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                   const float *v, const float *a, const ksl_externalf_t *external,
+                                                   float *by_q, float *by_v, int n, const int *joints,
+                                                   const ksl_reaction_options_t *options, float *by_a);
+KSL_EXPORT ksl_status_t ksl_reactions_derivatives_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                        ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                        const double *a, ptrdiff_t a_stride, double *by_q,
+                                                        ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
+                                                        int joints_n, const int *joints,
+                                                        const ksl_reaction_options_t *options, double *by_a,
+                                                        ptrdiff_t by_a_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_reactions_derivatives_external_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *a, ptrdiff_t a_stride, const ksl_external_rows_t *external, double *by_q, ptrdiff_t by_q_stride,
+    double *by_v, ptrdiff_t by_v_stride, int joints_n, const int *joints, const ksl_reaction_options_t *options,
+    double *by_a, ptrdiff_t by_a_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_reactions_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                         ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                         const float *a, ptrdiff_t a_stride, float *by_q,
+                                                         ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride,
+                                                         int joints_n, const int *joints,
+                                                         const ksl_reaction_options_t *options, float *by_a,
+                                                         ptrdiff_t by_a_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_reactions_derivatives_external_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *a, ptrdiff_t a_stride, const ksl_external_rowsf_t *external, float *by_q, ptrdiff_t by_q_stride,
+    float *by_v, ptrdiff_t by_v_stride, int joints_n, const int *joints, const ksl_reaction_options_t *options,
+    float *by_a, ptrdiff_t by_a_stride, int threads);
+
+/** Regressor Y (nv, links, 10) of inverse dynamics for q (nq), v (nv) and a (nv): summed over all links with their
+    parameters it is the joint efforts under gravity, without external wrenches (Atkeson, An, Hollerbach, IJRR 5,
+    1986).  A link has ten parameters: mass, mass × centroid, Ixx Ixy Iyy Ixz Iyz Izz about its origin, in its axes.
+    O(links × depth). */
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                       const double *v, const double *a, int n, const int *links,
+                                                       double *Y);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                        const float *v, const float *a, int n, const int *links,
+                                                        float *Y);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_regressor_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *a, ptrdiff_t a_stride, int links_n, const int *links, double *Y, ptrdiff_t Y_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_regressor_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *a, ptrdiff_t a_stride, int links_n, const int *links, float *Y, ptrdiff_t Y_stride, int threads);
+
+/** Regressor Y (nv, links, 10) of the joint efforts that hold the mechanism at rest at q (nq): that of inverse
+    dynamics with v = a = 0.  O(links × depth). */
+KSL_EXPORT ksl_status_t ksl_gravity_torque_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q, int n,
+                                                     const int *links, double *Y);
+KSL_EXPORT ksl_status_t ksl_gravity_torque_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q, int n,
+                                                      const int *links, float *Y);
+KSL_EXPORT ksl_status_t ksl_gravity_torque_regressor_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                           ptrdiff_t q_stride, int links_n, const int *links, double *Y,
+                                                           ptrdiff_t Y_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_gravity_torque_regressor_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                            ptrdiff_t q_stride, int links_n, const int *links, float *Y,
+                                                            ptrdiff_t Y_stride, int threads);
+
+/** Regressor Y (joints, 6, all links, 10) of the reactions of the joints that are asked for, for q (nq), v (nv) and
+    a (nv): summed over all links with their parameters (those of inverse_dynamics_regressor) it is the reactions
+    under gravity, without external wrenches.  O(joints × links).  options may be NULL: the whole wrench on the child
+    side, about the joint's origin, in the axes of the child link, linear first. */
+KSL_EXPORT ksl_status_t ksl_reactions_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                const double *v, const double *a, int n, const int *joints,
+                                                const ksl_reaction_options_t *options, double *Y);
+KSL_EXPORT ksl_status_t ksl_reactions_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                 const float *v, const float *a, int n, const int *joints,
+                                                 const ksl_reaction_options_t *options, float *Y);
+KSL_EXPORT ksl_status_t ksl_reactions_regressor_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                      ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                      const double *a, ptrdiff_t a_stride, int joints_n,
+                                                      const int *joints, const ksl_reaction_options_t *options,
+                                                      double *Y, ptrdiff_t Y_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_reactions_regressor_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                       ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                       const float *a, ptrdiff_t a_stride, int joints_n,
+                                                       const int *joints, const ksl_reaction_options_t *options,
+                                                       float *Y, ptrdiff_t Y_stride, int threads);
+
+/** Regressors kinetic (links, 10) and potential (links, 10) of the energies for q (nq) and v (nv): summed over all
+    links with their parameters (those of inverse_dynamics_regressor) they are kinetic and potential energy, J.
+    O(bodies + links). */
+KSL_EXPORT ksl_status_t ksl_energy_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                             const double *v, double *kinetic, int n, const int *links,
+                                             double *potential);
+KSL_EXPORT ksl_status_t ksl_energy_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                              const float *v, float *kinetic, int n, const int *links,
+                                              float *potential);
+KSL_EXPORT ksl_status_t ksl_energy_regressor_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                   ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                   double *kinetic, ptrdiff_t kinetic_stride, int links_n,
+                                                   const int *links, double *potential, ptrdiff_t potential_stride,
+                                                   int threads);
+KSL_EXPORT ksl_status_t ksl_energy_regressor_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                    ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                    float *kinetic, ptrdiff_t kinetic_stride, int links_n,
+                                                    const int *links, float *potential, ptrdiff_t potential_stride,
+                                                    int threads);
+
+/** Regressor P (6, links, 10) of the momentum about the world's origin, in its axes, linear first, for q (nq) and v
+    (nv): summed over links with their parameters (those of inverse_dynamics_regressor) it is their momentum.
+    O(bodies + links). */
+KSL_EXPORT ksl_status_t ksl_momentum_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                               const double *v, int n, const int *links, double *P);
+KSL_EXPORT ksl_status_t ksl_momentum_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                const float *v, int n, const int *links, float *P);
+KSL_EXPORT ksl_status_t ksl_momentum_regressor_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                     ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                     int links_n, const int *links, double *P, ptrdiff_t P_stride,
+                                                     int threads);
+KSL_EXPORT ksl_status_t ksl_momentum_regressor_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                      ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                      int links_n, const int *links, float *P, ptrdiff_t P_stride,
+                                                      int threads);
 
 KSL_END_C
 

@@ -52,9 +52,22 @@ public:
   int nq() const { return nq_; }
   int nv() const { return nv_; }
 
+  /// How many elements of the lower triangle of the mass matrix aren't zero by the shape of the tree.
+  int tree_elements() const { return tree_row_.back(); }
+  /// Where the rows of these elements begin, and where they end (nv + 1).
+  const std::vector<int> &tree_rows() const { return tree_row_; }
+  /// In which columns they are.
+  std::vector<int> tree_columns() const;
+
   /// All joints: the moving ones in the order of q (depth first, children in file order), then the fixed ones, `base` last.
   const std::vector<joint_row> &joints() const { return joints_; }
   int moving_joints() const { return moving_joints_; }
+
+  /// The first joint that can move without moving any mass, whatever the position: an index into joints(), or −1.  Its acceleration
+  /// under given efforts is not determined.
+  int massless_joint() const { return massless_joint_; }
+  /// A sentence that names it, and how to mend it; empty if there is none.
+  std::string massless_joint_text() const;
 
   /// A unit quaternion [x y z w] in q: where it begins, and the joint that it belongs to.
   struct quaternion_in_q {
@@ -74,8 +87,8 @@ public:
   const robot_description &description() const { return description_; }
 
   /// The arrays that algorithms run on, in double and in single precision; valid as long as the model lives.
-  model_view<double> view() const { return double_.view(nq_, nv_, pose_numbers_); }
-  model_view<float> view_single() const { return single_.view(nq_, nv_, pose_numbers_); }
+  model_view<double> view() const { return double_.view(*this); }
+  model_view<float> view_single() const { return single_.view(*this); }
   template <class S> model_view<S> view_in() const {
     if constexpr (sizeof(S) == sizeof(double))
       return view();
@@ -88,15 +101,17 @@ private:
   template <class S> struct arrays {
     std::vector<ksl::body<S>> bodies;
     std::vector<ksl::link<S>> links;
+    std::vector<spatial_inertia<S>> augmented;
     vec3<S> gravity;
     std::vector<S> inertia, theta0_sine, theta0_cosine; // contiguous, for lanes
     std::vector<S> lower, upper;
     int first_angle = 0, angles_end = 0;
 
-    model_view<S> view(int nq, int nv, int pose_numbers) const {
-      return {static_cast<int>(bodies.size()), static_cast<int>(links.size()), nq, nv, pose_numbers, gravity, bodies.data(),
-              links.data(), inertia.data(), theta0_sine.data(), theta0_cosine.data(), first_angle, angles_end,
-              lower.data(), upper.data()};
+    model_view<S> view(const model &m) const {
+      return {static_cast<int>(bodies.size()), static_cast<int>(links.size()), m.nq_, m.nv_, m.pose_numbers_, m.longest_path_,
+              m.tree_row_.back(), gravity, bodies.data(),
+              links.data(), inertia.data(), augmented.data(), theta0_sine.data(), theta0_cosine.data(),
+              m.tree_row_.data(), first_angle, angles_end, lower.data(), upper.data()};
     }
   };
 
@@ -104,9 +119,10 @@ private:
   std::vector<joint_row> joints_;
   std::vector<quaternion_in_q> quaternions_;
   std::vector<link_description> links_;
+  std::vector<int> tree_row_ = {0};
   arrays<double> double_;
   arrays<float> single_;
-  int nq_ = 0, nv_ = 0, pose_numbers_ = 0, moving_joints_ = 0;
+  int nq_ = 0, nv_ = 0, pose_numbers_ = 0, longest_path_ = 0, moving_joints_ = 0, massless_joint_ = -1;
 
   friend class model_builder;
 };

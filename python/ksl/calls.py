@@ -94,17 +94,108 @@ class Calls(Requests):
         The inverse of :meth:`inverse_dynamics`, same conventions.  Articulated-body algorithm (Featherstone, RBDA 2008,
         table 7.1); O(bodies).
 
-        Where a joint can move without moving any mass, at an end of the mechanism whose links have none, say, its
-        acceleration is not determined: it and others are then NaN or infinite, and no error is raised.
+        Raises ValueError where a joint can move without moving any mass, at an end of the mechanism whose links have none, say: its
+        acceleration is not determined.
         """
         return self._core.forward_dynamics(q, v, tau, None, external, None, out, threads)
+
+    def forward_dynamics_by_mass_matrix(
+        self, q: ArrayLike, v: ArrayLike, tau: ArrayLike, external: External | None = None, out: Array | None = None, threads: int | None = None
+    ) -> Array:
+        """The same as forward_dynamics, through the mass matrix: a = M⁻¹ (tau − bias).
+
+        For checks of :meth:`forward_dynamics`, with which it shares no step; it is slower, except for very small mechanisms.  Composite-rigid-body
+        algorithm and sparse factors (Featherstone, RBDA 2008, tables 6.2 and 6.3); O(nv × depth²).
+        """
+        return self._core.forward_dynamics_by_mass_matrix(q, v, tau, None, external, None, out, threads)
+
+    def hybrid_dynamics(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        tau: ArrayLike,
+        external: External | None = None,
+        names: Iterable[str] | None = None,
+        out: tuple[Array,
+        Array] | None = None,
+        threads: int | None = None,
+    ) -> tuple[Array, Array]:
+        """Accelerations and efforts of all joints, where the accelerations of some are given, and the efforts of the others.
+
+        names: the joints (or the links that they carry) whose accelerations are given in a (…, nv); by default all.  Of the others, the efforts
+        are given in tau (…, nv).  The remaining numbers in a and tau may have any value.  Returns (a, tau), complete.
+        q, v, external, out, threads: as in :meth:`inverse_dynamics`.  Articulated-body algorithm (Featherstone, RBDA 2008, section 9.2); O(bodies).
+        """
+        return self._core.hybrid_dynamics(q, v, a, tau, external, self._links_of(names), out, threads)
+
+    def velocity_jump(self, q: ArrayLike, external: External, out: Array | None = None, threads: int | None = None) -> Array:
+        """Jump (…, nv) of the joint velocities that impulses on links cause.
+
+        external: {link name: (…, 6)}, impulses that the environment exerts on links, N s and N m s: linear first, about the link's origin, in the
+        link's axes.  q, out, threads: as in :meth:`inverse_dynamics`.  Articulated-body algorithm without gravity and velocities; O(bodies).
+        """
+        return self._core.velocity_jump(q, None, None, None, external, None, out, threads)
 
     def mass_matrix(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
         """Mass matrix (…, nv, nv), symmetric: inverse_dynamics = mass_matrix · a + bias.
 
         Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2); O(bodies × depth).
+        :meth:`mass_matrix_upper` and :meth:`mass_matrix_tree` write less, which is what takes the time in batches of large robots.
         """
         return self._core.mass_matrix(q, None, None, None, None, None, out, threads)
+
+    def mass_matrix_upper(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Upper triangle of the mass matrix, in an array (…, nv, nv).
+
+        q, out, threads: as in :meth:`inverse_dynamics`.  Elements below the diagonal are left as they are in `out`, and have any value
+        without it.  For solvers that read one triangle: ``scipy.linalg.cho_factor(M)``, ``numpy.linalg.eigvalsh(M, UPLO="U")``.
+        """
+        return self._core.mass_matrix_upper(q, None, None, None, None, None, out, threads)
+
+    def mass_matrix_tree(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """The elements (…, tree) of the mass matrix that aren't zero by the shape of the tree.
+
+        q, out, threads: as in :meth:`inverse_dynamics`.  Compressed sparse rows of the lower triangle:
+        ``scipy.sparse.csr_matrix((M, m.tree_columns, m.tree_rows))``.  Featherstone, RBDA 2008, table 6.2 and section 6.5.
+        """
+        return self._core.mass_matrix_tree(q, None, None, None, None, None, out, threads)
+
+    def mass_matrix_factor(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Factors (…, tree) of the mass matrix that are as sparse as the tree: M = Lᵀ D L.
+
+        q, out, threads: as in :meth:`inverse_dynamics`.  The layout is that of :meth:`mass_matrix_tree`, with D instead of the ones on the
+        diagonal of L.  Featherstone, RBDA 2008, section 6.5 and table 6.3; O(nv × depth²).
+        """
+        return self._core.mass_matrix_factor(q, None, None, None, None, None, out, threads)
+
+    def mass_matrix_inverse(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Inverse (…, nv, nv) of the mass matrix, symmetric.
+
+        q, out, threads: as in :meth:`inverse_dynamics`.  From the factors of :meth:`mass_matrix_factor`, row by row (Takahashi, Fagan and
+        Chen 1973); O(nv² × depth).  :meth:`solve_mass_matrix` is faster for few vectors.
+        """
+        return self._core.mass_matrix_inverse(q, None, None, None, None, None, out, threads)
+
+    def solve_mass_matrix(self, q: ArrayLike, tau: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """a (…, nv) with mass_matrix(q) · a = tau.
+
+        q, tau, out, threads: as in :meth:`forward_dynamics`, of which this is the case without gravity, velocities and external wrenches:
+        M⁻¹ tau, by the articulated-body algorithm (Featherstone, RBDA 2008, table 7.1); O(bodies).
+        """
+        return self._core.solve_mass_matrix(q, tau, None, None, None, None, out, threads)
+
+    def coriolis_matrix(self, q: ArrayLike, v: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Coriolis matrix (…, nv, nv): inverse_dynamics = mass_matrix · a + coriolis_matrix · v + gravity_torque.
+
+        q, v, out, threads: as in :meth:`inverse_dynamics`.  Of the many matrices with C v = bias − gravity_torque this is ∫ Jᵀ dJ/dt dm, J the
+        Jacobian of a particle in world axes.  dM/dt − 2 C is skew-symmetric, for all joints.  Where every joint has one coordinate,
+        C_ij = Σ_k Γ_ijk v_k with Christoffel's symbols of the first kind of M.  Linear in v.
+
+        Echeandia and Wensing, "Numerical methods to compute the Coriolis matrix and Christoffel symbols for rigid-body systems", 2021;
+        O(bodies × depth).
+        """
+        return self._core.coriolis_matrix(q, v, None, None, None, None, out, threads)
 
     def frame_pose(self, q: ArrayLike, name: str, out: Array | None = None, threads: int | None = None) -> Array:
         """Pose (…, 4, 4) in the world of a link's frame, or of a joint's (the child link's), for q (…, nq).
@@ -334,21 +425,6 @@ class Calls(Requests):
         """
         return self._core.relative_jacobian(q, None, None, None, None, self._frames_of((name, seen_from), axes, at, order, offset), out, threads)
 
-    def energy(self, q: ArrayLike, v: ArrayLike, out: tuple[Array, Array] | None = None, threads: int | None = None) -> tuple[Array, Array]:
-        """Kinetic and potential energy, J, each (…), for q (…, nq), v (…, nv).
-
-        Potential energy is that of gravity, zero with every centroid at the world's origin.
-        out: two arrays, for the one and for the other.  q, v, threads: as in :meth:`inverse_dynamics`.
-        """
-        return self._core.energy(q, v, None, None, None, None, out, threads)
-
-    def external_power(self, q: ArrayLike, v: ArrayLike, external: External, out: Array | None = None, threads: int | None = None) -> Array:
-        """Power (…) of external wrenches, W: the sum of f · v of the links that they act on.
-
-        q (…, nq), v (…, nv); external, out, threads: as in :meth:`inverse_dynamics`.  No wrench, no power.
-        """
-        return self._core.external_power(q, v, None, None, external, None, out, threads)
-
     def operational_space_inertia_inverse(
         self,
         q: ArrayLike,
@@ -417,6 +493,208 @@ class Calls(Requests):
         O(n bodies + n² depth + n³).
         """
         return self._core.operational_space(q, v, None, None, external, self._frames_of(names, axes, at, order, None), out, threads)
+
+    def energy(self, q: ArrayLike, v: ArrayLike, out: tuple[Array, Array] | None = None, threads: int | None = None) -> tuple[Array, Array]:
+        """Kinetic and potential energy, J, each (…), for q (…, nq), v (…, nv).
+
+        Potential energy is that of gravity, zero with every centroid at the world's origin.
+        out: two arrays, for the one and for the other.  q, v, threads: as in :meth:`inverse_dynamics`.
+        """
+        return self._core.energy(q, v, None, None, None, None, out, threads)
+
+    def external_power(self, q: ArrayLike, v: ArrayLike, external: External, out: Array | None = None, threads: int | None = None) -> Array:
+        """Power (…) of external wrenches, W: the sum of f · v of the links that they act on.
+
+        q (…, nq), v (…, nv); external, out, threads: as in :meth:`inverse_dynamics`.  No wrench, no power.
+        """
+        return self._core.external_power(q, v, None, None, external, None, out, threads)
+
+    def center_of_mass(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Centre of mass (…, 3) of the bodies that move, in the world, m, for q (…, nq).
+
+        Links that are welded to the ground don't count.  NaN where nothing that moves has mass.
+        q, out, threads: as in :meth:`inverse_dynamics`.  O(bodies).
+        """
+        return self._core.center_of_mass(q, None, None, None, None, None, out, threads)
+
+    def center_of_mass_jacobian(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Jacobian (…, 3, nv) of the centre of mass, for q (…, nq): J v is its velocity in the world's axes.
+
+        The linear rows of :meth:`centroidal_momentum_matrix`, divided by the mass; links and NaN as in :meth:`center_of_mass`.
+        q, out, threads: as in :meth:`inverse_dynamics`.  O(bodies).
+        """
+        return self._core.center_of_mass_jacobian(q, None, None, None, None, None, out, threads)
+
+    def center_of_mass_velocity(self, q: ArrayLike, v: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Velocity (…, 3) of the centre of mass in the world's axes, m/s, for q (…, nq), v (…, nv).
+
+        Links and NaN as in :meth:`center_of_mass`; q, v, out, threads as in :meth:`inverse_dynamics`.  O(bodies).
+        """
+        return self._core.center_of_mass_velocity(q, v, None, None, None, None, out, threads)
+
+    def center_of_mass_acceleration(self, q: ArrayLike, v: ArrayLike, a: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Acceleration (…, 3) of the centre of mass in the world's axes, m/s², for q (…, nq), v and a (…, nv).
+
+        The rate of :meth:`center_of_mass_velocity`; gravity doesn't enter.
+        Links and NaN as in :meth:`center_of_mass`; q, v, a, out, threads as in :meth:`inverse_dynamics`.  O(bodies).
+        """
+        return self._core.center_of_mass_acceleration(q, v, a, None, None, None, out, threads)
+
+    def centroidal_momentum(self, q: ArrayLike, v: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Momentum (…, 6) about the centre of mass, in the world's axes, linear first, for q (…, nq), v (…, nv).
+
+        Of the bodies that move; kg m/s, kg m²/s.  Where nothing that moves has mass, all is zero.
+        q, v, out, threads: as in :meth:`inverse_dynamics`.  Orin, Goswami, Lee, Autonomous Robots 35, 2013, eq. (7); O(bodies).
+        """
+        return self._core.centroidal_momentum(q, v, None, None, None, None, out, threads)
+
+    def centroidal_momentum_matrix(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Centroidal momentum matrix (…, 6, nv) for q (…, nq): times v it is :meth:`centroidal_momentum`.
+
+        A column is the momentum of the joint's subtree at unit velocity, about the centre of mass of all bodies that move.
+        q, out, threads: as in :meth:`inverse_dynamics`.  Orin, Goswami, Lee, Autonomous Robots 35, 2013, section 4; O(bodies).
+        """
+        return self._core.centroidal_momentum_matrix(q, None, None, None, None, None, out, threads)
+
+    def centroidal_momentum_rate(self, q: ArrayLike, v: ArrayLike, a: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Rate (…, 6) of the centroidal momentum, in the world's axes, linear first, for q (…, nq), v and a (…, nv).
+
+        The rate of :meth:`centroidal_momentum`: the sum of all external wrenches about the centre of mass, those of gravity and of the
+        ground among them; N, N m.
+        q, v, a, out, threads: as in :meth:`inverse_dynamics`.  O(bodies).
+        """
+        return self._core.centroidal_momentum_rate(q, v, a, None, None, None, out, threads)
+
+    def inverse_dynamics_derivatives(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        external: External | None = None,
+        out: tuple[Array,
+        Array,
+        Array] | None = None,
+        threads: int | None = None,
+    ) -> tuple[Array, Array, Array]:
+        """Derivatives of inverse_dynamics by q, v and a, each (…, nv, nv).
+
+        q, v, a, external, threads: as in :meth:`inverse_dynamics`.  Element (i, k) is that of effort i by coordinate k.
+        By q is along q ⊕ s e_k (:meth:`integrate`), with v and a held componentwise.  By a is the mass matrix.
+        External wrenches are held in their links' axes, and move with the links.
+        out: three arrays, one for each derivative.
+        Singh, Russell, Wensing, Efficient Analytical Derivatives of Rigid-Body Dynamics Using Spatial Vector Algebra
+        (RA-L 7(2), 2022); O(bodies × depth).
+        """
+        return self._core.inverse_dynamics_derivatives(q, v, a, None, external, None, out, threads)
+
+    def forward_dynamics_derivatives(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        tau: ArrayLike,
+        external: External | None = None,
+        out: tuple[Array,
+        Array,
+        Array] | None = None,
+        threads: int | None = None,
+    ) -> tuple[Array, Array, Array]:
+        """Derivatives of forward_dynamics by q, v and tau, each (…, nv, nv).
+
+        q, v, tau, external, threads: as in :meth:`forward_dynamics`.  Element (i, k) is that of acceleration i by coordinate k.
+        By q is along q ⊕ s e_k (:meth:`integrate`), with v and tau held componentwise.  By tau is the inverse of the mass matrix.
+        External wrenches are held in their links' axes, and move with the links.
+        out: three arrays, one for each derivative.
+        From those of inverse dynamics and factors of the mass matrix: Carpentier and Mansard, Analytical Derivatives of Rigid Body
+        Dynamics Algorithms (RSS 2018), eq. (27); O(nv² × depth).
+        """
+        return self._core.forward_dynamics_derivatives(q, v, tau, None, external, None, out, threads)
+
+    def reactions_derivatives(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        external: External | None = None,
+        on: Side = "child",
+        at: Point = "joint",
+        axes: str = "joint",
+        order: Order = "lin_ang",
+        part: Part = "total",
+        joints: Iterable[str] | None = None,
+        out: tuple[Array,
+        Array,
+        Array] | None = None,
+        threads: int | None = None,
+    ) -> tuple[Array, Array, Array]:
+        """Derivatives of reactions by q, v and a, each (…, joints, 6, nv).
+
+        All arguments as in :meth:`reactions`, whose components in the requested axes are differentiated, whether or not
+        these axes and the point move.  By q is along q ⊕ s e_k (:meth:`integrate`), with v and a held componentwise.
+        External wrenches are held in their links' axes, and move with the links.
+        out: three arrays, one for each derivative.  After Singh, Russell, Wensing (RA-L 7(2), 2022); O(joints × nv).
+        """
+        return self._core.reactions_derivatives(q, v, a, None, external, self._request(on, at, axes, order, part, joints), out, threads)
+
+    def inverse_dynamics_regressor(
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, links: Iterable[str] | None = None, out: Array | None = None, threads: int | None = None
+    ) -> Array:
+        """Regressor (…, nv, links, 10) of inverse dynamics: joint efforts for each inertial parameter of each link.
+
+        numpy.einsum("...jlp,lp", regressor, model.parameters) is `inverse_dynamics` without external wrenches.
+        links: names in the order wanted; by default all links in the order of `link_names`.  Links that fixed joints weld together have
+        parameters of their own.  Those of a link: m, m cx, m cy, m cz, Ixx, Ixy, Iyy, Ixz, Iyz, Izz, about its origin and in its axes.
+        q, v, a, out, threads: as in :meth:`inverse_dynamics`.  Atkeson, An, Hollerbach, IJRR 5, 1986; O(links × depth).
+        """
+        return self._core.inverse_dynamics_regressor(q, v, a, None, None, self._links_of(links), out, threads)
+
+    def gravity_torque_regressor(self, q: ArrayLike, links: Iterable[str] | None = None, out: Array | None = None, threads: int | None = None) -> Array:
+        """Regressor (…, nv, links, 10) of the efforts at rest: those of :meth:`gravity_torque` for each inertial parameter.
+
+        Only masses and first moments enter: columns 4 to 9 are zero.
+        links, q, out, threads: as in :meth:`inverse_dynamics_regressor`, of which this is the case v = a = 0.
+        """
+        return self._core.gravity_torque_regressor(q, None, None, None, None, self._links_of(links), out, threads)
+
+    def reactions_regressor(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        on: Side = "child",
+        at: Point = "joint",
+        axes: str = "joint",
+        order: Order = "lin_ang",
+        part: Part = "total",
+        joints: Iterable[str] | None = None,
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Regressor (…, joints, 6, links, 10) of reactions: the wrench through each joint for each parameter of every link.
+
+        numpy.einsum("...jclp,lp", regressor, model.parameters) is `reactions` with the same keywords, without external wrenches.
+        All links of the model, in the order of `link_names`; a link's parameters: as in :meth:`inverse_dynamics_regressor`.
+        on, at, axes, order, part, joints: as in :meth:`reactions`.  q, v, a, out, threads: as in :meth:`inverse_dynamics`.
+        O(joints × links).
+        """
+        return self._core.reactions_regressor(q, v, a, None, None, self._request(on, at, axes, order, part, joints), out, threads)
+
+    def energy_regressor(
+        self, q: ArrayLike, v: ArrayLike, links: Iterable[str] | None = None, out: tuple[Array, Array] | None = None, threads: int | None = None
+    ) -> tuple[Array, Array]:
+        """Regressors (…, links, 10) of kinetic and of potential energy: those of :meth:`energy` for each inertial parameter.
+
+        numpy.einsum("...lp,lp", regressor, model.parameters) is the energy.  out: two arrays, for the one and for the other.
+        links, q, v, threads: as in :meth:`inverse_dynamics_regressor`.  O(bodies + links).
+        """
+        return self._core.energy_regressor(q, v, None, None, None, self._links_of(links), out, threads)
+
+    def momentum_regressor(self, q: ArrayLike, v: ArrayLike, links: Iterable[str] | None = None, out: Array | None = None, threads: int | None = None) -> Array:
+        """Regressor (…, 6, links, 10) of the momentum about the world's origin, in its axes, linear first.
+
+        About the world's origin, since the centre of mass is not a linear function of the parameters.  Linear first; kg m/s, kg m²/s.
+        links, q, v, out, threads: as in :meth:`inverse_dynamics_regressor`.  O(bodies + links).
+        """
+        return self._core.momentum_regressor(q, v, None, None, None, self._links_of(links), out, threads)
 
     rnea = inverse_dynamics
     aba = forward_dynamics

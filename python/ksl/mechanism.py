@@ -67,6 +67,12 @@ class Link:
     inertia: tuple[float, float, float, float, float, float]
     """Ixx Iyy Izz Ixy Iyz Izx about the link's origin, kg m², matrix elements (signs included)."""
 
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """The ten numbers that regressors multiply: m, m cx, m cy, m cz, Ixx, Ixy, Iyy, Ixz, Iyz, Izz."""
+        xx, yy, zz, xy, yz, zx = self.inertia
+        return (self.mass, *self.first_moment, xx, xy, yy, zx, yz, zz)
+
 
 class Mechanism:
     """Joints and links of a model, by name and in order; immutable."""
@@ -124,6 +130,11 @@ class Mechanism:
     def link_names(self) -> list[str]:
         """Links, parents first; the root is the first."""
         return [link.name for link in self.links]
+
+    @property
+    def parameters(self) -> Array:
+        """Inertial parameters (links, 10), as :attr:`Link.parameters`, in the order of `link_names`."""
+        return np.array([link.parameters for link in self.links])
 
     def joint(self, name: str) -> Joint:
         """The joint of that name."""

@@ -85,7 +85,7 @@ def of_batch(row: Algorithm) -> str:
         "joints": ["batch.joints"],
         "reactions": ["batch.reactions"],
     }.get(row.request, [])
-    what = {"links": "links.n", "6 links": "6 links.n", "joints": "joints->n"}
+    what = {"links": "links.n", "6 links": "6 links.n", "joints": "joints->n", "all_links": "all links"}
     shapes = [" × ".join(what.get(n, str(n)) for n in result.shape) or "1" for result in row.results]
     writes = [f"{result.name} into batch.result[{i}] (rows of {shapes[i]})" for i, result in enumerate(row.results)]
     writes += ["the reactions (rows of request.n × 6)"] if row.request == "reactions" else []

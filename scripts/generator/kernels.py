@@ -2,7 +2,7 @@
 
 from generator.rows import ALGORITHMS, COMPUTING, MARK, Algorithm, Result, kernels_of
 
-EXTENTS = {3: "three", 4: "four", 6: "six", 10: "ten", "6 links": "twists", **{name: name for name in ("nq", "nv", "links", "joints")}}
+EXTENTS = {3: "three", 4: "four", 6: "six", 10: "ten", "6 links": "twists", **{name: name for name in ("nq", "nv", "links", "joints", "tree", "all_links")}}
 
 REQUEST = {
     "links": ["s.links.n", "s.links.index"],
@@ -54,7 +54,8 @@ KSL_KERNELS({name}) = ksl::kernels_of<ksl::{name}_algorithm>;
 def kernel(row: Algorithm) -> str:
     steps = {
         "efforts_and_reactions": {},
-        "symmetric_matrix": {"compute": row.name, "upper_triangle": f"elements_of_{row.name}"},
+        **{form: {"compute": row.name, "elements": row.elements} for form in ("symmetric_matrix", "upper_triangle")},
+        "sparse_results": {"compute": row.name, "elements": f"elements_of_{row.name}"},
     }.get(row.form, {"compute": row.name})
     text = "".join("\n" + STEP.format(name=name, call=engine_call(row, function)) for name, function in steps.items())
     row_lines = "".join(f"      {line},\n" for line in row_members(row))
@@ -73,6 +74,7 @@ def row_members(row: Algorithm) -> list[str]:
         f".input_list = {{{', '.join(f'input::{name}' for name in row.inputs)}}}",
         f".external = external_use::{row.external or 'none'}",
         f".request = request_kind::{row.request or 'none'}",
+        f".needs_mass = {'true' if row.needs_mass else 'false'}",
         f".results = {len(row.results)}",
         f".result = {{{', '.join(map(result_row, row.results))}}}",
     ]

@@ -39,7 +39,7 @@ METHOD = '''\
 
 def request_of(row: Algorithm) -> tuple[str, str]:
     """Keywords of a method, and the request that they make."""
-    keywords, request = REQUEST[row.request]
+    keywords, request = (text.replace("names", row.links_keyword) for text in REQUEST[row.request])
     if row.keywords == "kind":
         return keywords.replace("axes:", 'kind: Acceleration = "spatial", axes:'), request[:-1] + ", kind)"
     if row.keywords == "point":

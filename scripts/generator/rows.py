@@ -31,7 +31,7 @@ def has(row: Algorithm, face: str) -> bool:
 
 def shape(result: Result) -> str:
     """The shape as text: "(nv, nv)", or empty for a single number."""
-    return f" ({', '.join(str(n) for n in result.shape)})" if result.shape else ""
+    return f" ({', '.join(str(n).replace('_', ' ') for n in result.shape)})" if result.shape else ""
 
 
 def sentence(row: Algorithm) -> str:

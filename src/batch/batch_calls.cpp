@@ -42,11 +42,65 @@ template <class S> void forward_dynamics_batch(const model &m, const batch_view<
 template void forward_dynamics_batch(const model &, const batch_view<double> &, int);
 template void forward_dynamics_batch(const model &, const batch_view<float> &, int);
 
+template <class S> void forward_dynamics_by_mass_matrix_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::forward_dynamics_by_mass_matrix, m, batch, threads);
+}
+template void forward_dynamics_by_mass_matrix_batch(const model &, const batch_view<double> &, int);
+template void forward_dynamics_by_mass_matrix_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void hybrid_dynamics_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::hybrid_dynamics, m, batch, threads);
+}
+template void hybrid_dynamics_batch(const model &, const batch_view<double> &, int);
+template void hybrid_dynamics_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void velocity_jump_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::velocity_jump, m, batch, threads);
+}
+template void velocity_jump_batch(const model &, const batch_view<double> &, int);
+template void velocity_jump_batch(const model &, const batch_view<float> &, int);
+
 template <class S> void mass_matrix_batch(const model &m, const batch_view<S> &batch, int threads) {
   compute_batch(rows::mass_matrix, m, batch, threads);
 }
 template void mass_matrix_batch(const model &, const batch_view<double> &, int);
 template void mass_matrix_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void mass_matrix_upper_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::mass_matrix_upper, m, batch, threads);
+}
+template void mass_matrix_upper_batch(const model &, const batch_view<double> &, int);
+template void mass_matrix_upper_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void mass_matrix_tree_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::mass_matrix_tree, m, batch, threads);
+}
+template void mass_matrix_tree_batch(const model &, const batch_view<double> &, int);
+template void mass_matrix_tree_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void mass_matrix_factor_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::mass_matrix_factor, m, batch, threads);
+}
+template void mass_matrix_factor_batch(const model &, const batch_view<double> &, int);
+template void mass_matrix_factor_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void mass_matrix_inverse_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::mass_matrix_inverse, m, batch, threads);
+}
+template void mass_matrix_inverse_batch(const model &, const batch_view<double> &, int);
+template void mass_matrix_inverse_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void solve_mass_matrix_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::solve_mass_matrix, m, batch, threads);
+}
+template void solve_mass_matrix_batch(const model &, const batch_view<double> &, int);
+template void solve_mass_matrix_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void coriolis_matrix_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::coriolis_matrix, m, batch, threads);
+}
+template void coriolis_matrix_batch(const model &, const batch_view<double> &, int);
+template void coriolis_matrix_batch(const model &, const batch_view<float> &, int);
 
 template <class S> void frame_poses_batch(const model &m, const batch_view<S> &batch, int threads) {
   compute_batch(rows::frame_poses, m, batch, threads);
@@ -120,18 +174,6 @@ template <class S> void relative_jacobian_batch(const model &m, const batch_view
 template void relative_jacobian_batch(const model &, const batch_view<double> &, int);
 template void relative_jacobian_batch(const model &, const batch_view<float> &, int);
 
-template <class S> void energy_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::energy, m, batch, threads);
-}
-template void energy_batch(const model &, const batch_view<double> &, int);
-template void energy_batch(const model &, const batch_view<float> &, int);
-
-template <class S> void external_power_batch(const model &m, const batch_view<S> &batch, int threads) {
-  compute_batch(rows::external_power, m, batch, threads);
-}
-template void external_power_batch(const model &, const batch_view<double> &, int);
-template void external_power_batch(const model &, const batch_view<float> &, int);
-
 template <class S> void operational_space_inertia_inverse_batch(const model &m, const batch_view<S> &batch, int threads) {
   compute_batch(rows::operational_space_inertia_inverse, m, batch, threads);
 }
@@ -149,5 +191,107 @@ template <class S> void operational_space_batch(const model &m, const batch_view
 }
 template void operational_space_batch(const model &, const batch_view<double> &, int);
 template void operational_space_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void energy_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::energy, m, batch, threads);
+}
+template void energy_batch(const model &, const batch_view<double> &, int);
+template void energy_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void external_power_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::external_power, m, batch, threads);
+}
+template void external_power_batch(const model &, const batch_view<double> &, int);
+template void external_power_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void center_of_mass_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::center_of_mass, m, batch, threads);
+}
+template void center_of_mass_batch(const model &, const batch_view<double> &, int);
+template void center_of_mass_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void center_of_mass_jacobian_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::center_of_mass_jacobian, m, batch, threads);
+}
+template void center_of_mass_jacobian_batch(const model &, const batch_view<double> &, int);
+template void center_of_mass_jacobian_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void center_of_mass_velocity_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::center_of_mass_velocity, m, batch, threads);
+}
+template void center_of_mass_velocity_batch(const model &, const batch_view<double> &, int);
+template void center_of_mass_velocity_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void center_of_mass_acceleration_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::center_of_mass_acceleration, m, batch, threads);
+}
+template void center_of_mass_acceleration_batch(const model &, const batch_view<double> &, int);
+template void center_of_mass_acceleration_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void centroidal_momentum_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::centroidal_momentum, m, batch, threads);
+}
+template void centroidal_momentum_batch(const model &, const batch_view<double> &, int);
+template void centroidal_momentum_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void centroidal_momentum_matrix_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::centroidal_momentum_matrix, m, batch, threads);
+}
+template void centroidal_momentum_matrix_batch(const model &, const batch_view<double> &, int);
+template void centroidal_momentum_matrix_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void centroidal_momentum_rate_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::centroidal_momentum_rate, m, batch, threads);
+}
+template void centroidal_momentum_rate_batch(const model &, const batch_view<double> &, int);
+template void centroidal_momentum_rate_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void inverse_dynamics_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::inverse_dynamics_derivatives, m, batch, threads);
+}
+template void inverse_dynamics_derivatives_batch(const model &, const batch_view<double> &, int);
+template void inverse_dynamics_derivatives_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void forward_dynamics_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::forward_dynamics_derivatives, m, batch, threads);
+}
+template void forward_dynamics_derivatives_batch(const model &, const batch_view<double> &, int);
+template void forward_dynamics_derivatives_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void reactions_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::reactions_derivatives, m, batch, threads);
+}
+template void reactions_derivatives_batch(const model &, const batch_view<double> &, int);
+template void reactions_derivatives_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void inverse_dynamics_regressor_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::inverse_dynamics_regressor, m, batch, threads);
+}
+template void inverse_dynamics_regressor_batch(const model &, const batch_view<double> &, int);
+template void inverse_dynamics_regressor_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void gravity_torque_regressor_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::gravity_torque_regressor, m, batch, threads);
+}
+template void gravity_torque_regressor_batch(const model &, const batch_view<double> &, int);
+template void gravity_torque_regressor_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void reactions_regressor_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::reactions_regressor, m, batch, threads);
+}
+template void reactions_regressor_batch(const model &, const batch_view<double> &, int);
+template void reactions_regressor_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void energy_regressor_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::energy_regressor, m, batch, threads);
+}
+template void energy_regressor_batch(const model &, const batch_view<double> &, int);
+template void energy_regressor_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void momentum_regressor_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::momentum_regressor, m, batch, threads);
+}
+template void momentum_regressor_batch(const model &, const batch_view<double> &, int);
+template void momentum_regressor_batch(const model &, const batch_view<float> &, int);
 
 } // namespace ksl

@@ -98,6 +98,8 @@ ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_vi
                         const joints_argument &joints, const rows_view<S> &wrenches) {
   return guarded([&] {
     require(m, "model and arrays must not be null");
+    if (row.needs_mass)
+      require_mass(m->model, row.name);
     batch.frame = frame_options_of(frame);
     if (names_links(row.request))
       require_links(m, batch.links.n, batch.links.index);
@@ -113,7 +115,7 @@ ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_vi
       require(!any || input_of(batch, row.input_list[i]).first, "model and arrays must not be null");
     for (int r = 0; r < row.results && any; ++r)
       require_result(batch.result[r].first, numbers_of(row.result[r], extents_of(m->model.template view_in<S>(), batch)), row.result[r].name);
-    require_result(wrenches.first, any ? joints.n : 0, "wrenches");
+    require_result(wrenches.first, any && row.request == request_kind::reactions ? joints.n : 0, "wrenches");
     std::vector<external_rows<S>> exerted;
     if (external) {
       require_external(m, external->n, external->link, any ? static_cast<const void *>(external->wrench) : "");

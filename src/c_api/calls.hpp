@@ -60,10 +60,18 @@ inline void require_result(const void *out, int numbers, const char *name) {
     throw bad_argument(std::string(name) + " must not be null");
 }
 
+/// Checks that no joint can move without moving any mass.
+inline void require_mass(const model &m, const char *call) {
+  if (m.massless_joint() >= 0)
+    throw bad_argument(std::string(call) + ": " + m.massless_joint_text());
+}
+
 /// Checks the arguments of a row for one state: the workspace, the results and the numbers.  Inputs that the row doesn't have
 /// are taken as zero.
 template <const algorithm_row &row, class S> void check_state(const ksl_model_t *m, ksl_data_t *d, state_view<S> &s) {
   const model_view<S> model = m->model.template view_in<S>();
+  if constexpr (row.needs_mass)
+    require_mass(m->model, row.name);
   if constexpr (names_links(row.request))
     require_links(m, s.links.n, s.links.index);
   require(!links_are_few(row) || s.links.n <= model.links, "links: at most as many as the model has");

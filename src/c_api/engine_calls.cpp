@@ -280,6 +280,138 @@ ksl_status_t ksl_forward_dynamics_external_batchf(const ksl_model_t *model, size
                            external, threads);
 }
 
+ksl_status_t ksl_forward_dynamics_by_mass_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                 const double *v, const double *tau, const ksl_external_t *external,
+                                                 double *a) {
+  return state_call<rows::forward_dynamics_by_mass_matrix, double>(
+      model, data, {.q = q, .v = v, .tau = tau, .result = {a}}, external);
+}
+
+ksl_status_t ksl_forward_dynamics_by_mass_matrixf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                  const float *v, const float *tau, const ksl_externalf_t *external,
+                                                  float *a) {
+  return state_call<rows::forward_dynamics_by_mass_matrix, float>(
+      model, data, {.q = q, .v = v, .tau = tau, .result = {a}}, external);
+}
+
+ksl_status_t ksl_forward_dynamics_by_mass_matrix_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                       ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                       const double *tau, ptrdiff_t tau_stride, double *a,
+                                                       ptrdiff_t a_stride, int threads) {
+  return batch_call<double>(rows::forward_dynamics_by_mass_matrix, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .tau = {tau, tau_stride}, .result = {{a, a_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_forward_dynamics_by_mass_matrix_external_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *tau, ptrdiff_t tau_stride, const ksl_external_rows_t *external, double *a, ptrdiff_t a_stride,
+    int threads) {
+  return batch_call<double>(rows::forward_dynamics_by_mass_matrix, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .tau = {tau, tau_stride}, .result = {{a, a_stride}}},
+                            external, threads);
+}
+
+ksl_status_t ksl_forward_dynamics_by_mass_matrix_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                        ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                        const float *tau, ptrdiff_t tau_stride, float *a,
+                                                        ptrdiff_t a_stride, int threads) {
+  return batch_call<float>(rows::forward_dynamics_by_mass_matrix, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .tau = {tau, tau_stride}, .result = {{a, a_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_forward_dynamics_by_mass_matrix_external_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *tau, ptrdiff_t tau_stride, const ksl_external_rowsf_t *external, float *a, ptrdiff_t a_stride,
+    int threads) {
+  return batch_call<float>(rows::forward_dynamics_by_mass_matrix, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .tau = {tau, tau_stride}, .result = {{a, a_stride}}},
+                           external, threads);
+}
+
+ksl_status_t ksl_hybrid_dynamics(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                 const double *a, const double *tau, const ksl_external_t *external, double *a_out,
+                                 int n, const int *links, double *tau_out) {
+  return state_call<rows::hybrid_dynamics, double>(model, data,
+                                                   {.q = q, .v = v, .a = a, .tau = tau, .links = {n, links}, .result = {a_out, tau_out}},
+                                                   external);
+}
+
+ksl_status_t ksl_hybrid_dynamicsf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                  const float *a, const float *tau, const ksl_externalf_t *external, float *a_out,
+                                  int n, const int *links, float *tau_out) {
+  return state_call<rows::hybrid_dynamics, float>(model, data,
+                                                  {.q = q, .v = v, .a = a, .tau = tau, .links = {n, links}, .result = {a_out, tau_out}},
+                                                  external);
+}
+
+ksl_status_t ksl_hybrid_dynamics_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                       const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+                                       const double *tau, ptrdiff_t tau_stride, double *a_out, ptrdiff_t a_out_stride,
+                                       int links_n, const int *links, double *tau_out, ptrdiff_t tau_out_stride,
+                                       int threads) {
+  return batch_call<double>(rows::hybrid_dynamics, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .tau = {tau, tau_stride}, .links = {links_n, links}, .result = {{a_out, a_out_stride}, {tau_out, tau_out_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_hybrid_dynamics_external_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                                const double *v, ptrdiff_t v_stride, const double *a,
+                                                ptrdiff_t a_stride, const double *tau, ptrdiff_t tau_stride,
+                                                const ksl_external_rows_t *external, double *a_out,
+                                                ptrdiff_t a_out_stride, int links_n, const int *links, double *tau_out,
+                                                ptrdiff_t tau_out_stride, int threads) {
+  return batch_call<double>(rows::hybrid_dynamics, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .tau = {tau, tau_stride}, .links = {links_n, links}, .result = {{a_out, a_out_stride}, {tau_out, tau_out_stride}}},
+                            external, threads);
+}
+
+ksl_status_t ksl_hybrid_dynamics_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                        const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+                                        const float *tau, ptrdiff_t tau_stride, float *a_out, ptrdiff_t a_out_stride,
+                                        int links_n, const int *links, float *tau_out, ptrdiff_t tau_out_stride,
+                                        int threads) {
+  return batch_call<float>(rows::hybrid_dynamics, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .tau = {tau, tau_stride}, .links = {links_n, links}, .result = {{a_out, a_out_stride}, {tau_out, tau_out_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_hybrid_dynamics_external_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                                 const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+                                                 const float *tau, ptrdiff_t tau_stride,
+                                                 const ksl_external_rowsf_t *external, float *a_out,
+                                                 ptrdiff_t a_out_stride, int links_n, const int *links, float *tau_out,
+                                                 ptrdiff_t tau_out_stride, int threads) {
+  return batch_call<float>(rows::hybrid_dynamics, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .tau = {tau, tau_stride}, .links = {links_n, links}, .result = {{a_out, a_out_stride}, {tau_out, tau_out_stride}}},
+                           external, threads);
+}
+
+ksl_status_t ksl_velocity_jump(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                               const ksl_external_t *external, double *dv) {
+  return state_call<rows::velocity_jump, double>(model, data, {.q = q, .result = {dv}}, external);
+}
+
+ksl_status_t ksl_velocity_jumpf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                const ksl_externalf_t *external, float *dv) {
+  return state_call<rows::velocity_jump, float>(model, data, {.q = q, .result = {dv}}, external);
+}
+
+ksl_status_t ksl_velocity_jump_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                     const ksl_external_rows_t *external, double *dv, ptrdiff_t dv_stride,
+                                     int threads) {
+  return batch_call<double>(rows::velocity_jump, model, {.n = n, .q = {q, q_stride}, .result = {{dv, dv_stride}}},
+                            external, threads);
+}
+
+ksl_status_t ksl_velocity_jump_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                      const ksl_external_rowsf_t *external, float *dv, ptrdiff_t dv_stride,
+                                      int threads) {
+  return batch_call<float>(rows::velocity_jump, model, {.n = n, .q = {q, q_stride}, .result = {{dv, dv_stride}}},
+                           external, threads);
+}
+
 ksl_status_t ksl_mass_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q, double *M) {
   return state_call<rows::mass_matrix, double>(model, data, {.q = q, .result = {M}}, no_external);
 }
@@ -297,6 +429,137 @@ ksl_status_t ksl_mass_matrix_batch(const ksl_model_t *model, size_t n, const dou
 ksl_status_t ksl_mass_matrix_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, float *M,
                                     ptrdiff_t M_stride, int threads) {
   return batch_call<float>(rows::mass_matrix, model, {.n = n, .q = {q, q_stride}, .result = {{M, M_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_mass_matrix_upper(const ksl_model_t *model, ksl_data_t *data, const double *q, double *M) {
+  return state_call<rows::mass_matrix_upper, double>(model, data, {.q = q, .result = {M}}, no_external);
+}
+
+ksl_status_t ksl_mass_matrix_upperf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *M) {
+  return state_call<rows::mass_matrix_upper, float>(model, data, {.q = q, .result = {M}}, no_external);
+}
+
+ksl_status_t ksl_mass_matrix_upper_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                         double *M, ptrdiff_t M_stride, int threads) {
+  return batch_call<double>(rows::mass_matrix_upper, model, {.n = n, .q = {q, q_stride}, .result = {{M, M_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_mass_matrix_upper_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                          float *M, ptrdiff_t M_stride, int threads) {
+  return batch_call<float>(rows::mass_matrix_upper, model, {.n = n, .q = {q, q_stride}, .result = {{M, M_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_mass_matrix_tree(const ksl_model_t *model, ksl_data_t *data, const double *q, double *M) {
+  return state_call<rows::mass_matrix_tree, double>(model, data, {.q = q, .result = {M}}, no_external);
+}
+
+ksl_status_t ksl_mass_matrix_treef(const ksl_model_t *model, ksl_data_t *data, const float *q, float *M) {
+  return state_call<rows::mass_matrix_tree, float>(model, data, {.q = q, .result = {M}}, no_external);
+}
+
+ksl_status_t ksl_mass_matrix_tree_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                        double *M, ptrdiff_t M_stride, int threads) {
+  return batch_call<double>(rows::mass_matrix_tree, model, {.n = n, .q = {q, q_stride}, .result = {{M, M_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_mass_matrix_tree_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                         float *M, ptrdiff_t M_stride, int threads) {
+  return batch_call<float>(rows::mass_matrix_tree, model, {.n = n, .q = {q, q_stride}, .result = {{M, M_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_mass_matrix_factor(const ksl_model_t *model, ksl_data_t *data, const double *q, double *LD) {
+  return state_call<rows::mass_matrix_factor, double>(model, data, {.q = q, .result = {LD}}, no_external);
+}
+
+ksl_status_t ksl_mass_matrix_factorf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *LD) {
+  return state_call<rows::mass_matrix_factor, float>(model, data, {.q = q, .result = {LD}}, no_external);
+}
+
+ksl_status_t ksl_mass_matrix_factor_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                          double *LD, ptrdiff_t LD_stride, int threads) {
+  return batch_call<double>(rows::mass_matrix_factor, model, {.n = n, .q = {q, q_stride}, .result = {{LD, LD_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_mass_matrix_factor_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                           float *LD, ptrdiff_t LD_stride, int threads) {
+  return batch_call<float>(rows::mass_matrix_factor, model, {.n = n, .q = {q, q_stride}, .result = {{LD, LD_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_mass_matrix_inverse(const ksl_model_t *model, ksl_data_t *data, const double *q, double *W) {
+  return state_call<rows::mass_matrix_inverse, double>(model, data, {.q = q, .result = {W}}, no_external);
+}
+
+ksl_status_t ksl_mass_matrix_inversef(const ksl_model_t *model, ksl_data_t *data, const float *q, float *W) {
+  return state_call<rows::mass_matrix_inverse, float>(model, data, {.q = q, .result = {W}}, no_external);
+}
+
+ksl_status_t ksl_mass_matrix_inverse_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                           double *W, ptrdiff_t W_stride, int threads) {
+  return batch_call<double>(rows::mass_matrix_inverse, model, {.n = n, .q = {q, q_stride}, .result = {{W, W_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_mass_matrix_inverse_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                            float *W, ptrdiff_t W_stride, int threads) {
+  return batch_call<float>(rows::mass_matrix_inverse, model, {.n = n, .q = {q, q_stride}, .result = {{W, W_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_solve_mass_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *tau,
+                                   double *a) {
+  return state_call<rows::solve_mass_matrix, double>(model, data, {.q = q, .tau = tau, .result = {a}}, no_external);
+}
+
+ksl_status_t ksl_solve_mass_matrixf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *tau,
+                                    float *a) {
+  return state_call<rows::solve_mass_matrix, float>(model, data, {.q = q, .tau = tau, .result = {a}}, no_external);
+}
+
+ksl_status_t ksl_solve_mass_matrix_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                         const double *tau, ptrdiff_t tau_stride, double *a, ptrdiff_t a_stride,
+                                         int threads) {
+  return batch_call<double>(rows::solve_mass_matrix, model,
+                            {.n = n, .q = {q, q_stride}, .tau = {tau, tau_stride}, .result = {{a, a_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_solve_mass_matrix_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                          const float *tau, ptrdiff_t tau_stride, float *a, ptrdiff_t a_stride,
+                                          int threads) {
+  return batch_call<float>(rows::solve_mass_matrix, model,
+                           {.n = n, .q = {q, q_stride}, .tau = {tau, tau_stride}, .result = {{a, a_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_coriolis_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                 double *C) {
+  return state_call<rows::coriolis_matrix, double>(model, data, {.q = q, .v = v, .result = {C}}, no_external);
+}
+
+ksl_status_t ksl_coriolis_matrixf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                  float *C) {
+  return state_call<rows::coriolis_matrix, float>(model, data, {.q = q, .v = v, .result = {C}}, no_external);
+}
+
+ksl_status_t ksl_coriolis_matrix_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                       const double *v, ptrdiff_t v_stride, double *C, ptrdiff_t C_stride,
+                                       int threads) {
+  return batch_call<double>(rows::coriolis_matrix, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .result = {{C, C_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_coriolis_matrix_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                        const float *v, ptrdiff_t v_stride, float *C, ptrdiff_t C_stride, int threads) {
+  return batch_call<float>(rows::coriolis_matrix, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .result = {{C, C_stride}}},
                            no_external_rows, threads);
 }
 
@@ -672,58 +935,6 @@ ksl_status_t ksl_relative_jacobian_batchf(const ksl_model_t *model, size_t n, co
                            no_external_rows, threads, options);
 }
 
-ksl_status_t ksl_energy(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, double *kinetic,
-                        double *potential) {
-  return state_call<rows::energy, double>(model, data, {.q = q, .v = v, .result = {kinetic, potential}}, no_external);
-}
-
-ksl_status_t ksl_energyf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, float *kinetic,
-                         float *potential) {
-  return state_call<rows::energy, float>(model, data, {.q = q, .v = v, .result = {kinetic, potential}}, no_external);
-}
-
-ksl_status_t ksl_energy_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v,
-                              ptrdiff_t v_stride, double *kinetic, ptrdiff_t kinetic_stride, double *potential,
-                              ptrdiff_t potential_stride, int threads) {
-  return batch_call<double>(rows::energy, model,
-                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .result = {{kinetic, kinetic_stride}, {potential, potential_stride}}},
-                            no_external_rows, threads);
-}
-
-ksl_status_t ksl_energy_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v,
-                               ptrdiff_t v_stride, float *kinetic, ptrdiff_t kinetic_stride, float *potential,
-                               ptrdiff_t potential_stride, int threads) {
-  return batch_call<float>(rows::energy, model,
-                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .result = {{kinetic, kinetic_stride}, {potential, potential_stride}}},
-                           no_external_rows, threads);
-}
-
-ksl_status_t ksl_external_power(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
-                                const ksl_external_t *external, double *power) {
-  return state_call<rows::external_power, double>(model, data, {.q = q, .v = v, .result = {power}}, external);
-}
-
-ksl_status_t ksl_external_powerf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
-                                 const ksl_externalf_t *external, float *power) {
-  return state_call<rows::external_power, float>(model, data, {.q = q, .v = v, .result = {power}}, external);
-}
-
-ksl_status_t ksl_external_power_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
-                                      const double *v, ptrdiff_t v_stride, const ksl_external_rows_t *external,
-                                      double *power, ptrdiff_t power_stride, int threads) {
-  return batch_call<double>(rows::external_power, model,
-                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .result = {{power, power_stride}}},
-                            external, threads);
-}
-
-ksl_status_t ksl_external_power_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
-                                       const float *v, ptrdiff_t v_stride, const ksl_external_rowsf_t *external,
-                                       float *power, ptrdiff_t power_stride, int threads) {
-  return batch_call<float>(rows::external_power, model,
-                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .result = {{power, power_stride}}},
-                           external, threads);
-}
-
 ksl_status_t ksl_operational_space_inertia_inverse(const ksl_model_t *model, ksl_data_t *data, const double *q, int n,
                                                    const int *links, const ksl_frame_options_t *options,
                                                    double *inverse) {
@@ -848,6 +1059,557 @@ ksl_status_t ksl_operational_space_external_batchf(const ksl_model_t *model, siz
   return batch_call<float>(rows::operational_space, model,
                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{inertia, inertia_stride}, {bias, bias_stride}, {pseudo_inverse, pseudo_inverse_stride}, {rank, rank_stride}}},
                            external, threads, options);
+}
+
+ksl_status_t ksl_energy(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, double *kinetic,
+                        double *potential) {
+  return state_call<rows::energy, double>(model, data, {.q = q, .v = v, .result = {kinetic, potential}}, no_external);
+}
+
+ksl_status_t ksl_energyf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, float *kinetic,
+                         float *potential) {
+  return state_call<rows::energy, float>(model, data, {.q = q, .v = v, .result = {kinetic, potential}}, no_external);
+}
+
+ksl_status_t ksl_energy_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v,
+                              ptrdiff_t v_stride, double *kinetic, ptrdiff_t kinetic_stride, double *potential,
+                              ptrdiff_t potential_stride, int threads) {
+  return batch_call<double>(rows::energy, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .result = {{kinetic, kinetic_stride}, {potential, potential_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_energy_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v,
+                               ptrdiff_t v_stride, float *kinetic, ptrdiff_t kinetic_stride, float *potential,
+                               ptrdiff_t potential_stride, int threads) {
+  return batch_call<float>(rows::energy, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .result = {{kinetic, kinetic_stride}, {potential, potential_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_external_power(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                const ksl_external_t *external, double *power) {
+  return state_call<rows::external_power, double>(model, data, {.q = q, .v = v, .result = {power}}, external);
+}
+
+ksl_status_t ksl_external_powerf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                 const ksl_externalf_t *external, float *power) {
+  return state_call<rows::external_power, float>(model, data, {.q = q, .v = v, .result = {power}}, external);
+}
+
+ksl_status_t ksl_external_power_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                      const double *v, ptrdiff_t v_stride, const ksl_external_rows_t *external,
+                                      double *power, ptrdiff_t power_stride, int threads) {
+  return batch_call<double>(rows::external_power, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .result = {{power, power_stride}}},
+                            external, threads);
+}
+
+ksl_status_t ksl_external_power_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                       const float *v, ptrdiff_t v_stride, const ksl_external_rowsf_t *external,
+                                       float *power, ptrdiff_t power_stride, int threads) {
+  return batch_call<float>(rows::external_power, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .result = {{power, power_stride}}},
+                           external, threads);
+}
+
+ksl_status_t ksl_center_of_mass(const ksl_model_t *model, ksl_data_t *data, const double *q, double *center) {
+  return state_call<rows::center_of_mass, double>(model, data, {.q = q, .result = {center}}, no_external);
+}
+
+ksl_status_t ksl_center_of_massf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *center) {
+  return state_call<rows::center_of_mass, float>(model, data, {.q = q, .result = {center}}, no_external);
+}
+
+ksl_status_t ksl_center_of_mass_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                      double *center, ptrdiff_t center_stride, int threads) {
+  return batch_call<double>(rows::center_of_mass, model,
+                            {.n = n, .q = {q, q_stride}, .result = {{center, center_stride}}}, no_external_rows,
+                            threads);
+}
+
+ksl_status_t ksl_center_of_mass_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                       float *center, ptrdiff_t center_stride, int threads) {
+  return batch_call<float>(rows::center_of_mass, model,
+                           {.n = n, .q = {q, q_stride}, .result = {{center, center_stride}}}, no_external_rows,
+                           threads);
+}
+
+ksl_status_t ksl_center_of_mass_jacobian(const ksl_model_t *model, ksl_data_t *data, const double *q, double *J) {
+  return state_call<rows::center_of_mass_jacobian, double>(model, data, {.q = q, .result = {J}}, no_external);
+}
+
+ksl_status_t ksl_center_of_mass_jacobianf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *J) {
+  return state_call<rows::center_of_mass_jacobian, float>(model, data, {.q = q, .result = {J}}, no_external);
+}
+
+ksl_status_t ksl_center_of_mass_jacobian_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                               double *J, ptrdiff_t J_stride, int threads) {
+  return batch_call<double>(rows::center_of_mass_jacobian, model,
+                            {.n = n, .q = {q, q_stride}, .result = {{J, J_stride}}}, no_external_rows, threads);
+}
+
+ksl_status_t ksl_center_of_mass_jacobian_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                                float *J, ptrdiff_t J_stride, int threads) {
+  return batch_call<float>(rows::center_of_mass_jacobian, model,
+                           {.n = n, .q = {q, q_stride}, .result = {{J, J_stride}}}, no_external_rows, threads);
+}
+
+ksl_status_t ksl_center_of_mass_velocity(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                         double *velocity) {
+  return state_call<rows::center_of_mass_velocity, double>(model, data, {.q = q, .v = v, .result = {velocity}},
+                                                           no_external);
+}
+
+ksl_status_t ksl_center_of_mass_velocityf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                          float *velocity) {
+  return state_call<rows::center_of_mass_velocity, float>(model, data, {.q = q, .v = v, .result = {velocity}},
+                                                          no_external);
+}
+
+ksl_status_t ksl_center_of_mass_velocity_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                               const double *v, ptrdiff_t v_stride, double *velocity,
+                                               ptrdiff_t velocity_stride, int threads) {
+  return batch_call<double>(rows::center_of_mass_velocity, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .result = {{velocity, velocity_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_center_of_mass_velocity_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                                const float *v, ptrdiff_t v_stride, float *velocity,
+                                                ptrdiff_t velocity_stride, int threads) {
+  return batch_call<float>(rows::center_of_mass_velocity, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .result = {{velocity, velocity_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_center_of_mass_acceleration(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                             const double *v, const double *a, double *acceleration) {
+  return state_call<rows::center_of_mass_acceleration, double>(
+      model, data, {.q = q, .v = v, .a = a, .result = {acceleration}}, no_external);
+}
+
+ksl_status_t ksl_center_of_mass_accelerationf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                              const float *v, const float *a, float *acceleration) {
+  return state_call<rows::center_of_mass_acceleration, float>(
+      model, data, {.q = q, .v = v, .a = a, .result = {acceleration}}, no_external);
+}
+
+ksl_status_t ksl_center_of_mass_acceleration_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                   ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                   const double *a, ptrdiff_t a_stride, double *acceleration,
+                                                   ptrdiff_t acceleration_stride, int threads) {
+  return batch_call<double>(rows::center_of_mass_acceleration, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{acceleration, acceleration_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_center_of_mass_acceleration_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                    ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                    const float *a, ptrdiff_t a_stride, float *acceleration,
+                                                    ptrdiff_t acceleration_stride, int threads) {
+  return batch_call<float>(rows::center_of_mass_acceleration, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{acceleration, acceleration_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_centroidal_momentum(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                     double *momentum) {
+  return state_call<rows::centroidal_momentum, double>(model, data, {.q = q, .v = v, .result = {momentum}},
+                                                       no_external);
+}
+
+ksl_status_t ksl_centroidal_momentumf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                      float *momentum) {
+  return state_call<rows::centroidal_momentum, float>(model, data, {.q = q, .v = v, .result = {momentum}}, no_external);
+}
+
+ksl_status_t ksl_centroidal_momentum_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                           const double *v, ptrdiff_t v_stride, double *momentum,
+                                           ptrdiff_t momentum_stride, int threads) {
+  return batch_call<double>(rows::centroidal_momentum, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .result = {{momentum, momentum_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_centroidal_momentum_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                            const float *v, ptrdiff_t v_stride, float *momentum,
+                                            ptrdiff_t momentum_stride, int threads) {
+  return batch_call<float>(rows::centroidal_momentum, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .result = {{momentum, momentum_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_centroidal_momentum_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                            double *matrix) {
+  return state_call<rows::centroidal_momentum_matrix, double>(
+      model, data, {.q = q, .result = {matrix}}, no_external);
+}
+
+ksl_status_t ksl_centroidal_momentum_matrixf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                             float *matrix) {
+  return state_call<rows::centroidal_momentum_matrix, float>(
+      model, data, {.q = q, .result = {matrix}}, no_external);
+}
+
+ksl_status_t ksl_centroidal_momentum_matrix_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                  ptrdiff_t q_stride, double *matrix, ptrdiff_t matrix_stride,
+                                                  int threads) {
+  return batch_call<double>(rows::centroidal_momentum_matrix, model,
+                            {.n = n, .q = {q, q_stride}, .result = {{matrix, matrix_stride}}}, no_external_rows,
+                            threads);
+}
+
+ksl_status_t ksl_centroidal_momentum_matrix_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                   ptrdiff_t q_stride, float *matrix, ptrdiff_t matrix_stride,
+                                                   int threads) {
+  return batch_call<float>(rows::centroidal_momentum_matrix, model,
+                           {.n = n, .q = {q, q_stride}, .result = {{matrix, matrix_stride}}}, no_external_rows,
+                           threads);
+}
+
+ksl_status_t ksl_centroidal_momentum_rate(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                          const double *a, double *rate) {
+  return state_call<rows::centroidal_momentum_rate, double>(model, data, {.q = q, .v = v, .a = a, .result = {rate}},
+                                                            no_external);
+}
+
+ksl_status_t ksl_centroidal_momentum_ratef(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                           const float *a, float *rate) {
+  return state_call<rows::centroidal_momentum_rate, float>(model, data, {.q = q, .v = v, .a = a, .result = {rate}},
+                                                           no_external);
+}
+
+ksl_status_t ksl_centroidal_momentum_rate_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                                const double *v, ptrdiff_t v_stride, const double *a,
+                                                ptrdiff_t a_stride, double *rate, ptrdiff_t rate_stride, int threads) {
+  return batch_call<double>(rows::centroidal_momentum_rate, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{rate, rate_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_centroidal_momentum_rate_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                                 const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+                                                 float *rate, ptrdiff_t rate_stride, int threads) {
+  return batch_call<float>(rows::centroidal_momentum_rate, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{rate, rate_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_inverse_dynamics_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                              const double *v, const double *a, const ksl_external_t *external,
+                                              double *dtau_dq, double *dtau_dv, double *dtau_da) {
+  return state_call<rows::inverse_dynamics_derivatives, double>(
+      model, data, {.q = q, .v = v, .a = a, .result = {dtau_dq, dtau_dv, dtau_da}}, external);
+}
+
+ksl_status_t ksl_inverse_dynamics_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                               const float *v, const float *a, const ksl_externalf_t *external,
+                                               float *dtau_dq, float *dtau_dv, float *dtau_da) {
+  return state_call<rows::inverse_dynamics_derivatives, float>(
+      model, data, {.q = q, .v = v, .a = a, .result = {dtau_dq, dtau_dv, dtau_da}}, external);
+}
+
+ksl_status_t ksl_inverse_dynamics_derivatives_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                    ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                    const double *a, ptrdiff_t a_stride, double *dtau_dq,
+                                                    ptrdiff_t dtau_dq_stride, double *dtau_dv, ptrdiff_t dtau_dv_stride,
+                                                    double *dtau_da, ptrdiff_t dtau_da_stride, int threads) {
+  return batch_call<double>(rows::inverse_dynamics_derivatives, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{dtau_dq, dtau_dq_stride}, {dtau_dv, dtau_dv_stride}, {dtau_da, dtau_da_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_inverse_dynamics_derivatives_external_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *a, ptrdiff_t a_stride, const ksl_external_rows_t *external, double *dtau_dq, ptrdiff_t dtau_dq_stride,
+    double *dtau_dv, ptrdiff_t dtau_dv_stride, double *dtau_da, ptrdiff_t dtau_da_stride, int threads) {
+  return batch_call<double>(rows::inverse_dynamics_derivatives, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{dtau_dq, dtau_dq_stride}, {dtau_dv, dtau_dv_stride}, {dtau_da, dtau_da_stride}}},
+                            external, threads);
+}
+
+ksl_status_t ksl_inverse_dynamics_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                     ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                     const float *a, ptrdiff_t a_stride, float *dtau_dq,
+                                                     ptrdiff_t dtau_dq_stride, float *dtau_dv, ptrdiff_t dtau_dv_stride,
+                                                     float *dtau_da, ptrdiff_t dtau_da_stride, int threads) {
+  return batch_call<float>(rows::inverse_dynamics_derivatives, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{dtau_dq, dtau_dq_stride}, {dtau_dv, dtau_dv_stride}, {dtau_da, dtau_da_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_inverse_dynamics_derivatives_external_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *a, ptrdiff_t a_stride, const ksl_external_rowsf_t *external, float *dtau_dq, ptrdiff_t dtau_dq_stride,
+    float *dtau_dv, ptrdiff_t dtau_dv_stride, float *dtau_da, ptrdiff_t dtau_da_stride, int threads) {
+  return batch_call<float>(rows::inverse_dynamics_derivatives, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{dtau_dq, dtau_dq_stride}, {dtau_dv, dtau_dv_stride}, {dtau_da, dtau_da_stride}}},
+                           external, threads);
+}
+
+ksl_status_t ksl_forward_dynamics_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                              const double *v, const double *tau, const ksl_external_t *external,
+                                              double *da_dq, double *da_dv, double *da_dtau) {
+  return state_call<rows::forward_dynamics_derivatives, double>(
+      model, data, {.q = q, .v = v, .tau = tau, .result = {da_dq, da_dv, da_dtau}}, external);
+}
+
+ksl_status_t ksl_forward_dynamics_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                               const float *v, const float *tau, const ksl_externalf_t *external,
+                                               float *da_dq, float *da_dv, float *da_dtau) {
+  return state_call<rows::forward_dynamics_derivatives, float>(
+      model, data, {.q = q, .v = v, .tau = tau, .result = {da_dq, da_dv, da_dtau}}, external);
+}
+
+ksl_status_t ksl_forward_dynamics_derivatives_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                    ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                    const double *tau, ptrdiff_t tau_stride, double *da_dq,
+                                                    ptrdiff_t da_dq_stride, double *da_dv, ptrdiff_t da_dv_stride,
+                                                    double *da_dtau, ptrdiff_t da_dtau_stride, int threads) {
+  return batch_call<double>(rows::forward_dynamics_derivatives, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .tau = {tau, tau_stride}, .result = {{da_dq, da_dq_stride}, {da_dv, da_dv_stride}, {da_dtau, da_dtau_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_forward_dynamics_derivatives_external_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *tau, ptrdiff_t tau_stride, const ksl_external_rows_t *external, double *da_dq, ptrdiff_t da_dq_stride,
+    double *da_dv, ptrdiff_t da_dv_stride, double *da_dtau, ptrdiff_t da_dtau_stride, int threads) {
+  return batch_call<double>(rows::forward_dynamics_derivatives, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .tau = {tau, tau_stride}, .result = {{da_dq, da_dq_stride}, {da_dv, da_dv_stride}, {da_dtau, da_dtau_stride}}},
+                            external, threads);
+}
+
+ksl_status_t ksl_forward_dynamics_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                     ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                     const float *tau, ptrdiff_t tau_stride, float *da_dq,
+                                                     ptrdiff_t da_dq_stride, float *da_dv, ptrdiff_t da_dv_stride,
+                                                     float *da_dtau, ptrdiff_t da_dtau_stride, int threads) {
+  return batch_call<float>(rows::forward_dynamics_derivatives, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .tau = {tau, tau_stride}, .result = {{da_dq, da_dq_stride}, {da_dv, da_dv_stride}, {da_dtau, da_dtau_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_forward_dynamics_derivatives_external_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *tau, ptrdiff_t tau_stride, const ksl_external_rowsf_t *external, float *da_dq, ptrdiff_t da_dq_stride,
+    float *da_dv, ptrdiff_t da_dv_stride, float *da_dtau, ptrdiff_t da_dtau_stride, int threads) {
+  return batch_call<float>(rows::forward_dynamics_derivatives, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .tau = {tau, tau_stride}, .result = {{da_dq, da_dq_stride}, {da_dv, da_dv_stride}, {da_dtau, da_dtau_stride}}},
+                           external, threads);
+}
+
+ksl_status_t ksl_reactions_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                       const double *a, const ksl_external_t *external, double *by_q, double *by_v,
+                                       int n, const int *joints, const ksl_reaction_options_t *options, double *by_a) {
+  return state_call<rows::reactions_derivatives, double>(model, data,
+                                                         {.q = q, .v = v, .a = a, .result = {by_q, by_v, by_a}},
+                                                         external, {n, joints, options});
+}
+
+ksl_status_t ksl_reactions_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                        const float *a, const ksl_externalf_t *external, float *by_q, float *by_v,
+                                        int n, const int *joints, const ksl_reaction_options_t *options, float *by_a) {
+  return state_call<rows::reactions_derivatives, float>(model, data,
+                                                        {.q = q, .v = v, .a = a, .result = {by_q, by_v, by_a}},
+                                                        external, {n, joints, options});
+}
+
+ksl_status_t ksl_reactions_derivatives_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                             const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+                                             double *by_q, ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
+                                             int joints_n, const int *joints, const ksl_reaction_options_t *options,
+                                             double *by_a, ptrdiff_t by_a_stride, int threads) {
+  return batch_call<double>(rows::reactions_derivatives, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}, {by_a, by_a_stride}}},
+                            no_external_rows, threads, nullptr, {joints_n, joints, options});
+}
+
+ksl_status_t ksl_reactions_derivatives_external_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                      ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                      const double *a, ptrdiff_t a_stride,
+                                                      const ksl_external_rows_t *external, double *by_q,
+                                                      ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
+                                                      int joints_n, const int *joints,
+                                                      const ksl_reaction_options_t *options, double *by_a,
+                                                      ptrdiff_t by_a_stride, int threads) {
+  return batch_call<double>(rows::reactions_derivatives, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}, {by_a, by_a_stride}}},
+                            external, threads, nullptr, {joints_n, joints, options});
+}
+
+ksl_status_t ksl_reactions_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                              const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+                                              float *by_q, ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride,
+                                              int joints_n, const int *joints, const ksl_reaction_options_t *options,
+                                              float *by_a, ptrdiff_t by_a_stride, int threads) {
+  return batch_call<float>(rows::reactions_derivatives, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}, {by_a, by_a_stride}}},
+                           no_external_rows, threads, nullptr, {joints_n, joints, options});
+}
+
+ksl_status_t ksl_reactions_derivatives_external_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                       ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                       const float *a, ptrdiff_t a_stride,
+                                                       const ksl_external_rowsf_t *external, float *by_q,
+                                                       ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride,
+                                                       int joints_n, const int *joints,
+                                                       const ksl_reaction_options_t *options, float *by_a,
+                                                       ptrdiff_t by_a_stride, int threads) {
+  return batch_call<float>(rows::reactions_derivatives, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}, {by_a, by_a_stride}}},
+                           external, threads, nullptr, {joints_n, joints, options});
+}
+
+ksl_status_t ksl_inverse_dynamics_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                            const double *v, const double *a, int n, const int *links, double *Y) {
+  return state_call<rows::inverse_dynamics_regressor, double>(
+      model, data, {.q = q, .v = v, .a = a, .links = {n, links}, .result = {Y}}, no_external);
+}
+
+ksl_status_t ksl_inverse_dynamics_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                             const float *a, int n, const int *links, float *Y) {
+  return state_call<rows::inverse_dynamics_regressor, float>(
+      model, data, {.q = q, .v = v, .a = a, .links = {n, links}, .result = {Y}}, no_external);
+}
+
+ksl_status_t ksl_inverse_dynamics_regressor_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                  ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                  const double *a, ptrdiff_t a_stride, int links_n, const int *links,
+                                                  double *Y, ptrdiff_t Y_stride, int threads) {
+  return batch_call<double>(rows::inverse_dynamics_regressor, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .links = {links_n, links}, .result = {{Y, Y_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_inverse_dynamics_regressor_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                   ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                   const float *a, ptrdiff_t a_stride, int links_n, const int *links,
+                                                   float *Y, ptrdiff_t Y_stride, int threads) {
+  return batch_call<float>(rows::inverse_dynamics_regressor, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .links = {links_n, links}, .result = {{Y, Y_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_gravity_torque_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q, int n,
+                                          const int *links, double *Y) {
+  return state_call<rows::gravity_torque_regressor, double>(model, data, {.q = q, .links = {n, links}, .result = {Y}},
+                                                            no_external);
+}
+
+ksl_status_t ksl_gravity_torque_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q, int n,
+                                           const int *links, float *Y) {
+  return state_call<rows::gravity_torque_regressor, float>(model, data, {.q = q, .links = {n, links}, .result = {Y}},
+                                                           no_external);
+}
+
+ksl_status_t ksl_gravity_torque_regressor_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                                int links_n, const int *links, double *Y, ptrdiff_t Y_stride,
+                                                int threads) {
+  return batch_call<double>(rows::gravity_torque_regressor, model,
+                            {.n = n, .q = {q, q_stride}, .links = {links_n, links}, .result = {{Y, Y_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_gravity_torque_regressor_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                                 int links_n, const int *links, float *Y, ptrdiff_t Y_stride,
+                                                 int threads) {
+  return batch_call<float>(rows::gravity_torque_regressor, model,
+                           {.n = n, .q = {q, q_stride}, .links = {links_n, links}, .result = {{Y, Y_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_reactions_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                     const double *a, int n, const int *joints, const ksl_reaction_options_t *options,
+                                     double *Y) {
+  return state_call<rows::reactions_regressor, double>(model, data, {.q = q, .v = v, .a = a, .result = {Y}},
+                                                       no_external, {n, joints, options});
+}
+
+ksl_status_t ksl_reactions_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                      const float *a, int n, const int *joints, const ksl_reaction_options_t *options,
+                                      float *Y) {
+  return state_call<rows::reactions_regressor, float>(model, data, {.q = q, .v = v, .a = a, .result = {Y}}, no_external,
+                                                      {n, joints, options});
+}
+
+ksl_status_t ksl_reactions_regressor_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                           const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+                                           int joints_n, const int *joints, const ksl_reaction_options_t *options,
+                                           double *Y, ptrdiff_t Y_stride, int threads) {
+  return batch_call<double>(rows::reactions_regressor, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{Y, Y_stride}}},
+                            no_external_rows, threads, nullptr, {joints_n, joints, options});
+}
+
+ksl_status_t ksl_reactions_regressor_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                            const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+                                            int joints_n, const int *joints, const ksl_reaction_options_t *options,
+                                            float *Y, ptrdiff_t Y_stride, int threads) {
+  return batch_call<float>(rows::reactions_regressor, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{Y, Y_stride}}},
+                           no_external_rows, threads, nullptr, {joints_n, joints, options});
+}
+
+ksl_status_t ksl_energy_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                  double *kinetic, int n, const int *links, double *potential) {
+  return state_call<rows::energy_regressor, double>(model, data,
+                                                    {.q = q, .v = v, .links = {n, links}, .result = {kinetic, potential}},
+                                                    no_external);
+}
+
+ksl_status_t ksl_energy_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                   float *kinetic, int n, const int *links, float *potential) {
+  return state_call<rows::energy_regressor, float>(model, data,
+                                                   {.q = q, .v = v, .links = {n, links}, .result = {kinetic, potential}},
+                                                   no_external);
+}
+
+ksl_status_t ksl_energy_regressor_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                        const double *v, ptrdiff_t v_stride, double *kinetic, ptrdiff_t kinetic_stride,
+                                        int links_n, const int *links, double *potential, ptrdiff_t potential_stride,
+                                        int threads) {
+  return batch_call<double>(rows::energy_regressor, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{kinetic, kinetic_stride}, {potential, potential_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_energy_regressor_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                         const float *v, ptrdiff_t v_stride, float *kinetic, ptrdiff_t kinetic_stride,
+                                         int links_n, const int *links, float *potential, ptrdiff_t potential_stride,
+                                         int threads) {
+  return batch_call<float>(rows::energy_regressor, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{kinetic, kinetic_stride}, {potential, potential_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_momentum_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, int n,
+                                    const int *links, double *P) {
+  return state_call<rows::momentum_regressor, double>(model, data, {.q = q, .v = v, .links = {n, links}, .result = {P}},
+                                                      no_external);
+}
+
+ksl_status_t ksl_momentum_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, int n,
+                                     const int *links, float *P) {
+  return state_call<rows::momentum_regressor, float>(model, data, {.q = q, .v = v, .links = {n, links}, .result = {P}},
+                                                     no_external);
+}
+
+ksl_status_t ksl_momentum_regressor_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                          const double *v, ptrdiff_t v_stride, int links_n, const int *links, double *P,
+                                          ptrdiff_t P_stride, int threads) {
+  return batch_call<double>(rows::momentum_regressor, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{P, P_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_momentum_regressor_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                           const float *v, ptrdiff_t v_stride, int links_n, const int *links, float *P,
+                                           ptrdiff_t P_stride, int threads) {
+  return batch_call<float>(rows::momentum_regressor, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{P, P_stride}}},
+                           no_external_rows, threads);
 }
 
 } // extern "C"

@@ -32,7 +32,7 @@ struct kernel_table;
 
 /// An extent of a result: a fixed number, or one that follows from the model or from what is requested.
 /// twists: six numbers for each link.
-enum class extent : unsigned char { three, four, six, ten, nq, nv, links, twists, joints };
+enum class extent : unsigned char { three, four, six, ten, nq, nv, links, twists, joints, tree, all_links };
 
 struct result_row {
   const char *name;
@@ -59,7 +59,8 @@ struct algorithm_row {
   input input_list[most_inputs]; ///< (inputs), in the order of calls
   external_use external;
   request_kind request;
-  int results; ///< besides reactions
+  bool needs_mass; ///< is it refused if a joint can move without moving any mass
+  int results;     ///< besides reactions
   result_row result[most_results];
   const algorithm_kernels *kernel_table::*kernels = nullptr;
   /// The row whose kernels compute this one, with zeros for the inputs that this row lacks; null if it has its own.
@@ -96,6 +97,8 @@ constexpr bool names_links(request_kind request) {
 /// The extents that follow from a model and a request.
 struct extents {
   int nq, nv, links, joints;
+  int tree; ///< elements of a matrix that aren't zero by the shape of the tree (engine/tree_rows.hpp)
+  int all_links; ///< of the model
 };
 
 constexpr int length_of(extent e, const extents &of) {
@@ -109,6 +112,8 @@ constexpr int length_of(extent e, const extents &of) {
   case extent::links: return of.links;
   case extent::twists: return 6 * of.links;
   case extent::joints: return of.joints;
+  case extent::tree: return of.tree;
+  case extent::all_links: return of.all_links;
   }
   return 0;
 }
@@ -126,9 +131,9 @@ constexpr int numbers_of(const result_row &result, const extents &of) {
   return n;
 }
 
-/// Of a model_view, or any model with nq and nv, and a state or batch.
+/// Of a model_view and a state or batch.
 template <class Model, class View> constexpr extents extents_of(const Model &model, const View &view) {
-  return {model.nq, model.nv, view.links.n, view.joints ? view.joints->n : 0};
+  return {model.nq, model.nv, view.links.n, view.joints ? view.joints->n : 0, model.tree_elements, model.links};
 }
 
 /// The member of a state_view or batch_view that holds an input.

@@ -10,7 +10,16 @@ struct kernel_table {
   const algorithm_kernels *inverse_dynamics;
   const algorithm_kernels *inverse_dynamics_with_reactions;
   const algorithm_kernels *forward_dynamics;
+  const algorithm_kernels *forward_dynamics_by_mass_matrix;
+  const algorithm_kernels *hybrid_dynamics;
+  const algorithm_kernels *velocity_jump;
   const algorithm_kernels *mass_matrix;
+  const algorithm_kernels *mass_matrix_upper;
+  const algorithm_kernels *mass_matrix_tree;
+  const algorithm_kernels *mass_matrix_factor;
+  const algorithm_kernels *mass_matrix_inverse;
+  const algorithm_kernels *solve_mass_matrix;
+  const algorithm_kernels *coriolis_matrix;
   const algorithm_kernels *frame_poses;
   const algorithm_kernels *frame_velocities;
   const algorithm_kernels *frame_accelerations;
@@ -21,11 +30,25 @@ struct kernel_table {
   const algorithm_kernels *relative_pose;
   const algorithm_kernels *relative_velocity;
   const algorithm_kernels *relative_jacobian;
-  const algorithm_kernels *energy;
-  const algorithm_kernels *external_power;
   const algorithm_kernels *operational_space_inertia_inverse;
   const algorithm_kernels *operational_space_inertia;
   const algorithm_kernels *operational_space;
+  const algorithm_kernels *energy;
+  const algorithm_kernels *external_power;
+  const algorithm_kernels *center_of_mass;
+  const algorithm_kernels *center_of_mass_jacobian;
+  const algorithm_kernels *center_of_mass_velocity;
+  const algorithm_kernels *center_of_mass_acceleration;
+  const algorithm_kernels *centroidal_momentum;
+  const algorithm_kernels *centroidal_momentum_matrix;
+  const algorithm_kernels *centroidal_momentum_rate;
+  const algorithm_kernels *inverse_dynamics_derivatives;
+  const algorithm_kernels *forward_dynamics_derivatives;
+  const algorithm_kernels *reactions_derivatives;
+  const algorithm_kernels *inverse_dynamics_regressor;
+  const algorithm_kernels *reactions_regressor;
+  const algorithm_kernels *energy_regressor;
+  const algorithm_kernels *momentum_regressor;
 };
 
 namespace rows {
@@ -36,6 +59,7 @@ constexpr algorithm_row inverse_dynamics = {
     .input_list = {input::q, input::v, input::a},
     .external = external_use::optional,
     .request = request_kind::none,
+    .needs_mass = false,
     .results = 1,
     .result = {{"tau", 1, {extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics,
@@ -47,6 +71,7 @@ constexpr algorithm_row inverse_dynamics_with_reactions = {
     .input_list = {input::q, input::v, input::a},
     .external = external_use::optional,
     .request = request_kind::reactions,
+    .needs_mass = false,
     .results = 1,
     .result = {{"tau", 1, {extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics_with_reactions,
@@ -58,9 +83,46 @@ constexpr algorithm_row forward_dynamics = {
     .input_list = {input::q, input::v, input::tau},
     .external = external_use::optional,
     .request = request_kind::none,
+    .needs_mass = true,
     .results = 1,
     .result = {{"a", 1, {extent::nv}}},
     .kernels = &kernel_table::forward_dynamics,
+};
+
+constexpr algorithm_row forward_dynamics_by_mass_matrix = {
+    .name = "forward_dynamics_by_mass_matrix",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::tau},
+    .external = external_use::optional,
+    .request = request_kind::none,
+    .needs_mass = true,
+    .results = 1,
+    .result = {{"a", 1, {extent::nv}}},
+    .kernels = &kernel_table::forward_dynamics_by_mass_matrix,
+};
+
+constexpr algorithm_row hybrid_dynamics = {
+    .name = "hybrid_dynamics",
+    .inputs = 4,
+    .input_list = {input::q, input::v, input::a, input::tau},
+    .external = external_use::optional,
+    .request = request_kind::links,
+    .needs_mass = true,
+    .results = 2,
+    .result = {{"a_out", 1, {extent::nv}}, {"tau_out", 1, {extent::nv}}},
+    .kernels = &kernel_table::hybrid_dynamics,
+};
+
+constexpr algorithm_row velocity_jump = {
+    .name = "velocity_jump",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::required,
+    .request = request_kind::none,
+    .needs_mass = true,
+    .results = 1,
+    .result = {{"dv", 1, {extent::nv}}},
+    .kernels = &kernel_table::velocity_jump,
 };
 
 constexpr algorithm_row mass_matrix = {
@@ -69,9 +131,82 @@ constexpr algorithm_row mass_matrix = {
     .input_list = {input::q},
     .external = external_use::none,
     .request = request_kind::none,
+    .needs_mass = false,
     .results = 1,
     .result = {{"M", 2, {extent::nv, extent::nv}}},
     .kernels = &kernel_table::mass_matrix,
+};
+
+constexpr algorithm_row mass_matrix_upper = {
+    .name = "mass_matrix_upper",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"M", 2, {extent::nv, extent::nv}}},
+    .kernels = &kernel_table::mass_matrix_upper,
+};
+
+constexpr algorithm_row mass_matrix_tree = {
+    .name = "mass_matrix_tree",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"M", 1, {extent::tree}}},
+    .kernels = &kernel_table::mass_matrix_tree,
+};
+
+constexpr algorithm_row mass_matrix_factor = {
+    .name = "mass_matrix_factor",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = true,
+    .results = 1,
+    .result = {{"LD", 1, {extent::tree}}},
+    .kernels = &kernel_table::mass_matrix_factor,
+};
+
+constexpr algorithm_row mass_matrix_inverse = {
+    .name = "mass_matrix_inverse",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = true,
+    .results = 1,
+    .result = {{"W", 2, {extent::nv, extent::nv}}},
+    .kernels = &kernel_table::mass_matrix_inverse,
+};
+
+constexpr algorithm_row solve_mass_matrix = {
+    .name = "solve_mass_matrix",
+    .inputs = 2,
+    .input_list = {input::q, input::tau},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = true,
+    .results = 1,
+    .result = {{"a", 1, {extent::nv}}},
+    .kernels = &kernel_table::solve_mass_matrix,
+};
+
+constexpr algorithm_row coriolis_matrix = {
+    .name = "coriolis_matrix",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"C", 2, {extent::nv, extent::nv}}},
+    .kernels = &kernel_table::coriolis_matrix,
 };
 
 constexpr algorithm_row frame_poses = {
@@ -80,6 +215,7 @@ constexpr algorithm_row frame_poses = {
     .input_list = {input::q},
     .external = external_use::none,
     .request = request_kind::links,
+    .needs_mass = false,
     .results = 1,
     .result = {{"poses", 3, {extent::links, extent::four, extent::four}}},
     .kernels = &kernel_table::frame_poses,
@@ -91,6 +227,7 @@ constexpr algorithm_row frame_velocities = {
     .input_list = {input::q, input::v},
     .external = external_use::none,
     .request = request_kind::frames,
+    .needs_mass = false,
     .results = 1,
     .result = {{"twists", 2, {extent::links, extent::six}}},
     .kernels = &kernel_table::frame_velocities,
@@ -102,6 +239,7 @@ constexpr algorithm_row frame_accelerations = {
     .input_list = {input::q, input::v, input::a},
     .external = external_use::none,
     .request = request_kind::frames,
+    .needs_mass = false,
     .results = 1,
     .result = {{"accelerations", 2, {extent::links, extent::six}}},
     .kernels = &kernel_table::frame_accelerations,
@@ -113,6 +251,7 @@ constexpr algorithm_row point_velocity = {
     .input_list = {input::q, input::v},
     .external = external_use::none,
     .request = request_kind::frame,
+    .needs_mass = false,
     .results = 1,
     .result = {{"velocity", 1, {extent::three}}},
     .kernels = &kernel_table::point_velocity,
@@ -124,6 +263,7 @@ constexpr algorithm_row point_acceleration = {
     .input_list = {input::q, input::v, input::a},
     .external = external_use::none,
     .request = request_kind::frame,
+    .needs_mass = false,
     .results = 1,
     .result = {{"acceleration", 1, {extent::three}}},
     .kernels = &kernel_table::point_acceleration,
@@ -135,6 +275,7 @@ constexpr algorithm_row jacobian = {
     .input_list = {input::q},
     .external = external_use::none,
     .request = request_kind::frame,
+    .needs_mass = false,
     .results = 1,
     .result = {{"J", 2, {extent::six, extent::nv}}},
     .kernels = &kernel_table::jacobian,
@@ -146,6 +287,7 @@ constexpr algorithm_row jacobian_rate = {
     .input_list = {input::q, input::v},
     .external = external_use::none,
     .request = request_kind::frame,
+    .needs_mass = false,
     .results = 1,
     .result = {{"rate", 2, {extent::six, extent::nv}}},
     .kernels = &kernel_table::jacobian_rate,
@@ -157,6 +299,7 @@ constexpr algorithm_row relative_pose = {
     .input_list = {input::q},
     .external = external_use::none,
     .request = request_kind::relative,
+    .needs_mass = false,
     .results = 1,
     .result = {{"pose", 2, {extent::four, extent::four}}},
     .kernels = &kernel_table::relative_pose,
@@ -168,6 +311,7 @@ constexpr algorithm_row relative_velocity = {
     .input_list = {input::q, input::v},
     .external = external_use::none,
     .request = request_kind::relative,
+    .needs_mass = false,
     .results = 1,
     .result = {{"twist", 1, {extent::six}}},
     .kernels = &kernel_table::relative_velocity,
@@ -179,31 +323,10 @@ constexpr algorithm_row relative_jacobian = {
     .input_list = {input::q},
     .external = external_use::none,
     .request = request_kind::relative,
+    .needs_mass = false,
     .results = 1,
     .result = {{"J", 2, {extent::six, extent::nv}}},
     .kernels = &kernel_table::relative_jacobian,
-};
-
-constexpr algorithm_row energy = {
-    .name = "energy",
-    .inputs = 2,
-    .input_list = {input::q, input::v},
-    .external = external_use::none,
-    .request = request_kind::none,
-    .results = 2,
-    .result = {{"kinetic", 0, {}}, {"potential", 0, {}}},
-    .kernels = &kernel_table::energy,
-};
-
-constexpr algorithm_row external_power = {
-    .name = "external_power",
-    .inputs = 2,
-    .input_list = {input::q, input::v},
-    .external = external_use::required,
-    .request = request_kind::none,
-    .results = 1,
-    .result = {{"power", 0, {}}},
-    .kernels = &kernel_table::external_power,
 };
 
 constexpr algorithm_row operational_space_inertia_inverse = {
@@ -212,6 +335,7 @@ constexpr algorithm_row operational_space_inertia_inverse = {
     .input_list = {input::q},
     .external = external_use::none,
     .request = request_kind::frames,
+    .needs_mass = false,
     .results = 1,
     .result = {{"inverse", 2, {extent::twists, extent::twists}}},
     .kernels = &kernel_table::operational_space_inertia_inverse,
@@ -223,6 +347,7 @@ constexpr algorithm_row operational_space_inertia = {
     .input_list = {input::q},
     .external = external_use::none,
     .request = request_kind::frames,
+    .needs_mass = false,
     .results = 2,
     .result = {{"inertia", 2, {extent::twists, extent::twists}}, {"rank", 0, {}}},
     .kernels = &kernel_table::operational_space_inertia,
@@ -234,9 +359,202 @@ constexpr algorithm_row operational_space = {
     .input_list = {input::q, input::v},
     .external = external_use::optional,
     .request = request_kind::frames,
+    .needs_mass = false,
     .results = 4,
     .result = {{"inertia", 2, {extent::twists, extent::twists}}, {"bias", 1, {extent::twists}}, {"pseudo_inverse", 2, {extent::nv, extent::twists}}, {"rank", 0, {}}},
     .kernels = &kernel_table::operational_space,
+};
+
+constexpr algorithm_row energy = {
+    .name = "energy",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 2,
+    .result = {{"kinetic", 0, {}}, {"potential", 0, {}}},
+    .kernels = &kernel_table::energy,
+};
+
+constexpr algorithm_row external_power = {
+    .name = "external_power",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .external = external_use::required,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"power", 0, {}}},
+    .kernels = &kernel_table::external_power,
+};
+
+constexpr algorithm_row center_of_mass = {
+    .name = "center_of_mass",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"center", 1, {extent::three}}},
+    .kernels = &kernel_table::center_of_mass,
+};
+
+constexpr algorithm_row center_of_mass_jacobian = {
+    .name = "center_of_mass_jacobian",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"J", 2, {extent::three, extent::nv}}},
+    .kernels = &kernel_table::center_of_mass_jacobian,
+};
+
+constexpr algorithm_row center_of_mass_velocity = {
+    .name = "center_of_mass_velocity",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"velocity", 1, {extent::three}}},
+    .kernels = &kernel_table::center_of_mass_velocity,
+};
+
+constexpr algorithm_row center_of_mass_acceleration = {
+    .name = "center_of_mass_acceleration",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"acceleration", 1, {extent::three}}},
+    .kernels = &kernel_table::center_of_mass_acceleration,
+};
+
+constexpr algorithm_row centroidal_momentum = {
+    .name = "centroidal_momentum",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"momentum", 1, {extent::six}}},
+    .kernels = &kernel_table::centroidal_momentum,
+};
+
+constexpr algorithm_row centroidal_momentum_matrix = {
+    .name = "centroidal_momentum_matrix",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"matrix", 2, {extent::six, extent::nv}}},
+    .kernels = &kernel_table::centroidal_momentum_matrix,
+};
+
+constexpr algorithm_row centroidal_momentum_rate = {
+    .name = "centroidal_momentum_rate",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"rate", 1, {extent::six}}},
+    .kernels = &kernel_table::centroidal_momentum_rate,
+};
+
+constexpr algorithm_row inverse_dynamics_derivatives = {
+    .name = "inverse_dynamics_derivatives",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .external = external_use::optional,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 3,
+    .result = {{"dtau_dq", 2, {extent::nv, extent::nv}}, {"dtau_dv", 2, {extent::nv, extent::nv}}, {"dtau_da", 2, {extent::nv, extent::nv}}},
+    .kernels = &kernel_table::inverse_dynamics_derivatives,
+};
+
+constexpr algorithm_row forward_dynamics_derivatives = {
+    .name = "forward_dynamics_derivatives",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::tau},
+    .external = external_use::optional,
+    .request = request_kind::none,
+    .needs_mass = true,
+    .results = 3,
+    .result = {{"da_dq", 2, {extent::nv, extent::nv}}, {"da_dv", 2, {extent::nv, extent::nv}}, {"da_dtau", 2, {extent::nv, extent::nv}}},
+    .kernels = &kernel_table::forward_dynamics_derivatives,
+};
+
+constexpr algorithm_row reactions_derivatives = {
+    .name = "reactions_derivatives",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .external = external_use::optional,
+    .request = request_kind::joints,
+    .needs_mass = false,
+    .results = 3,
+    .result = {{"by_q", 3, {extent::joints, extent::six, extent::nv}}, {"by_v", 3, {extent::joints, extent::six, extent::nv}}, {"by_a", 3, {extent::joints, extent::six, extent::nv}}},
+    .kernels = &kernel_table::reactions_derivatives,
+};
+
+constexpr algorithm_row inverse_dynamics_regressor = {
+    .name = "inverse_dynamics_regressor",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .external = external_use::none,
+    .request = request_kind::links,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"Y", 3, {extent::nv, extent::links, extent::ten}}},
+    .kernels = &kernel_table::inverse_dynamics_regressor,
+};
+
+constexpr algorithm_row reactions_regressor = {
+    .name = "reactions_regressor",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .external = external_use::none,
+    .request = request_kind::joints,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"Y", 4, {extent::joints, extent::six, extent::all_links, extent::ten}}},
+    .kernels = &kernel_table::reactions_regressor,
+};
+
+constexpr algorithm_row energy_regressor = {
+    .name = "energy_regressor",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .external = external_use::none,
+    .request = request_kind::links,
+    .needs_mass = false,
+    .results = 2,
+    .result = {{"kinetic", 2, {extent::links, extent::ten}}, {"potential", 2, {extent::links, extent::ten}}},
+    .kernels = &kernel_table::energy_regressor,
+};
+
+constexpr algorithm_row momentum_regressor = {
+    .name = "momentum_regressor",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .external = external_use::none,
+    .request = request_kind::links,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"P", 3, {extent::six, extent::links, extent::ten}}},
+    .kernels = &kernel_table::momentum_regressor,
 };
 
 constexpr algorithm_row reactions = {
@@ -245,6 +563,7 @@ constexpr algorithm_row reactions = {
     .input_list = {input::q, input::v, input::a},
     .external = external_use::optional,
     .request = request_kind::reactions,
+    .needs_mass = false,
     .results = 0,
     .result = {},
     .kernels = &kernel_table::inverse_dynamics_with_reactions,
@@ -257,6 +576,7 @@ constexpr algorithm_row bias = {
     .input_list = {input::q, input::v},
     .external = external_use::optional,
     .request = request_kind::none,
+    .needs_mass = false,
     .results = 1,
     .result = {{"tau", 1, {extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics,
@@ -269,6 +589,7 @@ constexpr algorithm_row gravity_torque = {
     .input_list = {input::q},
     .external = external_use::optional,
     .request = request_kind::none,
+    .needs_mass = false,
     .results = 1,
     .result = {{"tau", 1, {extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics,
@@ -281,6 +602,7 @@ constexpr algorithm_row frame_pose = {
     .input_list = {input::q},
     .external = external_use::none,
     .request = request_kind::link,
+    .needs_mass = false,
     .results = 1,
     .result = {{"pose", 2, {extent::four, extent::four}}},
     .kernels = &kernel_table::frame_poses,
@@ -293,6 +615,7 @@ constexpr algorithm_row frame_velocity = {
     .input_list = {input::q, input::v},
     .external = external_use::none,
     .request = request_kind::frame,
+    .needs_mass = false,
     .results = 1,
     .result = {{"twist", 1, {extent::six}}},
     .kernels = &kernel_table::frame_velocities,
@@ -305,10 +628,24 @@ constexpr algorithm_row frame_acceleration = {
     .input_list = {input::q, input::v, input::a},
     .external = external_use::none,
     .request = request_kind::frame,
+    .needs_mass = false,
     .results = 1,
     .result = {{"acceleration", 1, {extent::six}}},
     .kernels = &kernel_table::frame_accelerations,
     .variant_of = &frame_accelerations,
+};
+
+constexpr algorithm_row gravity_torque_regressor = {
+    .name = "gravity_torque_regressor",
+    .inputs = 1,
+    .input_list = {input::q},
+    .external = external_use::none,
+    .request = request_kind::links,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"Y", 3, {extent::nv, extent::links, extent::ten}}},
+    .kernels = &kernel_table::inverse_dynamics_regressor,
+    .variant_of = &inverse_dynamics_regressor,
 };
 
 constexpr const algorithm_row *all[] = {
@@ -318,7 +655,16 @@ constexpr const algorithm_row *all[] = {
     &bias,
     &gravity_torque,
     &forward_dynamics,
+    &forward_dynamics_by_mass_matrix,
+    &hybrid_dynamics,
+    &velocity_jump,
     &mass_matrix,
+    &mass_matrix_upper,
+    &mass_matrix_tree,
+    &mass_matrix_factor,
+    &mass_matrix_inverse,
+    &solve_mass_matrix,
+    &coriolis_matrix,
     &frame_pose,
     &frame_poses,
     &frame_velocity,
@@ -332,11 +678,26 @@ constexpr const algorithm_row *all[] = {
     &relative_pose,
     &relative_velocity,
     &relative_jacobian,
-    &energy,
-    &external_power,
     &operational_space_inertia_inverse,
     &operational_space_inertia,
     &operational_space,
+    &energy,
+    &external_power,
+    &center_of_mass,
+    &center_of_mass_jacobian,
+    &center_of_mass_velocity,
+    &center_of_mass_acceleration,
+    &centroidal_momentum,
+    &centroidal_momentum_matrix,
+    &centroidal_momentum_rate,
+    &inverse_dynamics_derivatives,
+    &forward_dynamics_derivatives,
+    &reactions_derivatives,
+    &inverse_dynamics_regressor,
+    &gravity_torque_regressor,
+    &reactions_regressor,
+    &energy_regressor,
+    &momentum_regressor,
 };
 
 } // namespace rows

@@ -40,8 +40,57 @@ void forward_dynamics(const model &m, data &d, const S *q, const S *v, const S *
 }
 
 template <class S>
+void forward_dynamics_by_mass_matrix(const model &m, data &d, const S *q, const S *v, const S *tau, S *a,
+                                     const external_wrenches<S> &external) {
+  compute<S>(rows::forward_dynamics_by_mass_matrix, m, d, {.q = q, .v = v, .tau = tau, .external = external,
+                                                           .result = {a}});
+}
+
+template <class S>
+void hybrid_dynamics(const model &m, data &d, const S *q, const S *v, const S *a, const S *tau, S *a_out, int n,
+                     const int *links, S *tau_out, const external_wrenches<S> &external) {
+  compute<S>(rows::hybrid_dynamics, m, d, {.q = q, .v = v, .a = a, .tau = tau, .external = external,
+                                           .links = {n, links}, .result = {a_out, tau_out}});
+}
+
+template <class S>
+void velocity_jump(const model &m, data &d, const S *q, S *dv, const external_wrenches<S> &external) {
+  compute<S>(rows::velocity_jump, m, d, {.q = q, .external = external, .result = {dv}});
+}
+
+template <class S>
 void mass_matrix(const model &m, data &d, const S *q, S *M) {
   compute<S>(rows::mass_matrix, m, d, {.q = q, .result = {M}});
+}
+
+template <class S>
+void mass_matrix_upper(const model &m, data &d, const S *q, S *M) {
+  compute<S>(rows::mass_matrix_upper, m, d, {.q = q, .result = {M}});
+}
+
+template <class S>
+void mass_matrix_tree(const model &m, data &d, const S *q, S *M) {
+  compute<S>(rows::mass_matrix_tree, m, d, {.q = q, .result = {M}});
+}
+
+template <class S>
+void mass_matrix_factor(const model &m, data &d, const S *q, S *LD) {
+  compute<S>(rows::mass_matrix_factor, m, d, {.q = q, .result = {LD}});
+}
+
+template <class S>
+void mass_matrix_inverse(const model &m, data &d, const S *q, S *W) {
+  compute<S>(rows::mass_matrix_inverse, m, d, {.q = q, .result = {W}});
+}
+
+template <class S>
+void solve_mass_matrix(const model &m, data &d, const S *q, const S *tau, S *a) {
+  compute<S>(rows::solve_mass_matrix, m, d, {.q = q, .tau = tau, .result = {a}});
+}
+
+template <class S>
+void coriolis_matrix(const model &m, data &d, const S *q, const S *v, S *C) {
+  compute<S>(rows::coriolis_matrix, m, d, {.q = q, .v = v, .result = {C}});
 }
 
 template <class S>
@@ -116,16 +165,6 @@ void relative_jacobian(const model &m, data &d, const S *q, int link, int seen_f
 }
 
 template <class S>
-void energy(const model &m, data &d, const S *q, const S *v, S *kinetic, S *potential) {
-  compute<S>(rows::energy, m, d, {.q = q, .v = v, .result = {kinetic, potential}});
-}
-
-template <class S>
-void external_power(const model &m, data &d, const S *q, const S *v, S *power, const external_wrenches<S> &external) {
-  compute<S>(rows::external_power, m, d, {.q = q, .v = v, .external = external, .result = {power}});
-}
-
-template <class S>
 void operational_space_inertia_inverse(const model &m, data &d, const S *q, int n, const int *links,
                                        const frame_options &how, S *inverse) {
   compute<S>(rows::operational_space_inertia_inverse, m, d, {
@@ -144,6 +183,101 @@ void operational_space(const model &m, data &d, const S *q, const S *v, S *inert
                        const int *links, const frame_options &how, S *rank, const external_wrenches<S> &external) {
   compute<S>(rows::operational_space, m, d, {.q = q, .v = v, .external = external, .links = {n, links}, .frame = how,
                                              .result = {inertia, bias, pseudo_inverse, rank}});
+}
+
+template <class S>
+void energy(const model &m, data &d, const S *q, const S *v, S *kinetic, S *potential) {
+  compute<S>(rows::energy, m, d, {.q = q, .v = v, .result = {kinetic, potential}});
+}
+
+template <class S>
+void external_power(const model &m, data &d, const S *q, const S *v, S *power, const external_wrenches<S> &external) {
+  compute<S>(rows::external_power, m, d, {.q = q, .v = v, .external = external, .result = {power}});
+}
+
+template <class S>
+void center_of_mass(const model &m, data &d, const S *q, S *center) {
+  compute<S>(rows::center_of_mass, m, d, {.q = q, .result = {center}});
+}
+
+template <class S>
+void center_of_mass_jacobian(const model &m, data &d, const S *q, S *J) {
+  compute<S>(rows::center_of_mass_jacobian, m, d, {.q = q, .result = {J}});
+}
+
+template <class S>
+void center_of_mass_velocity(const model &m, data &d, const S *q, const S *v, S *velocity) {
+  compute<S>(rows::center_of_mass_velocity, m, d, {.q = q, .v = v, .result = {velocity}});
+}
+
+template <class S>
+void center_of_mass_acceleration(const model &m, data &d, const S *q, const S *v, const S *a, S *acceleration) {
+  compute<S>(rows::center_of_mass_acceleration, m, d, {.q = q, .v = v, .a = a, .result = {acceleration}});
+}
+
+template <class S>
+void centroidal_momentum(const model &m, data &d, const S *q, const S *v, S *momentum) {
+  compute<S>(rows::centroidal_momentum, m, d, {.q = q, .v = v, .result = {momentum}});
+}
+
+template <class S>
+void centroidal_momentum_matrix(const model &m, data &d, const S *q, S *matrix) {
+  compute<S>(rows::centroidal_momentum_matrix, m, d, {.q = q, .result = {matrix}});
+}
+
+template <class S>
+void centroidal_momentum_rate(const model &m, data &d, const S *q, const S *v, const S *a, S *rate) {
+  compute<S>(rows::centroidal_momentum_rate, m, d, {.q = q, .v = v, .a = a, .result = {rate}});
+}
+
+template <class S>
+void inverse_dynamics_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *dtau_dq, S *dtau_dv,
+                                  S *dtau_da, const external_wrenches<S> &external) {
+  compute<S>(rows::inverse_dynamics_derivatives, m, d, {.q = q, .v = v, .a = a, .external = external,
+                                                        .result = {dtau_dq, dtau_dv, dtau_da}});
+}
+
+template <class S>
+void forward_dynamics_derivatives(const model &m, data &d, const S *q, const S *v, const S *tau, S *da_dq, S *da_dv,
+                                  S *da_dtau, const external_wrenches<S> &external) {
+  compute<S>(rows::forward_dynamics_derivatives, m, d, {.q = q, .v = v, .tau = tau, .external = external,
+                                                        .result = {da_dq, da_dv, da_dtau}});
+}
+
+template <class S>
+void reactions_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *by_q, S *by_v,
+                           const reaction_request &request, S *by_a, const external_wrenches<S> &external) {
+  compute<S>(rows::reactions_derivatives, m, d, {.q = q, .v = v, .a = a, .external = external, .joints = &request,
+                                                 .result = {by_q, by_v, by_a}});
+}
+
+template <class S>
+void inverse_dynamics_regressor(const model &m, data &d, const S *q, const S *v, const S *a, int n, const int *links,
+                                S *Y) {
+  compute<S>(rows::inverse_dynamics_regressor, m, d, {.q = q, .v = v, .a = a, .links = {n, links}, .result = {Y}});
+}
+
+template <class S>
+void gravity_torque_regressor(const model &m, data &d, const S *q, int n, const int *links, S *Y) {
+  const S *const zero = d.template zero<S>();
+  compute<S>(rows::gravity_torque_regressor, m, d, {.q = q, .v = zero, .a = zero, .links = {n, links}, .result = {Y}});
+}
+
+template <class S>
+void reactions_regressor(const model &m, data &d, const S *q, const S *v, const S *a, const reaction_request &request,
+                         S *Y) {
+  compute<S>(rows::reactions_regressor, m, d, {.q = q, .v = v, .a = a, .joints = &request, .result = {Y}});
+}
+
+template <class S>
+void energy_regressor(const model &m, data &d, const S *q, const S *v, S *kinetic, int n, const int *links,
+                      S *potential) {
+  compute<S>(rows::energy_regressor, m, d, {.q = q, .v = v, .links = {n, links}, .result = {kinetic, potential}});
+}
+
+template <class S>
+void momentum_regressor(const model &m, data &d, const S *q, const S *v, int n, const int *links, S *P) {
+  compute<S>(rows::momentum_regressor, m, d, {.q = q, .v = v, .links = {n, links}, .result = {P}});
 }
 
 template void inverse_dynamics<double>(const model &, data &, const double *, const double *, const double *, double *,
@@ -167,8 +301,31 @@ template void forward_dynamics<double>(const model &, data &, const double *, co
                                        const external_wrenches<double> &);
 template void forward_dynamics<float>(const model &, data &, const float *, const float *, const float *, float *,
                                       const external_wrenches<float> &);
+template void forward_dynamics_by_mass_matrix<double>(const model &, data &, const double *, const double *,
+                                                      const double *, double *, const external_wrenches<double> &);
+template void forward_dynamics_by_mass_matrix<float>(const model &, data &, const float *, const float *, const float *,
+                                                     float *, const external_wrenches<float> &);
+template void hybrid_dynamics<double>(const model &, data &, const double *, const double *, const double *,
+                                      const double *, double *, int, const int *, double *,
+                                      const external_wrenches<double> &);
+template void hybrid_dynamics<float>(const model &, data &, const float *, const float *, const float *, const float *,
+                                     float *, int, const int *, float *, const external_wrenches<float> &);
+template void velocity_jump<double>(const model &, data &, const double *, double *, const external_wrenches<double> &);
+template void velocity_jump<float>(const model &, data &, const float *, float *, const external_wrenches<float> &);
 template void mass_matrix<double>(const model &, data &, const double *, double *);
 template void mass_matrix<float>(const model &, data &, const float *, float *);
+template void mass_matrix_upper<double>(const model &, data &, const double *, double *);
+template void mass_matrix_upper<float>(const model &, data &, const float *, float *);
+template void mass_matrix_tree<double>(const model &, data &, const double *, double *);
+template void mass_matrix_tree<float>(const model &, data &, const float *, float *);
+template void mass_matrix_factor<double>(const model &, data &, const double *, double *);
+template void mass_matrix_factor<float>(const model &, data &, const float *, float *);
+template void mass_matrix_inverse<double>(const model &, data &, const double *, double *);
+template void mass_matrix_inverse<float>(const model &, data &, const float *, float *);
+template void solve_mass_matrix<double>(const model &, data &, const double *, const double *, double *);
+template void solve_mass_matrix<float>(const model &, data &, const float *, const float *, float *);
+template void coriolis_matrix<double>(const model &, data &, const double *, const double *, double *);
+template void coriolis_matrix<float>(const model &, data &, const float *, const float *, float *);
 template void frame_poses<double>(const model &, data &, const double *, int, const int *, double *);
 template void frame_poses<float>(const model &, data &, const float *, int, const int *, float *);
 template void frame_velocity<double>(const model &, data &, const double *, const double *, int, const frame_options &,
@@ -210,12 +367,6 @@ template void relative_velocity<float>(const model &, data &, const float *, con
 template void relative_jacobian<double>(const model &, data &, const double *, int, int, const frame_options &,
                                         double *);
 template void relative_jacobian<float>(const model &, data &, const float *, int, int, const frame_options &, float *);
-template void energy<double>(const model &, data &, const double *, const double *, double *, double *);
-template void energy<float>(const model &, data &, const float *, const float *, float *, float *);
-template void external_power<double>(const model &, data &, const double *, const double *, double *,
-                                     const external_wrenches<double> &);
-template void external_power<float>(const model &, data &, const float *, const float *, float *,
-                                    const external_wrenches<float> &);
 template void operational_space_inertia_inverse<double>(const model &, data &, const double *, int, const int *,
                                                         const frame_options &, double *);
 template void operational_space_inertia_inverse<float>(const model &, data &, const float *, int, const int *,
@@ -230,5 +381,62 @@ template void operational_space<double>(const model &, data &, const double *, c
 template void operational_space<float>(const model &, data &, const float *, const float *, float *, float *, float *,
                                        int, const int *, const frame_options &, float *,
                                        const external_wrenches<float> &);
+template void energy<double>(const model &, data &, const double *, const double *, double *, double *);
+template void energy<float>(const model &, data &, const float *, const float *, float *, float *);
+template void external_power<double>(const model &, data &, const double *, const double *, double *,
+                                     const external_wrenches<double> &);
+template void external_power<float>(const model &, data &, const float *, const float *, float *,
+                                    const external_wrenches<float> &);
+template void center_of_mass<double>(const model &, data &, const double *, double *);
+template void center_of_mass<float>(const model &, data &, const float *, float *);
+template void center_of_mass_jacobian<double>(const model &, data &, const double *, double *);
+template void center_of_mass_jacobian<float>(const model &, data &, const float *, float *);
+template void center_of_mass_velocity<double>(const model &, data &, const double *, const double *, double *);
+template void center_of_mass_velocity<float>(const model &, data &, const float *, const float *, float *);
+template void center_of_mass_acceleration<double>(const model &, data &, const double *, const double *, const double *,
+                                                  double *);
+template void center_of_mass_acceleration<float>(const model &, data &, const float *, const float *, const float *,
+                                                 float *);
+template void centroidal_momentum<double>(const model &, data &, const double *, const double *, double *);
+template void centroidal_momentum<float>(const model &, data &, const float *, const float *, float *);
+template void centroidal_momentum_matrix<double>(const model &, data &, const double *, double *);
+template void centroidal_momentum_matrix<float>(const model &, data &, const float *, float *);
+template void centroidal_momentum_rate<double>(const model &, data &, const double *, const double *, const double *,
+                                               double *);
+template void centroidal_momentum_rate<float>(const model &, data &, const float *, const float *, const float *,
+                                              float *);
+template void inverse_dynamics_derivatives<double>(const model &, data &, const double *, const double *,
+                                                   const double *, double *, double *, double *,
+                                                   const external_wrenches<double> &);
+template void inverse_dynamics_derivatives<float>(const model &, data &, const float *, const float *, const float *,
+                                                  float *, float *, float *, const external_wrenches<float> &);
+template void forward_dynamics_derivatives<double>(const model &, data &, const double *, const double *,
+                                                   const double *, double *, double *, double *,
+                                                   const external_wrenches<double> &);
+template void forward_dynamics_derivatives<float>(const model &, data &, const float *, const float *, const float *,
+                                                  float *, float *, float *, const external_wrenches<float> &);
+template void reactions_derivatives<double>(const model &, data &, const double *, const double *, const double *,
+                                            double *, double *, const reaction_request &, double *,
+                                            const external_wrenches<double> &);
+template void reactions_derivatives<float>(const model &, data &, const float *, const float *, const float *, float *,
+                                           float *, const reaction_request &, float *,
+                                           const external_wrenches<float> &);
+template void inverse_dynamics_regressor<double>(const model &, data &, const double *, const double *, const double *,
+                                                 int, const int *, double *);
+template void inverse_dynamics_regressor<float>(const model &, data &, const float *, const float *, const float *, int,
+                                                const int *, float *);
+template void gravity_torque_regressor<double>(const model &, data &, const double *, int, const int *, double *);
+template void gravity_torque_regressor<float>(const model &, data &, const float *, int, const int *, float *);
+template void reactions_regressor<double>(const model &, data &, const double *, const double *, const double *,
+                                          const reaction_request &, double *);
+template void reactions_regressor<float>(const model &, data &, const float *, const float *, const float *,
+                                         const reaction_request &, float *);
+template void energy_regressor<double>(const model &, data &, const double *, const double *, double *, int,
+                                       const int *, double *);
+template void energy_regressor<float>(const model &, data &, const float *, const float *, float *, int, const int *,
+                                      float *);
+template void momentum_regressor<double>(const model &, data &, const double *, const double *, int, const int *,
+                                         double *);
+template void momentum_regressor<float>(const model &, data &, const float *, const float *, int, const int *, float *);
 
 } // namespace ksl

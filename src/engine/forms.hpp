@@ -23,7 +23,7 @@ void store_symmetric(const pack<T, W> *upper, int n, int valid, T *rows, std::pt
   store_next<T, W>(next, n * n, valid, rows, stride);
 }
 
-/// A symmetric matrix (nv, nv).  In lanes only its upper triangle is computed, by Algorithm::upper_triangle.
+/// A symmetric matrix (nv, nv).  In lanes only its upper triangle is computed, by Algorithm::elements.
 template <class Algorithm> struct symmetric_matrix : whole_results<Algorithm> {
   template <class P> struct lanes {
     P *matrix;
@@ -32,17 +32,66 @@ template <class Algorithm> struct symmetric_matrix : whole_results<Algorithm> {
     void lay_out(arena &memory, const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &) {
       matrix = memory.take<P>(model.nv * model.nv);
     }
-    void compute(const model_view<scalar_of<P>> &model, const workspace_of<Algorithm, P> &w, state_view<P> &s,
-                 const block<P> &b) {
-      const rows_view<scalar_of<P>> &rows = b.batch.result[0];
-      if (!rows.first)
-        return; // not wanted
+    /// Computes the upper triangle, if it is wanted.
+    bool elements(const model_view<scalar_of<P>> &model, const workspace_of<Algorithm, P> &w, state_view<P> &s, const block<P> &b) {
+      if (!b.batch.result[0].first)
+        return false;
       for (int i = 0; i < model.nv * model.nv && !cleared; ++i)
         matrix[i] = P(scalar_of<P>(0)); // zeros that follow from the shape of the tree are the same in every block
       cleared = true;
       s.result[0] = matrix;
-      Algorithm::upper_triangle(model, w, s);
-      store_symmetric(matrix, model.nv, b.valid, row(rows, b.k), rows.stride);
+      Algorithm::elements(model, w, s);
+      return true;
+    }
+    void compute(const model_view<scalar_of<P>> &model, const workspace_of<Algorithm, P> &w, state_view<P> &s,
+                 const block<P> &b) {
+      const rows_view<scalar_of<P>> &rows = b.batch.result[0];
+      if (elements(model, w, s, b))
+        store_symmetric(matrix, model.nv, b.valid, row(rows, b.k), rows.stride);
+    }
+  };
+};
+
+/// The upper triangle of a matrix (nv, nv).
+template <class Algorithm> struct upper_triangle : symmetric_matrix<Algorithm> {
+  template <class P> struct lanes : symmetric_matrix<Algorithm>::template lanes<P> {
+    void store(const model_view<scalar_of<P>> &model, scalar_of<P> *out, const rows_view<scalar_of<P>> &rows, int valid) const {
+      for (std::ptrdiff_t i = 0; i < model.nv; ++i)
+        store_rows(this->matrix + i * (model.nv + 1), model.nv - static_cast<int>(i), valid, out + i * (model.nv + 1), rows.stride);
+    }
+    void compute(const model_view<scalar_of<P>> &model, const workspace_of<Algorithm, P> &w, state_view<P> &s,
+                 const block<P> &b) {
+      if (this->elements(model, w, s, b))
+        store(model, row(b.batch.result[0], b.k), b.batch.result[0], b.valid);
+    }
+  };
+};
+
+/// Results with zeros that follow from the shape of the tree.  They are the same in every block of lanes, and written once.
+/// Algorithm::elements computes the others.
+template <class Algorithm> struct sparse_results : whole_results<Algorithm> {
+  template <class P> struct lanes {
+    P *result[most_results];
+    bool cleared = false;
+
+    static int numbers(int r, const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch) {
+      return numbers_of(Algorithm::row.result[r], extents_of(model, batch));
+    }
+    void lay_out(arena &memory, const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch) {
+      for (int r = 0; r < Algorithm::row.results; ++r)
+        result[r] = memory.take<P>(numbers(r, model, batch));
+    }
+    void compute(const model_view<scalar_of<P>> &model, const workspace_of<Algorithm, P> &w, state_view<P> &s,
+                 const block<P> &b) {
+      for (int r = 0; r < Algorithm::row.results; ++r) {
+        s.result[r] = result[r];
+        for (int i = 0; i < numbers(r, model, b.batch) && !cleared; ++i)
+          result[r][i] = P(scalar_of<P>(0));
+      }
+      cleared = true;
+      Algorithm::elements(model, w, s);
+      for (int r = 0; r < Algorithm::row.results; ++r)
+        b.store(result[r], numbers(r, model, b.batch), b.batch.result[r]);
     }
   };
 };

@@ -9,7 +9,16 @@
   extern "C" const ksl::algorithm_kernels ksl_kernels_inverse_dynamics_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_inverse_dynamics_with_reactions_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_forward_dynamics_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_forward_dynamics_by_mass_matrix_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_hybrid_dynamics_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_velocity_jump_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_mass_matrix_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_mass_matrix_upper_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_mass_matrix_tree_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_mass_matrix_factor_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_mass_matrix_inverse_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_solve_mass_matrix_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_coriolis_matrix_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_frame_poses_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_frame_velocities_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_frame_accelerations_##set; \
@@ -20,18 +29,41 @@
   extern "C" const ksl::algorithm_kernels ksl_kernels_relative_pose_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_relative_velocity_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_relative_jacobian_##set; \
-  extern "C" const ksl::algorithm_kernels ksl_kernels_energy_##set; \
-  extern "C" const ksl::algorithm_kernels ksl_kernels_external_power_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_operational_space_inertia_inverse_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_operational_space_inertia_##set; \
-  extern "C" const ksl::algorithm_kernels ksl_kernels_operational_space_##set;
+  extern "C" const ksl::algorithm_kernels ksl_kernels_operational_space_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_energy_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_external_power_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_center_of_mass_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_center_of_mass_jacobian_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_center_of_mass_velocity_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_center_of_mass_acceleration_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_centroidal_momentum_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_centroidal_momentum_matrix_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_centroidal_momentum_rate_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_inverse_dynamics_derivatives_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_forward_dynamics_derivatives_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_reactions_derivatives_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_inverse_dynamics_regressor_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_reactions_regressor_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_energy_regressor_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_momentum_regressor_##set;
 
 #define KSL_KERNEL_TABLE(set) \
   { \
     .inverse_dynamics = &ksl_kernels_inverse_dynamics_##set, \
     .inverse_dynamics_with_reactions = &ksl_kernels_inverse_dynamics_with_reactions_##set, \
     .forward_dynamics = &ksl_kernels_forward_dynamics_##set, \
+    .forward_dynamics_by_mass_matrix = &ksl_kernels_forward_dynamics_by_mass_matrix_##set, \
+    .hybrid_dynamics = &ksl_kernels_hybrid_dynamics_##set, \
+    .velocity_jump = &ksl_kernels_velocity_jump_##set, \
     .mass_matrix = &ksl_kernels_mass_matrix_##set, \
+    .mass_matrix_upper = &ksl_kernels_mass_matrix_upper_##set, \
+    .mass_matrix_tree = &ksl_kernels_mass_matrix_tree_##set, \
+    .mass_matrix_factor = &ksl_kernels_mass_matrix_factor_##set, \
+    .mass_matrix_inverse = &ksl_kernels_mass_matrix_inverse_##set, \
+    .solve_mass_matrix = &ksl_kernels_solve_mass_matrix_##set, \
+    .coriolis_matrix = &ksl_kernels_coriolis_matrix_##set, \
     .frame_poses = &ksl_kernels_frame_poses_##set, \
     .frame_velocities = &ksl_kernels_frame_velocities_##set, \
     .frame_accelerations = &ksl_kernels_frame_accelerations_##set, \
@@ -42,9 +74,23 @@
     .relative_pose = &ksl_kernels_relative_pose_##set, \
     .relative_velocity = &ksl_kernels_relative_velocity_##set, \
     .relative_jacobian = &ksl_kernels_relative_jacobian_##set, \
-    .energy = &ksl_kernels_energy_##set, \
-    .external_power = &ksl_kernels_external_power_##set, \
     .operational_space_inertia_inverse = &ksl_kernels_operational_space_inertia_inverse_##set, \
     .operational_space_inertia = &ksl_kernels_operational_space_inertia_##set, \
     .operational_space = &ksl_kernels_operational_space_##set, \
+    .energy = &ksl_kernels_energy_##set, \
+    .external_power = &ksl_kernels_external_power_##set, \
+    .center_of_mass = &ksl_kernels_center_of_mass_##set, \
+    .center_of_mass_jacobian = &ksl_kernels_center_of_mass_jacobian_##set, \
+    .center_of_mass_velocity = &ksl_kernels_center_of_mass_velocity_##set, \
+    .center_of_mass_acceleration = &ksl_kernels_center_of_mass_acceleration_##set, \
+    .centroidal_momentum = &ksl_kernels_centroidal_momentum_##set, \
+    .centroidal_momentum_matrix = &ksl_kernels_centroidal_momentum_matrix_##set, \
+    .centroidal_momentum_rate = &ksl_kernels_centroidal_momentum_rate_##set, \
+    .inverse_dynamics_derivatives = &ksl_kernels_inverse_dynamics_derivatives_##set, \
+    .forward_dynamics_derivatives = &ksl_kernels_forward_dynamics_derivatives_##set, \
+    .reactions_derivatives = &ksl_kernels_reactions_derivatives_##set, \
+    .inverse_dynamics_regressor = &ksl_kernels_inverse_dynamics_regressor_##set, \
+    .reactions_regressor = &ksl_kernels_reactions_regressor_##set, \
+    .energy_regressor = &ksl_kernels_energy_regressor_##set, \
+    .momentum_regressor = &ksl_kernels_momentum_regressor_##set, \
   }

@@ -4,6 +4,7 @@
 
 #include "engine/canonical_axes.hpp"
 #include "engine/largest_workspace.hpp"
+#include "engine/massless_joint.hpp"
 #include "load/check.hpp"
 
 #include <algorithm>
@@ -175,6 +176,12 @@ private:
     b.nv = row.nv;
     b.angle_index = row.angle < 0 ? -1 : m_.nq_ + row.angle;
     b.chain_start = chain_start(kind, parent);
+    const int added = static_cast<int>(m_.double_.bodies.size());
+    if (parent >= 0) {
+      const body<double> &p = m_.double_.bodies[static_cast<std::size_t>(parent)];
+      b.line_start = parent > 0 && parent == added - 1 ? p.line_start : added;
+      b.ancestors = p.ancestors + p.nv;
+    }
     b.pose_index = m_.pose_numbers_;
     b.link = link;
     b.is_base = parent == 0 && row.is_free;
@@ -214,9 +221,11 @@ private:
     close_subtrees();
     choose_canonical_axes(m_.double_.bodies, m_.double_.links);
     add_inertias();
+    add_augmented();
     add_angles();
     add_limits();
     round_to_single();
+    m_.massless_joint_ = ksl::massless_joint(m_);
     for (const payload &p : options_.payloads)
       if (m_.find_link(p.link) < 0)
         throw description_error(m_.description_.file + ": no link " + p.link + " to carry the payload");
@@ -247,6 +256,35 @@ private:
       spatial_inertia<double> sum = body.get<spatial_inertia>(d.inertia.data());
       A::spatial_inertia_added(&sum, &l.inertia, &sum);
       body.put(sum, d.inertia.data());
+    }
+  }
+
+  /// The augmented inertias of subtree_inertia.hpp, and the length of the longest path.
+  void add_augmented() {
+    auto &d = m_.double_;
+    const auto bodies = d.bodies.size();
+    d.augmented.resize(bodies);
+    for (std::size_t i = 0; i < bodies; ++i) {
+      d.augmented[i] = bodies_at<double, double>{static_cast<int>(i)}.get<spatial_inertia>(d.inertia.data());
+      d.bodies[i].alpha_of_tensor = of_tensor(d.bodies[i].alpha);
+      m_.longest_path_ = std::max(m_.longest_path_, d.bodies[i].ancestors + d.bodies[i].nv);
+      for (int c = 0; c < d.bodies[i].nv; ++c)
+        m_.tree_row_.push_back(m_.tree_row_.back() + d.bodies[i].ancestors + c + 1);
+    }
+    for (std::size_t i = bodies; i-- > 1;) {
+      const body<double> &b = d.bodies[i];
+      spatial_inertia<double> &parent = d.augmented[static_cast<std::size_t>(b.parent)];
+      const double m = d.augmented[i].m; // of the whole subtree
+      with_joint(b.kind, [&]<class J>(J) {
+        if constexpr (J::shifts_origin) {
+          parent.m += m;
+        } else {
+          const spatial_inertia<double> point = {m, {0, 0, 0}, 0, 0, 0, 0, 0, 0};
+          spatial_inertia<double> there;
+          A::spatial_inertia_translated(&point, &b.placement.t, &there);
+          A::spatial_inertia_added(&parent, &there, &parent);
+        }
+      });
     }
   }
 
@@ -291,6 +329,8 @@ private:
       s.links.push_back(spread<float>(l));
     s.gravity = spread<float>(d.gravity);
     s.inertia.assign(d.inertia.begin(), d.inertia.end());
+    for (const spatial_inertia<double> &I : d.augmented)
+      s.augmented.push_back(spread<float>(I));
     s.theta0_sine.assign(d.theta0_sine.begin(), d.theta0_sine.end());
     s.theta0_cosine.assign(d.theta0_cosine.begin(), d.theta0_cosine.end());
     s.lower.assign(d.lower.begin(), d.lower.end()), s.upper.assign(d.upper.begin(), d.upper.end());
@@ -320,6 +360,26 @@ int model::find_link(const std::string &name) const {
     if (links_[i].name == name)
       return static_cast<int>(i);
   return -1;
+}
+
+std::string model::massless_joint_text() const {
+  if (massless_joint_ < 0)
+    return "";
+  const joint_row &joint = joints_[static_cast<std::size_t>(massless_joint_)];
+  return "joint " + joint.name + " can move without moving any mass, so that its acceleration is not determined; give link " +
+         links_[static_cast<std::size_t>(joint.link)].name + " or a link beyond it mass and inertia, or fix the joint";
+}
+
+std::vector<int> model::tree_columns() const {
+  const model_view<double> m = view();
+  std::vector<int> columns(static_cast<std::size_t>(tree_elements()));
+  for (int i = 1; i < m.bodies; ++i)
+    for (int c = 0; c < m.body[i].nv; ++c) {
+      int *const row = columns.data() + tree_row_[static_cast<std::size_t>(m.body[i].v_index + c)];
+      row[m.body[i].ancestors + c] = m.body[i].v_index + c;
+      for_each_ancestor(m, i, c, [&](index column, index place) { row[place] = static_cast<int>(column); });
+    }
+  return columns;
 }
 
 data::data(const model &m)

@@ -185,6 +185,120 @@ TEST_CASE("forward_dynamics: C++ and C, one state and batches, in float") {
   faces::agree<float>(ksl::rows::forward_dynamics, cpp, c, cpp_batch, c_batch);
 }
 
+TEST_CASE("forward_dynamics_by_mass_matrix: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::forward_dynamics_by_mass_matrix(s.r.m, s.r.d, s.q, s.v, s.tau, s.result[0], s.external);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_forward_dynamics_by_mass_matrix(s.r.c_model, s.r.c_data, s.q, s.v, s.tau, &s.c_external,
+                                              s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::forward_dynamics_by_mass_matrix_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_forward_dynamics_by_mass_matrix_external_batch(
+        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+        s.batch.tau.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::forward_dynamics_by_mass_matrix, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("forward_dynamics_by_mass_matrix: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::forward_dynamics_by_mass_matrix(s.r.m, s.r.d, s.q, s.v, s.tau, s.result[0], s.external);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_forward_dynamics_by_mass_matrixf(s.r.c_model, s.r.c_data, s.q, s.v, s.tau, &s.c_external,
+                                               s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::forward_dynamics_by_mass_matrix_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_forward_dynamics_by_mass_matrix_external_batchf(
+        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+        s.batch.tau.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::forward_dynamics_by_mass_matrix, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("hybrid_dynamics: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::hybrid_dynamics(s.r.m, s.r.d, s.q, s.v, s.a, s.tau, s.result[0], 3, s.r.links.data(), s.result[1], s.external);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_hybrid_dynamics(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.tau, &s.c_external, s.result[0], 3,
+                              s.r.links.data(), s.result[1]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::hybrid_dynamics_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_hybrid_dynamics_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                             s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.batch.tau.first,
+                                             s.batch.tau.stride, &s.external, s.batch.result[0].first,
+                                             s.batch.result[0].stride, 3, s.r.links.data(), s.batch.result[1].first,
+                                             s.batch.result[1].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::hybrid_dynamics, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("hybrid_dynamics: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::hybrid_dynamics(s.r.m, s.r.d, s.q, s.v, s.a, s.tau, s.result[0], 3, s.r.links.data(), s.result[1], s.external);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_hybrid_dynamicsf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.tau, &s.c_external, s.result[0], 3,
+                               s.r.links.data(), s.result[1]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::hybrid_dynamics_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_hybrid_dynamics_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                              s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.batch.tau.first,
+                                              s.batch.tau.stride, &s.external, s.batch.result[0].first,
+                                              s.batch.result[0].stride, 3, s.r.links.data(), s.batch.result[1].first,
+                                              s.batch.result[1].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::hybrid_dynamics, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("velocity_jump: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::velocity_jump(s.r.m, s.r.d, s.q, s.result[0], s.external);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_velocity_jump(s.r.c_model, s.r.c_data, s.q, &s.c_external, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::velocity_jump_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_velocity_jump_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, &s.external,
+                                  s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::velocity_jump, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("velocity_jump: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::velocity_jump(s.r.m, s.r.d, s.q, s.result[0], s.external);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_velocity_jumpf(s.r.c_model, s.r.c_data, s.q, &s.c_external, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::velocity_jump_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_velocity_jump_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, &s.external,
+                                   s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::velocity_jump, cpp, c, cpp_batch, c_batch);
+}
+
 TEST_CASE("mass_matrix: C++ and C, one state and batches, in double") {
   const auto cpp = [](faces::one<double> &s) {
     ksl::mass_matrix(s.r.m, s.r.d, s.q, s.result[0]);
@@ -217,6 +331,214 @@ TEST_CASE("mass_matrix: C++ and C, one state and batches, in float") {
                                  s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::mass_matrix, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("mass_matrix_upper: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::mass_matrix_upper(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_mass_matrix_upper(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::mass_matrix_upper_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_mass_matrix_upper_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                      s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::mass_matrix_upper, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("mass_matrix_upper: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::mass_matrix_upper(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_mass_matrix_upperf(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::mass_matrix_upper_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_mass_matrix_upper_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                       s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::mass_matrix_upper, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("mass_matrix_tree: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::mass_matrix_tree(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_mass_matrix_tree(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::mass_matrix_tree_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_mass_matrix_tree_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                     s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::mass_matrix_tree, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("mass_matrix_tree: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::mass_matrix_tree(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_mass_matrix_treef(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::mass_matrix_tree_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_mass_matrix_tree_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                      s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::mass_matrix_tree, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("mass_matrix_factor: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::mass_matrix_factor(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_mass_matrix_factor(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::mass_matrix_factor_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_mass_matrix_factor_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                       s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::mass_matrix_factor, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("mass_matrix_factor: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::mass_matrix_factor(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_mass_matrix_factorf(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::mass_matrix_factor_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_mass_matrix_factor_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                        s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::mass_matrix_factor, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("mass_matrix_inverse: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::mass_matrix_inverse(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_mass_matrix_inverse(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::mass_matrix_inverse_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_mass_matrix_inverse_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                        s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::mass_matrix_inverse, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("mass_matrix_inverse: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::mass_matrix_inverse(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_mass_matrix_inversef(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::mass_matrix_inverse_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_mass_matrix_inverse_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                         s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::mass_matrix_inverse, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("solve_mass_matrix: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::solve_mass_matrix(s.r.m, s.r.d, s.q, s.tau, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_solve_mass_matrix(s.r.c_model, s.r.c_data, s.q, s.tau, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::solve_mass_matrix_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_solve_mass_matrix_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.tau.first,
+                                      s.batch.tau.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                      s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::solve_mass_matrix, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("solve_mass_matrix: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::solve_mass_matrix(s.r.m, s.r.d, s.q, s.tau, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_solve_mass_matrixf(s.r.c_model, s.r.c_data, s.q, s.tau, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::solve_mass_matrix_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_solve_mass_matrix_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.tau.first,
+                                       s.batch.tau.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                       s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::solve_mass_matrix, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("coriolis_matrix: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::coriolis_matrix(s.r.m, s.r.d, s.q, s.v, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_coriolis_matrix(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::coriolis_matrix_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_coriolis_matrix_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                    s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                    s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::coriolis_matrix, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("coriolis_matrix: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::coriolis_matrix(s.r.m, s.r.d, s.q, s.v, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_coriolis_matrixf(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::coriolis_matrix_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_coriolis_matrix_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                     s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                     s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::coriolis_matrix, cpp, c, cpp_batch, c_batch);
 }
 
 TEST_CASE("frame_poses: C++ and C, one state and batches, in double") {
@@ -661,78 +983,6 @@ TEST_CASE("relative_jacobian: C++ and C, one state and batches, in float") {
   faces::agree<float>(ksl::rows::relative_jacobian, cpp, c, cpp_batch, c_batch);
 }
 
-TEST_CASE("energy: C++ and C, one state and batches, in double") {
-  const auto cpp = [](faces::one<double> &s) {
-    ksl::energy(s.r.m, s.r.d, s.q, s.v, s.result[0], s.result[1]);
-  };
-  const auto c = [](faces::one<double> &s) {
-    CHECK(ksl_energy(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0], s.result[1]) == KSL_OK);
-  };
-  const auto cpp_batch = [](faces::many<double> &s) {
-    ksl::energy_batch(s.r.m, s.batch, s.threads);
-  };
-  const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_energy_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
-                           s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
-                           s.batch.result[1].stride, s.threads) == KSL_OK);
-  };
-  faces::agree<double>(ksl::rows::energy, cpp, c, cpp_batch, c_batch);
-}
-
-TEST_CASE("energy: C++ and C, one state and batches, in float") {
-  const auto cpp = [](faces::one<float> &s) {
-    ksl::energy(s.r.m, s.r.d, s.q, s.v, s.result[0], s.result[1]);
-  };
-  const auto c = [](faces::one<float> &s) {
-    CHECK(ksl_energyf(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0], s.result[1]) == KSL_OK);
-  };
-  const auto cpp_batch = [](faces::many<float> &s) {
-    ksl::energy_batch(s.r.m, s.batch, s.threads);
-  };
-  const auto c_batch = [](faces::many<float> &s) {
-    CHECK(ksl_energy_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
-                            s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
-                            s.batch.result[1].stride, s.threads) == KSL_OK);
-  };
-  faces::agree<float>(ksl::rows::energy, cpp, c, cpp_batch, c_batch);
-}
-
-TEST_CASE("external_power: C++ and C, one state and batches, in double") {
-  const auto cpp = [](faces::one<double> &s) {
-    ksl::external_power(s.r.m, s.r.d, s.q, s.v, s.result[0], s.external);
-  };
-  const auto c = [](faces::one<double> &s) {
-    CHECK(ksl_external_power(s.r.c_model, s.r.c_data, s.q, s.v, &s.c_external, s.result[0]) == KSL_OK);
-  };
-  const auto cpp_batch = [](faces::many<double> &s) {
-    ksl::external_power_batch(s.r.m, s.batch, s.threads);
-  };
-  const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_external_power_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                   s.batch.v.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride,
-                                   s.threads) == KSL_OK);
-  };
-  faces::agree<double>(ksl::rows::external_power, cpp, c, cpp_batch, c_batch);
-}
-
-TEST_CASE("external_power: C++ and C, one state and batches, in float") {
-  const auto cpp = [](faces::one<float> &s) {
-    ksl::external_power(s.r.m, s.r.d, s.q, s.v, s.result[0], s.external);
-  };
-  const auto c = [](faces::one<float> &s) {
-    CHECK(ksl_external_powerf(s.r.c_model, s.r.c_data, s.q, s.v, &s.c_external, s.result[0]) == KSL_OK);
-  };
-  const auto cpp_batch = [](faces::many<float> &s) {
-    ksl::external_power_batch(s.r.m, s.batch, s.threads);
-  };
-  const auto c_batch = [](faces::many<float> &s) {
-    CHECK(ksl_external_power_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                    s.batch.v.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride,
-                                    s.threads) == KSL_OK);
-  };
-  faces::agree<float>(ksl::rows::external_power, cpp, c, cpp_batch, c_batch);
-}
-
 TEST_CASE("operational_space_inertia_inverse: C++ and C, one state and batches, in double") {
   const auto cpp = [](faces::one<double> &s) {
     ksl::operational_space_inertia_inverse(s.r.m, s.r.d, s.q, 3, s.r.links.data(), s.r.how, s.result[0]);
@@ -856,4 +1106,649 @@ TEST_CASE("operational_space: C++ and C, one state and batches, in float") {
                                                 s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::operational_space, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("energy: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::energy(s.r.m, s.r.d, s.q, s.v, s.result[0], s.result[1]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_energy(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0], s.result[1]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::energy_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_energy_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
+                           s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
+                           s.batch.result[1].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::energy, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("energy: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::energy(s.r.m, s.r.d, s.q, s.v, s.result[0], s.result[1]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_energyf(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0], s.result[1]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::energy_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_energy_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
+                            s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
+                            s.batch.result[1].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::energy, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("external_power: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::external_power(s.r.m, s.r.d, s.q, s.v, s.result[0], s.external);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_external_power(s.r.c_model, s.r.c_data, s.q, s.v, &s.c_external, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::external_power_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_external_power_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                   s.batch.v.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride,
+                                   s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::external_power, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("external_power: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::external_power(s.r.m, s.r.d, s.q, s.v, s.result[0], s.external);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_external_powerf(s.r.c_model, s.r.c_data, s.q, s.v, &s.c_external, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::external_power_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_external_power_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                    s.batch.v.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride,
+                                    s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::external_power, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("center_of_mass: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::center_of_mass(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_center_of_mass(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::center_of_mass_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_center_of_mass_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                   s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::center_of_mass, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("center_of_mass: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::center_of_mass(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_center_of_massf(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::center_of_mass_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_center_of_mass_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                    s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::center_of_mass, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("center_of_mass_jacobian: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::center_of_mass_jacobian(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_center_of_mass_jacobian(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::center_of_mass_jacobian_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_center_of_mass_jacobian_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                            s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::center_of_mass_jacobian, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("center_of_mass_jacobian: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::center_of_mass_jacobian(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_center_of_mass_jacobianf(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::center_of_mass_jacobian_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_center_of_mass_jacobian_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                             s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::center_of_mass_jacobian, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("center_of_mass_velocity: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::center_of_mass_velocity(s.r.m, s.r.d, s.q, s.v, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_center_of_mass_velocity(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::center_of_mass_velocity_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_center_of_mass_velocity_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                            s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                            s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::center_of_mass_velocity, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("center_of_mass_velocity: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::center_of_mass_velocity(s.r.m, s.r.d, s.q, s.v, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_center_of_mass_velocityf(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::center_of_mass_velocity_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_center_of_mass_velocity_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                             s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                             s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::center_of_mass_velocity, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("center_of_mass_acceleration: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::center_of_mass_acceleration(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_center_of_mass_acceleration(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::center_of_mass_acceleration_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_center_of_mass_acceleration_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                s.batch.v.stride, s.batch.a.first, s.batch.a.stride,
+                                                s.batch.result[0].first, s.batch.result[0].stride,
+                                                s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::center_of_mass_acceleration, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("center_of_mass_acceleration: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::center_of_mass_acceleration(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_center_of_mass_accelerationf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::center_of_mass_acceleration_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_center_of_mass_acceleration_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                 s.batch.v.stride, s.batch.a.first, s.batch.a.stride,
+                                                 s.batch.result[0].first, s.batch.result[0].stride,
+                                                 s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::center_of_mass_acceleration, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("centroidal_momentum: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::centroidal_momentum(s.r.m, s.r.d, s.q, s.v, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_centroidal_momentum(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::centroidal_momentum_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_centroidal_momentum_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                        s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                        s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::centroidal_momentum, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("centroidal_momentum: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::centroidal_momentum(s.r.m, s.r.d, s.q, s.v, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_centroidal_momentumf(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::centroidal_momentum_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_centroidal_momentum_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                         s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                         s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::centroidal_momentum, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("centroidal_momentum_matrix: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::centroidal_momentum_matrix(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_centroidal_momentum_matrix(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::centroidal_momentum_matrix_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_centroidal_momentum_matrix_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                               s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::centroidal_momentum_matrix, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("centroidal_momentum_matrix: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::centroidal_momentum_matrix(s.r.m, s.r.d, s.q, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_centroidal_momentum_matrixf(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::centroidal_momentum_matrix_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_centroidal_momentum_matrix_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                s.batch.result[0].first, s.batch.result[0].stride,
+                                                s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::centroidal_momentum_matrix, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("centroidal_momentum_rate: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::centroidal_momentum_rate(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_centroidal_momentum_rate(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::centroidal_momentum_rate_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_centroidal_momentum_rate_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                             s.batch.v.stride, s.batch.a.first, s.batch.a.stride,
+                                             s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::centroidal_momentum_rate, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("centroidal_momentum_rate: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::centroidal_momentum_rate(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_centroidal_momentum_ratef(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::centroidal_momentum_rate_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_centroidal_momentum_rate_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                              s.batch.v.stride, s.batch.a.first, s.batch.a.stride,
+                                              s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::centroidal_momentum_rate, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("inverse_dynamics_derivatives: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::inverse_dynamics_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0], s.result[1], s.result[2], s.external);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_inverse_dynamics_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, s.a, &s.c_external, s.result[0],
+                                           s.result[1], s.result[2]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::inverse_dynamics_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_inverse_dynamics_derivatives_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                          s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+                                                          s.batch.a.stride, &s.external, s.batch.result[0].first,
+                                                          s.batch.result[0].stride, s.batch.result[1].first,
+                                                          s.batch.result[1].stride, s.batch.result[2].first,
+                                                          s.batch.result[2].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::inverse_dynamics_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("inverse_dynamics_derivatives: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::inverse_dynamics_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0], s.result[1], s.result[2], s.external);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_inverse_dynamics_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, &s.c_external, s.result[0],
+                                            s.result[1], s.result[2]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::inverse_dynamics_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_inverse_dynamics_derivatives_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                           s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+                                                           s.batch.a.stride, &s.external, s.batch.result[0].first,
+                                                           s.batch.result[0].stride, s.batch.result[1].first,
+                                                           s.batch.result[1].stride, s.batch.result[2].first,
+                                                           s.batch.result[2].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::inverse_dynamics_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("forward_dynamics_derivatives: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::forward_dynamics_derivatives(s.r.m, s.r.d, s.q, s.v, s.tau, s.result[0], s.result[1], s.result[2], s.external);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_forward_dynamics_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, s.tau, &s.c_external, s.result[0],
+                                           s.result[1], s.result[2]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::forward_dynamics_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_forward_dynamics_derivatives_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                          s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+                                                          s.batch.tau.stride, &s.external, s.batch.result[0].first,
+                                                          s.batch.result[0].stride, s.batch.result[1].first,
+                                                          s.batch.result[1].stride, s.batch.result[2].first,
+                                                          s.batch.result[2].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::forward_dynamics_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("forward_dynamics_derivatives: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::forward_dynamics_derivatives(s.r.m, s.r.d, s.q, s.v, s.tau, s.result[0], s.result[1], s.result[2], s.external);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_forward_dynamics_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, s.tau, &s.c_external, s.result[0],
+                                            s.result[1], s.result[2]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::forward_dynamics_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_forward_dynamics_derivatives_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                           s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+                                                           s.batch.tau.stride, &s.external, s.batch.result[0].first,
+                                                           s.batch.result[0].stride, s.batch.result[1].first,
+                                                           s.batch.result[1].stride, s.batch.result[2].first,
+                                                           s.batch.result[2].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::forward_dynamics_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("reactions_derivatives: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::reactions_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0], s.result[1], s.r.request, s.result[2],
+                               s.external);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_reactions_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, s.a, &s.c_external, s.result[0], s.result[1],
+                                    s.r.request.n, s.r.joints.data(), nullptr, s.result[2]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::reactions_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_reactions_derivatives_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                   s.batch.v.stride, s.batch.a.first, s.batch.a.stride, &s.external,
+                                                   s.batch.result[0].first, s.batch.result[0].stride,
+                                                   s.batch.result[1].first, s.batch.result[1].stride, s.r.request.n,
+                                                   s.r.joints.data(), nullptr, s.batch.result[2].first,
+                                                   s.batch.result[2].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::reactions_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("reactions_derivatives: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::reactions_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0], s.result[1], s.r.request, s.result[2],
+                               s.external);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_reactions_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, &s.c_external, s.result[0], s.result[1],
+                                     s.r.request.n, s.r.joints.data(), nullptr, s.result[2]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::reactions_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_reactions_derivatives_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                    s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+                                                    s.batch.a.stride, &s.external, s.batch.result[0].first,
+                                                    s.batch.result[0].stride, s.batch.result[1].first,
+                                                    s.batch.result[1].stride, s.r.request.n, s.r.joints.data(), nullptr,
+                                                    s.batch.result[2].first, s.batch.result[2].stride,
+                                                    s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::reactions_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("inverse_dynamics_regressor: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::inverse_dynamics_regressor(s.r.m, s.r.d, s.q, s.v, s.a, 3, s.r.links.data(), s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_inverse_dynamics_regressor(s.r.c_model, s.r.c_data, s.q, s.v, s.a, 3, s.r.links.data(),
+                                         s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::inverse_dynamics_regressor_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_inverse_dynamics_regressor_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                               s.batch.v.stride, s.batch.a.first, s.batch.a.stride, 3, s.r.links.data(),
+                                               s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::inverse_dynamics_regressor, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("inverse_dynamics_regressor: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::inverse_dynamics_regressor(s.r.m, s.r.d, s.q, s.v, s.a, 3, s.r.links.data(), s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_inverse_dynamics_regressorf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, 3, s.r.links.data(),
+                                          s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::inverse_dynamics_regressor_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_inverse_dynamics_regressor_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                s.batch.v.stride, s.batch.a.first, s.batch.a.stride, 3,
+                                                s.r.links.data(), s.batch.result[0].first, s.batch.result[0].stride,
+                                                s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::inverse_dynamics_regressor, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("gravity_torque_regressor: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::gravity_torque_regressor(s.r.m, s.r.d, s.q, 3, s.r.links.data(), s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_gravity_torque_regressor(s.r.c_model, s.r.c_data, s.q, 3, s.r.links.data(), s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::gravity_torque_regressor_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_gravity_torque_regressor_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, 3, s.r.links.data(),
+                                             s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::gravity_torque_regressor, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("gravity_torque_regressor: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::gravity_torque_regressor(s.r.m, s.r.d, s.q, 3, s.r.links.data(), s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_gravity_torque_regressorf(s.r.c_model, s.r.c_data, s.q, 3, s.r.links.data(), s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::gravity_torque_regressor_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_gravity_torque_regressor_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, 3, s.r.links.data(),
+                                              s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::gravity_torque_regressor, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("reactions_regressor: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::reactions_regressor(s.r.m, s.r.d, s.q, s.v, s.a, s.r.request, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_reactions_regressor(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.r.request.n, s.r.joints.data(), nullptr,
+                                  s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::reactions_regressor_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_reactions_regressor_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                        s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.r.request.n,
+                                        s.r.joints.data(), nullptr, s.batch.result[0].first, s.batch.result[0].stride,
+                                        s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::reactions_regressor, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("reactions_regressor: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::reactions_regressor(s.r.m, s.r.d, s.q, s.v, s.a, s.r.request, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_reactions_regressorf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.r.request.n, s.r.joints.data(), nullptr,
+                                   s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::reactions_regressor_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_reactions_regressor_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                         s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.r.request.n,
+                                         s.r.joints.data(), nullptr, s.batch.result[0].first, s.batch.result[0].stride,
+                                         s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::reactions_regressor, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("energy_regressor: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::energy_regressor(s.r.m, s.r.d, s.q, s.v, s.result[0], 3, s.r.links.data(), s.result[1]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_energy_regressor(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0], 3, s.r.links.data(),
+                               s.result[1]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::energy_regressor_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_energy_regressor_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                     s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride, 3,
+                                     s.r.links.data(), s.batch.result[1].first, s.batch.result[1].stride,
+                                     s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::energy_regressor, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("energy_regressor: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::energy_regressor(s.r.m, s.r.d, s.q, s.v, s.result[0], 3, s.r.links.data(), s.result[1]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_energy_regressorf(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0], 3, s.r.links.data(),
+                                s.result[1]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::energy_regressor_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_energy_regressor_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                      s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride, 3,
+                                      s.r.links.data(), s.batch.result[1].first, s.batch.result[1].stride,
+                                      s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::energy_regressor, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("momentum_regressor: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::momentum_regressor(s.r.m, s.r.d, s.q, s.v, 3, s.r.links.data(), s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_momentum_regressor(s.r.c_model, s.r.c_data, s.q, s.v, 3, s.r.links.data(), s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::momentum_regressor_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_momentum_regressor_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                       s.batch.v.stride, 3, s.r.links.data(), s.batch.result[0].first,
+                                       s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::momentum_regressor, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("momentum_regressor: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::momentum_regressor(s.r.m, s.r.d, s.q, s.v, 3, s.r.links.data(), s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_momentum_regressorf(s.r.c_model, s.r.c_data, s.q, s.v, 3, s.r.links.data(), s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::momentum_regressor_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_momentum_regressor_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                        s.batch.v.stride, 3, s.r.links.data(), s.batch.result[0].first,
+                                        s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::momentum_regressor, cpp, c, cpp_batch, c_batch);
 }

@@ -7,9 +7,10 @@
 #include "ksl/engine/energy.hpp"
 #include "ksl/engine/forward_dynamics.hpp"
 #include "ksl/engine/frame_jacobian.hpp"
+#include "ksl/engine/inverse_dynamics_derivatives.hpp"
 #include "ksl/engine/mass_matrix.hpp"
 #include "ksl/engine/owned_workspace.hpp"
-#include "ksl/engine/reactions.hpp"
+#include "ksl/engine/reactions_derivatives.hpp"
 
 #include <doctest/doctest.h>
 
@@ -91,6 +92,35 @@ template <class T> numbers<T> inertias(const ksl::model &m, const numbers<T> &q)
   return M;
 }
 
+/// Derivatives of the efforts by q, v and a.
+template <class T> numbers<T> derivatives_of_efforts(const ksl::model &m, const state<T> &s) {
+  const ksl::owned_workspace<ksl::inverse_dynamics_derivatives_workspace<T>> w(m.view());
+  const std::size_t n = s.v.size() * s.v.size();
+  numbers<T> D(3 * n);
+  ksl::inverse_dynamics_derivatives<T>(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), pushes(s.push), &D[0], &D[n], &D[2 * n]);
+  return D;
+}
+
+numbers<int> all_links(const ksl::model &m) {
+  numbers<int> links;
+  for (int l = 0; l < m.view().links; ++l)
+    links.push_back(l);
+  return links;
+}
+
+/// Derivatives of all reactions by q, v and a.
+template <class T> numbers<T> derivatives_of_reactions(const ksl::model &m, const state<T> &s) {
+  const ksl::owned_workspace<ksl::reactions_derivatives_workspace<T>> w(m.view());
+  const numbers<int> links = all_links(m);
+  ksl::reaction_request request;
+  request.n = m.view().links;
+  request.link = links.data();
+  const std::size_t n = 6 * links.size() * s.v.size();
+  numbers<T> D(3 * n);
+  ksl::reactions_derivatives<T>(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), request, pushes(s.push), &D[0], &D[n], &D[2 * n]);
+  return D;
+}
+
 template <class T> struct energies { T kinetic, potential; };
 
 template <class T> energies<T> energy_of(const ksl::model &m, const numbers<T> &q, const numbers<T> &v) {
@@ -105,13 +135,6 @@ template <class T> T power(const ksl::model &m, const state<T> &s) {
   T power;
   ksl::external_power<T>(m.view(), *w, s.q.data(), s.v.data(), pushes(s.push), &power);
   return power;
-}
-
-numbers<int> all_links(const ksl::model &m) {
-  numbers<int> links;
-  for (int l = 0; l < m.view().links; ++l)
-    links.push_back(l);
-  return links;
 }
 
 /// Poses of all links, 16 numbers each.
@@ -171,6 +194,8 @@ template <class T> numbers<T> everything(const ksl::model &m, const state<T> &s)
   add(efforts_with_reactions(m, s));
   add(accelerations(m, s));
   add(inertias(m, s.q));
+  add(derivatives_of_efforts(m, s));
+  add(derivatives_of_reactions(m, s));
   add(poses(m, s.q));
   const energies<T> e = energy_of(m, s.q, s.v);
   add({e.kinetic, e.potential, power(m, s)});

@@ -163,7 +163,8 @@ public:
 
 private:
   std::size_t width(int i) const {
-    return static_cast<std::size_t>(i < row_.results ? numbers_of(row_.result[i], {r_.m.nq(), r_.m.nv(), links(), r_.request.n}) : 6 * r_.request.n);
+    const ksl::extents of = {r_.m.nq(), r_.m.nv(), links(), r_.request.n, r_.m.tree_elements(), static_cast<int>(r_.m.links().size())};
+    return static_cast<std::size_t>(i < row_.results ? numbers_of(row_.result[i], of) : 6 * r_.request.n);
   }
   int links() const {
     const int least = ksl::least_links(row_.request);

@@ -1,11 +1,19 @@
 // What a state needs in memory, as docs/engine.md says; and that a workspace lies within its memory.
 #include "robots.hpp"
 
+#include "ksl/engine/center_of_mass.hpp"
+#include "ksl/engine/center_of_mass_motion.hpp"
+#include "ksl/engine/centroidal_momentum.hpp"
+#include "ksl/engine/centroidal_momentum_matrix.hpp"
 #include "ksl/engine/energy.hpp"
+#include "ksl/engine/energy_regressor.hpp"
 #include "ksl/engine/forward_dynamics.hpp"
 #include "ksl/engine/frame_jacobian.hpp"
+#include "ksl/engine/inverse_dynamics_derivatives.hpp"
+#include "ksl/engine/inverse_dynamics_regressor.hpp"
 #include "ksl/engine/mass_matrix.hpp"
-#include "ksl/engine/reactions.hpp"
+#include "ksl/engine/reactions_derivatives.hpp"
+#include "ksl/engine/reactions_regressor.hpp"
 
 #include <doctest/doctest.h>
 
@@ -43,10 +51,22 @@ TEST_CASE("numbers for each body") {
   CHECK(numbers_per_body<ksl::reactions_workspace>() == 29 + 6);
   CHECK(numbers_per_body<ksl::forward_dynamics_workspace>() == 64);
   CHECK(numbers_per_body<ksl::mass_matrix_workspace>() == 27);
+  CHECK(numbers_per_body<ksl::inverse_dynamics_derivatives_workspace>() == 99);
+  CHECK(numbers_per_body<ksl::reactions_derivatives_workspace>() == 99 + 28);
   CHECK(numbers_per_body<ksl::forward_kinematics_workspace>() == 14);
   CHECK(numbers_per_body<ksl::jacobian_workspace>() == 2);
   CHECK(numbers_per_body<ksl::energy_workspace>() == 20);
   CHECK(numbers_per_body<ksl::external_power_workspace>() == 20);
+  CHECK(numbers_per_body<ksl::center_of_mass_workspace>() == 6);
+  CHECK(numbers_per_body<ksl::center_of_mass_jacobian_workspace>() == 15);
+  CHECK(numbers_per_body<ksl::center_of_mass_velocity_workspace>() == 11);
+  CHECK(numbers_per_body<ksl::center_of_mass_acceleration_workspace>() == 14);
+  CHECK(numbers_per_body<ksl::centroidal_momentum_workspace>() == 18);
+  CHECK(numbers_per_body<ksl::centroidal_momentum_rate_workspace>() == 21);
+  CHECK(numbers_per_body<ksl::centroidal_momentum_matrix_workspace>() == 24);
+  CHECK(numbers_per_body<ksl::inverse_dynamics_regressor_workspace>() == 23);
+  CHECK(numbers_per_body<ksl::reactions_regressor_workspace>() == 23);
+  CHECK(numbers_per_body<ksl::energy_regressor_workspace>() == 20);
 }
 
 TEST_CASE("arrays follow each other, aligned, within the memory that was measured") {

@@ -51,7 +51,7 @@ def inputs(m, row, *leading, dtype=np.float64):
     given = {"q": q, "v": v, "a": x, "tau": x, "q1": q1, "fraction": np.full((*leading, 1), 0.3, dtype)}
     arguments, links = {name: given[name] for name in row.inputs}, names(m, LINKS)
     arguments |= {
-        "link": {"name": links[0]}, "frame": {"name": links[0], "offset": OFFSET} | CROSSED, "links": {"names": links}, "frames": {"names": links} | CROSSED,
+        "link": {"name": links[0]}, "frame": {"name": links[0], "offset": OFFSET} | CROSSED, "links": {row.links_keyword: links}, "frames": {row.links_keyword: links} | CROSSED,
         "relative": {"name": links[0], "seen_from": links[1], "offset": OFFSET} | CROSSED,
     }.get(row.request, {})  # fmt: skip
     if row.keywords == "kind":

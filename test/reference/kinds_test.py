@@ -111,3 +111,11 @@ def test_single_precision(m, s):
     single = [x.astype(np.float32) for x in s.motion]
     check(m.inverse_dynamics(*single), s.of_v("effort"), 1e-5)
     check(m.reactions(*single, joints=list(JOINTS)), s.s["wrench"], 1e-5)
+
+
+def test_derivatives(m, s):
+    square = np.ix_(s.in_v, s.in_v)
+    for found, key in zip(m.inverse_dynamics_derivatives(*s.motion), ("deffort_dq", "deffort_dv", "mass_matrix")):
+        check(found, s.s[key][square])
+    for found, key in zip(m.reactions_derivatives(*s.motion, joints=list(JOINTS)), "qva"):
+        check(found, s.s[f"dwrench_d{key}"][..., s.in_v])

@@ -89,6 +89,9 @@ template <class T> KSL_LANES spatial_inertia<T> own_inertia(const model_view<sca
   return body_at<T>(i).inertia(model);
 }
 
+/// Its mass.
+template <class S> KSL_LANES S own_mass(const model_view<S> &model, int i) { return numbers_of<10>(model.inertia, i)[0]; }
+
 /// Two steps for n bodies, parents first.  one(i) is called for all bodies but the ground, and may read what one() stored for
 /// the parent.  lanes(bodies_at) may read what one() stored for its own bodies, and nothing that lanes() stored for others.
 /// With plain numbers the second step runs in lanes, after the first is complete.  Otherwise both steps run for one body after

@@ -128,12 +128,9 @@ KSL_LANES void accelerate(const body<scalar_of<T>> &b, const forward_dynamics_wo
   }
 }
 
-/// Accelerations dv (nv) for positions q (nq), velocities v (nv) and joint efforts tau (nv) under gravity and external
-/// wrenches.  O(bodies), about 590 flops for each.
+/// The passes from the leaves to the root and back: accelerations dv (nv) under efforts tau (nv), which may be the same array.
 template <class T>
-void forward_dynamics(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w, const T *q, const T *v,
-                      const T *tau, const external_wrenches<T> &external, T *dv) {
-  start_articulated(model, w, q, v, external);
+KSL_LANES void accelerate_articulated(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w, const T *tau, T *dv) {
   for (int i = model.bodies - 1; i > 0; --i) {
     const body<scalar_of<T>> &b = model.body[i];
     by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED { pass_to_parent<K>(b, w, i, tau + b.v_index); });
@@ -143,6 +140,15 @@ void forward_dynamics(const model_view<scalar_of<T>> &model, const forward_dynam
     const body<scalar_of<T>> &b = model.body[i];
     by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED { accelerate<K>(b, w, i, dv + b.v_index); });
   }
+}
+
+/// Accelerations dv (nv) for positions q (nq), velocities v (nv) and joint efforts tau (nv) under gravity and external
+/// wrenches.  O(bodies), about 590 flops for each.
+template <class T>
+void forward_dynamics(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w, const T *q, const T *v,
+                      const T *tau, const external_wrenches<T> &external, T *dv) {
+  start_articulated(model, w, q, v, external);
+  accelerate_articulated(model, w, tau, dv);
 }
 
 } // namespace KSL_ISA

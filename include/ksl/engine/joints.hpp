@@ -33,6 +33,7 @@ concept described_joint = requires(const double *q, double *out) {
   { J::has_pitch } -> std::convertible_to<bool>;
   { J::has_limits } -> std::convertible_to<bool>;
   { J::is_free } -> std::convertible_to<bool>;
+  { J::shifts_origin } -> std::convertible_to<bool>; // does the joint move the body's origin in its parent
   { J::canonical_x } -> std::convertible_to<bool>;
   { J::usual_axis } -> std::convertible_to<int>;
   { J::angle } -> std::convertible_to<int>;

@@ -22,6 +22,8 @@ template <class T> struct body {
   int v_end;                 ///< where the numbers of all joints of the subtree end in v
   int angle_index;           ///< index in q of the joint's rotation about z; −1: it has none
   int chain_start;           ///< first body of the unbroken run of revolute joints that ends here; this body for other kinds
+  int line_start;            ///< first body of the unbroken run, in which each carries the next, that ends here
+  int ancestors;             ///< how many numbers in v the joints have that carry this one
   int pose_index;            ///< where in pose_workspace::moved the numbers of its pose begin that depend on q
   int link;                  ///< the joint's child link; −1 for a ground without links, and inside a universal joint
   bool has_children;         ///< does it carry other bodies
@@ -30,6 +32,7 @@ template <class T> struct body {
   bool no_offset;            ///< is `offset` the identity, as for most bodies
   SE3<T> placement;          ///< of the joint in the parent's canonical frame: R = Rz(offset) Rx(alpha) where it has an axis
   plane_rotation<T> offset, alpha, theta0;
+  tensor_rotation<T> alpha_of_tensor; ///< alpha, for symmetric matrices
   T pitch;                   ///< advance along the axis, m/rad; of helical joints
 };
 
@@ -57,11 +60,15 @@ template <class T> struct model_view {
   int bodies, links; ///< how many, ground and root included
   int nq, nv;
   int pose_numbers;  ///< how many numbers pose_workspace::moved holds
+  int longest_path;  ///< how many numbers in v the joints of a path from the ground have, at most
+  int tree_elements; ///< how many elements of a matrix aren't zero by the shape of the tree (tree_rows.hpp)
   vec3<T> gravity;   ///< m/s², in world axes
   const ksl::body<T> *body;
   const ksl::link<T> *link;
   const T *inertia;                       ///< spatial_inertia of each body with all welded links (body_lanes.hpp)
+  const spatial_inertia<T> *augmented;    ///< of each body, for sums over subtrees (subtree_inertia.hpp)
   const T *theta0_sine, *theta0_cosine;   ///< of the joint that each number in q belongs to, padded as joint_angles
+  const int *tree_row;                    ///< (nv + 1) where the rows of a matrix begin, by their elements that aren't zero
   int first_angle, angles_end;            ///< the range of indices in q that contains all joint angles
   const T *lower, *upper;                 ///< limits of the numbers in q; infinite where there are none
 };

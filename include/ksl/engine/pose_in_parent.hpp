@@ -113,6 +113,12 @@ template <class T> struct axis_pose {
     if (!b.no_offset)
       (rotate_z(spread<T>(b.offset), v), ...);
   }
+  KSL_LANES void to_parent(spatial_inertia<T> &I) const {
+    rotate_z(theta, I);
+    rotate_x(spread<T>(b.alpha), spread<T>(b.alpha_of_tensor), I);
+    if (!b.no_offset)
+      rotate_z(spread<T>(b.offset), I);
+  }
   /// Computes the body's axes from the parent's.  43 flops; the longest chain of dependent operations is three.
   KSL_LANES void rotate_axes(mat3x3<T> &R) const {
     using A = algebra<T>;

@@ -71,9 +71,9 @@ void link_wrenches(const model_view<scalar_of<T>> &model, const reactions_worksp
 }
 
 /// The requested part of a wrench in a body's canonical frame.  The actuation part is h* Sᵀ f, the constraint part is the rest
-/// (coscrews (7), (9)).
-template <joint_kind K, class T>
-KSL_LANES coscrew<T> part_through(const body<scalar_of<T>> &b, const pose_workspace<T> &pose, wrench_part part, const coscrew<T> &f) {
+/// (coscrews (7), (9)).  pose: a pose_workspace<T>, or what has such a function rotation.
+template <joint_kind K, class T, class Poses>
+KSL_LANES coscrew<T> part_through(const body<scalar_of<T>> &b, const Poses &pose, wrench_part part, const coscrew<T> &f) {
   if (part == wrench_part::total)
     return f;
   T tau[joint<K>::nv];
@@ -100,27 +100,33 @@ template <class T> inline coscrew<T> part_of(const model_view<scalar_of<T>> &mod
   return found;
 }
 
+/// The requested frame of a joint's wrench, in the world; joint: pose of the joint's frame.
+template <class T> inline SE3<T> requested_frame(const model_view<scalar_of<T>> &model, const array_of<SE3<T>> &in_world,
+                                                 const reaction_request &request, const SE3<T> &joint) {
+  vec3<T> point = {T(request.offset[0]), T(request.offset[1]), T(request.offset[2])}; // in the joint's frame
+  if (request.at == wrench_frame::joint) {
+    algebra<T>::product_dv(&joint, &point, &point);
+  } else {
+    point = {T(0), T(0), T(0)};
+    if (request.at == wrench_frame::link)
+      point = link_pose(model, in_world, request.at_link).t;
+  }
+  SE3<T> target = {{T(1), T(0), T(0), T(0), T(1), T(0), T(0), T(0), T(1)}, point};
+  if (request.axes == wrench_frame::joint)
+    target.R = joint.R;
+  else if (request.axes == wrench_frame::link)
+    target.R = link_pose(model, in_world, request.axes_link).R;
+  return target;
+}
+
 /// Pose of the joint's frame in the requested frame.  The coadjoint of this pose transforms the wrench.
 template <class T> inline SE3<T> pose_in_requested(const model_view<scalar_of<T>> &model,
                                                    const reactions_workspace<T> &w, const reaction_request &request,
                                                    int link) {
-  using A = algebra<T>;
   const SE3<T> joint = link_pose(model, w.in_world, link);
-  vec3<T> point = {T(request.offset[0]), T(request.offset[1]), T(request.offset[2])}; // in the joint's frame
-  if (request.at == wrench_frame::joint) {
-    A::product_dv(&joint, &point, &point);
-  } else {
-    point = {T(0), T(0), T(0)};
-    if (request.at == wrench_frame::link)
-      point = link_pose(model, w.in_world, request.at_link).t;
-  }
-  SE3<T> target = {{T(1), T(0), T(0), T(0), T(1), T(0), T(0), T(0), T(1)}, point}; // requested frame in the world
-  if (request.axes == wrench_frame::joint)
-    target.R = joint.R;
-  else if (request.axes == wrench_frame::link)
-    target.R = link_pose(model, w.in_world, request.axes_link).R;
+  const SE3<T> target = requested_frame(model, w.in_world, request, joint);
   SE3<T> D;
-  A::product_dinvd(&target, &joint, &D);
+  algebra<T>::product_dinvd(&target, &joint, &D);
   return D;
 }
 

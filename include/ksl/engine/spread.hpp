@@ -24,10 +24,14 @@ template <class T, class S> KSL_LANES spatial_inertia<T> spread(const spatial_in
 
 template <class T, class S> KSL_LANES plane_rotation<T> spread(const plane_rotation<S> &a) { return {T(a.sine), T(a.cosine)}; }
 
+template <class T, class S> KSL_LANES tensor_rotation<T> spread(const tensor_rotation<S> &a) {
+  return {T(a.cosine_sine), T(a.sine_sine), T(a.twice_sine), T(a.twice_cosine)};
+}
+
 template <class T, class S> body<T> spread(const body<S> &b) {
-  return {b.kind, b.parent, b.q_index, b.v_index, b.nv, b.v_end, b.angle_index, b.chain_start, b.pose_index, b.link,
-          b.has_children, b.ends_universal, b.is_base, b.no_offset, spread<T>(b.placement), spread<T>(b.offset), spread<T>(b.alpha),
-          spread<T>(b.theta0), T(b.pitch)};
+  return {b.kind, b.parent, b.q_index, b.v_index, b.nv, b.v_end, b.angle_index, b.chain_start, b.line_start, b.ancestors,
+          b.pose_index, b.link, b.has_children, b.ends_universal, b.is_base, b.no_offset, spread<T>(b.placement),
+          spread<T>(b.offset), spread<T>(b.alpha), spread<T>(b.theta0), spread<T>(b.alpha_of_tensor), T(b.pitch)};
 }
 
 template <class T, class S> link<T> spread(const link<S> &l) {

@@ -16,17 +16,20 @@ template <class T> struct symmetric_matrix {
   T *first;
   index n;
 
-  /// row ≤ column
-  KSL_LANES void set(index row, index column, const T &x) const {
+  /// row ≤ column; the place of the row on the path to the column's joint is not needed here
+  KSL_LANES void set(index row, index, index column, const T &x) const {
     first[row * n + column] = x;
     if constexpr (is_number<T>)
       first[column * n + row] = x;
   }
   /// Writes zeros to the columns [from, end) of a row.
-  KSL_LANES void clear(index row, index from, index end) const {
+  template <bool always = false> KSL_LANES void clear(index row, index from, index end) const {
     if constexpr (is_number<T>)
       for (index k = from; k < end; k += native_lanes<T>)
         store_first<T>(native_pack<T>(T(0)), first + row * n + k, static_cast<int>(end - k));
+    else if constexpr (always)
+      for (index k = from; k < end; ++k)
+        first[row * n + k] = T(0);
   }
   void clear_all() const {
     for (index k = 0; k < n * n && !is_number<T>; ++k)
@@ -36,6 +39,19 @@ template <class T> struct symmetric_matrix {
     for (index i = 0; i < n && !is_number<T>; ++i)
       for (index k = 0; k < i; ++k)
         first[i * n + k] = first[k * n + i];
+  }
+};
+
+/// The upper triangle of an n × n matrix, row-major.  Elements below it are left as they are.
+template <class T> struct upper_triangle {
+  T *first;
+  index n;
+
+  KSL_LANES void set(index row, index, index column, const T &x) const { first[row * n + column] = x; }
+  KSL_LANES void clear(index, index, index) const {}
+  void clear_all() const {
+    for (index row = 0; row < n; ++row)
+      symmetric_matrix<T>{first, n}.template clear<true>(row, row, n);
   }
 };
 

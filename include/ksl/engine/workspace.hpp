@@ -32,6 +32,7 @@ public:
     w.lay_out(*this, model);
     return w;
   }
+  bool counts() const { return !next_; }     ///< is there no memory
   std::size_t used() const { return used_; } ///< bytes taken so far
 
 private:
@@ -68,6 +69,14 @@ public:
   template <class P> KSL_LANES V<P> operator[](bodies_at<P, T> k) const { return k.template get<V>(first_); }
   KSL_LANES void set(int i, const V<T> &v) const { body_at<T>(i).put(v, first_); }
   template <class P> KSL_LANES void set(bodies_at<P, T> k, const V<P> &v) const { k.put(v, first_); }
+
+  /// Writes zeros to the lanes that the last of n bodies is in, before anything is stored there.  Numbers that happen to be in
+  /// lanes beyond the last body can be subnormal, and then slow down arithmetic with the other lanes.
+  KSL_LANES void clear_last_lanes(int n) const {
+    if constexpr (is_number<T>)
+      for (int c = 0; c < numbers; ++c)
+        body_lanes::write(native_pack<T>(T(0)), &number((n - 1) / native_lanes<T> * native_lanes<T>, c));
+  }
 
   /// Number c of body i.
   KSL_LANES T &number(int i, int c) const { return numbers_of<numbers>(first_, i)[c * lane_block<T>]; }

@@ -12,6 +12,7 @@ struct energy_algorithm {
       .input_list = {input::q, input::v},
       .external = external_use::none,
       .request = request_kind::none,
+      .needs_mass = false,
       .results = 2,
       .result = {{"kinetic", 0, {}}, {"potential", 0, {}}},
   };

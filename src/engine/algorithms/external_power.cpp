@@ -12,6 +12,7 @@ struct external_power_algorithm {
       .input_list = {input::q, input::v},
       .external = external_use::required,
       .request = request_kind::none,
+      .needs_mass = false,
       .results = 1,
       .result = {{"power", 0, {}}},
   };

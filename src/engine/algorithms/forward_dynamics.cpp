@@ -12,6 +12,7 @@ struct forward_dynamics_algorithm {
       .input_list = {input::q, input::v, input::tau},
       .external = external_use::optional,
       .request = request_kind::none,
+      .needs_mass = true,
       .results = 1,
       .result = {{"a", 1, {extent::nv}}},
   };

@@ -12,6 +12,7 @@ struct frame_accelerations_algorithm {
       .input_list = {input::q, input::v, input::a},
       .external = external_use::none,
       .request = request_kind::frames,
+      .needs_mass = false,
       .results = 1,
       .result = {{"accelerations", 2, {extent::links, extent::six}}},
   };

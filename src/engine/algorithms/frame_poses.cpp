@@ -12,6 +12,7 @@ struct frame_poses_algorithm {
       .input_list = {input::q},
       .external = external_use::none,
       .request = request_kind::links,
+      .needs_mass = false,
       .results = 1,
       .result = {{"poses", 3, {extent::links, extent::four, extent::four}}},
   };

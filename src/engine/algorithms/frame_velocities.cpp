@@ -12,6 +12,7 @@ struct frame_velocities_algorithm {
       .input_list = {input::q, input::v},
       .external = external_use::none,
       .request = request_kind::frames,
+      .needs_mass = false,
       .results = 1,
       .result = {{"twists", 2, {extent::links, extent::six}}},
   };

@@ -12,6 +12,7 @@ struct inverse_dynamics_with_reactions_algorithm {
       .input_list = {input::q, input::v, input::a},
       .external = external_use::optional,
       .request = request_kind::reactions,
+      .needs_mass = false,
       .results = 1,
       .result = {{"tau", 1, {extent::nv}}},
   };

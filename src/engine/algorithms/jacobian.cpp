@@ -12,6 +12,7 @@ struct jacobian_algorithm {
       .input_list = {input::q},
       .external = external_use::none,
       .request = request_kind::frame,
+      .needs_mass = false,
       .results = 1,
       .result = {{"J", 2, {extent::six, extent::nv}}},
   };

@@ -12,6 +12,7 @@ struct jacobian_rate_algorithm {
       .input_list = {input::q, input::v},
       .external = external_use::none,
       .request = request_kind::frame,
+      .needs_mass = false,
       .results = 1,
       .result = {{"rate", 2, {extent::six, extent::nv}}},
   };

@@ -12,6 +12,7 @@ struct mass_matrix_algorithm {
       .input_list = {input::q},
       .external = external_use::none,
       .request = request_kind::none,
+      .needs_mass = false,
       .results = 1,
       .result = {{"M", 2, {extent::nv, extent::nv}}},
   };
@@ -24,7 +25,7 @@ struct mass_matrix_algorithm {
   }
 
   template <class T>
-  static void upper_triangle(const model_view<scalar_of<T>> &model, const workspace<T> &w, const state_view<T> &s) {
+  static void elements(const model_view<scalar_of<T>> &model, const workspace<T> &w, const state_view<T> &s) {
     elements_of_mass_matrix(model, w, s.q, s.result[0]);
   }
 };

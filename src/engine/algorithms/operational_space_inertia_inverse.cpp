@@ -12,6 +12,7 @@ struct operational_space_inertia_inverse_algorithm {
       .input_list = {input::q},
       .external = external_use::none,
       .request = request_kind::frames,
+      .needs_mass = false,
       .results = 1,
       .result = {{"inverse", 2, {extent::twists, extent::twists}}},
   };

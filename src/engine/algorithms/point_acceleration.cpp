@@ -12,6 +12,7 @@ struct point_acceleration_algorithm {
       .input_list = {input::q, input::v, input::a},
       .external = external_use::none,
       .request = request_kind::frame,
+      .needs_mass = false,
       .results = 1,
       .result = {{"acceleration", 1, {extent::three}}},
   };

@@ -12,6 +12,7 @@ struct point_velocity_algorithm {
       .input_list = {input::q, input::v},
       .external = external_use::none,
       .request = request_kind::frame,
+      .needs_mass = false,
       .results = 1,
       .result = {{"velocity", 1, {extent::three}}},
   };

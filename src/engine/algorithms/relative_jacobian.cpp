@@ -12,6 +12,7 @@ struct relative_jacobian_algorithm {
       .input_list = {input::q},
       .external = external_use::none,
       .request = request_kind::relative,
+      .needs_mass = false,
       .results = 1,
       .result = {{"J", 2, {extent::six, extent::nv}}},
   };

@@ -12,6 +12,7 @@ struct relative_velocity_algorithm {
       .input_list = {input::q, input::v},
       .external = external_use::none,
       .request = request_kind::relative,
+      .needs_mass = false,
       .results = 1,
       .result = {{"twist", 1, {extent::six}}},
   };

@@ -22,6 +22,21 @@ template <bool turns, bool slides, class T> struct joint_column {
       return A::dot_vv(&z, slides ? &f.lin : &f.ang);
   }
 
+  /// S about another point than the body's origin, which lies at r from it.
+  KSL_LANES screw<T> twist(const vec3<T> &r) const {
+    const T o = T(0);
+    screw<T> s = {{o, o, o}, {o, o, o}};
+    if constexpr (turns) {
+      s.ang = z;
+      algebra<T>::cross_vv(&r, &z, &s.lin);
+      if constexpr (slides)
+        algebra<T>::axpy_vv(pitch, &z, &s.lin);
+    } else {
+      s.lin = z;
+    }
+    return s;
+  }
+
   /// a += S x
   KSL_LANES void add(const T &x, screw<T> &a) const {
     if constexpr (turns)

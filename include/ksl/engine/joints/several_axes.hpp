@@ -16,6 +16,7 @@ template <int... coordinates> struct several_axes_joint {
   static constexpr bool canonical_x = false;
   static constexpr int usual_axis = 0;
   static constexpr bool slides = ((coordinates < 3) || ...), turns = ((coordinates >= 3) || ...);
+  static constexpr bool shifts_origin = slides;
 
   /// S q̇
   template <class T> static KSL_LANES screw<T> twist(const body<scalar_of<T>> &, const T *v) { return to_vectors<screw>(v); }

@@ -14,7 +14,7 @@ template <> struct joint<joint_kind::universal> {
   static constexpr const char *name = "universal", *other_name = nullptr;
   static constexpr int nq = 2, nv = 2, angle = 0, quaternion = -1, pose_numbers = 0, usual_axis = 0;
   static constexpr bool has_axis = true, has_axis2 = true, has_pitch = false, has_limits = false, is_free = false;
-  static constexpr bool canonical_x = true;
+  static constexpr bool canonical_x = true, shifts_origin = false;
 
   template <class T> static void integrate(const T *q, const T *dv, T *out) { add_numbers<2>(q, dv, out); }
   template <class T> static void difference(const T *q0, const T *q1, T *dv) { subtract_numbers<2>(q1, q0, dv); }

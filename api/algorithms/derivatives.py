@@ -1,0 +1,80 @@
+"""First derivatives of dynamics."""
+
+from algorithms.row import Algorithm, Result
+
+ROWS = (
+    Algorithm(
+        name="inverse_dynamics_derivatives",
+        header="inverse_dynamics_derivatives.hpp",
+        inputs=("q", "v", "a"),
+        external="optional",
+        results=(
+            Result("dtau_dq", ("nv", "nv"), "derivative of the efforts by q"),
+            Result("dtau_dv", ("nv", "nv"), "by v"),
+            Result("dtau_da", ("nv", "nv"), "by a: the mass matrix"),
+        ),
+        form="sparse_results",
+        summary="Derivatives of inverse_dynamics by q, v and a, each (…, nv, nv).",
+        text="Derivatives {dtau_dq}, {dtau_dv}, {dtau_da} of the joint efforts that inverse dynamics gives for {q}, {v}, {a}, each "
+        "row-major: element (i, k) is that of effort i by coordinate k.  By q is along q ⊕ s e_k with v and a held componentwise; "
+        "by a is the mass matrix.  External wrenches are held in their links' axes, and move with the links (Singh, Russell, "
+        "Wensing, RA-L 7(2), 2022).  O(bodies × depth).",
+        python="""
+q, v, a, external, threads: as in :meth:`inverse_dynamics`.  Element (i, k) is that of effort i by coordinate k.
+By q is along q ⊕ s e_k (:meth:`integrate`), with v and a held componentwise.  By a is the mass matrix.
+External wrenches are held in their links' axes, and move with the links.
+out: three arrays, one for each derivative.
+Singh, Russell, Wensing, Efficient Analytical Derivatives of Rigid-Body Dynamics Using Spatial Vector Algebra
+(RA-L 7(2), 2022); O(bodies × depth).
+""",
+    ),
+    Algorithm(
+        name="forward_dynamics_derivatives",
+        header="forward_dynamics_derivatives.hpp",
+        inputs=("q", "v", "tau"),
+        external="optional",
+        results=(
+            Result("da_dq", ("nv", "nv"), "derivative of the accelerations by q"),
+            Result("da_dv", ("nv", "nv"), "by v"),
+            Result("da_dtau", ("nv", "nv"), "by tau: the inverse of the mass matrix"),
+        ),
+        needs_mass=True,
+        summary="Derivatives of forward_dynamics by q, v and tau, each (…, nv, nv).",
+        text="Derivatives {da_dq}, {da_dv}, {da_dtau} of the accelerations that forward dynamics gives for {q}, {v}, {tau}, each "
+        "row-major: element (i, k) is that of acceleration i by coordinate k.  By q is along q ⊕ s e_k with v and tau held "
+        "componentwise; by tau is the inverse of the mass matrix.  External wrenches are held in their links' axes, and move with "
+        "the links (Carpentier and Mansard, RSS 2018, eq. (27)).  O(nv² × depth).",
+        python="""
+q, v, tau, external, threads: as in :meth:`forward_dynamics`.  Element (i, k) is that of acceleration i by coordinate k.
+By q is along q ⊕ s e_k (:meth:`integrate`), with v and tau held componentwise.  By tau is the inverse of the mass matrix.
+External wrenches are held in their links' axes, and move with the links.
+out: three arrays, one for each derivative.
+From those of inverse dynamics and factors of the mass matrix: Carpentier and Mansard, Analytical Derivatives of Rigid Body
+Dynamics Algorithms (RSS 2018), eq. (27); O(nv² × depth).
+""",
+    ),
+    Algorithm(
+        name="reactions_derivatives",
+        header="reactions_derivatives.hpp",
+        inputs=("q", "v", "a"),
+        external="optional",
+        request="joints",
+        results=(
+            Result("by_q", ("joints", 6, "nv"), "derivative of the reactions by q"),
+            Result("by_v", ("joints", 6, "nv"), "by v"),
+            Result("by_a", ("joints", 6, "nv"), "by a"),
+        ),
+        form="sparse_results",
+        summary="Derivatives of reactions by q, v and a, each (…, joints, 6, nv).",
+        text="Derivatives {by_q}, {by_v}, {by_a} of the reactions of the joints that are asked for, for {q}, {v}, {a}: those of the "
+        "components in the requested axes, about the requested point, of the requested part.  By q is along q ⊕ s e_k with v and a "
+        "held componentwise.  External wrenches are held in their links' axes, and move with the links (after Singh, Russell, "
+        "Wensing, RA-L 7(2), 2022).  O(joints × nv).",
+        python="""
+All arguments as in :meth:`reactions`, whose components in the requested axes are differentiated, whether or not
+these axes and the point move.  By q is along q ⊕ s e_k (:meth:`integrate`), with v and a held componentwise.
+External wrenches are held in their links' axes, and move with the links.
+out: three arrays, one for each derivative.  After Singh, Russell, Wensing (RA-L 7(2), 2022); O(joints × nv).
+""",
+    ),
+)
