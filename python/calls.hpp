@@ -9,7 +9,7 @@
 
 #include "batch/compute_batch.hpp"
 #include "batch/threads.hpp"
-#include "engine/kernels.hpp"
+#include "engine/coupled.hpp"
 #include "ksl/dynamics.hpp"
 #include "ksl/engine/quaternion_tolerance.hpp"
 
@@ -105,12 +105,13 @@ template <class S> bool finite(const ksl::rows_view<const S> &rows, int columns,
   return true;
 }
 
-/// Calls found(joint, state) for quaternions of the rows [first, end) that are not of unit length, until it returns false.
+/// Calls found(joint, state, numbers) for quaternions of the rows [first, end) that differ from unit length by more than rounding,
+/// until it returns false.
 template <class S, class Found>
 void check_quaternions(const ksl::model &m, const ksl::rows_view<const S> &q, std::size_t first, std::size_t end, Found found) {
   for (const ksl::model::quaternion_in_q &quaternion : m.quaternions())
     for (std::size_t k = first; k < end; ++k)
-      if (const S *x = row(q, k) + quaternion.q_index; !ksl::is_unit_quaternion(x) &&
+      if (const S *x = row(q, k) + quaternion.q_index; !ksl::is_unit_quaternion(x, ksl::quaternion_rounding) &&
                                                        !found(m.joints()[static_cast<std::size_t>(quaternion.joint)], k, x))
         return;
 }
@@ -118,20 +119,19 @@ void check_quaternions(const ksl::model &m, const ksl::rows_view<const S> &q, st
 /// One call of an algorithm.
 class call {
 public:
-  static constexpr const char *names[] = {"q", "v", "a", "tau", "q1", "fraction"}; ///< of inputs
-
   call(const ksl::algorithm_row &row, const ksl::model &m, const nb::handle *inputs, nb::handle external, nb::handle request)
       : row_(row), m_(m), external_(nb::borrow(external)) {
     if (row.needs_mass && m.massless_joint() >= 0)
       refuse(std::string(row.name) + ": " + m.massless_joint_text());
     inputs_.reserve(ksl::most_inputs);
     for (int i = 0; i < row.inputs; ++i)
-      inputs_.push_back({nb::borrow(inputs[i]), names[static_cast<int>(row.input_list[i])], ksl::length_of(row.input_list[i], m.nq(), m.nv())});
+      inputs_.push_back({nb::borrow(inputs[i]), row.input_name[i], ksl::length_of(row.input_list[i], m.nq(), m.nv())});
     read_request(request);
   }
 
   nb::object run(nb::handle out, nb::handle threads) {
     const int most = thread_count(threads);
+    ksl::coupled::require_projection(row_, m_);
     ksl::kernels(); // raises the error of an unusable KSL_ISA here and not on another thread
     if (!take_external() || !all_of([](const argument &x) { return x.is_array(); }))
       convert();
@@ -368,6 +368,8 @@ private:
     const ksl::batch_view<S> batch = batch_of(external, reactions);
     if (!compute(batch, threads))
       refuse_numbers(batch);
+    if (rough_state_.load() != none)
+      warn_of_quaternions();
     return arrays_.size() == 1 ? arrays_[0] : nb::object(nb::tuple(nb::cast(arrays_)));
   }
 
@@ -404,7 +406,12 @@ private:
       well = well && finite(batch.external[e].wrench, 6, first, end);
     for (ksl::input x : {ksl::input::q, ksl::input::q1})
       if (row_.reads(x))
-        check_quaternions(m_, ksl::input_of(batch, x), first, end, [&](const auto &...) { return well = false; });
+        check_quaternions(m_, ksl::input_of(batch, x), first, end, [&](const auto &, std::size_t k, const S *numbers) {
+          std::size_t least = rough_state_.load(std::memory_order_relaxed);
+          while (k < least && !rough_state_.compare_exchange_weak(least, k))
+            ;
+          return well = ksl::is_unit_quaternion(numbers);
+        });
     return well;
   }
 
@@ -463,17 +470,34 @@ private:
     });
     for (ksl::input x : {ksl::input::q, ksl::input::q1})
       if (row_.reads(x))
-        check_quaternions(m_, ksl::input_of(batch, x), 0, batch.n, [](const ksl::joint_row &joint, std::size_t k, const S *x) -> bool {
-      char length[32];
-      std::snprintf(length, sizeof length, "%.6g", ksl::quaternion_length(x));
-      refuse(joint.name + ": quaternion of state " + std::to_string(k) + " has length " + length +
-             "; expected a unit quaternion [qx qy qz qw]");
-    });
+        check_quaternions(m_, ksl::input_of(batch, x), 0, batch.n, [](const ksl::joint_row &joint, std::size_t k, const S *numbers) {
+          if (ksl::is_unit_quaternion(numbers))
+            return true;
+          char length[32];
+          std::snprintf(length, sizeof length, "%.6g", ksl::quaternion_length(numbers));
+          refuse(joint.name + ": quaternion of state " + std::to_string(k) + " has length " + length +
+                 "; expected a unit quaternion [qx qy qz qw]");
+        });
     refuse("the arguments changed while they were read; other threads must not write to them during a call");
   }
 
+  /// Warns that a quaternion was normalised.  (Algorithms divide by its length, so that no array is changed or copied.)
+  void warn_of_quaternions() const {
+    std::string joints;
+    for (const ksl::model::quaternion_in_q &quaternion : m_.quaternions())
+      joints += (joints.empty() ? "" : ", ") + m_.joints()[static_cast<std::size_t>(quaternion.joint)].name;
+    const std::string text = std::string(row_.name) + ": a quaternion of state " + std::to_string(rough_state_.load()) + " (of " + joints +
+                             ") differs from unit length by more than 1e-6 and was normalised; give unit quaternions [qx qy qz qw]";
+    const nb::object category = nb::module_::import_("ksl.errors").attr("QuaternionWarning");
+    if (PyErr_WarnEx(category.ptr(), text.c_str(), 2) < 0) // 2: where the method was called
+      nb::raise_python_error();
+  }
+
+  static constexpr std::size_t none = static_cast<std::size_t>(-1);
+
   const ksl::algorithm_row &row_;
   const ksl::model &m_;
+  mutable std::atomic<std::size_t> rough_state_{none}; ///< the first with a quaternion that isn't quite of unit length
   std::vector<argument> inputs_, wrenches_;
   nb::object external_;
   const link_request *links_ = nullptr;

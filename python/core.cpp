@@ -36,8 +36,9 @@ nb::dict joint_dict(const ksl::model &m, const ksl::joint_row &j) {
   d["child"] = m.links()[static_cast<std::size_t>(j.link)].name;
   d["parent"] = j.parent_link < 0 ? nb::object(nb::none())
                                   : nb::object(nb::cast(m.links()[static_cast<std::size_t>(j.parent_link)].name));
-  d["nq"] = kind.nq;
-  d["nv"] = kind.nv;
+  const bool follows = j.leader >= 0;
+  d["nq"] = follows ? 0 : kind.nq;
+  d["nv"] = follows ? 0 : kind.nv;
   d["q_index"] = j.q_index;
   d["v_index"] = j.v_index;
   d["axis"] = std::array<double, 3>{j.axis.x, j.axis.y, j.axis.z};
@@ -49,6 +50,11 @@ nb::dict joint_dict(const ksl::model &m, const ksl::joint_row &j) {
   d["has_limits"] = kind.has_limits;
   if (kind.quaternion >= 0)
     d["quaternion"] = kind.quaternion;
+  if (follows) {
+    d["leader"] = m.joints()[static_cast<std::size_t>(j.leader)].name;
+    d["multiplier"] = j.multiplier;
+    d["offset"] = j.offset;
+  }
   if (j.description >= 0) {
     const ksl::joint_description &file = m.description().joints[static_cast<std::size_t>(j.description)];
     d["lower"] = file.lower;
@@ -101,12 +107,14 @@ NB_MODULE(_core, module) {
 
   module.attr("__version__") = KSL_VERSION;
   module.attr("QUATERNION_TOLERANCE") = ksl::quaternion_tolerance;
+  module.attr("QUATERNION_ROUNDING") = ksl::quaternion_rounding;
   module.def("instruction_set", &ksl::instruction_set, "Name of the instruction set whose kernels run.");
 
   nb::enum_<ksl::wrench_part>(module, "Part")
       .value("total", ksl::wrench_part::total)
       .value("constraint", ksl::wrench_part::constraint)
-      .value("actuation", ksl::wrench_part::actuation);
+      .value("actuation", ksl::wrench_part::actuation)
+      .value("coupling", ksl::wrench_part::coupling);
   nb::enum_<ksl::wrench_side>(module, "Side")
       .value("child", ksl::wrench_side::child)
       .value("parent", ksl::wrench_side::parent);
@@ -155,12 +163,20 @@ NB_MODULE(_core, module) {
       .def_prop_ro("nq", &ksl::model::nq)
       .def_prop_ro("nv", &ksl::model::nv)
       .def_prop_ro("moving_joints", &ksl::model::moving_joints)
+      .def_prop_ro("followers", &ksl::model::followers)
       .def_prop_ro("name", [](const ksl::model &m) { return m.description().name; })
       .def_prop_ro("file", [](const ksl::model &m) { return m.description().file; })
       .def_prop_ro("gravity",
                    [](const ksl::model &m) {
                      const ksl::vec3<double> g = m.view().gravity;
                      return std::array<double, 3>{g.x, g.y, g.z};
+                   })
+      .def_prop_ro("position_ranges",
+                   [](const ksl::model &m) {
+                     std::vector<std::array<double, 2>> ranges;
+                     for (const auto &[lower, upper] : m.position_ranges())
+                       ranges.push_back({lower, upper});
+                     return ranges;
                    })
       .def_prop_ro("unused", [](const ksl::model &m) { return m.description().unused; })
       .def_prop_ro("warnings", [](const ksl::model &m) { return m.description().warnings; })

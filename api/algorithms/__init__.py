@@ -21,6 +21,7 @@ GROUPS = (
     "whole_body",
     "derivatives",
     "parameters",
+    "manifold",
 )
 """In the order of the reference."""
 

@@ -9,7 +9,8 @@ ROWS = (
         needs_mass=True,
         inputs=("q", "v", "tau"),
         external="optional",
-        results=(Result("a", ("nv",), "accelerations, rad/s² or m/s²"),),
+        coupled="solution",
+        results=(Result("a", ("motion",), "accelerations, rad/s² or m/s²"),),
         summary="Accelerations (…, nv) under joint efforts tau (…, nv) at q (…, nq) and v (…, nv).",
         text="Accelerations {a} for {q}, {v} and joint efforts {tau}, under gravity and external wrenches, by the articulated-body "
         "algorithm (Featherstone, RBDA 2008, table 7.1).  O(bodies).",
@@ -26,8 +27,9 @@ acceleration is not determined.
         header="forward_dynamics_by_mass_matrix.hpp",
         needs_mass=True,
         inputs=("q", "v", "tau"),
+        coupled="solution",
         external="optional",
-        results=(Result("a", ("nv",), "accelerations, rad/s² or m/s²"),),
+        results=(Result("a", ("motion",), "accelerations, rad/s² or m/s²"),),
         summary="The same as forward_dynamics, through the mass matrix: a = M⁻¹ (tau − bias).",
         text="Accelerations {a} for {q}, {v} and joint efforts {tau}, under gravity and external wrenches, by the mass matrix, its factors and "
         "the bias (Featherstone, RBDA 2008, section 6.1).  O(nv × depth²).",
@@ -41,9 +43,10 @@ algorithm and sparse factors (Featherstone, RBDA 2008, tables 6.2 and 6.3); O(nv
         header="hybrid_dynamics.hpp",
         needs_mass=True,
         inputs=("q", "v", "a", "tau"),
+        coupled="refusal",
         external="optional",
         request="links",
-        results=(Result("a_out", ("nv",), "accelerations of all joints"), Result("tau_out", ("nv",), "efforts of all joints")),
+        results=(Result("a_out", ("motion",), "accelerations of all joints"), Result("tau_out", ("nv",), "efforts of all joints")),
         summary="Accelerations and efforts of all joints, where the accelerations of some are given, and the efforts of the others.",
         text="Accelerations {a_out} and efforts {tau_out} of all joints for {q} and {v}, under gravity and external wrenches.  Of the joints that "
         "carry the links named, the accelerations {a} are given, and of the others the efforts {tau} (Featherstone, RBDA 2008, section 9.2).  "
@@ -59,8 +62,9 @@ q, v, external, out, threads: as in :meth:`inverse_dynamics`.  Articulated-body 
         header="solve_mass_matrix.hpp",
         needs_mass=True,
         inputs=("q",),
+        coupled="refusal",
         external="required",
-        results=(Result("dv", ("nv",), "jump of the joint velocities"),),
+        results=(Result("dv", ("motion",), "jump of the joint velocities"),),
         summary="Jump (…, nv) of the joint velocities that impulses on links cause.",
         text="Jump {dv} of the joint velocities at {q} caused by impulses on links, the time integrals of external wrenches: M dv = Σ Jᵀ impulse "
         "(Featherstone, RBDA 2008, section 11.7).  O(bodies).",

@@ -56,18 +56,20 @@ Raises ValueError for shapes that don't fit and numbers that are complex or not 
         faces=("c++ batch", "c batch", "python"),
         summary="The wrench through each joint: what the parent side exerts on the child side.",
         text="Reactions of the joints that are asked for, for {q}, {v}, {a}, under gravity and external wrenches: the wrench that the "
-        "parent side exerts on the child side through each joint, whole or its constraint or actuation part (Coscrews page, (7)–(9)).",
+        "parent side exerts on the child side through each joint, whole or its constraint, actuation or coupling part (Coscrews page, (7)–(9)).",
         python="""
 q, v, a, external: as in :meth:`inverse_dynamics`.  Returns (…, joints, 6); N and N m.
-joints: names in the order wanted, fixed ones and `base` too; by default the moving joints in the order of q.
+joints: names in the order wanted, mimic joints, fixed ones and `base` too; by default the moving joints in the order of q.
 on: the side the wrench acts on; "parent" is the negative.
 at: the point that moments are about: "joint" (the joint's origin), "world" (its origin), a link's name (its
 origin), or three numbers, an offset from the joint's origin in the joint's axes, m.
 axes: "joint" (those of the joint's frame on the child side: the child link's), "world", or a link's name.
 order: "lin_ang" (fx fy fz tx ty tz) or "ang_lin".
 part: "constraint" is what the structure carries, H̄* f; "actuation" what lies along the joint's motion, h̄* f
-(revolute: the moment about the axis; prismatic: the force along it; fixed: nothing; floating: all); "total"
-their sum.  The split is made in the joint's frame and then moved by the coadjoint (Coscrews page, (7)–(9)).
+(revolute: the moment about the axis; prismatic: the force along it; fixed: nothing; floating: all); "coupling" the
+same of a mimic joint, which has no actuation; "total" their sum.  The effort of a drive that leads mimic joints is
+the sum of Sᵀ f of its own joint's actuation and, times their multipliers, of their couplings.  The split is made in
+the joint's frame and then moved by the coadjoint (Coscrews page, (7)–(9)).
 """,
     ),
     Algorithm(

@@ -10,6 +10,7 @@ ROWS = (
         name="operational_space_inertia_inverse",
         header="operational_space.hpp",
         inputs=("q",),
+        coupled="refusal",
         request="frames",
         results=(Result("inverse", ("6 links", "6 links"), "rates of the twists for a unit wrench on each frame"),),
         summary="Inverse operational-space inertia (…, 6 names, 6 names), J M⁻¹ Jᵀ, symmetric, for q (…, nq).",
@@ -28,6 +29,7 @@ and Orin (1993).  O(bodies + n² depth).  NaN where a joint can move without mov
         name="operational_space_inertia",
         header="operational_space.hpp",
         inputs=("q",),
+        coupled="refusal",
         request="frames",
         results=(INERTIA, RANK),
         summary="Operational-space inertia (…, 6 names, 6 names), symmetric, and its rank (…), for q (…, nq).",
@@ -45,6 +47,7 @@ O(bodies + n² depth + n³).
         name="operational_space",
         header="operational_space.hpp",
         inputs=("q", "v"),
+        coupled="refusal",
         external="optional",
         request="frames",
         results=(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 
 INPUTS = {"q": "nq", "v": "nv", "a": "nv", "tau": "nv", "q1": "nq", "fraction": 1}
@@ -13,9 +14,10 @@ INPUTS = {"q": "nq", "v": "nv", "a": "nv", "tau": "nv", "q1": "nq", "fraction": 
 class Result:
     """A result: its name in C and C++, its shape, and what it is.
 
-    shape: for each axis, of which there are at most four, a number (3, 4, 6 or 10), "nq", "nv", "links" or "joints" (how many
-    are requested), "6 links", "all_links" (those of the model), or "tree" (how many elements of a matrix aren't zero by the shape of
-    the tree).  Empty: one number.
+    shape: for each axis, of which there are at most four, a number (3, 4, 6 or 10), "nq", "nv", "motion", "links" or "joints" (how
+    many are requested), "6 links", "all_links" (those of the model), or "tree" (how many elements of a matrix aren't zero by the
+    shape of the tree).  Empty: one number.  "motion" are nv numbers that are velocities or accelerations; along "nv" are efforts, or
+    derivatives by a motion.  The difference matters to robots with mimic joints (src/engine/coupled.hpp).
     """
 
     name: str
@@ -29,7 +31,7 @@ class Algorithm:
 
     name: the name of every call, and of the engine's function NAME(model, workspace, inputs, [external,] [links,] results),
     unless another form is given.  The workspace is NAME_workspace, unless given.
-    inputs: names of INPUTS, q first.  external: wrenches on links are "optional" or "required".
+    inputs: names of INPUTS, q first.  called: what calls name them instead, where that says more.  external: wrenches on links are "optional" or "required".
     request: what a call specifies besides numbers:
         "links": links, how many and which; "link": one
         "frames", "frame": the same, and in whose axes and about whose origin their motion is expressed
@@ -43,6 +45,9 @@ class Algorithm:
     elements: of the forms symmetric_matrix and upper_triangle, the function that computes the upper triangle alone, without zeros.
     needs_mass: is the call refused if a joint can move without moving any mass.
     variant_of: the algorithm that computes this one, with zeros for the inputs that this one doesn't have.
+    coupled: how it is computed for robots with mimic joints (src/engine/coupled.hpp): by "projection", which holds for all that is a
+    function of positions and motions and is written whole; as the "solution" of M a = tau − bias, for forward dynamics; as
+    "product", M⁻¹ tau; as "inverse", M⁻¹; as the "upper_triangle" of M; or not at all, "refusal".
     faces: the languages for which a call is generated.  Other calls are written by hand, or are private.
     text: one sentence for C, C++ and the reference; {tau}, {q} … stand for names with shapes.
     python: the docstring of the method, after its first line.
@@ -65,6 +70,16 @@ class Algorithm:
     needs_mass: bool = False
     variant_of: str = ""
     faces: tuple[str, ...] = ("c++", "c", "python")
+    called: Mapping[str, str] = field(default_factory=dict)
+    coupled: str = "projection"
+
+    def __post_init__(self) -> None:
+        if "tau" in self.inputs and self.coupled == "projection":
+            raise ValueError(f"{self.name}: efforts of coupled joints can't be expanded; give coupled=")
+
+    def input_names(self) -> tuple[str, ...]:
+        """The inputs as calls name them."""
+        return tuple(self.called.get(name, name) for name in self.inputs)
 
 
 TAU = Result("tau", ("nv",), "joint efforts, N m or N")

@@ -27,9 +27,9 @@ template <class S>
 KSL_EXPORT void inverse_dynamics_with_reactions_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Reactions of the joints that are asked for, for q (nq), v (nv), a (nv), under gravity and external wrenches: the
-/// wrench that the parent side exerts on the child side through each joint, whole or its constraint or actuation part
-/// (Coscrews page, (7)–(9)).  reaction_request by default: the whole wrench on the child side, about the joint's
-/// origin, in the axes of the child link, linear first.  Reads batch.q, batch.v, batch.a, batch.external,
+/// wrench that the parent side exerts on the child side through each joint, whole or its constraint, actuation or
+/// coupling part (Coscrews page, (7)–(9)).  reaction_request by default: the whole wrench on the child side, about the
+/// joint's origin, in the axes of the child link, linear first.  Reads batch.q, batch.v, batch.a, batch.external,
 /// batch.reactions; writes the reactions (rows of request.n × 6).
 template <class S>
 KSL_EXPORT void reactions_batch(const model &m, const batch_view<S> &batch, int threads = 0);
@@ -338,5 +338,39 @@ KSL_EXPORT void energy_regressor_batch(const model &m, const batch_view<S> &batc
 /// + links).  Reads batch.q, batch.v, batch.links; writes P into batch.result[0] (rows of 6 × links.n × 10).
 template <class S>
 KSL_EXPORT void momentum_regressor_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Position q1 (nq) = q ⊕ dv, after unit time at the constant joint velocity dv (nv) from q (nq); joints with several
+/// coordinates move along the exponential of their group (Solà et al., A micro Lie theory for state estimation in
+/// robotics, 2018, section II-E).  O(joints).  Reads batch.q, batch.v (dv); writes q1 into batch.result[0] (rows of
+/// nq).
+template <class S>
+KSL_EXPORT void integrate_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Difference dv (nv) = q1 ⊖ q0, the smallest joint velocity that leads from q0 (nq) to q1 (nq) in unit time (Solà et
+/// al., A micro Lie theory for state estimation in robotics, 2018, section II-E).  Angles of continuous joints are
+/// between −π and π; those of revolute joints are not reduced.  O(joints).  Reads batch.q (q0), batch.q1; writes dv
+/// into batch.result[0] (rows of nv).
+template <class S>
+KSL_EXPORT void difference_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Position between (nq) = q0 ⊕ fraction (q1 ⊖ q0) between q0 (nq) and q1 (nq): q0 where the fraction is 0, q1 where it
+/// is 1, on the shortest way and at constant joint velocity in between, and on the same way beyond.  O(joints).  Reads
+/// batch.q (q0), batch.q1, batch.fraction; writes between into batch.result[0] (rows of nq).
+template <class S>
+KSL_EXPORT void interpolate_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Derivatives of q ⊕ dv for q (nq) and dv (nv): (q ⊕ δ) ⊕ (dv + ε) = (q ⊕ dv) ⊕ (by_q δ + by_dv ε) to first order;
+/// by_q (nv, nv), by_dv (nv, nv) (Solà et al., A micro Lie theory for state estimation in robotics, 2018, section
+/// III).  O(joints), besides writing 2 nv² numbers.  Reads batch.q, batch.v (dv); writes by_q into batch.result[0]
+/// (rows of nv × nv), by_dv into batch.result[1] (rows of nv × nv).
+template <class S>
+KSL_EXPORT void integrate_jacobians_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Derivatives of q1 ⊖ q0 for q0 (nq) and q1 (nq): (q1 ⊕ ε) ⊖ (q0 ⊕ δ) = (q1 ⊖ q0) + by_q0 δ + by_q1 ε to first order;
+/// by_q0 (nv, nv), by_q1 (nv, nv) (Solà et al., A micro Lie theory for state estimation in robotics, 2018, section
+/// III).  O(joints), besides writing 2 nv² numbers.  Reads batch.q (q0), batch.q1; writes by_q0 into batch.result[0]
+/// (rows of nv × nv), by_q1 into batch.result[1] (rows of nv × nv).
+template <class S>
+KSL_EXPORT void difference_jacobians_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 } // namespace ksl

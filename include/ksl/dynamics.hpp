@@ -7,6 +7,7 @@
 namespace ksl {
 
 /// Reads a URDF file.  Throws description_error, whose message names file, line, link or joint, what is wrong and how to mend it.
+/// A mimic joint follows its leader and has no numbers in q and v; with mimic_independent it has numbers of its own.
 /// Moving links of which none has a mass are an error, too, unless masses_optional.  With strict, warnings about inertias and
 /// masses become errors.
 KSL_EXPORT model load(const std::string &urdf_path, const model_options &options = {}, bool mimic_independent = false,
@@ -20,6 +21,13 @@ KSL_EXPORT void reactions(const model &m, data &d, const reaction_request &reque
 
 /// Pose of a link's frame in the world for q (nq).
 KSL_EXPORT SE3<double> frame_pose(const model &m, data &d, const double *q, int link);
+
+/// The neutral position into q (nq): zeros, and quaternions of no rotation.  Limits of joints may exclude it.
+template <class S> KSL_EXPORT void neutral(const model &m, S *q);
+
+/// A random position into q (nq), from nq independent numbers, each uniform in [0, 1): uniform in m.position_ranges(), the lower end
+/// excluded, and quaternions uniform on the sphere (Shoemake, Uniform random rotations, Graphics Gems III (1992), p. 124).
+template <class S> KSL_EXPORT void random_position(const model &m, const S *uniform, S *q);
 
 /// Name of the instruction set in use: x86-64-v2, x86-64-v3, x86-64-v4, neon or generic.  The environment variable KSL_ISA
 /// selects one.  Throws std::runtime_error if it names a set that is unknown or doesn't run here.

@@ -318,4 +318,34 @@ KSL_EXPORT void energy_regressor(const model &m, data &d, const S *q, const S *v
 template <class S>
 KSL_EXPORT void momentum_regressor(const model &m, data &d, const S *q, const S *v, int n, const int *links, S *P);
 
+/// Position q1 (nq) = q ⊕ dv, after unit time at the constant joint velocity dv (nv) from q (nq); joints with several
+/// coordinates move along the exponential of their group (Solà et al., A micro Lie theory for state estimation in
+/// robotics, 2018, section II-E).  O(joints).  No allocation.
+template <class S>
+KSL_EXPORT void integrate(const model &m, data &d, const S *q, const S *dv, S *q1);
+
+/// Difference dv (nv) = q1 ⊖ q0, the smallest joint velocity that leads from q0 (nq) to q1 (nq) in unit time (Solà et
+/// al., A micro Lie theory for state estimation in robotics, 2018, section II-E).  Angles of continuous joints are
+/// between −π and π; those of revolute joints are not reduced.  O(joints).  No allocation.
+template <class S>
+KSL_EXPORT void difference(const model &m, data &d, const S *q0, const S *q1, S *dv);
+
+/// Position between (nq) = q0 ⊕ fraction (q1 ⊖ q0) between q0 (nq) and q1 (nq): q0 where the fraction is 0, q1 where it
+/// is 1, on the shortest way and at constant joint velocity in between, and on the same way beyond.  O(joints).  No
+/// allocation.
+template <class S>
+KSL_EXPORT void interpolate(const model &m, data &d, const S *q0, const S *q1, const S *fraction, S *between);
+
+/// Derivatives of q ⊕ dv for q (nq) and dv (nv): (q ⊕ δ) ⊕ (dv + ε) = (q ⊕ dv) ⊕ (by_q δ + by_dv ε) to first order;
+/// by_q (nv, nv), by_dv (nv, nv) (Solà et al., A micro Lie theory for state estimation in robotics, 2018, section
+/// III).  O(joints), besides writing 2 nv² numbers.  No allocation.
+template <class S>
+KSL_EXPORT void integrate_jacobians(const model &m, data &d, const S *q, const S *dv, S *by_q, S *by_dv);
+
+/// Derivatives of q1 ⊖ q0 for q0 (nq) and q1 (nq): (q1 ⊕ ε) ⊖ (q0 ⊕ δ) = (q1 ⊖ q0) + by_q0 δ + by_q1 ε to first order;
+/// by_q0 (nv, nv), by_q1 (nv, nv) (Solà et al., A micro Lie theory for state estimation in robotics, 2018, section
+/// III).  O(joints), besides writing 2 nv² numbers.  No allocation.
+template <class S>
+KSL_EXPORT void difference_jacobians(const model &m, data &d, const S *q0, const S *q1, S *by_q0, S *by_q1);
+
 } // namespace ksl

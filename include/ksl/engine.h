@@ -41,7 +41,7 @@ typedef struct ksl_payload_t {
 typedef struct ksl_model_options_t {
   bool floating_base;     /**< the root link floats: first joint floating_base (floating_root if the file has one of that name),
                                q = [x y z qx qy qz qw], v = [linear, angular] in its frame */
-  bool mimic_independent; /**< a moving mimic joint gets a coordinate of its own, instead of being refused */
+  bool mimic_independent; /**< a mimic joint gets a coordinate of its own, instead of following another joint */
   bool strict;            /**< an inertia that no body can have, or a moving link with geometry and no mass, is an error */
   bool masses_optional;   /**< a robot whose moving links have no mass is accepted, for kinematics, instead of being refused */
   double gravity[3];      /**< m/s², world axes */
@@ -49,7 +49,7 @@ typedef struct ksl_model_options_t {
   const ksl_payload_t *payloads; /**< (payloads_n), read by ksl_model_load alone; several may be on one link */
 } ksl_model_options_t;
 
-/** Fixed base, mimic refused, not strict, masses needed, gravity (0, 0, −9.81), no payload. */
+/** Fixed base, mimic joints coupled, not strict, masses needed, gravity (0, 0, −9.81), no payload. */
 KSL_EXPORT ksl_model_options_t ksl_model_options(void);
 
 /** Reads a URDF file; options may be NULL.  Free the model with ksl_model_free. */
@@ -60,16 +60,22 @@ KSL_EXPORT void ksl_model_free(ksl_model_t *model);
 KSL_EXPORT ksl_status_t ksl_data_create(const ksl_model_t *model, ksl_data_t **data);
 KSL_EXPORT void ksl_data_free(ksl_data_t *data);
 
-/** Sizes: length of q and of v; number of moving joints, of all joints (fixed ones and `base` included), and of links. */
+/** Sizes: length of q and of v; number of moving joints that have numbers in q, of all joints (followers, fixed ones and `base`
+    included), and of links. */
 KSL_EXPORT int ksl_model_nq(const ksl_model_t *model);
 KSL_EXPORT int ksl_model_nv(const ksl_model_t *model);
 KSL_EXPORT int ksl_model_moving_joints(const ksl_model_t *model);
 KSL_EXPORT int ksl_model_joints(const ksl_model_t *model);
 KSL_EXPORT int ksl_model_links(const ksl_model_t *model);
 
-/** Name by index, NULL out of range.  Joints: the moving ones in the order of q, then the fixed ones, `base` last. */
+/** Name by index, NULL out of range.  Joints: the moving ones in the order of q, then the followers of mimic joints, which have
+    no numbers in q and v of their own, then the fixed ones, `base` last. */
 KSL_EXPORT const char *ksl_model_joint_name(const ksl_model_t *model, int joint);
 KSL_EXPORT const char *ksl_model_link_name(const ksl_model_t *model, int link);
+
+/** The joint that a mimic joint follows, −1 if it follows none, and how: position = multiplier × that of its leader + offset.
+    multiplier and offset may be NULL. */
+KSL_EXPORT int ksl_model_leader(const ksl_model_t *model, int joint, double *multiplier, double *offset);
 
 /** Line i of the warnings about a file (for example an inertia that no body can have, to a relative 1e-6), and of the list of
     contents that KSL doesn't use; NULL after the last. */
@@ -107,7 +113,7 @@ typedef struct ksl_external_rowsf_t {
   ptrdiff_t stride;
 } ksl_external_rowsf_t;
 
-typedef enum ksl_part_t { KSL_TOTAL, KSL_CONSTRAINT, KSL_ACTUATION } ksl_part_t;
+typedef enum ksl_part_t { KSL_TOTAL, KSL_CONSTRAINT, KSL_ACTUATION, KSL_COUPLING } ksl_part_t;
 typedef enum ksl_side_t { KSL_ON_CHILD, KSL_ON_PARENT } ksl_side_t;
 typedef enum ksl_frame_t { KSL_JOINT, KSL_WORLD, KSL_LINK } ksl_frame_t;
 typedef enum ksl_order_t { KSL_LINEAR_FIRST, KSL_ANGULAR_FIRST } ksl_order_t;
@@ -116,7 +122,8 @@ typedef enum ksl_order_t { KSL_LINEAR_FIRST, KSL_ANGULAR_FIRST } ksl_order_t;
     side, at the joint's origin, in the axes of the joint's frame on the child side (in URDF: the child link's), linear
     first. */
 typedef struct ksl_reaction_options_t {
-  ksl_part_t part; /**< KSL_CONSTRAINT: what the structure carries, H̄* f; KSL_ACTUATION: along the joint's motion, h̄* f */
+  ksl_part_t part; /**< KSL_CONSTRAINT: what the structure carries, H̄* f; KSL_ACTUATION: along the joint's motion, h̄* f;
+                       KSL_COUPLING: the same of a follower (mimic joint), which has no actuation */
   ksl_side_t on;
   ksl_frame_t at;  /**< point: KSL_JOINT (plus offset, in the joint's axes, m), KSL_WORLD (its origin), KSL_LINK (origin of at_link) */
   int at_link;
@@ -141,6 +148,16 @@ typedef struct ksl_frame_options_t {
   ksl_acceleration_t kind;
   double offset[3];
 } ksl_frame_options_t;
+
+/** The neutral position into q (nq): zeros, and quaternions of no rotation.  Limits of joints may exclude it. */
+KSL_EXPORT ksl_status_t ksl_neutral(const ksl_model_t *model, double *q);
+KSL_EXPORT ksl_status_t ksl_neutralf(const ksl_model_t *model, float *q);
+
+/** A random position into q (nq), from nq independent numbers, each uniform in [0, 1).  It is uniform between the limits of
+    joints; where the file gives none, between −π and π for angles and between −1 m and 1 m for lengths; quaternions are uniform on the
+    sphere (Shoemake, Uniform random rotations, Graphics Gems III (1992), p. 124). */
+KSL_EXPORT ksl_status_t ksl_random_position(const ksl_model_t *model, const double *uniform, double *q);
+KSL_EXPORT ksl_status_t ksl_random_positionf(const ksl_model_t *model, const float *uniform, float *q);
 
 /** Reactions through n joints into wrenches (n, 6).  Call it right after ksl_inverse_dynamics (or _with_reactions) in the same
     precision and with the same external wrenches.  After any other call with this workspace it fails, since such calls overwrite

@@ -78,9 +78,9 @@ KSL_EXPORT ksl_status_t ksl_inverse_dynamics_with_reactions_external_batchf(
     int threads);
 
 /** Reactions of the joints that are asked for, for q (nq), v (nv), a (nv), under gravity and external wrenches: the
-    wrench that the parent side exerts on the child side through each joint, whole or its constraint or actuation
-    part (Coscrews page, (7)–(9)).  external may be NULL: no wrench.  options may be NULL: the whole wrench on the
-    child side, about the joint's origin, in the axes of the child link, linear first. */
+    wrench that the parent side exerts on the child side through each joint, whole or its constraint, actuation or
+    coupling part (Coscrews page, (7)–(9)).  external may be NULL: no wrench.  options may be NULL: the whole wrench
+    on the child side, about the joint's origin, in the axes of the child link, linear first. */
 KSL_EXPORT ksl_status_t ksl_reactions_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
                                             const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
                                             int joints_n, const int *joints, const ksl_reaction_options_t *options,
@@ -896,6 +896,81 @@ KSL_EXPORT ksl_status_t ksl_momentum_regressor_batchf(const ksl_model_t *model, 
                                                       ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
                                                       int links_n, const int *links, float *P, ptrdiff_t P_stride,
                                                       int threads);
+
+/** Position q1 (nq) = q ⊕ dv, after unit time at the constant joint velocity dv (nv) from q (nq); joints with
+    several coordinates move along the exponential of their group (Solà et al., A micro Lie theory for state
+    estimation in robotics, 2018, section II-E).  O(joints). */
+KSL_EXPORT ksl_status_t ksl_integrate(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *dv,
+                                      double *q1);
+KSL_EXPORT ksl_status_t ksl_integratef(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *dv,
+                                       float *q1);
+KSL_EXPORT ksl_status_t ksl_integrate_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                            const double *dv, ptrdiff_t dv_stride, double *q1, ptrdiff_t q1_stride,
+                                            int threads);
+KSL_EXPORT ksl_status_t ksl_integrate_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                             const float *dv, ptrdiff_t dv_stride, float *q1, ptrdiff_t q1_stride,
+                                             int threads);
+
+/** Difference dv (nv) = q1 ⊖ q0, the smallest joint velocity that leads from q0 (nq) to q1 (nq) in unit time (Solà
+    et al., A micro Lie theory for state estimation in robotics, 2018, section II-E).  Angles of continuous joints
+    are between −π and π; those of revolute joints are not reduced.  O(joints). */
+KSL_EXPORT ksl_status_t ksl_difference(const ksl_model_t *model, ksl_data_t *data, const double *q0, const double *q1,
+                                       double *dv);
+KSL_EXPORT ksl_status_t ksl_differencef(const ksl_model_t *model, ksl_data_t *data, const float *q0, const float *q1,
+                                        float *dv);
+KSL_EXPORT ksl_status_t ksl_difference_batch(const ksl_model_t *model, size_t n, const double *q0, ptrdiff_t q0_stride,
+                                             const double *q1, ptrdiff_t q1_stride, double *dv, ptrdiff_t dv_stride,
+                                             int threads);
+KSL_EXPORT ksl_status_t ksl_difference_batchf(const ksl_model_t *model, size_t n, const float *q0, ptrdiff_t q0_stride,
+                                              const float *q1, ptrdiff_t q1_stride, float *dv, ptrdiff_t dv_stride,
+                                              int threads);
+
+/** Position between (nq) = q0 ⊕ fraction (q1 ⊖ q0) between q0 (nq) and q1 (nq): q0 where the fraction is 0, q1 where
+    it is 1, on the shortest way and at constant joint velocity in between, and on the same way beyond.  O(joints). */
+KSL_EXPORT ksl_status_t ksl_interpolate(const ksl_model_t *model, ksl_data_t *data, const double *q0, const double *q1,
+                                        const double *fraction, double *between);
+KSL_EXPORT ksl_status_t ksl_interpolatef(const ksl_model_t *model, ksl_data_t *data, const float *q0, const float *q1,
+                                         const float *fraction, float *between);
+KSL_EXPORT ksl_status_t ksl_interpolate_batch(const ksl_model_t *model, size_t n, const double *q0, ptrdiff_t q0_stride,
+                                              const double *q1, ptrdiff_t q1_stride, const double *fraction,
+                                              ptrdiff_t fraction_stride, double *between, ptrdiff_t between_stride,
+                                              int threads);
+KSL_EXPORT ksl_status_t ksl_interpolate_batchf(const ksl_model_t *model, size_t n, const float *q0, ptrdiff_t q0_stride,
+                                               const float *q1, ptrdiff_t q1_stride, const float *fraction,
+                                               ptrdiff_t fraction_stride, float *between, ptrdiff_t between_stride,
+                                               int threads);
+
+/** Derivatives of q ⊕ dv for q (nq) and dv (nv): (q ⊕ δ) ⊕ (dv + ε) = (q ⊕ dv) ⊕ (by_q δ + by_dv ε) to first order;
+    by_q (nv, nv), by_dv (nv, nv) (Solà et al., A micro Lie theory for state estimation in robotics, 2018, section
+    III).  O(joints), besides writing 2 nv² numbers. */
+KSL_EXPORT ksl_status_t ksl_integrate_jacobians(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                const double *dv, double *by_q, double *by_dv);
+KSL_EXPORT ksl_status_t ksl_integrate_jacobiansf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                 const float *dv, float *by_q, float *by_dv);
+KSL_EXPORT ksl_status_t ksl_integrate_jacobians_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                      ptrdiff_t q_stride, const double *dv, ptrdiff_t dv_stride,
+                                                      double *by_q, ptrdiff_t by_q_stride, double *by_dv,
+                                                      ptrdiff_t by_dv_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_integrate_jacobians_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                       ptrdiff_t q_stride, const float *dv, ptrdiff_t dv_stride,
+                                                       float *by_q, ptrdiff_t by_q_stride, float *by_dv,
+                                                       ptrdiff_t by_dv_stride, int threads);
+
+/** Derivatives of q1 ⊖ q0 for q0 (nq) and q1 (nq): (q1 ⊕ ε) ⊖ (q0 ⊕ δ) = (q1 ⊖ q0) + by_q0 δ + by_q1 ε to first
+    order; by_q0 (nv, nv), by_q1 (nv, nv) (Solà et al., A micro Lie theory for state estimation in robotics, 2018,
+    section III).  O(joints), besides writing 2 nv² numbers. */
+KSL_EXPORT ksl_status_t ksl_difference_jacobians(const ksl_model_t *model, ksl_data_t *data, const double *q0,
+                                                 const double *q1, double *by_q0, double *by_q1);
+KSL_EXPORT ksl_status_t ksl_difference_jacobiansf(const ksl_model_t *model, ksl_data_t *data, const float *q0,
+                                                  const float *q1, float *by_q0, float *by_q1);
+KSL_EXPORT ksl_status_t ksl_difference_jacobians_batch(const ksl_model_t *model, size_t n, const double *q0,
+                                                       ptrdiff_t q0_stride, const double *q1, ptrdiff_t q1_stride,
+                                                       double *by_q0, ptrdiff_t by_q0_stride, double *by_q1,
+                                                       ptrdiff_t by_q1_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_difference_jacobians_batchf(const ksl_model_t *model, size_t n, const float *q0,
+                                                        ptrdiff_t q0_stride, const float *q1, ptrdiff_t q1_stride,
+                                                        float *by_q0, ptrdiff_t by_q0_stride, float *by_q1,
+                                                        ptrdiff_t by_q1_stride, int threads);
 
 KSL_END_C
 

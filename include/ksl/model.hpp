@@ -1,6 +1,7 @@
 // KSL: a model with its arrays and the names of joints and links, and the workspace for one computation with it.
 #pragma once
 
+#include "ksl/engine/coupling.hpp"
 #include "ksl/engine/model.hpp"
 #include "ksl/engine/description.hpp"
 #include "ksl/engine/joints.hpp"
@@ -36,11 +37,15 @@ struct joint_row {
   joint_kind kind;
   int link;              ///< the child link
   int parent_link;       ///< −1: the ground
-  int q_index, v_index;  ///< where its numbers in q and v begin; −1 for fixed joints
+  int q_index, v_index;  ///< where its numbers in q and v begin; −1 for fixed joints and followers
   vec3<double> axis;     ///< unit vector in the joint's frame; for kinds that have one (joint_kind_row)
   vec3<double> axis2;    ///< second axis of universal joints, fixed in the child: a unit vector in the joint's frame
   double pitch;          ///< m/rad; of helical joints
   int description;       ///< index into robot_description::joints; −1 for base and floating_base
+  /// Of a follower, a mimic joint: position = multiplier × that of its leader + offset.  The leader is an index into joints()
+  /// and follows no other joint; −1 for joints that are no followers.
+  int leader = -1;
+  double multiplier = 0, offset = 0;
 };
 
 /// A mechanism, immutable after construction, shared between threads.
@@ -59,9 +64,11 @@ public:
   /// In which columns they are.
   std::vector<int> tree_columns() const;
 
-  /// All joints: the moving ones in the order of q (depth first, children in file order), then the fixed ones, `base` last.
+  /// All joints: the moving ones in the order of q (depth first, children in file order), then the followers of mimic joints,
+  /// which have no numbers in q and v of their own, then the fixed ones, `base` last.
   const std::vector<joint_row> &joints() const { return joints_; }
-  int moving_joints() const { return moving_joints_; }
+  int moving_joints() const { return moving_joints_; } ///< without followers
+  int followers() const { return static_cast<int>(double_.followers.size()); }
 
   /// The first joint that can move without moving any mass, whatever the position: an index into joints(), or −1.  Its acceleration
   /// under given efforts is not determined.
@@ -76,6 +83,13 @@ public:
   };
   const std::vector<quaternion_in_q> &quaternions() const { return quaternions_; }
 
+  /// The range of each number in q (nq): the limits of the description, those of followers included; where it gives none, −π to π
+  /// for angles and −1 m to 1 m for lengths.  Of the numbers of quaternions, −1 to 1.
+  struct position_range {
+    double lower, upper;
+  };
+  const std::vector<position_range> &position_ranges() const { return position_ranges_; }
+
   /// Links, parents first, with name and inertia, payload included.
   const std::vector<link_description> &links() const { return links_; }
 
@@ -86,7 +100,8 @@ public:
   /// The description that the model was built from, in file order.
   const robot_description &description() const { return description_; }
 
-  /// The arrays that algorithms run on, in double and in single precision; valid as long as the model lives.
+  /// The arrays that algorithms run on, in double and in single precision; valid as long as the model lives.  They are those of
+  /// the expanded mechanism, in which followers have numbers of their own: nq and nv of a view count them.
   model_view<double> view() const { return double_.view(*this); }
   model_view<float> view_single() const { return single_.view(*this); }
   template <class S> model_view<S> view_in() const {
@@ -94,6 +109,14 @@ public:
       return view();
     else
       return view_single();
+  }
+
+  /// How the numbers of the expanded mechanism follow from those of a user (engine/coupling.hpp).
+  template <class S> coupling_view<S> coupling_in() const {
+    if constexpr (sizeof(S) == sizeof(double))
+      return double_.coupling(nq_, nv_, in_q_, in_v_);
+    else
+      return single_.coupling(nq_, nv_, in_q_, in_v_);
   }
 
 private:
@@ -105,24 +128,31 @@ private:
     vec3<S> gravity;
     std::vector<S> inertia, theta0_sine, theta0_cosine; // contiguous, for lanes
     std::vector<S> lower, upper;
+    std::vector<ksl::follower<S>> followers;
     int first_angle = 0, angles_end = 0;
 
     model_view<S> view(const model &m) const {
-      return {static_cast<int>(bodies.size()), static_cast<int>(links.size()), m.nq_, m.nv_, m.pose_numbers_, m.longest_path_,
+      return {static_cast<int>(bodies.size()), static_cast<int>(links.size()), m.expanded_nq_, m.expanded_nv_, m.pose_numbers_, m.longest_path_,
               m.tree_row_.back(), gravity, bodies.data(),
               links.data(), inertia.data(), augmented.data(), theta0_sine.data(), theta0_cosine.data(),
               m.tree_row_.data(), first_angle, angles_end, lower.data(), upper.data()};
+    }
+    coupling_view<S> coupling(int nq, int nv, const std::vector<int> &in_q, const std::vector<int> &in_v) const {
+      return {static_cast<int>(followers.size()), followers.data(), nq, nv, in_q.data(), in_v.data()};
     }
   };
 
   robot_description description_;
   std::vector<joint_row> joints_;
   std::vector<quaternion_in_q> quaternions_;
+  std::vector<position_range> position_ranges_;
   std::vector<link_description> links_;
   std::vector<int> tree_row_ = {0};
   arrays<double> double_;
   arrays<float> single_;
-  int nq_ = 0, nv_ = 0, pose_numbers_ = 0, longest_path_ = 0, moving_joints_ = 0, massless_joint_ = -1;
+  std::vector<int> in_q_, in_v_; // where a user's numbers are in the expanded arrays
+  int nq_ = 0, nv_ = 0, expanded_nq_ = 0, expanded_nv_ = 0, pose_numbers_ = 0, longest_path_ = 0, moving_joints_ = 0,
+      massless_joint_ = -1;
 
   friend class model_builder;
 };

@@ -11,7 +11,7 @@ SI units, radians; six-vectors are linear first unless `order="ang_lin"`; arrays
 from typing import TYPE_CHECKING
 
 from ksl._core import __version__
-from ksl.errors import DescriptionError, DescriptionWarning, FrameError, MotionError
+from ksl.errors import DescriptionError, DescriptionWarning, FrameError, MotionError, QuaternionWarning
 from ksl.mechanism import Joint, Link
 from ksl.model import Model, load
 
@@ -30,6 +30,7 @@ __all__ = [
     "Momentum",
     "MotionError",
     "Pose",
+    "QuaternionWarning",
     "Twist",
     "Wrench",
     "__version__",

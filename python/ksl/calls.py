@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ksl import _core
 from ksl.requests import Requests
-from ksl.states import Acceleration, Array, Expressed, External, Order, Part, Point, Side
+from ksl.states import Acceleration, Array, Expressed, External, Order, Part, Point, Side, numbers
 
 
 class Calls(Requests):
@@ -60,15 +60,17 @@ class Calls(Requests):
         """The wrench through each joint: what the parent side exerts on the child side.
 
         q, v, a, external: as in :meth:`inverse_dynamics`.  Returns (…, joints, 6); N and N m.
-        joints: names in the order wanted, fixed ones and `base` too; by default the moving joints in the order of q.
+        joints: names in the order wanted, mimic joints, fixed ones and `base` too; by default the moving joints in the order of q.
         on: the side the wrench acts on; "parent" is the negative.
         at: the point that moments are about: "joint" (the joint's origin), "world" (its origin), a link's name (its
         origin), or three numbers, an offset from the joint's origin in the joint's axes, m.
         axes: "joint" (those of the joint's frame on the child side: the child link's), "world", or a link's name.
         order: "lin_ang" (fx fy fz tx ty tz) or "ang_lin".
         part: "constraint" is what the structure carries, H̄* f; "actuation" what lies along the joint's motion, h̄* f
-        (revolute: the moment about the axis; prismatic: the force along it; fixed: nothing; floating: all); "total"
-        their sum.  The split is made in the joint's frame and then moved by the coadjoint (Coscrews page, (7)–(9)).
+        (revolute: the moment about the axis; prismatic: the force along it; fixed: nothing; floating: all); "coupling" the
+        same of a mimic joint, which has no actuation; "total" their sum.  The effort of a drive that leads mimic joints is
+        the sum of Sᵀ f of its own joint's actuation and, times their multipliers, of their couplings.  The split is made in
+        the joint's frame and then moved by the coadjoint (Coscrews page, (7)–(9)).
         """
         return self._core.reactions(q, v, a, None, external, self._request(on, at, axes, order, part, joints), out, threads)
 
@@ -695,6 +697,61 @@ class Calls(Requests):
         links, q, v, out, threads: as in :meth:`inverse_dynamics_regressor`.  O(bodies + links).
         """
         return self._core.momentum_regressor(q, v, None, None, None, self._links_of(links), out, threads)
+
+    def integrate(self, q: ArrayLike, dv: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Positions q ⊕ dv (…, nq): where q (…, nq) is after unit time at the constant joint velocity dv (…, nv).
+
+        dv: a displacement, in the numbers of a velocity: rad or m.  Spherical, planar and floating joints: the
+        exponential of dv in the child's axes; quaternions of the result have unit length.  Others: q + dv.
+
+        q, out, threads: as in :meth:`inverse_dynamics`.  Solà et al., A micro Lie theory for state estimation in robotics,
+        2018, section II-E; O(joints).
+        """
+        return self._core.integrate(q, dv, None, None, None, None, out, threads)
+
+    def difference(self, q0: ArrayLike, q1: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Differences q1 ⊖ q0 (…, nv): the joint velocity that leads from q0 (…, nq) to q1 (…, nq) in unit time.
+
+        integrate(q0, difference(q0, q1)) is q1, but for whole turns of continuous joints and the sign of quaternions.
+        Continuous joints: between −π and π.  Spherical, planar and floating joints: the logarithm, a rotation by π at most.
+        Others: q1 − q0; a revolute joint has limits, so that its turns count.
+
+        q0, q1, out, threads: as in :meth:`inverse_dynamics`.  Solà et al., A micro Lie theory for state estimation in
+        robotics, 2018, section II-E; O(joints).
+        """
+        return self._core.difference(q0, q1, None, None, None, None, out, threads)
+
+    def interpolate(self, q0: ArrayLike, q1: ArrayLike, fraction: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+        """Positions q0 ⊕ fraction (q1 ⊖ q0) (…, nq) between q0 and q1 (…, nq): q0 at 0, q1 at 1.
+
+        fraction: (…), a number for each state, or one for all.  The way is the shortest and the joint velocity is constant; beyond 0 and 1 the
+        motion continues.  Rotations are interpolated spherically; floating joints move along a screw.
+
+        q0, q1, out, threads: as in :meth:`difference`.  O(joints).
+        """
+        return self._core.interpolate(q0, q1, numbers(fraction), None, None, None, out, threads)
+
+    def integrate_jacobians(self, q: ArrayLike, dv: ArrayLike, out: tuple[Array, Array] | None = None, threads: int | None = None) -> tuple[Array, Array]:
+        """Derivatives of q ⊕ dv by q and by dv, (…, nv, nv) each, all along joint velocities.
+
+        (q ⊕ δ) ⊕ (dv + ε) = (q ⊕ dv) ⊕ (by_q δ + by_dv ε) to first order.  Identities but for spherical, planar and
+        floating joints, whose blocks are the inverse adjoint of the exponential, and its right Jacobian.
+
+        q, dv, threads: as in :meth:`integrate`; out: two arrays.  Solà et al., A micro Lie theory for state estimation in
+        robotics, 2018, section III; O(joints), besides writing 2 nv² numbers.
+        """
+        return self._core.integrate_jacobians(q, dv, None, None, None, None, out, threads)
+
+    def difference_jacobians(self, q0: ArrayLike, q1: ArrayLike, out: tuple[Array, Array] | None = None, threads: int | None = None) -> tuple[Array, Array]:
+        """Derivatives of q1 ⊖ q0 by q0 and by q1, (…, nv, nv) each, along joint velocities.
+
+        (q1 ⊕ ε) ⊖ (q0 ⊕ δ) = (q1 ⊖ q0) + by_q0 δ + by_q1 ε to first order.  ∓ identity but for spherical, planar and floating
+        joints.  Where a rotation between the two is by π, the difference jumps; these are the derivatives on the side of its value.
+
+        q0, q1, threads: as in :meth:`difference`; out: two arrays.  Solà et al., A micro Lie theory for state estimation in
+        robotics, 2018, section III; O(joints), besides writing 2 nv² numbers.
+        """
+        return self._core.difference_jacobians(q0, q1, None, None, None, None, out, threads)
 
     rnea = inverse_dynamics
     aba = forward_dynamics

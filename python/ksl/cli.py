@@ -52,7 +52,7 @@ errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
 
 Robot = Annotated[Path, typer.Argument(metavar="ROBOT.urdf", help="Robot file (URDF 1.0 to 1.2).")]
 FloatingBase = Annotated[bool, typer.Option("--floating-base", help="The root link floats: first joint floating_base.")]
-Mimic = Annotated[str, typer.Option(metavar="independent", help="Give moving joints that mimic another a coordinate of their own.")]
+Mimic = Annotated[str, typer.Option(metavar="coupled|independent", help="Joints that mimic another follow it, or have a coordinate of their own.")]
 Strict = Annotated[bool, typer.Option("--strict", help="An inertia that no rigid body can have, or a moving link with geometry and no mass, is an error.")]
 Gravity = Annotated[str, typer.Option(metavar="X,Y,Z", help="Gravity in world axes, m/s².")]
 
@@ -128,15 +128,15 @@ def read_model(
     payloads: Mapping[str, tuple[float, Sequence[float]]] | None = None,
     masses: Literal["optional"] | None = None,
 ) -> Model:
-    independent = cast(Literal["independent"] | None, mimic or None)  # load refuses other words
+    how = cast(Literal["coupled", "independent"], mimic)  # load refuses other words
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", DescriptionWarning)
         try:
-            model = load(robot, floating_base, independent, strict, numbers(gravity, "--gravity", 3), payloads, masses)
+            model = load(robot, floating_base, how, strict, numbers(gravity, "--gravity", 3), payloads, masses)
         except ValueError as e:
             absent = [link for link in payloads or {} if str(e).endswith(f"no link {link} to carry the payload")]
             if absent:
-                bare = load(robot, floating_base, independent, masses="optional")
+                bare = load(robot, floating_base, how, masses="optional")
                 fail(f"--on-link {absent[0]}: no such link; {suggestion(absent[0], bare.link_names, f'the links of {bare.name} are')}")
             fail(in_options(e, mimic=mimic))
     for w in caught:
@@ -155,7 +155,7 @@ def root(version: Annotated[bool, typer.Option("--version", help="Print the vers
 def info(
     robot: Annotated[Path | None, typer.Argument(metavar="ROBOT.urdf", help="Robot file (URDF 1.0 to 1.2).")] = None,
     floating_base: FloatingBase = False,
-    mimic: Mimic = "",
+    mimic: Mimic = "coupled",
     strict: Strict = False,
     gravity: Gravity = "0,0,-9.81",
     cpu: Annotated[bool, typer.Option("--cpu", help="Say which instruction set the kernels use here.")] = False,
@@ -189,7 +189,7 @@ def loads(
     on_link: Annotated[list[str], typer.Option(metavar="NAME", help="Link that carries the payload.")] = [],
     external: Annotated[Path | None, typer.Option(metavar="FILE.csv", help="Wrenches on links: `time` and LINK.fx … LINK.tz, at the link's origin, in its axes.")] = None,
     floating_base: FloatingBase = False,
-    mimic: Mimic = "",
+    mimic: Mimic = "coupled",
     strict: Strict = False,
     gravity: Gravity = "0,0,-9.81",
 ) -> None:

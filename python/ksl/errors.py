@@ -13,5 +13,9 @@ class DescriptionWarning(UserWarning):
     """Suspicious content of a robot file that is used all the same: an impossible inertia, a moving link without mass, a guessed encoding."""
 
 
+class QuaternionWarning(UserWarning):
+    """A quaternion of a position differs from unit length by more than 1e-6, but by no more than 1e-2, and was normalised."""
+
+
 class FrameError(ValueError):
     """Two spatial values whose frames don't match.  Names the operation and both frames."""

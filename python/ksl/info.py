@@ -13,10 +13,11 @@ from ksl.mechanism import Joint, Link, Mechanism
 
 def print_info(model: Mechanism, console: Console) -> None:
     """Prints everything that `ksl info` shows of a model."""
-    moving = len(model.joint_names)
+    moving, following = len(model.joint_names), len(model.follower_names)
     mass = sum(link.mass for link in model.links)
+    of_followers = f"mimic joints {following}, " if following else ""
     console.print(Text(f"{model.name} ({model.file})", style="bold"))
-    console.print(f"degrees of freedom {model.nv} (nq {model.nq}), moving joints {moving}, fixed joints {len(model.joints) - moving}, links {len(model.links)}")
+    console.print(f"degrees of freedom {model.nv} (nq {model.nq}), moving joints {moving}, {of_followers}fixed joints {len(model.joints) - moving - following}, links {len(model.links)}")
     console.print(f"total mass {mass:.6g} kg, gravity ({', '.join(f'{g:g}' for g in model.gravity)}) m/s²\n")
     console.print(_tree(model))
     console.print()
@@ -53,8 +54,16 @@ def _span(start: int, size: int) -> str:
     return "" if size == 0 else str(start) if size == 1 else f"{start}–{start + size - 1}"
 
 
+def _following(joint: Joint) -> str:
+    """How a mimic joint follows its leader: −1 × finger + 0.5."""
+    if joint.leader is None:
+        return ""
+    offset = f" {'-' if joint.offset < 0 else '+'} {abs(joint.offset):.6g}" if joint.offset else ""
+    return f"{joint.multiplier:.6g} × {joint.leader}{offset}"
+
+
 def _joint_table(model: Mechanism) -> Table:
-    table = Table(title="Joints, in the order of q, then the fixed ones", title_justify="left")
+    table = Table(title=f"Joints, in the order of q, then {'the mimic joints and ' if model.follower_names else ''}the fixed ones", title_justify="left")
     losses = any(j.damping or j.friction for j in model.joints)
     headings = ["joint", "kind", "parent → child", "q", "v", "axis", "lower", "upper", "effort", "velocity"]
     for heading in headings + (["damping", "friction"] if losses else []):
@@ -66,7 +75,7 @@ def _joint_table(model: Mechanism) -> Table:
         if j.pitch:
             axis += f", {j.pitch:.4g} m/rad"
         table.add_row(
-            Text(j.name), j.kind, Text(f"{j.parent or 'ground'} → {j.child}"), _span(j.q_index, j.nq), _span(j.v_index, j.nv), axis,
+            Text(j.name), j.kind, Text(f"{j.parent or 'ground'} → {j.child}"), _span(j.q_index, j.nq) or _following(j), _span(j.v_index, j.nv), axis,
             *(_number(x) for x in (j.lower, j.upper, j.effort, j.velocity)),
             *(_number(x or None) for x in ((j.damping, j.friction) if losses else ())),
         )

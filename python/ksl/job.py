@@ -170,16 +170,18 @@ WRENCH = {"axial_force": "axial", "radial_force": "radial", "bending_moment": "b
 
 
 def _print_summary(console: Console, rows: list[SummaryRow], loads: list[JointLoads], placement: Placement) -> None:
-    """Three tables: the wrench at the chosen point, what drives supply, and joints without one coordinate."""
+    """Tables: the wrench at the chosen point, what drives supply, what couplings transmit, and joints without one coordinate."""
     joints = {l.joint.name: l.joint for l in loads}
-    with_axis = [row for row in rows if "effort_peak" in row]
+    with_axis, driven = [row for row in rows if "axial_force_peak" in row], [row for row in rows if "effort_peak" in row]
+    coupled = [row for row in rows if "coupling_peak" in row]
     wrench = [(q, part) for q in WRENCH for part in ("peak", "rms", "peak_time")]
     drive = [("effort", "peak"), ("effort", "rms"), ("effort", "peak_time"), ("speed", "peak"), ("speed", "peak_time")]
     drive += [("power", "peak"), ("power", "peak_time"), ("power", "mean"), ("work", "positive"), ("work", "negative")]
     whole = [(q, part) for q in ("force", "moment") for part in ("peak", "rms", "peak_time")]
     for title, chosen, columns in (
         (f"Wrench on the {placement.on} side, moments about {placement.point}", with_axis, wrench),
-        ("Drive", with_axis, drive),
+        ("Drive", driven, drive),
+        ("Coupling: what moves the mimic joints", coupled, [("coupling", "peak"), ("coupling", "rms"), ("coupling", "peak_time"), ("speed", "peak"), ("speed", "peak_time")]),
         ("Joints without one coordinate: magnitudes of the same wrench", [row for row in rows if "force_peak" in row], whole),
     ):
         if chosen:

@@ -63,10 +63,19 @@ class LoadCase:
         wanted = [request(p.on, p.at, p.axes, p.order, part, names) for part in ("total", "constraint")]
         if p.axes != "joint" or p.order != "lin_ang":
             wanted.append(request(p.on, p.at, "joint", "lin_ang", "total", names))
+        if self.model.follower_names:
+            wanted.append(request("child", "joint", "joint", "lin_ang", "coupling", self.model.follower_names))
         external = {link: w[rows] for link, w in self.external.items()}
         m = self.motion
         tau, *wrenches = self.model._with_reactions(m.q[rows], m.v[rows], m.a[rows], external, tuple(wanted))
-        return Block(rows, m.time[rows], m.v[rows], tau, wrenches[0], wrenches[1], wrenches[-1] if len(wrenches) > 2 else wrenches[0])
+        coupling = self._coupling(wrenches.pop()) if self.model.follower_names else np.empty((len(m.time[rows]), 0))
+        return Block(rows, m.time[rows], m.v[rows], tau, wrenches[0], wrenches[1], wrenches[-1] if len(wrenches) > 2 else wrenches[0], coupling)
+
+    def _coupling(self, wrenches: Array) -> Array:
+        """Efforts (n, followers) from the coupling part (n, followers, 6) of their wrenches, which is h* Sᵀ f."""
+        followers = [self.model.joint(name) for name in self.model.follower_names]
+        along = [wrenches[:, i, 3:] if j.has_angle else wrenches[:, i, :3] for i, j in enumerate(followers)]
+        return np.column_stack([x @ np.array(j.axis) for x, j in zip(along, followers, strict=True)])
 
 
 @dataclass(frozen=True)
@@ -82,6 +91,8 @@ class Block:
     constraint: Array
     in_joint_axes: Array
     """The total at the placement's point and side, but in the joint's axes, linear first."""
+    coupling: Array
+    """(n, followers): the effort of the coupling of each mimic joint, N m or N, in the order of `Model.follower_names`."""
 
 
 class TableWriter:
@@ -92,10 +103,13 @@ class TableWriter:
 
         self._pa, self._placement = pa, placement
         self._joints = model.joints
-        self._one_coordinate = np.array([j.one_coordinate for j in model.joints])
-        self._v_index = np.array([j.v_index for j in model.joints])[self._one_coordinate]
+        self._driven = np.array([j.one_coordinate and j.leader is None for j in model.joints])
+        self._follows = np.array([j.leader is not None for j in model.joints])
+        self._v_index = np.array([j.v_index for j in model.joints])[self._driven]
+        self._following = [j for j in model.joints if j.leader is not None]
+        self._mechanism = model
         names = COMPONENTS[placement.order]
-        numbers = ["time", *names, *(f"constraint_{c}" for c in names), "effort", "speed", "power"]
+        numbers = ["time", *names, *(f"constraint_{c}" for c in names), "effort", "speed", "power", *(["coupling"] if self._following else [])]
         words = pa.dictionary(pa.int16(), pa.string())
         self.schema = pa.schema(
             [pa.field("time", pa.float64()), pa.field("joint", words)]
@@ -115,6 +129,7 @@ class TableWriter:
             "axes": p.axes,
             "order": p.order,
             "effort": "transmitted effort of the joint's drive, the same for every `on`, `at` and `axes`",
+            **({"coupling": "effort by which its leader moves a mimic joint, which has no drive"} if self._following else {}),
             "units": "s, N, N m; effort N m or N, speed rad/s or m/s, power W",
         }
 
@@ -125,15 +140,21 @@ class TableWriter:
         for wrench in (block.total, block.constraint):
             columns += [pa.array(np.ascontiguousarray(wrench[:, :, i]).reshape(-1)) for i in range(6)]
         effort, speed = block.tau[:, self._v_index], block.v[:, self._v_index]
-        columns += [self._of_one_coordinate(x) for x in (effort, speed, effort * speed)]
+        speeds = np.empty((n, joints))
+        speeds[:, self._driven] = speed
+        if self._following:
+            speeds[:, self._follows] = np.column_stack([self._mechanism._velocity_of(j, block.v) for j in self._following])
+        moving = self._driven | self._follows
+        columns += [self._of(self._driven, effort), self._of(moving, speeds[:, moving]), self._of(self._driven, effort * speed)]
+        columns += [self._of(self._follows, block.coupling)] if self._following else []
         columns += [self._words([w], np.zeros(n * joints, dtype=np.int16)) for w in (self._placement.on, self._placement.point, self._placement.axes)]
         return pa.Table.from_arrays(columns, schema=self.schema)
 
-    def _of_one_coordinate(self, x: Array) -> pa.Array:
-        """Values of joints with one coordinate; the others have none."""
+    def _of(self, chosen: Array, x: Array) -> pa.Array:
+        """Values of the chosen joints; the others have none."""
         n, joints = len(x), len(self._joints)
         values, absent = np.zeros((n, joints)), np.ones((n, joints), dtype=bool)
-        values[:, self._one_coordinate], absent[:, self._one_coordinate] = x, False
+        values[:, chosen], absent[:, chosen] = x, False
         return self._pa.array(values.reshape(-1), mask=absent.reshape(-1))
 
     def _words(self, words: list[str], indices: np.ndarray) -> pa.DictionaryArray:
@@ -153,18 +174,22 @@ class Curves:
         model, motion = self.case.model, self.case.motion
         for joint in model.joints:
             empty = joint_loads(joint, np.empty((0, 6)), None, None)
-            speed = motion.v[:, joint.v_index] if joint.one_coordinate else None
-            effort = np.empty(n) if joint.one_coordinate else None
-            self.loads.append(JointLoads(joint, {name: np.empty(n) for name in empty.wrench}, speed, effort))
+            speed = model._velocity_of(joint, motion.v) if joint.one_coordinate else None
+            effort = np.empty(n) if joint.one_coordinate and joint.leader is None else None
+            coupling = np.empty(n) if joint.leader is not None else None
+            self.loads.append(JointLoads(joint, {name: np.empty(n) for name in empty.wrench}, speed, effort, coupling))
 
     def add(self, block: Block) -> None:
         """Adds the samples `block.rows`; each sample must be added once, in any order."""
+        followers = {name: i for i, name in enumerate(self.case.model.follower_names)}
         for i, collected in enumerate(self.loads):
             part = joint_loads(collected.joint, block.in_joint_axes[:, i], None, None)
             for name, x in part.wrench.items():
                 collected.wrench[name][block.rows] = x
             if collected.effort is not None:
                 collected.effort[block.rows] = block.tau[:, collected.joint.v_index]
+            if collected.coupling is not None:
+                collected.coupling[block.rows] = block.coupling[:, followers[collected.joint.name]]
         self._drive[block.rows] = np.sum(block.tau * block.v, axis=1)
         self._largest_effort = max(self._largest_effort, float(np.max(np.abs(block.tau), initial=0.0)))
 
@@ -198,8 +223,9 @@ def wrench_table(
     time (n), increasing, s; q (n, nq); v, a (n, nv), differentiated from a quintic spline where they are missing (at
     least 6 samples).  external: {link: (n, 6), or (6) for all samples}.  on, at, axes, order: as in `Model.reactions`.
     Columns: time, joint, fx fy fz tx ty tz of the total and constraint_fx … of the constraint part (N, N m); effort,
-    speed, power of the drives of joints with one coordinate, the same for every on, at and axes; on, at, axes.  Raises
-    MotionError.
+    speed, power of the drives of joints with one coordinate, the same for every on, at and axes; on, at, axes.  Robots with
+    mimic joints have a column `coupling` before these three: the effort by which its leader moves a mimic joint, which has no
+    drive.  Raises MotionError.
     """
     import pyarrow as pa
 
@@ -248,14 +274,15 @@ def exceeded_limits(model: Mechanism, motion: Motion, loads: list[JointLoads]) -
     lines = []
     for l in loads:
         j = l.joint
-        if not j.one_coordinate or l.effort is None or l.speed is None:
+        if not j.one_coordinate or l.speed is None:
             continue
-        q = motion.q[:, j.q_index]
+        q = model._position_of(j, motion.q)
         if j.has_limits:
             lines += _exceeded(j, "position", "lower", float(q.min()), j.lower, j.unit, lambda x, limit: x < limit)
             lines += _exceeded(j, "position", "upper", float(q.max()), j.upper, j.unit, lambda x, limit: x > limit)
         lines += _exceeded(j, "speed", "velocity", float(np.abs(l.speed).max()), j.velocity, unit("speed", j), lambda x, limit: x > limit)
-        lines += _exceeded(j, "effort", "effort", float(np.abs(l.effort).max()), j.effort, unit("effort", j), lambda x, limit: x > limit)
+        if l.effort is not None:
+            lines += _exceeded(j, "effort", "effort", float(np.abs(l.effort).max()), j.effort, unit("effort", j), lambda x, limit: x > limit)
     return lines
 
 

@@ -21,8 +21,10 @@ class Joint:
     """Link on the parent side; None is the ground."""
     child: str
     nq: int
+    """How many numbers it has in q; 0 for fixed joints and for mimic joints, which follow another."""
     nv: int
     q_index: int
+    """Where they begin; −1 where there are none."""
     v_index: int
     axis: tuple[float, float, float]
     """Unit vector in the joint's frame, about or along which it moves; the first of universal joints, the normal of planar ones; zero for kinds without one."""
@@ -44,11 +46,15 @@ class Joint:
     velocity: float | None = None
     damping: float = 0.0
     friction: float = 0.0
+    leader: str | None = None
+    """The joint that a mimic joint follows: its position is multiplier × that of the leader + offset.  None for other joints."""
+    multiplier: float = 0.0
+    offset: float = 0.0
 
     @property
     def one_coordinate(self) -> bool:
         """Whether it moves along or about its axis only: revolute, continuous, prismatic and helical joints."""
-        return self.nv == 1
+        return self.nv == 1 or self.leader is not None
 
     @property
     def unit(self) -> str:
@@ -89,7 +95,7 @@ class Mechanism:
         """m/s², in world axes; read-only."""
         self.gravity.setflags(write=False)
         self.joints: tuple[Joint, ...] = tuple(Joint(**{k: tuple(x) if k in ("axis", "axis2") else x for k, x in row.items()}) for row in core.joints)
-        """All joints: the moving ones in the order of q, then the fixed ones, `base` last."""
+        """All joints: the moving ones in the order of q, then the mimic joints that follow them, then the fixed ones, `base` last."""
         self.links: tuple[Link, ...] = tuple(
             Link(**{**row, "first_moment": tuple(row["first_moment"]), "inertia": tuple(row["inertia"])}) for row in core.links
         )
@@ -98,7 +104,10 @@ class Mechanism:
         """Contents of the file that KSL doesn't use, a line for each kind."""
         self.warnings: tuple[str, ...] = tuple(core.warnings)
         """Suspicious contents of the file, a line each: inertias that no rigid body can have, moving links without mass.  Names link and condition."""
-        self._moving = core.moving_joints
+        self._moving, self._followers = core.moving_joints, core.followers
+        self._ranges = tuple(np.array(core.position_ranges).reshape(-1, 2).T)
+        starts = [j.q_index + j.quaternion for j in self.joints if j.quaternion is not None]
+        self._quaternions = tuple(slice(start, start + 4) for start in starts)
         self._joint_index = {joint.name: i for i, joint in enumerate(self.joints)}
         self._link_index = {link.name: i for i, link in enumerate(self.links)}
         children = {joint.name: self._link_index[joint.child] for joint in self.joints}
@@ -118,13 +127,18 @@ class Mechanism:
 
     @property
     def joint_names(self) -> list[str]:
-        """The moving joints in the order of q: depth first, children in file order."""
+        """The moving joints in the order of q: depth first, children in file order.  Mimic joints, which follow them, are in `follower_names`."""
         return [joint.name for joint in self.joints[: self._moving]]
+
+    @property
+    def follower_names(self) -> list[str]:
+        """The mimic joints, depth first.  They have no numbers in q and v, but links, frames and reactions as all joints."""
+        return [joint.name for joint in self.joints[self._moving : self._moving + self._followers]]
 
     @property
     def fixed_joint_names(self) -> list[str]:
         """The fixed joints, depth first and in file order, then `base`, which connects a fixed root with the ground."""
-        return [joint.name for joint in self.joints[self._moving :]]
+        return [joint.name for joint in self.joints[self._moving + self._followers :]]
 
     @property
     def link_names(self) -> list[str]:
@@ -135,6 +149,39 @@ class Mechanism:
     def parameters(self) -> Array:
         """Inertial parameters (links, 10), as :attr:`Link.parameters`, in the order of `link_names`."""
         return np.array([link.parameters for link in self.links])
+
+    def neutral(self) -> Array:
+        """The neutral position (nq): zeros, and quaternions of no rotation.  Limits of joints may exclude it."""
+        q = np.zeros(self.nq)
+        for part in self._quaternions:
+            q[part.stop - 1] = 1.0
+        return q
+
+    def random(self, rng: np.random.Generator | int | None = None, size: int | tuple[int, ...] | None = None) -> Array:
+        """Random positions, (nq) or, with a size, (*size, nq).
+
+        Uniform between the limits of joints, those of mimic joints included; where the file gives none, in (−π, π] for angles
+        and between −1 m and 1 m for lengths.  Quaternions are uniform on the sphere of orientations.
+        rng: a generator, a seed for one, or None for a fresh one.
+        """
+        generator = np.random.default_rng(rng)
+        leading = () if size is None else (size,) if isinstance(size, (int, np.integer)) else tuple(size)
+        lower, upper = self._ranges
+        q: Array = upper - (upper - lower) * generator.random((*leading, self.nq))  # the upper end can be reached, the lower can't
+        for part in self._quaternions:
+            direction = generator.normal(size=(*leading, 4))
+            q[..., part] = direction / np.linalg.norm(direction, axis=-1, keepdims=True)
+        return q
+
+    def _position_of(self, joint: Joint, q: Array) -> Array:
+        """Positions (…) of a joint with an axis, from q (…, nq)."""
+        position: Array = q[..., joint.q_index] if joint.leader is None else joint.multiplier * q[..., self.joint(joint.leader).q_index] + joint.offset
+        return position
+
+    def _velocity_of(self, joint: Joint, v: Array) -> Array:
+        """Velocities (…) of a joint with an axis, from v (…, nv)."""
+        velocity: Array = v[..., joint.v_index] if joint.leader is None else joint.multiplier * v[..., self.joint(joint.leader).v_index]
+        return velocity
 
     def joint(self, name: str) -> Joint:
         """The joint of that name."""

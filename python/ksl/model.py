@@ -110,7 +110,7 @@ class Model(Calls, InverseKinematicsCalls):
 def load(
     path: str | bytes | os.PathLike[str] | os.PathLike[bytes],
     floating_base: bool = False,
-    mimic: Literal["independent"] | None = None,
+    mimic: Literal["coupled", "independent"] = "coupled",
     strict: bool = False,
     gravity: Sequence[float] = (0.0, 0.0, -9.81),
     payloads: Mapping[str, tuple[float, Sequence[float]]] | None = None,
@@ -120,7 +120,8 @@ def load(
 
     floating_base: the root link floats; the first joint is then `floating_base` (`floating_root`, with a warning, if the
     file has a joint of that name).
-    mimic: None refuses a moving joint that mimics another; "independent" gives it a coordinate of its own.
+    mimic: a joint that mimics another is "coupled" to it: it has no numbers in q and v, and its position is multiplier ×
+    the other's + offset; "independent" gives it a coordinate of its own.
     strict: an inertia that no rigid body can have, or a moving link with geometry and no mass, is an error instead of a
     :class:`DescriptionWarning`.
     gravity: in world axes, m/s².
@@ -128,12 +129,11 @@ def load(
     masses: None refuses a robot none of whose moving links has a mass; "optional" accepts it, for kinematics.
     Raises :class:`DescriptionError`, which names file, line, link or joint, what is wrong and how to mend it.
     """
-    if mimic is not None:
-        one_of(mimic, "mimic", "independent")
+    one_of(mimic, "mimic", "coupled", "independent")
     if masses is not None:
         one_of(masses, "masses", "optional")
     file, loads = os.fsdecode(path), [_payload(link, load) for link, load in (payloads or {}).items()]
-    options = (floating_base, mimic is not None, strict, list(three_numbers(gravity, "gravity")), loads, masses is not None)
+    options = (floating_base, mimic == "independent", strict, list(three_numbers(gravity, "gravity")), loads, masses is not None)
     model = Model(_core.load(file, *options), (os.path.abspath(file), *options))
     for line in model.warnings:
         warnings.warn(line, DescriptionWarning, stacklevel=2)

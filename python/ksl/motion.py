@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ksl._core import QUATERNION_TOLERANCE
+from ksl._core import QUATERNION_ROUNDING, QUATERNION_TOLERANCE
 from ksl.errors import MotionError
 from ksl.mechanism import Joint, Mechanism
 from ksl.states import Array
@@ -50,7 +50,7 @@ class Motion:
     differentiated: list[str] = field(default_factory=list)
     """What was not given, a line each."""
     contradictions: list[str] = field(default_factory=list)
-    """Given rates that are not the derivatives of what is given, a line each."""
+    """Given rates that are not the derivatives of what is given, and quaternions that are not of unit length, a line each."""
 
 
 def columns_of(joint: Joint) -> tuple[list[str], list[str], list[str]]:
@@ -107,7 +107,10 @@ def complete(model: Mechanism, time: Array, q: Array, given: list[list[Array | N
     for joint, (joint_v, joint_a) in zip(joints, given, strict=True):
         rows, cols = slice(joint.q_index, joint.q_index + joint.nq), slice(joint.v_index, joint.v_index + joint.nv)
         if joint.quaternion is not None:
+            off = np.abs(np.linalg.norm(q[:, rows][:, -4:], axis=1) - 1)
             q[:, rows] = _continuous_unit(where, joint, q[:, rows])
+            if (off > QUATERNION_ROUNDING).any():
+                contradictions.append(f"quaternions of {joint.name} differ from unit length by up to {off.max():.2g}, and were normalised")
         with np.errstate(over="ignore", invalid="ignore"):  # numbers that are not finite are refused later
             v[:, cols], a[:, cols] = _finite_rates(where, joint, time, q[:, rows], joint_v, joint_a)
             contradictions += _contradictions(joint, time, q[:, rows], v[:, cols], joint_v, joint_a)
@@ -371,7 +374,7 @@ def _check_columns(model: Mechanism, file: str, table: dict[str, Array]) -> None
         if name != "time" and name not in known:
             near = get_close_matches(name, known, 1)
             hint = f"did you mean {near[0]!r}?" if near else f"the moving joints of {model.name} are {', '.join(model.joint_names)}"
-            hint = _several_columns_of(joints, name) or hint
+            hint = _several_columns_of(joints, name) or _column_of_follower(model, name) or hint
             if name.startswith("floating_base.") and not (joints and joints[0].parent is None):
                 hint = "if the root link floats, load the robot with --floating-base (in Python floating_base=True)"
             raise MotionError(f"{file}:1: unknown column {name!r}; {hint}")
@@ -386,6 +389,17 @@ def _check_columns(model: Mechanism, file: str, table: dict[str, Array]) -> None
             if any(c in table for c in group) and not all(c in table for c in group):
                 absent = next(c for c in group if c not in table)
                 raise MotionError(f"{file}:1: no column {absent!r}, though others of its group are there; give all of {', '.join(group)} or none")
+
+
+def _column_of_follower(model: Mechanism, name: str) -> str | None:
+    """What to do about a column of a mimic joint; None where it is none."""
+    for follower in map(model.joint, model.follower_names):
+        if any(name in group for group in _columns_of_one_coordinate(follower)):
+            return (
+                f"joint {follower.name} mimics {follower.leader}, whose column says where both are: remove this column, "
+                'or load the robot with --mimic independent (in Python mimic="independent")'
+            )
+    return None
 
 
 def _several_columns_of(joints: tuple[Joint, ...], name: str) -> str | None:

@@ -18,12 +18,12 @@ UNITS = {
     "moment": "N m",
     "power": "W",
 }
-"""Units of all quantities but effort and speed, whose units depend on the kind of joint: see `unit`."""
+"""Units of all quantities but effort, coupling and speed, whose units depend on the kind of joint: see `unit`."""
 
 
 def unit(quantity: str, joint: Joint) -> str:
     """Unit of a quantity for a joint."""
-    if quantity == "effort":
+    if quantity in ("effort", "coupling"):
         return "N m" if joint.has_angle else "N"
     if quantity == "speed":
         return f"{joint.unit}/s"
@@ -42,7 +42,10 @@ class JointLoads:
     speed: Array | None
     """Speed of joints with one coordinate, rad/s or m/s."""
     effort: Array | None
-    """Effort of the drive, N m or N: the transmitted effort Sᵀ f of the joint.  Independent of the chosen point, side and axes."""
+    """Effort of the drive, N m or N: the transmitted effort Sᵀ f of the joint, and of the mimic joints that it leads.  Independent of
+    the chosen point, side and axes.  Mimic joints have none."""
+    coupling: Array | None = None
+    """Of mimic joints: the effort Sᵀ f, N m or N, by which the coupling with its leader moves the joint."""
 
     @property
     def power(self) -> Array | None:
@@ -138,7 +141,8 @@ def work(time: Array, power: Array) -> tuple[float, float]:
 def summarise(time: Array, loads: JointLoads) -> dict[str, float | str | None]:
     """One row of the summary: peaks (of the magnitude) with their times, time-weighted rms, work.
 
-    Forces and moments are those of the wrench at the chosen point; effort, speed, power and work are the drive's.
+    Forces and moments are those of the wrench at the chosen point; effort, speed, power and work are the drive's.  A mimic
+    joint has no drive: its row has the effort of the coupling and the speed.
     """
     row: dict[str, float | str | None] = {"joint": loads.joint.name, "kind": loads.joint.kind}
     for name, x in loads.wrench.items():
@@ -149,6 +153,9 @@ def summarise(time: Array, loads: JointLoads) -> dict[str, float | str | None]:
         row |= _peak(time, "power", loads.power)
         positive, negative = work(time, loads.power)
         row |= {"power_mean": (positive + negative) / float(time[-1] - time[0]), "work_positive": positive, "work_negative": negative}
+    if loads.coupling is not None and loads.speed is not None:
+        row |= _peak(time, "coupling", loads.coupling) | {"coupling_rms": rms(time, loads.coupling)}
+        row |= _peak(time, "speed", loads.speed)
     return row
 
 

@@ -49,6 +49,7 @@ LABELS = {
     "force": "force",
     "moment": "moment",
     "effort": "effort",
+    "coupling": "effort of the coupling",
     "speed": "speed",
     "power": "power",
 }
@@ -161,7 +162,8 @@ class _Page:
 
     def _summary(self) -> str:
         joints = {loads.joint.name: loads.joint for loads in self.report.joints}
-        rows: dict[str, list[Row]] = {"Turning joints": [], "Sliding joints": [], "Joints without one coordinate": []}
+        groups = ("Turning joints", "Sliding joints", "Turning mimic joints", "Sliding mimic joints", "Joints without one coordinate")
+        rows: dict[str, list[Row]] = {group: [] for group in groups}
         for row in self.report.summary:
             rows[_group(joints[str(row["joint"])])].append(row)
         tables = ""
@@ -257,6 +259,10 @@ class _Page:
         slides = not joint.has_angle
         forces = [_Panel("Force, N", {"axial": curves["axial_force"], "radial": curves["radial_force"]})]
         moments = [_Panel("Moment, N m", {"about axis": curves["axial_moment"], "bending": curves["bending_moment"]})]
+        if loads.coupling is not None and loads.speed is not None:
+            (forces if slides else moments).append(_Panel(f"Coupling, {unit('coupling', joint)}", {"coupling": _quiet(loads.coupling)}))
+            moving = [_Panel(f"Speed, {unit('speed', joint)}", {"speed": _quiet(loads.speed)})]
+            return self._time_chart("Forces", forces) + self._time_chart("Moments", moments) + self._time_chart("Speed", moving)
         if loads.speed is None or loads.effort is None or loads.power is None:
             return self._time_chart("Forces", forces) + self._time_chart("Moments", moments)
         speed, effort, drive = _quiet(loads.speed), _quiet(loads.effort), "Drive force" if slides else "Drive torque"
@@ -321,6 +327,8 @@ def _group(joint: Joint) -> str:
     """Of joints that share tables in the summary, since their quantities have the same units."""
     if not joint.one_coordinate:
         return "Joints without one coordinate"
+    if joint.leader is not None:
+        return "Turning mimic joints" if joint.has_angle else "Sliding mimic joints"
     return "Turning joints" if joint.has_angle else "Sliding joints"
 
 
@@ -334,6 +342,8 @@ def _columns(joint: Joint) -> list[tuple[str, Groups]]:
     if not joint.one_coordinate:
         return [("", [group("force"), group("moment")])]
     wrench = [group(name) for name in ("axial_force", "radial_force", "bending_moment", "axial_moment")]
+    if joint.leader is not None:
+        return [(": the wrench at the chosen point", wrench), (": the coupling", [group("coupling"), group("speed", None)])]
     work = ("work, J", [("positive", "work_positive"), ("negative", "work_negative")])
     return [(": the wrench at the chosen point", wrench), (": the drive", [group("effort"), group("speed", None), group("power", "mean"), work])]
 
@@ -355,6 +365,8 @@ def _joint_facts(loads: JointLoads) -> list[tuple[str, str]]:
         return facts
     if joint.pitch:
         facts.append(("pitch", f"{joint.pitch:.4g} m/rad"))
+    if joint.leader is not None:
+        facts.append(("follows", f"{joint.multiplier:.6g} × {escape(joint.leader)}" + (f" + {joint.offset:.6g}" if joint.offset else "")))
     facts.append(("effort limit", _limit(joint.effort, loads.effort, unit("effort", joint))))
     facts.append(("velocity limit", _limit(joint.velocity, loads.speed, unit("speed", joint))))
     return [*facts, ("position limits", _range(joint))]

@@ -108,7 +108,7 @@ class Requests(Mechanism):
         names = self.joint_names if joints is None else [joints] if isinstance(joints, str) else list(joints)
         return _core.Request(
             links=[self._link_index[self.joint(name).child] for name in names],
-            part=getattr(_core.Part, one_of(part, "part", "total", "constraint", "actuation")),
+            part=getattr(_core.Part, one_of(part, "part", "total", "constraint", "actuation", "coupling")),
             on=getattr(_core.Side, one_of(on, "on", "child", "parent")),
             at=at_frame,
             at_link=at_link,

@@ -14,7 +14,7 @@ Side = Literal["child", "parent"]
 Order = Literal["lin_ang", "ang_lin"]
 Expressed = Literal["frame", "world"]
 Acceleration = Literal["spatial", "classical", "rate"]
-Part = Literal["total", "constraint", "actuation"]
+Part = Literal["total", "constraint", "actuation", "coupling"]
 Point = str | Sequence[float]
 """'joint', 'world', a link's name, or three numbers: an offset from the joint's origin in the joint's axes, m."""
 
@@ -42,6 +42,11 @@ def as_rows(inputs: list[NDArray[Any]], wrenches: list[NDArray[Any]], leading: t
     dtype = np.float32 if single else np.float64
     rows = [np.require(np.broadcast_to(x, (*leading, x.shape[-1])), dtype, ["C", "A"]) for x in inputs]
     return rows, [np.array(np.broadcast_to(w, (*leading, 6)), dtype, order="C") for w in wrenches]
+
+
+def numbers(x: ArrayLike) -> NDArray[Any]:
+    """Numbers (…), one for each state, as rows (…, 1)."""
+    return _array(x)[..., np.newaxis]
 
 
 def _array(x: Any) -> NDArray[Any]:

@@ -20,7 +20,7 @@ def state_arguments(row: Algorithm, scalar: str) -> list[str]:
     out = [f"{scalar} *{name}" for name in results(row)]
     request = [a.replace("links_n", "n") for a in REQUEST.get(row.request, [])]
     external = [f"const ksl_external{SCALARS[scalar]}_t *external"] if row.external else []
-    inputs = [f"const {scalar} *{name}" for name in row.inputs]
+    inputs = [f"const {scalar} *{name}" for name in row.input_names()]
     return ["const ksl_model_t *model", "ksl_data_t *data", *inputs, *external, *out[:-1], *request, out[-1]]
 
 
@@ -28,7 +28,7 @@ def batch_arguments(row: Algorithm, scalar: str, external: bool) -> list[str]:
     """Arguments of a batch call: no workspace, and a stride for each array."""
     out = [(f"{scalar} *{name}", f"ptrdiff_t {name}_stride") for name in results(row)]
     request = [a.replace("int n", "int joints_n") for a in REQUEST.get(row.request, [])]
-    inputs = [a for name in row.inputs for a in (f"const {scalar} *{name}", f"ptrdiff_t {name}_stride")]
+    inputs = [a for name in row.input_names() for a in (f"const {scalar} *{name}", f"ptrdiff_t {name}_stride")]
     wrenches = [f"const ksl_external_rows{SCALARS[scalar]}_t *external"] if external else []
     before = [a for pair in out[:-1] for a in pair]
     return ["const ksl_model_t *model", "size_t n", *inputs, *wrenches, *before, *request, *out[-1], "int threads"]
@@ -62,7 +62,7 @@ def two_links(row: Algorithm) -> str:
 
 
 def state_definition(row: Algorithm, scalar: str) -> str:
-    members = [f".{name} = {name}" for name in INPUTS if name in row.inputs]
+    members = [f".{name} = {row.called.get(name, name)}" for name in INPUTS if name in row.inputs]
     members += [f".links = {LINKS[row.request].replace('N', 'n')}"] if row.request in LINKS else []
     members += [f".result = {{{', '.join(r.name for r in row.results)}}}"]
     arguments = ["model", "data", "{" + ", ".join(members) + "}"]
@@ -75,7 +75,7 @@ def state_definition(row: Algorithm, scalar: str) -> str:
 
 
 def batch_definition(row: Algorithm, scalar: str, name: str, external: bool) -> str:
-    members = [".n = n", *(f".{x} = {{{x}, {x}_stride}}" for x in INPUTS if x in row.inputs)]
+    members = [".n = n", *(f".{x} = {{{row.called.get(x, x)}, {row.called.get(x, x)}_stride}}" for x in INPUTS if x in row.inputs)]
     members += [f".links = {LINKS[row.request].replace('N', 'links_n')}"] if row.request in LINKS else []
     members += [f".result = {{{', '.join(f'{{{r.name}, {r.name}_stride}}' for r in row.results)}}}"]
     arguments = [f"rows::{row.name}", "model", "{" + ", ".join(members) + "}", "external" if external else "no_external_rows", "threads"]

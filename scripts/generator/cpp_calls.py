@@ -2,7 +2,7 @@
 
 import re
 
-from generator.rows import ALGORITHMS, DEFAULTS, INPUTS, MARK, Algorithm, call, comment, has, kernels_of, sentence
+from generator.rows import ALGORITHMS, DEFAULTS, INPUTS, MARK, Algorithm, call, comment, extent_name, has, kernels_of, sentence
 
 
 def request_arguments(row: Algorithm) -> list[str]:
@@ -23,12 +23,12 @@ def arguments(row: Algorithm, default: bool) -> list[str]:
     external = {"": [], "required": ["const external_wrenches<S> &external"]}.get(
         row.external, ["const external_wrenches<S> &external" + (" = {}" if default else "")]
     )
-    return ["const model &m", "data &d", *(f"const S *{name}" for name in row.inputs), *results[:-1], *request_arguments(row), results[-1], *external]
+    return ["const model &m", "data &d", *(f"const S *{name}" for name in row.input_names()), *results[:-1], *request_arguments(row), results[-1], *external]
 
 
 def members(row: Algorithm) -> list[str]:
     """Initialisers of the members of state_view, in their order."""
-    inputs = {name: name for name in row.inputs} | {name: "zero" for name in kernels_of(row).inputs if name not in row.inputs}
+    inputs = {name: row.called.get(name, name) for name in row.inputs} | {name: "zero" for name in kernels_of(row).inputs if name not in row.inputs}
     out = [f".{name} = {inputs[name]}" for name in INPUTS if name in inputs]
     out += [".external = external"] if row.external else []
     out += {
@@ -75,7 +75,7 @@ def instantiation_of_one_state(row: Algorithm, scalar: str) -> str:
 
 
 def of_batch(row: Algorithm) -> str:
-    reads = [f"batch.{name}" for name in row.inputs] + (["batch.external"] if row.external else [])
+    reads = [f"batch.{name}" + (f" ({row.called[name]})" if name in row.called else "") for name in row.inputs] + (["batch.external"] if row.external else [])
     reads += {
         "links": ["batch.links"],
         "link": ["batch.links (the first; without one nothing is computed)"],
@@ -86,7 +86,7 @@ def of_batch(row: Algorithm) -> str:
         "reactions": ["batch.reactions"],
     }.get(row.request, [])
     what = {"links": "links.n", "6 links": "6 links.n", "joints": "joints->n", "all_links": "all links"}
-    shapes = [" × ".join(what.get(n, str(n)) for n in result.shape) or "1" for result in row.results]
+    shapes = [" × ".join(what.get(n, extent_name(n)) for n in result.shape) or "1" for result in row.results]
     writes = [f"{result.name} into batch.result[{i}] (rows of {shapes[i]})" for i, result in enumerate(row.results)]
     writes += ["the reactions (rows of request.n × 6)"] if row.request == "reactions" else []
     text = f"{sentence(row)}{defaults(row)}  Reads {', '.join(reads)}; writes {', '.join(writes)}."

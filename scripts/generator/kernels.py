@@ -2,7 +2,7 @@
 
 from generator.rows import ALGORITHMS, COMPUTING, MARK, Algorithm, Result, kernels_of
 
-EXTENTS = {3: "three", 4: "four", 6: "six", 10: "ten", "6 links": "twists", **{name: name for name in ("nq", "nv", "links", "joints", "tree", "all_links")}}
+EXTENTS = {3: "three", 4: "four", 6: "six", 10: "ten", "6 links": "twists", **{name: name for name in ("nq", "nv", "motion", "links", "joints", "tree", "all_links")}}
 
 REQUEST = {
     "links": ["s.links.n", "s.links.index"],
@@ -68,10 +68,12 @@ def result_row(result: Result) -> str:
 
 
 def row_members(row: Algorithm) -> list[str]:
+    names = ", ".join(f'"{name}"' for name in row.input_names())
     return [
         f'.name = "{row.name}"',
         f".inputs = {len(row.inputs)}",
         f".input_list = {{{', '.join(f'input::{name}' for name in row.inputs)}}}",
+        f".input_name = {{{names}}}",
         f".external = external_use::{row.external or 'none'}",
         f".request = request_kind::{row.request or 'none'}",
         f".needs_mass = {'true' if row.needs_mass else 'false'}",
@@ -85,6 +87,7 @@ def row_text(row: Algorithm) -> str:
     recompile all kernels."""
     lines = row_members(row) + [f".kernels = &kernel_table::{kernels_of(row).name}"]
     lines += [f".variant_of = &{row.variant_of}"] if row.variant_of else []
+    lines += [f".coupled = coupled_by::{row.coupled}"] if row.coupled != "projection" else []
     return f"constexpr algorithm_row {row.name} = {{\n" + "".join(f"    {line},\n" for line in lines) + "};\n"
 
 

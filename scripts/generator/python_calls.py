@@ -55,9 +55,9 @@ def method(row: Algorithm) -> str:
     array = "tuple[" + ", ".join("Array" for _ in row.results) + "]" if several(row) else "Array"
     keywords, request = request_of(row)
     external = {"optional": "external: External | None = None", "required": "external: External"}.get(row.external, "")
-    arguments = ["self", *(f"{name}: ArrayLike" for name in row.inputs), external, keywords, f"out: {array} | None = None", "threads: int | None = None"]
+    arguments = ["self", *(f"{name}: ArrayLike" for name in row.input_names()), external, keywords, f"out: {array} | None = None", "threads: int | None = None"]
     line = ", ".join(filter(None, arguments))
-    passed = [*row.inputs, *("None" for _ in range(INPUTS_AT_MOST - len(row.inputs))), "external" if row.external else "None", request, "out", "threads"]
+    passed = [*("numbers(fraction)" if name == "fraction" else name for name in row.input_names()), *("None" for _ in range(INPUTS_AT_MOST - len(row.inputs))), "external" if row.external else "None", request, "out", "threads"]
     text = METHOD.format(
         name=row.name, arguments=line, result=array, summary=row.summary, compiled=row.name, passed=", ".join(passed),
         paragraphs=textwrap.indent("\n" + row.python.strip(), "        ", lambda l: l.strip() != ""),
@@ -82,7 +82,7 @@ from numpy.typing import ArrayLike
 
 from ksl import _core
 from ksl.requests import Requests
-from ksl.states import Acceleration, Array, Expressed, External, Order, Part, Point, Side
+from ksl.states import Acceleration, Array, Expressed, External, Order, Part, Point, Side, numbers
 
 
 class Calls(Requests):
@@ -117,11 +117,12 @@ Model\\.(joints|links)$:
     def \\1(self) -> list[dict[str, Any]]: ...
 
 # Some versions of nanobind write it, too: one declaration is enough.
-^_core\\.QUATERNION_TOLERANCE$:
+^_core\\.QUATERNION_(TOLERANCE|ROUNDING)$:
 
 ^_core\\.__suffix__$:
     __version__: str
     QUATERNION_TOLERANCE: float
+    QUATERNION_ROUNDING: float
 '''
 
 COMPILED = '''\

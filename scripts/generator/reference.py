@@ -41,7 +41,7 @@ def table_row(row: Algorithm) -> str:
     results = [f"{r.name}{shape(r)}" for r in row.results] + (["wrenches (joints, 6)"] if row.request == "reactions" else [])
     external = row.external or "none"
     faces = f"{mark_of(row, 'c++')} | {mark_of(row, 'c')} | {'yes' if has(row, 'python') else ''}"
-    inputs = [*row.inputs, *(["external"] if row.external else [])]
+    inputs = [*row.input_names(), *(["external"] if row.external else [])]
     return f"| [{row.name}](#{row.name}) | {', '.join(inputs)} | {', '.join(results)} | {external} | {faces} |"
 
 

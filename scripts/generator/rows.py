@@ -29,14 +29,19 @@ def has(row: Algorithm, face: str) -> bool:
     return face in row.faces or face.split()[0] in row.faces
 
 
+def extent_name(extent: int | str) -> str:
+    return "nv" if extent == "motion" else str(extent).replace("_", " ")
+
+
 def shape(result: Result) -> str:
     """The shape as text: "(nv, nv)", or empty for a single number."""
-    return f" ({', '.join(str(n).replace('_', ' ') for n in result.shape)})" if result.shape else ""
+    return f" ({', '.join(extent_name(n) for n in result.shape)})" if result.shape else ""
 
 
 def sentence(row: Algorithm) -> str:
     """The row's text, with names and shapes filled in."""
-    names = {name: name if extent == 1 else f"{name} ({extent})" for name, extent in INPUTS.items()}
+    called = {name: row.called.get(name, name) for name in INPUTS}
+    names = {called[name]: called[name] if extent == 1 else f"{called[name]} ({extent})" for name, extent in INPUTS.items()}
     names |= {r.name: r.name + shape(r) for r in kernels_of(row).results + row.results}
     text = row.text.format(**names)
     return text[0].upper() + text[1:]

@@ -1,7 +1,7 @@
 #include "batch/compute_batch.hpp"
 
 #include "batch/threads.hpp"
-#include "engine/kernels.hpp"
+#include "engine/coupled.hpp"
 #include "ksl/engine/workspace.hpp"
 
 #include <memory>
@@ -67,7 +67,7 @@ template <class S> struct one_state_memory {
     links = memory.take<int>(batch.external_n);
     reactions = memory.take<reaction_result<S>>(batch.reactions_n);
     for (int r = 0; r < computed.results; ++r)
-      unwanted[r] = batch.result[r].first ? nullptr : memory.take<S>(numbers_of(computed.result[r], extents_of(m.view_in<S>(), batch)));
+      unwanted[r] = batch.result[r].first ? nullptr : memory.take<S>(numbers_of(computed.result[r], extents_of(m, batch)));
   }
 
   static const S *copy(const rows_view<const S> &rows, std::size_t k, int columns, S *out) {
@@ -102,15 +102,19 @@ template <class S> struct one_state_memory {
 };
 
 template <class S> void compute_one(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t k) {
-  const kernels_in<S> &kernel = in_precision<S>(*(kernels().*row.kernels));
+  const bool direct = m.followers() == 0;
+  const kernels_in<S> &kernel = kernels_of_row<S>(row);
   const model_view<S> view = m.view_in<S>();
-  const std::size_t bytes = kernel.workspace_bytes(view);
+  const std::size_t bytes = direct ? kernel.workspace_bytes(view) : coupled::state_bytes<S>(row, m, extents_of(m, batch));
   one_state_memory<S> state;
   arena measure(nullptr);
   state.lay_out(measure, row, m, batch, bytes);
   arena memory(scratch(measure.used()));
   state.lay_out(memory, row, m, batch, bytes);
-  kernel.state(view, state.workspace, state.load(row, m, batch, k));
+  if (direct)
+    kernel.state(view, state.workspace, state.load(row, m, batch, k));
+  else
+    coupled::run_state(row, m, state.workspace, state.load(row, m, batch, k));
 }
 
 } // namespace
@@ -122,9 +126,7 @@ void compute_states(const algorithm_row &row, const model &m, const batch_view<S
     return;
   if (end - first == 1)
     return compute_one(row, m, batch, first);
-  const kernels_in<S> &kernel = in_precision<S>(*(kernels().*row.kernels));
-  const model_view<S> view = m.view_in<S>();
-  kernel.batch(view, batch, first, end, scratch(kernel.batch(view, batch, 0, 0, nullptr)));
+  run_batch(row, m, batch, first, end, scratch(run_batch(row, m, batch, 0, 0, nullptr)));
 }
 
 template <class S> void compute_batch(const algorithm_row &row, const model &m, const batch_view<S> &given, int threads) {
@@ -132,14 +134,13 @@ template <class S> void compute_batch(const algorithm_row &row, const model &m, 
     return compute_states(row, m, given, 0, given.n);
   if (lacks_link(row, m, given.links))
     return;
+  coupled::require_projection(row, m);
   const batch_view<S> batch = as_row_names(row, given);
-  const kernels_in<S> &kernel = in_precision<S>(*(kernels().*row.kernels));
-  const model_view<S> view = m.view_in<S>();
-  const partition parts(batch.n, static_cast<std::size_t>(kernel.lanes), least_states(m.moving_joints()), threads);
-  const std::size_t bytes = kernel.batch(view, batch, 0, 0, nullptr);
+  const partition parts(batch.n, static_cast<std::size_t>(kernels_of_row<S>(row).lanes), least_states(m.moving_joints()), threads);
+  const std::size_t bytes = run_batch(row, m, batch, 0, 0, nullptr);
   std::byte *memory = scratch(bytes * parts.threads);
   on_threads(parts, [&](std::size_t first, std::size_t end, std::size_t seat) {
-    kernel.batch(view, batch, first, end, memory + bytes * seat);
+    run_batch(row, m, batch, first, end, memory + bytes * seat);
   });
 }
 

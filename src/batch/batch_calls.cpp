@@ -294,4 +294,34 @@ template <class S> void momentum_regressor_batch(const model &m, const batch_vie
 template void momentum_regressor_batch(const model &, const batch_view<double> &, int);
 template void momentum_regressor_batch(const model &, const batch_view<float> &, int);
 
+template <class S> void integrate_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::integrate, m, batch, threads);
+}
+template void integrate_batch(const model &, const batch_view<double> &, int);
+template void integrate_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void difference_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::difference, m, batch, threads);
+}
+template void difference_batch(const model &, const batch_view<double> &, int);
+template void difference_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void interpolate_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::interpolate, m, batch, threads);
+}
+template void interpolate_batch(const model &, const batch_view<double> &, int);
+template void interpolate_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void integrate_jacobians_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::integrate_jacobians, m, batch, threads);
+}
+template void integrate_jacobians_batch(const model &, const batch_view<double> &, int);
+template void integrate_jacobians_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void difference_jacobians_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::difference_jacobians, m, batch, threads);
+}
+template void difference_jacobians_batch(const model &, const batch_view<double> &, int);
+template void difference_jacobians_batch(const model &, const batch_view<float> &, int);
+
 } // namespace ksl

@@ -63,7 +63,7 @@ reaction_request request_of(const ksl_model_t *m, std::vector<int> &links, const
   r.link = links.data();
   if (options) {
     const auto known = [](int value, int last) { return value >= 0 && value <= last; };
-    require(known(options->part, KSL_ACTUATION) && known(options->on, KSL_ON_PARENT) && known(options->at, KSL_LINK) &&
+    require(known(options->part, KSL_COUPLING) && known(options->on, KSL_ON_PARENT) && known(options->at, KSL_LINK) &&
                 known(options->axes, KSL_LINK) && known(options->order, KSL_ANGULAR_FIRST),
             "part, on, at, axes and order must be values of their enumerations");
     r.part = static_cast<wrench_part>(options->part);
@@ -114,7 +114,7 @@ ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_vi
     for (int i = 0; i < row.inputs; ++i)
       require(!any || input_of(batch, row.input_list[i]).first, "model and arrays must not be null");
     for (int r = 0; r < row.results && any; ++r)
-      require_result(batch.result[r].first, numbers_of(row.result[r], extents_of(m->model.template view_in<S>(), batch)), row.result[r].name);
+      require_result(batch.result[r].first, numbers_of(row.result[r], extents_of(m->model, batch)), row.result[r].name);
     require_result(wrenches.first, any && row.request == request_kind::reactions ? joints.n : 0, "wrenches");
     std::vector<external_rows<S>> exerted;
     if (external) {

@@ -32,11 +32,6 @@ struct absent {
 };
 constexpr absent no_external{}, no_external_rows{};
 
-constexpr const char *name_of(input x) {
-  constexpr const char *names[] = {"q", "v", "a", "tau", "q1", "fraction"};
-  return names[static_cast<int>(x)];
-}
-
 /// Checks that n numbers are finite; the message names the first that is not.
 template <class S> void require_finite(const S *x, int n, const char *name);
 
@@ -69,20 +64,20 @@ inline void require_mass(const model &m, const char *call) {
 /// Checks the arguments of a row for one state: the workspace, the results and the numbers.  Inputs that the row doesn't have
 /// are taken as zero.
 template <const algorithm_row &row, class S> void check_state(const ksl_model_t *m, ksl_data_t *d, state_view<S> &s) {
-  const model_view<S> model = m->model.template view_in<S>();
+  const model &model = m->model;
   if constexpr (row.needs_mass)
     require_mass(m->model, row.name);
   if constexpr (names_links(row.request))
     require_links(m, s.links.n, s.links.index);
-  require(!links_are_few(row) || s.links.n <= model.links, "links: at most as many as the model has");
+  require(!links_are_few(row) || s.links.n <= static_cast<int>(model.links().size()), "links: at most as many as the model has");
   for (int r = 0; r < row.results; ++r)
     require_result(s.result[r], numbers_of(row.result[r], extents_of(model, s)), row.result[r].name);
   for (int i = 0; i < row.inputs; ++i) {
     const input x = row.input_list[i];
     if (x == input::q || x == input::q1)
-      require_position(m->model, input_of(s, x), name_of(x));
+      require_position(m->model, input_of(s, x), row.input_name[i]);
     else
-      require_finite(input_of(s, x), length_of(x, model.nq, model.nv), name_of(x));
+      require_finite(input_of(s, x), length_of(x, model.nq(), model.nv()), row.input_name[i]);
   }
   for (input x : {input::v, input::a, input::tau})
     if (!row.reads(x))

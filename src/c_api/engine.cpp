@@ -26,6 +26,23 @@ ksl_status_t reactions_of_last_state(const ksl_model_t *m, ksl_data_t *d, int n,
   });
 }
 
+template <class S> ksl_status_t neutral(const ksl_model_t *m, S *q) {
+  return guarded([&] {
+    require(m && (q || m->model.nq() == 0), "model and q must not be null");
+    ksl::neutral(m->model, q);
+  });
+}
+
+template <class S> ksl_status_t random_position(const ksl_model_t *m, const S *uniform, S *q) {
+  return guarded([&] {
+    require(m && (q || m->model.nq() == 0), "model and q must not be null");
+    require_finite(uniform, m->model.nq(), "uniform");
+    for (int i = 0; i < m->model.nq(); ++i)
+      require(uniform[i] >= 0 && uniform[i] < 1, "uniform needs numbers from 0 to below 1");
+    ksl::random_position(m->model, uniform, q);
+  });
+}
+
 std::vector<ksl::payload> payloads_of(const ksl_model_options_t &options) {
   require(options.payloads_n >= 0 && (options.payloads || options.payloads_n == 0),
           "payloads_n must say how many payloads there are");
@@ -91,6 +108,16 @@ const char *ksl_model_joint_name(const ksl_model_t *m, int joint) {
                                                    : m->model.joints()[static_cast<std::size_t>(joint)].name.c_str();
 }
 
+int ksl_model_leader(const ksl_model_t *m, int joint, double *multiplier, double *offset) {
+  const bool known = joint >= 0 && joint < ksl_model_joints(m);
+  const ksl::joint_row none{}, &row = known ? m->model.joints()[static_cast<std::size_t>(joint)] : none;
+  if (multiplier)
+    *multiplier = row.multiplier;
+  if (offset)
+    *offset = row.offset;
+  return row.leader;
+}
+
 const char *ksl_model_link_name(const ksl_model_t *m, int link) {
   return link < 0 || link >= ksl_model_links(m) ? nullptr : m->model.links()[static_cast<std::size_t>(link)].name.c_str();
 }
@@ -109,6 +136,11 @@ ksl_status_t ksl_reactionsf(const ksl_model_t *m, ksl_data_t *d, int n, const in
                             const ksl_reaction_options_t *options, const ksl_externalf_t *external, float *wrenches) {
   return reactions_of_last_state(m, d, n, joints, options, external, wrenches);
 }
+
+ksl_status_t ksl_neutral(const ksl_model_t *m, double *q) { return neutral(m, q); }
+ksl_status_t ksl_neutralf(const ksl_model_t *m, float *q) { return neutral(m, q); }
+ksl_status_t ksl_random_position(const ksl_model_t *m, const double *uniform, double *q) { return random_position(m, uniform, q); }
+ksl_status_t ksl_random_positionf(const ksl_model_t *m, const float *uniform, float *q) { return random_position(m, uniform, q); }
 
 ksl_status_t ksl_frame_pose(const ksl_model_t *m, ksl_data_t *d, const double *q, int link, ksl_SE3_t *pose) {
   return guarded([&] {

@@ -1612,4 +1612,136 @@ ksl_status_t ksl_momentum_regressor_batchf(const ksl_model_t *model, size_t n, c
                            no_external_rows, threads);
 }
 
+ksl_status_t ksl_integrate(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *dv, double *q1) {
+  return state_call<rows::integrate, double>(model, data, {.q = q, .v = dv, .result = {q1}}, no_external);
+}
+
+ksl_status_t ksl_integratef(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *dv, float *q1) {
+  return state_call<rows::integrate, float>(model, data, {.q = q, .v = dv, .result = {q1}}, no_external);
+}
+
+ksl_status_t ksl_integrate_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                 const double *dv, ptrdiff_t dv_stride, double *q1, ptrdiff_t q1_stride, int threads) {
+  return batch_call<double>(rows::integrate, model,
+                            {.n = n, .q = {q, q_stride}, .v = {dv, dv_stride}, .result = {{q1, q1_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_integrate_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                  const float *dv, ptrdiff_t dv_stride, float *q1, ptrdiff_t q1_stride, int threads) {
+  return batch_call<float>(rows::integrate, model,
+                           {.n = n, .q = {q, q_stride}, .v = {dv, dv_stride}, .result = {{q1, q1_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_difference(const ksl_model_t *model, ksl_data_t *data, const double *q0, const double *q1,
+                            double *dv) {
+  return state_call<rows::difference, double>(model, data, {.q = q0, .q1 = q1, .result = {dv}}, no_external);
+}
+
+ksl_status_t ksl_differencef(const ksl_model_t *model, ksl_data_t *data, const float *q0, const float *q1, float *dv) {
+  return state_call<rows::difference, float>(model, data, {.q = q0, .q1 = q1, .result = {dv}}, no_external);
+}
+
+ksl_status_t ksl_difference_batch(const ksl_model_t *model, size_t n, const double *q0, ptrdiff_t q0_stride,
+                                  const double *q1, ptrdiff_t q1_stride, double *dv, ptrdiff_t dv_stride, int threads) {
+  return batch_call<double>(rows::difference, model,
+                            {.n = n, .q = {q0, q0_stride}, .q1 = {q1, q1_stride}, .result = {{dv, dv_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_difference_batchf(const ksl_model_t *model, size_t n, const float *q0, ptrdiff_t q0_stride,
+                                   const float *q1, ptrdiff_t q1_stride, float *dv, ptrdiff_t dv_stride, int threads) {
+  return batch_call<float>(rows::difference, model,
+                           {.n = n, .q = {q0, q0_stride}, .q1 = {q1, q1_stride}, .result = {{dv, dv_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_interpolate(const ksl_model_t *model, ksl_data_t *data, const double *q0, const double *q1,
+                             const double *fraction, double *between) {
+  return state_call<rows::interpolate, double>(model, data,
+                                               {.q = q0, .q1 = q1, .fraction = fraction, .result = {between}},
+                                               no_external);
+}
+
+ksl_status_t ksl_interpolatef(const ksl_model_t *model, ksl_data_t *data, const float *q0, const float *q1,
+                              const float *fraction, float *between) {
+  return state_call<rows::interpolate, float>(model, data,
+                                              {.q = q0, .q1 = q1, .fraction = fraction, .result = {between}},
+                                              no_external);
+}
+
+ksl_status_t ksl_interpolate_batch(const ksl_model_t *model, size_t n, const double *q0, ptrdiff_t q0_stride,
+                                   const double *q1, ptrdiff_t q1_stride, const double *fraction,
+                                   ptrdiff_t fraction_stride, double *between, ptrdiff_t between_stride, int threads) {
+  return batch_call<double>(rows::interpolate, model,
+                            {.n = n, .q = {q0, q0_stride}, .q1 = {q1, q1_stride}, .fraction = {fraction, fraction_stride}, .result = {{between, between_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_interpolate_batchf(const ksl_model_t *model, size_t n, const float *q0, ptrdiff_t q0_stride,
+                                    const float *q1, ptrdiff_t q1_stride, const float *fraction,
+                                    ptrdiff_t fraction_stride, float *between, ptrdiff_t between_stride, int threads) {
+  return batch_call<float>(rows::interpolate, model,
+                           {.n = n, .q = {q0, q0_stride}, .q1 = {q1, q1_stride}, .fraction = {fraction, fraction_stride}, .result = {{between, between_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_integrate_jacobians(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *dv,
+                                     double *by_q, double *by_dv) {
+  return state_call<rows::integrate_jacobians, double>(model, data, {.q = q, .v = dv, .result = {by_q, by_dv}},
+                                                       no_external);
+}
+
+ksl_status_t ksl_integrate_jacobiansf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *dv,
+                                      float *by_q, float *by_dv) {
+  return state_call<rows::integrate_jacobians, float>(model, data, {.q = q, .v = dv, .result = {by_q, by_dv}},
+                                                      no_external);
+}
+
+ksl_status_t ksl_integrate_jacobians_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                           const double *dv, ptrdiff_t dv_stride, double *by_q, ptrdiff_t by_q_stride,
+                                           double *by_dv, ptrdiff_t by_dv_stride, int threads) {
+  return batch_call<double>(rows::integrate_jacobians, model,
+                            {.n = n, .q = {q, q_stride}, .v = {dv, dv_stride}, .result = {{by_q, by_q_stride}, {by_dv, by_dv_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_integrate_jacobians_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                            const float *dv, ptrdiff_t dv_stride, float *by_q, ptrdiff_t by_q_stride,
+                                            float *by_dv, ptrdiff_t by_dv_stride, int threads) {
+  return batch_call<float>(rows::integrate_jacobians, model,
+                           {.n = n, .q = {q, q_stride}, .v = {dv, dv_stride}, .result = {{by_q, by_q_stride}, {by_dv, by_dv_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_difference_jacobians(const ksl_model_t *model, ksl_data_t *data, const double *q0, const double *q1,
+                                      double *by_q0, double *by_q1) {
+  return state_call<rows::difference_jacobians, double>(model, data, {.q = q0, .q1 = q1, .result = {by_q0, by_q1}},
+                                                        no_external);
+}
+
+ksl_status_t ksl_difference_jacobiansf(const ksl_model_t *model, ksl_data_t *data, const float *q0, const float *q1,
+                                       float *by_q0, float *by_q1) {
+  return state_call<rows::difference_jacobians, float>(model, data, {.q = q0, .q1 = q1, .result = {by_q0, by_q1}},
+                                                       no_external);
+}
+
+ksl_status_t ksl_difference_jacobians_batch(const ksl_model_t *model, size_t n, const double *q0, ptrdiff_t q0_stride,
+                                            const double *q1, ptrdiff_t q1_stride, double *by_q0,
+                                            ptrdiff_t by_q0_stride, double *by_q1, ptrdiff_t by_q1_stride,
+                                            int threads) {
+  return batch_call<double>(rows::difference_jacobians, model,
+                            {.n = n, .q = {q0, q0_stride}, .q1 = {q1, q1_stride}, .result = {{by_q0, by_q0_stride}, {by_q1, by_q1_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_difference_jacobians_batchf(const ksl_model_t *model, size_t n, const float *q0, ptrdiff_t q0_stride,
+                                             const float *q1, ptrdiff_t q1_stride, float *by_q0, ptrdiff_t by_q0_stride,
+                                             float *by_q1, ptrdiff_t by_q1_stride, int threads) {
+  return batch_call<float>(rows::difference_jacobians, model,
+                           {.n = n, .q = {q0, q0_stride}, .q1 = {q1, q1_stride}, .result = {{by_q0, by_q0_stride}, {by_q1, by_q1_stride}}},
+                           no_external_rows, threads);
+}
+
 } // extern "C"

@@ -31,8 +31,10 @@ struct algorithm_kernels {
 struct kernel_table;
 
 /// An extent of a result: a fixed number, or one that follows from the model or from what is requested.
+///
+/// Along `motion` a result has nv velocities or accelerations, along `nv` efforts or derivatives by a motion.
 /// twists: six numbers for each link.
-enum class extent : unsigned char { three, four, six, ten, nq, nv, links, twists, joints, tree, all_links };
+enum class extent : unsigned char { three, four, six, ten, nq, nv, motion, links, twists, joints, tree, all_links };
 
 struct result_row {
   const char *name;
@@ -50,13 +52,24 @@ enum class external_use : unsigned char { none, optional, required };
 /// from; joints with a reaction_request; or reactions, which are then a further result.
 enum class request_kind : unsigned char { none, link, links, frame, frames, relative, joints, reactions };
 
+/// How an algorithm is computed where joints follow others (engine/coupled.hpp).
+enum class coupled_by : unsigned char {
+  projection,     ///< of the results for the expanded mechanism
+  solution,       ///< a of M a = τ − bias
+  product,        ///< M⁻¹ τ
+  inverse,        ///< M⁻¹
+  upper_triangle, ///< of M; the elements below the diagonal are not written
+  refusal         ///< not at all
+};
+
 constexpr int most_inputs = 4; ///< how many an algorithm can have
 
 /// One row: which inputs an algorithm reads and which results it writes.
 struct algorithm_row {
   const char *name;
   int inputs;
-  input input_list[most_inputs]; ///< (inputs), in the order of calls
+  input input_list[most_inputs];      ///< (inputs), in the order of calls
+  const char *input_name[most_inputs]; ///< what calls name them
   external_use external;
   request_kind request;
   bool needs_mass; ///< is it refused if a joint can move without moving any mass
@@ -65,6 +78,7 @@ struct algorithm_row {
   const algorithm_kernels *kernel_table::*kernels = nullptr;
   /// The row whose kernels compute this one, with zeros for the inputs that this row lacks; null if it has its own.
   const algorithm_row *variant_of = nullptr;
+  coupled_by coupled = coupled_by::projection;
 
   constexpr bool reads(input x) const {
     for (int i = 0; i < inputs; ++i)
@@ -108,7 +122,8 @@ constexpr int length_of(extent e, const extents &of) {
   case extent::six: return 6;
   case extent::ten: return 10;
   case extent::nq: return of.nq;
-  case extent::nv: return of.nv;
+  case extent::nv:
+  case extent::motion: return of.nv;
   case extent::links: return of.links;
   case extent::twists: return 6 * of.links;
   case extent::joints: return of.joints;

@@ -5,6 +5,7 @@
 #include "load/check.hpp"
 #include "load/urdf.hpp"
 
+#include <cmath>
 #include <set>
 
 namespace ksl {
@@ -28,6 +29,32 @@ void reactions(const model &m, data &d, const reaction_request &request, S *out,
 }
 template void reactions(const model &, data &, const reaction_request &, double *, const external_wrenches<double> &);
 template void reactions(const model &, data &, const reaction_request &, float *, const external_wrenches<float> &);
+
+template <class S> void neutral(const model &m, S *q) {
+  for (int i = 0; i < m.nq(); ++i)
+    q[i] = S(0);
+  for (const model::quaternion_in_q &quaternion : m.quaternions())
+    q[quaternion.q_index + 3] = S(1);
+}
+template void neutral(const model &, double *);
+template void neutral(const model &, float *);
+
+template <class S> void random_position(const model &m, const S *uniform, S *q) {
+  for (std::size_t i = 0; i < m.position_ranges().size(); ++i) {
+    const auto [lower, upper] = m.position_ranges()[i];
+    q[i] = S(upper - (upper - lower) * uniform[i]);
+  }
+  const double turn = 2 * std::acos(-1.0);
+  for (const model::quaternion_in_q &quaternion : m.quaternions()) {
+    const S *const u = uniform + quaternion.q_index;
+    const double a = std::sqrt(1 - double(u[0])), b = std::sqrt(double(u[0])), x = turn * u[1], y = turn * u[2];
+    const double numbers[4] = {a * std::sin(x), a * std::cos(x), b * std::sin(y), b * std::cos(y)};
+    for (int i = 0; i < 4; ++i)
+      q[quaternion.q_index + i] = S(numbers[i]);
+  }
+}
+template void random_position(const model &, const double *, double *);
+template void random_position(const model &, const float *, float *);
 
 SE3<double> frame_pose(const model &m, data &d, const double *q, int link) {
   double x[16];

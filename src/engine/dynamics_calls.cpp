@@ -280,6 +280,31 @@ void momentum_regressor(const model &m, data &d, const S *q, const S *v, int n, 
   compute<S>(rows::momentum_regressor, m, d, {.q = q, .v = v, .links = {n, links}, .result = {P}});
 }
 
+template <class S>
+void integrate(const model &m, data &d, const S *q, const S *dv, S *q1) {
+  compute<S>(rows::integrate, m, d, {.q = q, .v = dv, .result = {q1}});
+}
+
+template <class S>
+void difference(const model &m, data &d, const S *q0, const S *q1, S *dv) {
+  compute<S>(rows::difference, m, d, {.q = q0, .q1 = q1, .result = {dv}});
+}
+
+template <class S>
+void interpolate(const model &m, data &d, const S *q0, const S *q1, const S *fraction, S *between) {
+  compute<S>(rows::interpolate, m, d, {.q = q0, .q1 = q1, .fraction = fraction, .result = {between}});
+}
+
+template <class S>
+void integrate_jacobians(const model &m, data &d, const S *q, const S *dv, S *by_q, S *by_dv) {
+  compute<S>(rows::integrate_jacobians, m, d, {.q = q, .v = dv, .result = {by_q, by_dv}});
+}
+
+template <class S>
+void difference_jacobians(const model &m, data &d, const S *q0, const S *q1, S *by_q0, S *by_q1) {
+  compute<S>(rows::difference_jacobians, m, d, {.q = q0, .q1 = q1, .result = {by_q0, by_q1}});
+}
+
 template void inverse_dynamics<double>(const model &, data &, const double *, const double *, const double *, double *,
                                        const external_wrenches<double> &);
 template void inverse_dynamics<float>(const model &, data &, const float *, const float *, const float *, float *,
@@ -438,5 +463,15 @@ template void energy_regressor<float>(const model &, data &, const float *, cons
 template void momentum_regressor<double>(const model &, data &, const double *, const double *, int, const int *,
                                          double *);
 template void momentum_regressor<float>(const model &, data &, const float *, const float *, int, const int *, float *);
+template void integrate<double>(const model &, data &, const double *, const double *, double *);
+template void integrate<float>(const model &, data &, const float *, const float *, float *);
+template void difference<double>(const model &, data &, const double *, const double *, double *);
+template void difference<float>(const model &, data &, const float *, const float *, float *);
+template void interpolate<double>(const model &, data &, const double *, const double *, const double *, double *);
+template void interpolate<float>(const model &, data &, const float *, const float *, const float *, float *);
+template void integrate_jacobians<double>(const model &, data &, const double *, const double *, double *, double *);
+template void integrate_jacobians<float>(const model &, data &, const float *, const float *, float *, float *);
+template void difference_jacobians<double>(const model &, data &, const double *, const double *, double *, double *);
+template void difference_jacobians<float>(const model &, data &, const float *, const float *, float *, float *);
 
 } // namespace ksl

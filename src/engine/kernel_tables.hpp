@@ -47,7 +47,12 @@
   extern "C" const ksl::algorithm_kernels ksl_kernels_inverse_dynamics_regressor_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_reactions_regressor_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_energy_regressor_##set; \
-  extern "C" const ksl::algorithm_kernels ksl_kernels_momentum_regressor_##set;
+  extern "C" const ksl::algorithm_kernels ksl_kernels_momentum_regressor_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_integrate_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_difference_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_interpolate_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_integrate_jacobians_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_difference_jacobians_##set;
 
 #define KSL_KERNEL_TABLE(set) \
   { \
@@ -93,4 +98,9 @@
     .reactions_regressor = &ksl_kernels_reactions_regressor_##set, \
     .energy_regressor = &ksl_kernels_energy_regressor_##set, \
     .momentum_regressor = &ksl_kernels_momentum_regressor_##set, \
+    .integrate = &ksl_kernels_integrate_##set, \
+    .difference = &ksl_kernels_difference_##set, \
+    .interpolate = &ksl_kernels_interpolate_##set, \
+    .integrate_jacobians = &ksl_kernels_integrate_jacobians_##set, \
+    .difference_jacobians = &ksl_kernels_difference_jacobians_##set, \
   }

@@ -18,6 +18,7 @@
 #include "ksl/engine/inverse_dynamics.hpp"
 #include "ksl/engine/inverse_dynamics_derivatives.hpp"
 #include "ksl/engine/inverse_dynamics_regressor.hpp"
+#include "ksl/engine/manifold.hpp"
 #include "ksl/engine/mass_matrix.hpp"
 #include "ksl/engine/mass_matrix_factor.hpp"
 #include "ksl/engine/mass_matrix_inverse.hpp"
@@ -77,6 +78,11 @@ inline std::size_t largest_workspace(const model_view<double> &m) {
       workspace_bytes<reactions_regressor_workspace<double>>(m),
       workspace_bytes<energy_regressor_workspace<double>>(m),
       workspace_bytes<momentum_regressor_workspace<double>>(m),
+      workspace_bytes<manifold_workspace<double>>(m),
+      workspace_bytes<manifold_workspace<double>>(m),
+      workspace_bytes<manifold_workspace<double>>(m),
+      workspace_bytes<manifold_workspace<double>>(m),
+      workspace_bytes<manifold_workspace<double>>(m),
   });
 }
 

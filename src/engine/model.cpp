@@ -3,9 +3,11 @@
 #include "ksl/model.hpp"
 
 #include "engine/canonical_axes.hpp"
+#include "engine/algorithm_rows.hpp"
 #include "engine/largest_workspace.hpp"
 #include "engine/massless_joint.hpp"
 #include "load/check.hpp"
+#include "load/mimic.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -49,6 +51,7 @@ public:
 
   void build() {
     const int root = check_tree(m_.description_);
+    leaders_ = leaders_of(m_.description_);
     collect_children();
     add_ground();
     if (options_.floating_base) {
@@ -124,10 +127,14 @@ private:
       add_welded_link(j.child, parent, placement, p.body);
     } else {
       const joint_kind_row kind = row_of(j.kind);
-      add_moving_link(j.child, parent,
-                      {j.name, j.kind, -1, parent, m_.nq_, m_.nv_, kind.has_axis ? axis_of(j) : none, kind.has_axis2 ? j.axis2 : none,
-                       kind.has_pitch ? *j.pitch : 0, index},
-                      placement, p.body);
+      joint_row row = {j.name, j.kind, -1, parent, m_.nq_, m_.nv_, kind.has_axis ? axis_of(j) : none, kind.has_axis2 ? j.axis2 : none,
+                       kind.has_pitch ? *j.pitch : 0, index};
+      if (const leader_of_joint &leader = leaders_[static_cast<std::size_t>(index)]; leader.joint >= 0) {
+        row.q_index = row.v_index = -1;
+        row.leader = leader.joint; // of the description until all joints are known
+        row.multiplier = leader.multiplier, row.offset = leader.offset;
+      }
+      add_moving_link(j.child, parent, std::move(row), placement, p.body);
     }
   }
 
@@ -145,23 +152,29 @@ private:
       m_.double_.bodies.back().ends_universal = true;
       canonical = second;
     } else {
-      add_body(row.kind, parent_body, row.link, placement, row.pitch);
+      add_body(row.kind, parent_body, row.link, placement, row.pitch, row.leader >= 0);
     }
     if (kind.quaternion >= 0)
       m_.quaternions_.push_back({row.q_index + kind.quaternion, static_cast<int>(m_.joints_.size())});
-    m_.joints_.push_back(std::move(row));
+    (row.leader >= 0 ? followers_ : m_.joints_).push_back(std::move(row));
     A::SE3_inverted(&canonical, &pose);
     add_welded_link(description_link, parent, pose, static_cast<int>(m_.double_.bodies.size()) - 1);
     m_.double_.links.back().carried_by_moving_joint = true;
   }
 
-  /// Adds a body, and its joint's numbers to q and v.  Returns its index.
-  int add_body(joint_kind kind, int parent, int link, const SE3<double> &placement, double pitch) {
+  /// Adds a body, and its joint's numbers to the expanded arrays and, unless it follows another joint, to q and v.  Returns its
+  /// index.
+  int add_body(joint_kind kind, int parent, int link, const SE3<double> &placement, double pitch, bool follows = false) {
     const joint_kind_row row = row_of(kind);
     m_.double_.bodies.push_back(new_body(kind, parent, link, placement));
     m_.double_.bodies.back().pitch = pitch;
-    m_.nq_ += row.nq;
-    m_.nv_ += row.nv;
+    m_.double_.bodies.back().follows = follows;
+    for (int i = 0; i < row.nq && !follows; ++i)
+      m_.in_q_.push_back(m_.expanded_nq_ + i);
+    for (int i = 0; i < row.nv && !follows; ++i)
+      m_.in_v_.push_back(m_.expanded_nv_ + i);
+    m_.nq_ = static_cast<int>(m_.in_q_.size()), m_.nv_ = static_cast<int>(m_.in_v_.size());
+    m_.expanded_nq_ += row.nq, m_.expanded_nv_ += row.nv;
     m_.pose_numbers_ += row.pose_numbers;
     return static_cast<int>(m_.double_.bodies.size()) - 1;
   }
@@ -171,10 +184,11 @@ private:
     const joint_kind_row row = row_of(kind);
     body<double> b{};
     b.kind = kind == joint_kind::continuous ? joint_kind::revolute : kind;
+    b.described = kind;
     b.parent = parent;
-    b.q_index = m_.nq_, b.v_index = b.v_end = m_.nv_;
+    b.q_index = m_.expanded_nq_, b.v_index = b.v_end = m_.expanded_nv_;
     b.nv = row.nv;
-    b.angle_index = row.angle < 0 ? -1 : m_.nq_ + row.angle;
+    b.angle_index = row.angle < 0 ? -1 : m_.expanded_nq_ + row.angle;
     b.chain_start = chain_start(kind, parent);
     const int added = static_cast<int>(m_.double_.bodies.size());
     if (parent >= 0) {
@@ -210,6 +224,7 @@ private:
 
   void finish() {
     m_.moving_joints_ = static_cast<int>(m_.joints_.size());
+    couple();
     // the joint to the ground was created first and is listed last
     if (!options_.floating_base) {
       m_.joints_.insert(m_.joints_.end(), fixed_joints_.begin() + 1, fixed_joints_.end());
@@ -224,11 +239,28 @@ private:
     add_augmented();
     add_angles();
     add_limits();
+    add_ranges();
     round_to_single();
     m_.massless_joint_ = ksl::massless_joint(m_);
     for (const payload &p : options_.payloads)
       if (m_.find_link(p.link) < 0)
         throw description_error(m_.description_.file + ": no link " + p.link + " to carry the payload");
+  }
+
+  /// Lists the followers behind the joints that have numbers of their own, and says where their numbers come from.
+  void couple() {
+    const auto numbers_of_joint = [&](const joint_row &row) -> const body<double> & {
+      const int link = row.link;
+      return m_.double_.bodies[static_cast<std::size_t>(m_.double_.links[static_cast<std::size_t>(link)].body)];
+    };
+    for (joint_row &row : followers_) {
+      const auto leads = [&](const joint_row &other) { return other.description == row.leader; };
+      const auto leader = std::find_if(m_.joints_.begin(), m_.joints_.begin() + m_.moving_joints_, leads);
+      row.leader = static_cast<int>(leader - m_.joints_.begin());
+      const body<double> &b = numbers_of_joint(row), &l = numbers_of_joint(*leader);
+      m_.double_.followers.push_back({b.q_index, b.v_index, l.q_index, l.v_index, row.multiplier, row.offset});
+    }
+    m_.joints_.insert(m_.joints_.end(), followers_.begin(), followers_.end());
   }
 
   /// Sets where the numbers of each subtree end in v.  Bodies are in depth-first order.
@@ -291,10 +323,10 @@ private:
   /// The constants theta0 of joint angles, as contiguous arrays that can be loaded into lanes.
   void add_angles() {
     auto &d = m_.double_;
-    const auto angles = static_cast<std::size_t>(padded(m_.nq_) + padded(1));
+    const auto angles = static_cast<std::size_t>(padded(m_.expanded_nq_) + padded(1));
     d.theta0_sine.assign(angles, 0);
     d.theta0_cosine.assign(angles, 1);
-    d.first_angle = m_.nq_;
+    d.first_angle = m_.expanded_nq_;
     for (const body<double> &b : d.bodies) {
       if (b.angle_index < 0)
         continue;
@@ -306,18 +338,58 @@ private:
     }
   }
 
-  /// Limits of joints with one coordinate.
+  /// Limits of joints with one coordinate; a follower's are its leader's.
   void add_limits() {
-    const auto n = static_cast<std::size_t>(m_.nq_);
+    const auto n = static_cast<std::size_t>(m_.expanded_nq_);
     m_.double_.lower.assign(n, -INFINITY), m_.double_.upper.assign(n, INFINITY);
     for (const joint_row &j : m_.joints_) {
       const joint_kind_row kind = row_of(j.kind);
-      if (j.description < 0 || !kind.has_limits || kind.nq != 1)
+      if (j.description < 0 || j.q_index < 0 || !kind.has_limits || kind.nq != 1)
         continue;
       const joint_description &given = m_.description_.joints[static_cast<std::size_t>(j.description)];
-      const auto k = static_cast<std::size_t>(j.q_index);
+      const auto k = static_cast<std::size_t>(m_.in_q_[static_cast<std::size_t>(j.q_index)]);
       m_.double_.lower[k] = given.lower.value_or(-INFINITY), m_.double_.upper[k] = given.upper.value_or(INFINITY);
     }
+  }
+
+  void add_ranges() {
+    std::vector<bool> is_angle(static_cast<std::size_t>(m_.expanded_nq_));
+    for (const body<double> &b : m_.double_.bodies)
+      if (b.angle_index >= 0)
+        is_angle[static_cast<std::size_t>(b.angle_index)] = true;
+    for (const int i : m_.in_q_) {
+      const double most = is_angle[static_cast<std::size_t>(i)] ? std::acos(-1.0) : 1;
+      m_.position_ranges_.push_back({-most, most});
+    }
+    for (const model::quaternion_in_q &quaternion : m_.quaternions_)
+      for (int i = 0; i < 4; ++i)
+        m_.position_ranges_[static_cast<std::size_t>(quaternion.q_index + i)] = {-1, 1};
+    for (const joint_row &row : m_.joints_)
+      if (row_of(row.kind).has_limits && row.description >= 0)
+        limit_range(row, m_.description_.joints[static_cast<std::size_t>(row.description)]);
+  }
+
+  /// Limits the range of a joint with one coordinate, or that of its leader, unless nothing would be left of it.  Followers come
+  /// after their leaders.
+  void limit_range(const joint_row &row, const joint_description &described) {
+    const bool follows = row.leader >= 0;
+    const joint_row &moved = follows ? m_.joints_[static_cast<std::size_t>(row.leader)] : row;
+    model::position_range &range = m_.position_ranges_[static_cast<std::size_t>(moved.q_index)];
+    const double width = range.upper - range.lower;
+    if (!follows) { // where one limit is missing, the usual width beyond the other
+      if (described.lower || described.upper)
+        range = {described.lower ? *described.lower : *described.upper - width, described.upper ? *described.upper : *described.lower + width};
+      return;
+    }
+    if (row.multiplier == 0)
+      return;
+    const double infinity = std::numeric_limits<double>::infinity();
+    double lower = (described.lower.value_or(-infinity) - row.offset) / row.multiplier;
+    double upper = (described.upper.value_or(infinity) - row.offset) / row.multiplier;
+    if (row.multiplier < 0)
+      std::swap(lower, upper);
+    if (std::max(lower, range.lower) <= std::min(upper, range.upper))
+      range = {std::max(lower, range.lower), std::min(upper, range.upper)};
   }
 
   void round_to_single() {
@@ -327,6 +399,8 @@ private:
       s.bodies.push_back(spread<float>(b));
     for (const link<double> &l : d.links)
       s.links.push_back(spread<float>(l));
+    for (const follower<double> &f : d.followers)
+      s.followers.push_back({f.q, f.v, f.leader_q, f.leader_v, static_cast<float>(f.multiplier), static_cast<float>(f.offset)});
     s.gravity = spread<float>(d.gravity);
     s.inertia.assign(d.inertia.begin(), d.inertia.end());
     for (const spatial_inertia<double> &I : d.augmented)
@@ -341,7 +415,8 @@ private:
   const model_options &options_;
   std::vector<std::vector<int>> children_; // joints of the description whose parent each of its links is
   std::vector<int> link_of_;               // index in links_, for each link of the description
-  std::vector<joint_row> fixed_joints_;
+  std::vector<leader_of_joint> leaders_;   // of each joint of the description
+  std::vector<joint_row> followers_, fixed_joints_;
 };
 
 model::model(robot_description robot, const model_options &options) : description_(std::move(robot)) {
@@ -382,8 +457,32 @@ std::vector<int> model::tree_columns() const {
   return columns;
 }
 
+namespace {
+
+/// Room for what engine/coupled.cpp expands of one state: inputs and results of the algorithm with the most numbers, and the
+/// mass matrix, zeros and biases of forward dynamics.
+std::size_t coupling_bytes(const model &m) {
+  if (m.followers() == 0)
+    return 0;
+  const model_view<double> view = m.view();
+  const extents all = {view.nq, view.nv, view.links, static_cast<int>(m.joints().size()), view.tree_elements, view.links};
+  int most = 0;
+  for (const algorithm_row *row : rows::all) {
+    int numbers = 0;
+    for (int i = 0; i < row->inputs; ++i)
+      numbers += length_of(row->input_list[i], all.nq, all.nv);
+    for (int r = 0; r < row->results; ++r)
+      numbers += numbers_of(row->result[r], all);
+    most = std::max(most, numbers);
+  }
+  constexpr int arrays = most_inputs + most_results + 4, line = 64; // each begins on a line of its own
+  return sizeof(double) * static_cast<std::size_t>(most + view.nv * (view.nv + 2)) + arrays * line;
+}
+
+} // namespace
+
 data::data(const model &m)
-    : bytes_(largest_workspace(m.view())), memory_(::operator new(bytes_, alignment)), zero_(static_cast<std::size_t>(m.nv())),
+    : bytes_(largest_workspace(m.view()) + coupling_bytes(m)), memory_(::operator new(bytes_, alignment)), zero_(static_cast<std::size_t>(m.nv())),
       zero_single_(zero_.size()) {
 #ifndef NDEBUG
   std::fill_n(static_cast<double *>(memory_.get()), bytes_ / sizeof(double), std::numeric_limits<double>::quiet_NaN());

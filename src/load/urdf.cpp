@@ -5,6 +5,7 @@
 #include "ksl/engine/joints.hpp"
 
 #include "load/check.hpp"
+#include "load/mimic.hpp"
 #include "load/urdf_values.hpp"
 #include "load/words.hpp"
 
@@ -42,8 +43,7 @@ private:
   void warn_of_extensions();
   void read_limit(const element &joint, joint_description &out);
   void read_dynamics(const element &joint, joint_description &out);
-  void read_mimic(const element &joint, joint_kind kind);
-  void refuse_mimics() const;
+  void read_mimic(const element &joint, joint_description &out);
 
   const load::xml_file &file_;
   const urdf_options &options_;
@@ -52,7 +52,6 @@ private:
   robot_description robot_;
   int minor_ = 0; ///< version 1.minor
   std::map<std::string, int> link_index_;
-  std::vector<element> refused_mimics_;
   std::set<std::string> types_beyond_urdf_;
   std::vector<std::string> joints_beyond_urdf_;
   std::map<std::string, std::vector<std::string>> drake_joints_; ///< what is said of a type: the names of its joints
@@ -84,9 +83,9 @@ robot_description urdf_reader::read() {
       if (other.name() == std::string_view(tag))
         unused_.in_robot(tag);
 
-  refuse_mimics();
   warn_of_extensions();
   check_tree(robot_);
+  leaders_of(robot_);
   warn_of_links(robot_, check_inertias(robot_), options_.strict, "correct these inertias");
   robot_.unused = unused_.lines();
   return std::move(robot_);
@@ -189,7 +188,7 @@ void urdf_reader::read_joint(pugi::xml_node node) {
   else
     read_motion(joint, out);
   read_dynamics(joint, out);
-  read_mimic(joint, out.kind);
+  read_mimic(joint, out);
   for (const char *tag : {"safety_controller", "calibration"})
     if (node.child(tag))
       unused_.in_joint(tag, "not used", out.name);
@@ -348,28 +347,18 @@ void urdf_reader::read_dynamics(const element &joint, joint_description &out) {
   out.friction = read("friction");
 }
 
-void urdf_reader::read_mimic(const element &joint, joint_kind kind) {
+void urdf_reader::read_mimic(const element &joint, joint_description &out) {
   const element mimic = joint.child("mimic");
   if (!mimic)
     return;
-  const std::string &name = joint.where().name;
-  if (kind == joint_kind::fixed)
-    unused_.in_joint("mimic", "no effect on a fixed joint", name);
-  else if (options_.mimic_independent)
-    unused_.in_joint("mimic", "the coupling is not applied: each has a coordinate of its own", name);
-  else
-    refused_mimics_.push_back(mimic);
-}
-
-/// One message for all mimic joints, since one option mends all of them.
-void urdf_reader::refuse_mimics() const {
-  if (refused_mimics_.empty())
-    return;
-  const element &first = refused_mimics_[0];
-  first.refuse("it mimics joint " + quoted(first.text("joint")) + "; coupled joints (" +
-               std::to_string(refused_mimics_.size()) +
-               " in this file) are not supported: --mimic independent on the command line, or "
-               "mimic=\"independent\" in Python, gives each a coordinate of its own");
+  if (out.kind == joint_kind::fixed)
+    return unused_.in_joint("mimic", "no effect on a fixed joint", out.name);
+  if (options_.mimic_independent)
+    return unused_.in_joint("mimic", "the coupling is not applied: each has a coordinate of its own", out.name);
+  mimic.expect({"joint", "multiplier", "offset"}, {});
+  if (mimic.text("joint").empty())
+    mimic.refuse("<mimic> names no joint; write <mimic joint=\"...\"/>");
+  out.mimic = {mimic.text("joint"), mimic.number("multiplier").value_or(1), mimic.number("offset").value_or(0), {mimic.line()}};
 }
 
 } // namespace

@@ -8,7 +8,7 @@
 namespace ksl {
 
 struct urdf_options {
-  /// A moving joint that mimics another is refused unless this says that it gets a coordinate of its own.
+  /// A moving joint that mimics another has a coordinate of its own, instead of following that joint.
   bool mimic_independent = false;
   /// Inertias that no body can have are errors instead of warnings.
   bool strict = false;

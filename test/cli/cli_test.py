@@ -503,7 +503,10 @@ def test_words_that_the_terminal_lacks(two, tmp_path):
 
 def test_mimic_joints(tmp_path):
     (tmp_path / "hand.urdf").write_text(MIMIC)
-    refused(tmp_path, run("info", tmp_path / "hand.urdf"), "finger2", "--mimic independent")
+    p = run("info", tmp_path / "hand.urdf")
+    assert p.returncode == 0 and "moving joints 1, mimic joints 1" in p.stdout and "1 × finger1" in p.stdout, p.stderr
+    (tmp_path / "lost.urdf").write_text(MIMIC.replace('mimic joint="finger1"', 'mimic joint="thumb"'))
+    refused(tmp_path, run("info", tmp_path / "lost.urdf"), "finger2", "thumb", "--mimic independent")
     p = run("info", tmp_path / "hand.urdf", "--mimic", "independent")
     assert p.returncode == 0 and "moving joints 2" in p.stdout, p.stderr
 

@@ -1752,3 +1752,180 @@ TEST_CASE("momentum_regressor: C++ and C, one state and batches, in float") {
   };
   faces::agree<float>(ksl::rows::momentum_regressor, cpp, c, cpp_batch, c_batch);
 }
+
+TEST_CASE("integrate: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::integrate(s.r.m, s.r.d, s.q, s.v, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_integrate(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::integrate_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_integrate_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
+                              s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::integrate, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("integrate: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::integrate(s.r.m, s.r.d, s.q, s.v, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_integratef(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::integrate_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_integrate_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
+                               s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::integrate, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("difference: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::difference(s.r.m, s.r.d, s.q, s.q1, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_difference(s.r.c_model, s.r.c_data, s.q, s.q1, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::difference_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_difference_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.q1.first, s.batch.q1.stride,
+                               s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::difference, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("difference: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::difference(s.r.m, s.r.d, s.q, s.q1, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_differencef(s.r.c_model, s.r.c_data, s.q, s.q1, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::difference_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_difference_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.q1.first,
+                                s.batch.q1.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::difference, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("interpolate: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::interpolate(s.r.m, s.r.d, s.q, s.q1, s.fraction, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_interpolate(s.r.c_model, s.r.c_data, s.q, s.q1, s.fraction, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::interpolate_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_interpolate_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.q1.first,
+                                s.batch.q1.stride, s.batch.fraction.first, s.batch.fraction.stride,
+                                s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::interpolate, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("interpolate: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::interpolate(s.r.m, s.r.d, s.q, s.q1, s.fraction, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_interpolatef(s.r.c_model, s.r.c_data, s.q, s.q1, s.fraction, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::interpolate_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_interpolate_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.q1.first,
+                                 s.batch.q1.stride, s.batch.fraction.first, s.batch.fraction.stride,
+                                 s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::interpolate, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("integrate_jacobians: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::integrate_jacobians(s.r.m, s.r.d, s.q, s.v, s.result[0], s.result[1]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_integrate_jacobians(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0], s.result[1]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::integrate_jacobians_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_integrate_jacobians_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                        s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                        s.batch.result[1].first, s.batch.result[1].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::integrate_jacobians, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("integrate_jacobians: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::integrate_jacobians(s.r.m, s.r.d, s.q, s.v, s.result[0], s.result[1]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_integrate_jacobiansf(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0], s.result[1]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::integrate_jacobians_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_integrate_jacobians_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                         s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                         s.batch.result[1].first, s.batch.result[1].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::integrate_jacobians, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("difference_jacobians: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::difference_jacobians(s.r.m, s.r.d, s.q, s.q1, s.result[0], s.result[1]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_difference_jacobians(s.r.c_model, s.r.c_data, s.q, s.q1, s.result[0], s.result[1]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::difference_jacobians_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_difference_jacobians_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.q1.first,
+                                         s.batch.q1.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                         s.batch.result[1].first, s.batch.result[1].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::difference_jacobians, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("difference_jacobians: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::difference_jacobians(s.r.m, s.r.d, s.q, s.q1, s.result[0], s.result[1]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_difference_jacobiansf(s.r.c_model, s.r.c_data, s.q, s.q1, s.result[0], s.result[1]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::difference_jacobians_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_difference_jacobians_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.q1.first,
+                                          s.batch.q1.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                          s.batch.result[1].first, s.batch.result[1].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::difference_jacobians, cpp, c, cpp_batch, c_batch);
+}

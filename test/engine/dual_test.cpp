@@ -8,6 +8,7 @@
 #include "ksl/engine/forward_dynamics.hpp"
 #include "ksl/engine/frame_jacobian.hpp"
 #include "ksl/engine/inverse_dynamics_derivatives.hpp"
+#include "ksl/engine/manifold.hpp"
 #include "ksl/engine/mass_matrix.hpp"
 #include "ksl/engine/owned_workspace.hpp"
 #include "ksl/engine/reactions_derivatives.hpp"
@@ -185,6 +186,21 @@ template <class T> numbers<T> efforts_with_reactions(const ksl::model &m, const 
   return out;
 }
 
+/// Positions from q along v, and between q and another position, and the derivatives of both.
+template <class T> numbers<T> manifold_of(const ksl::model &m, const state<T> &s) {
+  const std::size_t nq = s.q.size(), nv = s.v.size();
+  const numbers<T> other(nq, T(0.3));
+  const T fraction = T(0.4);
+  numbers<T> out(2 * nq + nv + 4 * nv * nv);
+  T *const moved = out.data(), *const between = moved + nq, *const dv = between + nq, *const J = dv + nv;
+  ksl::integrate<T>(m.view(), {}, s.q.data(), s.v.data(), moved);
+  ksl::interpolate<T>(m.view(), {}, s.q.data(), other.data(), &fraction, between);
+  ksl::difference<T>(m.view(), {}, s.q.data(), other.data(), dv);
+  ksl::integrate_jacobians<T>(m.view(), {}, s.q.data(), s.v.data(), J, J + nv * nv);
+  ksl::difference_jacobians<T>(m.view(), {}, s.q.data(), other.data(), J + 2 * nv * nv, J + 3 * nv * nv);
+  return out;
+}
+
 /// The results of every algorithm.
 template <class T> numbers<T> everything(const ksl::model &m, const state<T> &s) {
   numbers<T> all;
@@ -197,6 +213,7 @@ template <class T> numbers<T> everything(const ksl::model &m, const state<T> &s)
   add(derivatives_of_efforts(m, s));
   add(derivatives_of_reactions(m, s));
   add(poses(m, s.q));
+  add(manifold_of(m, s));
   const energies<T> e = energy_of(m, s.q, s.v);
   add({e.kinetic, e.potential, power(m, s)});
   for (int link : pushed_links)

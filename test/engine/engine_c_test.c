@@ -197,6 +197,14 @@ static void test_options(const char *path) {
   double tau[7];
   CHECK(ksl_inverse_dynamics(m, d, q, zero, zero, NULL, tau) == KSL_OK);
   CHECK(close_to(tau[2], 1.3));
+  double at[8];
+  const double uniform[8] = {0.5, 0.25, 0, 0.5, 0, 0, 0, 0.5}, beyond[8] = {1};
+  CHECK(ksl_neutral(m, at) == KSL_OK && at[6] == 1 && at[0] == 0 && at[7] == 0);
+  CHECK(ksl_random_position(m, uniform, at) == KSL_OK && at[0] == 0 && at[1] == 0.5 && at[2] == 1);
+  CHECK(close_to(at[3] * at[3] + at[4] * at[4] + at[5] * at[5] + at[6] * at[6], 1));
+  CHECK_REFUSED(ksl_random_position(m, beyond, at), KSL_BAD_ARGUMENT, "below 1");
+  double multiplier = 7;
+  CHECK(ksl_model_leader(m, 0, &multiplier, NULL) == -1 && multiplier == 0);
   const double flat[8] = {0};
   CHECK_REFUSED(ksl_inverse_dynamics(m, d, flat, zero, zero, NULL, tau), KSL_BAD_ARGUMENT, "quaternion");
   ksl_data_free(d);

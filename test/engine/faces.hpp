@@ -226,16 +226,16 @@ void agree(robot &r, const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_b
     }
 }
 
-/// Two robots: one that floats as a whole, and one with every kind of joint.  Where a frame's motion is asked for, it is asked for
-/// in every way that tells the options apart.
+/// Three robots: one that floats as a whole, one with every kind of joint, and the same with joints that follow others.  Where a
+/// frame's motion is asked for, it is asked for in every way that tells the options apart.
 template <class S, class Cpp, class C, class CppBatch, class CBatch>
 void agree(const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_batch, CBatch c_batch) {
-  static robot floating(KSL_EXAMPLES "/robots/panda.urdf", true), every_kind(KSL_EVERY_KIND, false);
+  static robot floating(KSL_EXAMPLES "/robots/panda.urdf", true), every_kind(KSL_EVERY_KIND, false), coupled(KSL_COUPLED, false);
   static constexpr ksl_frame_options_t crossed[] = {
       {KSL_IN_WORLD, KSL_IN_FRAME, KSL_LINEAR_FIRST, KSL_CLASSICAL, {0, 0, 0}},
       {KSL_IN_FRAME, KSL_IN_WORLD, KSL_ANGULAR_FIRST, KSL_SPATIAL, {0.3, -0.2, 0.1}}};
   using ksl::expressed_in;
-  for (robot *r : {&floating, &every_kind}) {
+  for (robot *r : {&floating, &every_kind, &coupled}) {
     r->how = {}, r->c_how = nullptr;
     agree<S>(*r, row, cpp, c, cpp_batch, c_batch);
     if (row.request != ksl::request_kind::frame && row.request != ksl::request_kind::frames && row.request != ksl::request_kind::relative)

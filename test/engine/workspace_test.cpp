@@ -11,6 +11,7 @@
 #include "ksl/engine/frame_jacobian.hpp"
 #include "ksl/engine/inverse_dynamics_derivatives.hpp"
 #include "ksl/engine/inverse_dynamics_regressor.hpp"
+#include "ksl/engine/manifold.hpp"
 #include "ksl/engine/mass_matrix.hpp"
 #include "ksl/engine/reactions_derivatives.hpp"
 #include "ksl/engine/reactions_regressor.hpp"
@@ -55,6 +56,7 @@ TEST_CASE("numbers for each body") {
   CHECK(numbers_per_body<ksl::reactions_derivatives_workspace>() == 99 + 28);
   CHECK(numbers_per_body<ksl::forward_kinematics_workspace>() == 14);
   CHECK(numbers_per_body<ksl::jacobian_workspace>() == 2);
+  CHECK(numbers_per_body<ksl::manifold_workspace>() == 0);
   CHECK(numbers_per_body<ksl::energy_workspace>() == 20);
   CHECK(numbers_per_body<ksl::external_power_workspace>() == 20);
   CHECK(numbers_per_body<ksl::center_of_mass_workspace>() == 6);

@@ -89,7 +89,7 @@ def random_states(m: ksl.Model, rng: np.random.Generator, n: int) -> tuple[np.nd
             part = q[:, j.q_index + j.nq - 4 : j.q_index + j.nq]
             part[:] = rng.normal(size=(n, 4))
             part /= np.linalg.norm(part, axis=1, keepdims=True)
-        if j.kind in TRAVELS:
+        if j.kind in TRAVELS and j.nq:  # not one that mimics another
             q[:, j.q_index : j.q_index + j.nq][:, TRAVELS[j.kind]] /= 6
     return q, v, a
 

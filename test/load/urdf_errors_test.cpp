@@ -237,14 +237,13 @@ TEST_CASE("masses and inertias") {
   });
 }
 
-TEST_CASE("mimic joints are refused, with the way out") {
+TEST_CASE("mimic joints that can't be coupled are refused, with the way out") {
   check_message(refusal(joint("<mimic joint=\"k\" multiplier=\"2\"/>")),
-                {"r.urdf:6: joint j: it mimics joint \"k\"", "--mimic independent", "mimic=\"independent\"",
+                {"r.urdf:6: joint j: it mimics joint \"k\", which does not exist", "--mimic independent", "mimic=\"independent\"",
                  "coordinate of its own"});
-  const std::string mimic = "<parent link=\"a\"/><child link=\"b\"/><mimic joint=\"x\"/></joint>\n";
-  check_message(refusal(links + "<joint name=\"j\" type=\"revolute\">" + mimic +
-                        "<joint name=\"k\" type=\"prismatic\">" + mimic + "</robot>"),
-                {"r.urdf:5: joint j", "2 in this file"});
+  check_message(refusal(joint("<mimic joint=\"j\"/>")), {"r.urdf:6: joint j: it mimics joint \"j\"", "back to itself"});
+  check_message(refusal(joint("<mimic joint=\"k\" multiplier=\"two\"/>")), {"r.urdf:6: joint j: <mimic> multiplier holds \"two\""});
+  check_message(refusal(joint("<mimic multiplier=\"2\"/>")), {"r.urdf:6: joint j: <mimic> names no joint"});
 }
 
 TEST_CASE("strict refuses the first inertias that no body can have") {

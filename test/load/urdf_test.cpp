@@ -282,6 +282,17 @@ TEST_CASE("a mimic joint gets a coordinate of its own when that is asked for") {
   check_unused(robot, {"joint j: mimic (the coupling is not applied: each has a coordinate of its own)"});
 }
 
+TEST_CASE("a mimic joint follows another") {
+  const auto robot = read(R"(<robot name="r"><link name="a"/><link name="b"/><link name="c"/>
+  <joint name="j" type="revolute"><parent link="a"/><child link="b"/><mimic joint="k" multiplier="-2" offset="0.5"/></joint>
+  <joint name="k" type="prismatic"><parent link="b"/><child link="c"/></joint></robot>)");
+  REQUIRE(robot.joints[0].mimic);
+  CHECK(robot.joints[0].mimic->joint == "k");
+  CHECK((robot.joints[0].mimic->multiplier == -2 && robot.joints[0].mimic->offset == 0.5 && robot.joints[0].mimic->at.line == 2));
+  CHECK(!robot.joints[1].mimic);
+  check_unused(robot, {});
+}
+
 TEST_CASE("meshes are not looked for") {
   check_unused(read("<robot><link name=\"a\"><visual><geometry><mesh filename=\"package://none/x.dae\"/></geometry>"
                     "</visual></link></robot>"),

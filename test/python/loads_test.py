@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute as pc
 import pytest
 
 import ksl
@@ -388,3 +389,28 @@ def test_a_row_of_the_summary():
     assert list(summarise(t, joint_loads(joint("fixed"), w, None, None))) == [
         "joint", "kind", "force_peak", "force_peak_time", "force_rms", "moment_peak", "moment_peak_time", "moment_rms",
     ]  # fmt: skip
+
+
+GRIPPER = """<robot name="gripper"><link name="palm"/>
+<link name="left"><inertial><mass value="0.5"/><inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="right"><inertial><mass value="0.2"/><inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="finger" type="prismatic"><parent link="palm"/><child link="left"/><axis xyz="0 0 1"/><limit lower="0" upper="1" effort="9" velocity="9"/></joint>
+<joint name="follower" type="prismatic"><parent link="palm"/><child link="right"/><axis xyz="0 0 1"/><limit lower="-1" upper="0" effort="9" velocity="1"/>
+<mimic joint="finger" multiplier="-2" offset="0.1"/></joint></robot>"""
+
+
+def test_a_mimic_joint_has_a_coupling_and_no_drive(tmp_path):
+    (tmp_path / "gripper.urdf").write_text(GRIPPER)
+    m = ksl.load(tmp_path / "gripper.urdf")
+    time = np.linspace(0, 1, 21)
+    q = 0.5 + 0.4 * np.sin(3 * time)[:, None]
+    v, a = 1.2 * np.cos(3 * time)[:, None], -3.6 * np.sin(3 * time)[:, None]
+    table = m.loads(time, q, v, a)
+    rows = {name: table.filter(pc.equal(table["joint"], name)) for name in ("finger", "follower")}
+    coupling = 0.2 * (9.81 - 2 * a[:, 0])  # what lifts the follower
+    assert rows["follower"]["coupling"].to_numpy() == pytest.approx(coupling)
+    assert rows["follower"]["speed"].to_numpy() == pytest.approx(-2 * v[:, 0])
+    assert rows["follower"]["effort"].null_count == len(time) == rows["finger"]["coupling"].null_count
+    effort = 0.5 * (9.81 + a[:, 0]) - 2 * coupling  # of the drive, which moves both
+    assert rows["finger"]["effort"].to_numpy() == pytest.approx(effort)
+    assert rows["finger"]["power"].to_numpy() == pytest.approx(effort * v[:, 0])

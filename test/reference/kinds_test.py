@@ -107,6 +107,12 @@ def test_poses_velocities_and_energies(m, s):
     check(m.energy(s.q, s.v), [s.s["kinetic_energy"], s.s["potential_energy"]])
 
 
+def test_positions_as_a_manifold(m, s):
+    moved = m.integrate(s.q, 0.1 * s.v)
+    check(moved, s.s["q_integrate"][s.in_q])
+    check(m.difference(s.q, moved), 0.1 * s.v)
+
+
 def test_single_precision(m, s):
     single = [x.astype(np.float32) for x in s.motion]
     check(m.inverse_dynamics(*single), s.of_v("effort"), 1e-5)

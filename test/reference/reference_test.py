@@ -50,6 +50,8 @@ class Reference:
         order = [rows[n][0] for n in self.m.joint_names]
         in_v = np.concatenate([np.arange(j["idx_v"], j["idx_v"] + j["nv"]) for j in self.joints])
         in_q = np.concatenate([np.arange(j["idx_q"], j["idx_q"] + j["nq"]) for j in self.joints])
+        manifold = np.load(HERE / "manifold.npz")
+        self.integrated, self.differences = manifold[f"{name}_integrate"][:, in_q], manifold[f"{name}_difference"][:, in_v]
         self.of_v = {key: data[key][:, in_v] for key in ("v", "a", "rnea", "rnea_fext")}
         self.of_joint = {key: data[key][:, order] for key in ("joint_reaction", "fext", "joint_R", "joint_p")}
         of_joint = {row: name for name, (row, _) in rows.items()}
@@ -143,6 +145,15 @@ def test_energies(r):
     assert error(potential - potential[0], r.energy[1] - r.energy[1][0]) < TOLERANCE
 
 
+def test_integration(r):
+    assert error(r.m.integrate(r.state[0], 0.1 * r.state[1]), r.integrated) < 1e-12
+
+
+def test_differences(r):
+    q = r.state[0]
+    assert error(r.m.difference(q[:-1], q[1:]), r.differences) < 1e-11  # the condition of a logarithm near half a turn
+
+
 # Files that describe no robot: {file: words of the refusal}.
 REFUSED = {"ur_description/urdf/ur3.urdf": "no <link>"}  # an empty shell around a xacro
 
@@ -181,6 +192,3 @@ def test_every_robot_of_the_package(name):
     assert children == {j.child for j in m.joints if j.parent is not None}, "a joint was lost"
 
 
-def test_moving_mimic_joints_are_refused_unless_asked_for():
-    with pytest.raises(ksl.DescriptionError, match="panda_finger_joint2.*mimic"):
-        ksl.load(all_robots()[FILES["panda"]])

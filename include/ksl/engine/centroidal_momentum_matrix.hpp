@@ -16,7 +16,7 @@ inline namespace KSL_ISA {
 
 template <class T> struct centroidal_momentum_matrix_workspace {
   world_axes<T> bodies;
-  per_body<spatial_inertia, T> children; ///< sum of the subtree inertias of each body's children, in its frame
+  per_body<moments, T> children; ///< sum of the subtree inertias of each body's children, in its frame
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     bodies.lay_out(memory, model);

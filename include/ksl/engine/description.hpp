@@ -35,6 +35,13 @@ struct link_description {
 /// A limit or property that a file may omit.
 using optional_number = std::optional<double>;
 
+/// A joint that moves as another one does: position = multiplier × that joint's position + offset (rad or m).
+struct mimic_description {
+  std::string joint; ///< the other joint's name; it may mimic a third
+  double multiplier = 1, offset = 0;
+  file_position at;
+};
+
 struct joint_description {
   std::string name;
   file_position at;
@@ -49,6 +56,7 @@ struct joint_description {
   optional_number effort;        ///< N m or N
   optional_number velocity;      ///< rad/s or m/s
   double damping = 0, friction = 0; ///< read and listed, but not applied
+  std::optional<mimic_description> mimic; ///< of joints with one coordinate
 };
 
 struct robot_description {

@@ -58,6 +58,8 @@ concept moving_joint = described_joint<J> &&
   { J::template column<0>(b, rotation, 0).effort(f) } -> std::same_as<double>;
   { J::template column<0>(b, R).about(I.h) } -> std::same_as<screw<double>>;
   { J::template momentum<0>(b, I) } -> std::same_as<coscrew<double>>;
+  J::integrate_jacobians(q, out, out, 1);
+  J::difference_jacobians(q, out, out, 1);
 };
 
 /// Does such a joint only rotate about its axis?  Most joints do; algorithms have a fast path for them.
@@ -91,6 +93,14 @@ template <class Step> KSL_LANES void by_kind(joint_kind kind, Step step) {
     step.template operator()<joint_kind::revolute>();
   else
     by_slower_kind(kind, step);
+}
+
+/// The same for steps that distinguish kinds which move alike, by the kind that the description gives.
+template <class Step> KSL_LANES void by_described_kind(joint_kind described, Step step) {
+  if (described == joint_kind::continuous)
+    step.template operator()<joint_kind::continuous>();
+  else
+    by_kind(described, step);
 }
 
 /// The same for any kind that a user may name; step is called with a joint<K>.

@@ -15,9 +15,10 @@ namespace ksl {
 /// A body and the joint that carries it.  offset, alpha and theta0 are Denavit and Hartenberg's: the parent's axes become the
 /// body's by Rz(offset) Rx(alpha) Rz(theta), theta = theta0 + joint angle.
 template <class T> struct body {
-  joint_kind kind;           ///< of the joint; revolute for continuous ones, fixed for body 0
+  joint_kind kind;           ///< of the joint, as it moves: revolute for continuous ones; fixed for body 0
+  joint_kind described;      ///< of the joint, as the description gives it
   int parent;                ///< body; −1 for body 0
-  int q_index, v_index;      ///< where the joint's numbers begin in q and in v
+  int q_index, v_index;      ///< where the joint's numbers begin in q and in v, those of followers included
   int nv;                    ///< how many it has in v
   int v_end;                 ///< where the numbers of all joints of the subtree end in v
   int angle_index;           ///< index in q of the joint's rotation about z; −1: it has none
@@ -26,6 +27,7 @@ template <class T> struct body {
   int ancestors;             ///< how many numbers in v the joints have that carry this one
   int pose_index;            ///< where in pose_workspace::moved the numbers of its pose begin that depend on q
   int link;                  ///< the joint's child link; −1 for a ground without links, and inside a universal joint
+  bool follows;              ///< does its joint follow another one: a mimic joint
   bool has_children;         ///< does it carry other bodies
   bool ends_universal;       ///< is its joint the second of a universal one, and its parent the massless body inside
   bool is_base;              ///< is it the base: the ground, or a body that floats on it (base_axes.hpp)

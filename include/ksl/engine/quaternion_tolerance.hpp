@@ -5,8 +5,10 @@
 
 namespace ksl {
 
-/// Calls take the quaternions of floating joints whose length differs by no more from 1, and treat them as unit ones.
-inline constexpr double quaternion_tolerance = 1e-3;
+/// Algorithms divide by the length of a quaternion wherever it enters, so that all give the results of the unit quaternion.  Calls
+/// take quaternions whose length differs from 1 by no more than quaternion_tolerance, since a larger difference is a mistake.
+/// Beyond quaternion_rounding it is more than rounding, and calls from Python warn.
+inline constexpr double quaternion_tolerance = 1e-2, quaternion_rounding = 1e-6;
 
 /// The length of [x y z w].
 template <class S> double quaternion_length(const S *x) {
@@ -14,6 +16,8 @@ template <class S> double quaternion_length(const S *x) {
   return std::sqrt(a * a + b * b + c * c + d * d);
 }
 
-template <class S> bool is_unit_quaternion(const S *x) { return std::fabs(quaternion_length(x) - 1) <= quaternion_tolerance; }
+template <class S> bool is_unit_quaternion(const S *x, double tolerance = quaternion_tolerance) {
+  return std::fabs(quaternion_length(x) - 1) <= tolerance;
+}
 
 } // namespace ksl

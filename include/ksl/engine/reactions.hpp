@@ -7,7 +7,9 @@
 
 namespace ksl {
 
-enum class wrench_part : int { total, constraint, actuation };
+/// total = constraint + actuation + coupling: what the structure carries; what lies along the joint's motion; and the same of a
+/// follower, a mimic joint, through which the mechanism of the coupling acts and no motor.
+enum class wrench_part : int { total, constraint, actuation, coupling };
 enum class wrench_side : int { child, parent };       ///< the wrench on which side
 enum class wrench_frame : int { joint, world, link }; ///< whose origin, or whose axes
 
@@ -70,12 +72,15 @@ void link_wrenches(const model_view<scalar_of<T>> &model, const reactions_worksp
   }
 }
 
-/// The requested part of a wrench in a body's canonical frame.  The actuation part is h* Sᵀ f, the constraint part is the rest
-/// (coscrews (7), (9)).  pose: a pose_workspace<T>, or what has such a function rotation.
+/// The requested part of a wrench in a body's canonical frame.  The actuation part is h* Sᵀ f, which is called coupling where the
+/// joint follows another; the constraint part is the rest (coscrews (7), (9)).  pose: a pose_workspace<T>, or what has such a
+/// function rotation.
 template <joint_kind K, class T, class Poses>
 KSL_LANES coscrew<T> part_through(const body<scalar_of<T>> &b, const Poses &pose, wrench_part part, const coscrew<T> &f) {
   if (part == wrench_part::total)
     return f;
+  if (part == (b.follows ? wrench_part::actuation : wrench_part::coupling))
+    return {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
   T tau[joint<K>::nv];
   joint<K>::effort(b, f, tau);
   coscrew<T> actuation = joint<K>::drive(tau), constraint;
@@ -93,7 +98,7 @@ template <class T> inline coscrew<T> part_of(const model_view<scalar_of<T>> &mod
   const bool moves = l.carried_by_moving_joint && l.body > 0;
   if (part == wrench_part::total || !moves) {
     const coscrew<T> none = {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
-    return part == wrench_part::actuation ? none : f;
+    return part == wrench_part::actuation || part == wrench_part::coupling ? none : f;
   }
   coscrew<T> found = f;
   by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED { found = part_through<K>(b, pose, part, f); });

@@ -29,8 +29,8 @@ template <class T, class S> KSL_LANES tensor_rotation<T> spread(const tensor_rot
 }
 
 template <class T, class S> body<T> spread(const body<S> &b) {
-  return {b.kind, b.parent, b.q_index, b.v_index, b.nv, b.v_end, b.angle_index, b.chain_start, b.line_start, b.ancestors,
-          b.pose_index, b.link, b.has_children, b.ends_universal, b.is_base, b.no_offset, spread<T>(b.placement),
+  return {b.kind, b.described, b.parent, b.q_index, b.v_index, b.nv, b.v_end, b.angle_index, b.chain_start, b.line_start, b.ancestors,
+          b.pose_index, b.link, b.follows, b.has_children, b.ends_universal, b.is_base, b.no_offset, spread<T>(b.placement),
           spread<T>(b.offset), spread<T>(b.alpha), spread<T>(b.theta0), spread<T>(b.alpha_of_tensor), T(b.pitch)};
 }
 

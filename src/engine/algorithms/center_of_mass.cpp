@@ -10,6 +10,7 @@ struct center_of_mass_algorithm {
       .name = "center_of_mass",
       .inputs = 1,
       .input_list = {input::q},
+      .input_name = {"q"},
       .external = external_use::none,
       .request = request_kind::none,
       .needs_mass = false,

@@ -10,6 +10,7 @@ struct center_of_mass_acceleration_algorithm {
       .name = "center_of_mass_acceleration",
       .inputs = 3,
       .input_list = {input::q, input::v, input::a},
+      .input_name = {"q", "v", "a"},
       .external = external_use::none,
       .request = request_kind::none,
       .needs_mass = false,

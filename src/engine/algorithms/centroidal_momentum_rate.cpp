@@ -10,6 +10,7 @@ struct centroidal_momentum_rate_algorithm {
       .name = "centroidal_momentum_rate",
       .inputs = 3,
       .input_list = {input::q, input::v, input::a},
+      .input_name = {"q", "v", "a"},
       .external = external_use::none,
       .request = request_kind::none,
       .needs_mass = false,

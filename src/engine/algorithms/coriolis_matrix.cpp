@@ -10,6 +10,7 @@ struct coriolis_matrix_algorithm {
       .name = "coriolis_matrix",
       .inputs = 2,
       .input_list = {input::q, input::v},
+      .input_name = {"q", "v"},
       .external = external_use::none,
       .request = request_kind::none,
       .needs_mass = false,

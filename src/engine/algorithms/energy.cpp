@@ -10,6 +10,7 @@ struct energy_algorithm {
       .name = "energy",
       .inputs = 2,
       .input_list = {input::q, input::v},
+      .input_name = {"q", "v"},
       .external = external_use::none,
       .request = request_kind::none,
       .needs_mass = false,

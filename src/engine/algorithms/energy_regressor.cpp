@@ -10,6 +10,7 @@ struct energy_regressor_algorithm {
       .name = "energy_regressor",
       .inputs = 2,
       .input_list = {input::q, input::v},
+      .input_name = {"q", "v"},
       .external = external_use::none,
       .request = request_kind::links,
       .needs_mass = false,

@@ -10,6 +10,7 @@ struct external_power_algorithm {
       .name = "external_power",
       .inputs = 2,
       .input_list = {input::q, input::v},
+      .input_name = {"q", "v"},
       .external = external_use::required,
       .request = request_kind::none,
       .needs_mass = false,

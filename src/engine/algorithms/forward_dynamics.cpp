@@ -10,11 +10,12 @@ struct forward_dynamics_algorithm {
       .name = "forward_dynamics",
       .inputs = 3,
       .input_list = {input::q, input::v, input::tau},
+      .input_name = {"q", "v", "tau"},
       .external = external_use::optional,
       .request = request_kind::none,
       .needs_mass = true,
       .results = 1,
-      .result = {{"a", 1, {extent::nv}}},
+      .result = {{"a", 1, {extent::motion}}},
   };
   using form = forms::whole_results<forward_dynamics_algorithm>;
   template <class T> using workspace = forward_dynamics_workspace<T>;

@@ -10,6 +10,7 @@ struct forward_dynamics_derivatives_algorithm {
       .name = "forward_dynamics_derivatives",
       .inputs = 3,
       .input_list = {input::q, input::v, input::tau},
+      .input_name = {"q", "v", "tau"},
       .external = external_use::optional,
       .request = request_kind::none,
       .needs_mass = true,

@@ -10,6 +10,7 @@ struct frame_accelerations_algorithm {
       .name = "frame_accelerations",
       .inputs = 3,
       .input_list = {input::q, input::v, input::a},
+      .input_name = {"q", "v", "a"},
       .external = external_use::none,
       .request = request_kind::frames,
       .needs_mass = false,

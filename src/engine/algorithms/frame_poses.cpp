@@ -10,6 +10,7 @@ struct frame_poses_algorithm {
       .name = "frame_poses",
       .inputs = 1,
       .input_list = {input::q},
+      .input_name = {"q"},
       .external = external_use::none,
       .request = request_kind::links,
       .needs_mass = false,

@@ -10,6 +10,7 @@ struct frame_velocities_algorithm {
       .name = "frame_velocities",
       .inputs = 2,
       .input_list = {input::q, input::v},
+      .input_name = {"q", "v"},
       .external = external_use::none,
       .request = request_kind::frames,
       .needs_mass = false,

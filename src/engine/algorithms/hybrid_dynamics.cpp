@@ -10,11 +10,12 @@ struct hybrid_dynamics_algorithm {
       .name = "hybrid_dynamics",
       .inputs = 4,
       .input_list = {input::q, input::v, input::a, input::tau},
+      .input_name = {"q", "v", "a", "tau"},
       .external = external_use::optional,
       .request = request_kind::links,
       .needs_mass = true,
       .results = 2,
-      .result = {{"a_out", 1, {extent::nv}}, {"tau_out", 1, {extent::nv}}},
+      .result = {{"a_out", 1, {extent::motion}}, {"tau_out", 1, {extent::nv}}},
   };
   using form = forms::whole_results<hybrid_dynamics_algorithm>;
   template <class T> using workspace = hybrid_dynamics_workspace<T>;

@@ -10,6 +10,7 @@ struct inverse_dynamics_derivatives_algorithm {
       .name = "inverse_dynamics_derivatives",
       .inputs = 3,
       .input_list = {input::q, input::v, input::a},
+      .input_name = {"q", "v", "a"},
       .external = external_use::optional,
       .request = request_kind::none,
       .needs_mass = false,

@@ -10,6 +10,7 @@ struct inverse_dynamics_regressor_algorithm {
       .name = "inverse_dynamics_regressor",
       .inputs = 3,
       .input_list = {input::q, input::v, input::a},
+      .input_name = {"q", "v", "a"},
       .external = external_use::none,
       .request = request_kind::links,
       .needs_mass = false,

@@ -10,6 +10,7 @@ struct jacobian_algorithm {
       .name = "jacobian",
       .inputs = 1,
       .input_list = {input::q},
+      .input_name = {"q"},
       .external = external_use::none,
       .request = request_kind::frame,
       .needs_mass = false,

@@ -10,6 +10,7 @@ struct jacobian_rate_algorithm {
       .name = "jacobian_rate",
       .inputs = 2,
       .input_list = {input::q, input::v},
+      .input_name = {"q", "v"},
       .external = external_use::none,
       .request = request_kind::frame,
       .needs_mass = false,

@@ -10,11 +10,12 @@ struct mass_matrix_inverse_algorithm {
       .name = "mass_matrix_inverse",
       .inputs = 1,
       .input_list = {input::q},
+      .input_name = {"q"},
       .external = external_use::none,
       .request = request_kind::none,
       .needs_mass = true,
       .results = 1,
-      .result = {{"W", 2, {extent::nv, extent::nv}}},
+      .result = {{"W", 2, {extent::motion, extent::motion}}},
   };
   using form = forms::whole_results<mass_matrix_inverse_algorithm>;
   template <class T> using workspace = mass_matrix_inverse_workspace<T>;

@@ -10,6 +10,7 @@ struct mass_matrix_tree_algorithm {
       .name = "mass_matrix_tree",
       .inputs = 1,
       .input_list = {input::q},
+      .input_name = {"q"},
       .external = external_use::none,
       .request = request_kind::none,
       .needs_mass = false,

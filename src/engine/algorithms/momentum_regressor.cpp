@@ -10,6 +10,7 @@ struct momentum_regressor_algorithm {
       .name = "momentum_regressor",
       .inputs = 2,
       .input_list = {input::q, input::v},
+      .input_name = {"q", "v"},
       .external = external_use::none,
       .request = request_kind::links,
       .needs_mass = false,

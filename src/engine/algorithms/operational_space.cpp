@@ -10,6 +10,7 @@ struct operational_space_algorithm {
       .name = "operational_space",
       .inputs = 2,
       .input_list = {input::q, input::v},
+      .input_name = {"q", "v"},
       .external = external_use::optional,
       .request = request_kind::frames,
       .needs_mass = false,

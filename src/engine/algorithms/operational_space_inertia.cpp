@@ -10,6 +10,7 @@ struct operational_space_inertia_algorithm {
       .name = "operational_space_inertia",
       .inputs = 1,
       .input_list = {input::q},
+      .input_name = {"q"},
       .external = external_use::none,
       .request = request_kind::frames,
       .needs_mass = false,

@@ -10,6 +10,7 @@ struct point_acceleration_algorithm {
       .name = "point_acceleration",
       .inputs = 3,
       .input_list = {input::q, input::v, input::a},
+      .input_name = {"q", "v", "a"},
       .external = external_use::none,
       .request = request_kind::frame,
       .needs_mass = false,

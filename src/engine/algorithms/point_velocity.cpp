@@ -10,6 +10,7 @@ struct point_velocity_algorithm {
       .name = "point_velocity",
       .inputs = 2,
       .input_list = {input::q, input::v},
+      .input_name = {"q", "v"},
       .external = external_use::none,
       .request = request_kind::frame,
       .needs_mass = false,

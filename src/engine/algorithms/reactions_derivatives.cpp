@@ -10,6 +10,7 @@ struct reactions_derivatives_algorithm {
       .name = "reactions_derivatives",
       .inputs = 3,
       .input_list = {input::q, input::v, input::a},
+      .input_name = {"q", "v", "a"},
       .external = external_use::optional,
       .request = request_kind::joints,
       .needs_mass = false,

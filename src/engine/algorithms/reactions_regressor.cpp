@@ -10,6 +10,7 @@ struct reactions_regressor_algorithm {
       .name = "reactions_regressor",
       .inputs = 3,
       .input_list = {input::q, input::v, input::a},
+      .input_name = {"q", "v", "a"},
       .external = external_use::none,
       .request = request_kind::joints,
       .needs_mass = false,

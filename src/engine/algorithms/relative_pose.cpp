@@ -10,6 +10,7 @@ struct relative_pose_algorithm {
       .name = "relative_pose",
       .inputs = 1,
       .input_list = {input::q},
+      .input_name = {"q"},
       .external = external_use::none,
       .request = request_kind::relative,
       .needs_mass = false,

@@ -10,6 +10,7 @@ struct relative_velocity_algorithm {
       .name = "relative_velocity",
       .inputs = 2,
       .input_list = {input::q, input::v},
+      .input_name = {"q", "v"},
       .external = external_use::none,
       .request = request_kind::relative,
       .needs_mass = false,

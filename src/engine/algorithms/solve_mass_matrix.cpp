@@ -10,11 +10,12 @@ struct solve_mass_matrix_algorithm {
       .name = "solve_mass_matrix",
       .inputs = 2,
       .input_list = {input::q, input::tau},
+      .input_name = {"q", "tau"},
       .external = external_use::none,
       .request = request_kind::none,
       .needs_mass = true,
       .results = 1,
-      .result = {{"a", 1, {extent::nv}}},
+      .result = {{"a", 1, {extent::motion}}},
   };
   using form = forms::whole_results<solve_mass_matrix_algorithm>;
   template <class T> using workspace = solve_mass_matrix_workspace<T>;

@@ -10,11 +10,12 @@ struct velocity_jump_algorithm {
       .name = "velocity_jump",
       .inputs = 1,
       .input_list = {input::q},
+      .input_name = {"q"},
       .external = external_use::required,
       .request = request_kind::none,
       .needs_mass = true,
       .results = 1,
-      .result = {{"dv", 1, {extent::nv}}},
+      .result = {{"dv", 1, {extent::motion}}},
   };
   using form = forms::whole_results<velocity_jump_algorithm>;
   template <class T> using workspace = velocity_jump_workspace<T>;

@@ -17,6 +17,8 @@ template <int... coordinates> struct several_axes_joint {
   static constexpr int usual_axis = 0;
   static constexpr bool slides = ((coordinates < 3) || ...), turns = ((coordinates >= 3) || ...);
   static constexpr bool shifts_origin = slides;
+  /// Is the order of its motions indifferent: all along axes, or along and about the same one?
+  static constexpr bool commutes = !turns || ((coordinates % 3 == coordinate[0] % 3) && ...);
 
   /// S q̇
   template <class T> static KSL_LANES screw<T> twist(const body<scalar_of<T>> &, const T *v) { return to_vectors<screw>(v); }
@@ -67,7 +69,65 @@ template <int... coordinates> struct several_axes_joint {
     return unit_momentum(coordinate[k], I);
   }
 
+  /// Derivatives of integrate and difference; one_axis.hpp describes their arguments.  With D = exp dv,
+  /// q exp(δ) exp(dv) = q D exp(Ad(D)⁻¹ δ), and exp(dv + δ) = D exp(J δ), J the right Jacobian (Solà et al., A micro Lie theory
+  /// for state estimation in robotics (2018), section III-B).  The motions of such a joint are a subgroup of SE(3),
+  /// so that its matrices are blocks of those of SE(3), and identities where the motions commute.
+  template <class T> static void integrate_jacobians(const T *dv, T *by_q, T *by_dv, int stride) {
+    const screw<T> s = to_vectors<screw>(dv);
+    if constexpr (!commutes) {
+      SE3<T> D;
+      mat3x3<T> J, Q;
+      algebra<T>::SE3_exp(&s, &D);
+      algebra<T>::SE3_rightJacobian(&s, &J, &Q);
+      put_columns<T>(by_q, stride, [&](screw<T> &x) { algebra<T>::product_Adinvs(&D, &x, &x); });
+      put_columns<T>(by_dv, stride, [&](screw<T> &x) { multiply(J, Q, x); });
+    } else {
+      put_columns<T>(by_q, stride, [](screw<T> &) {});
+      put_columns<T>(by_dv, stride, [](screw<T> &) {});
+    }
+  }
+  /// exp(−δ) exp(dv) = exp(dv − L⁻¹ δ), L the left Jacobian.
+  template <class T> static void difference_jacobians(const T *dv, T *by_q0, T *by_q1, int stride) {
+    const screw<T> s = to_vectors<screw>(dv);
+    if constexpr (!commutes) {
+      mat3x3<T> J, Q;
+      algebra<T>::SE3_leftJacobianInverse(&s, &J, &Q);
+      put_columns<T>(by_q0, stride, [&](screw<T> &x) { multiply(J, Q, x), algebra<T>::screw_invert(&x); });
+      algebra<T>::SE3_rightJacobianInverse(&s, &J, &Q);
+      put_columns<T>(by_q1, stride, [&](screw<T> &x) { multiply(J, Q, x); });
+    } else {
+      put_columns<T>(by_q0, stride, [](screw<T> &x) { algebra<T>::screw_invert(&x); });
+      put_columns<T>(by_q1, stride, [](screw<T> &) {});
+    }
+  }
+
 private:
+  /// x = [J Q; 0 J] x
+  template <class T> static void multiply(const mat3x3<T> &J, const mat3x3<T> &Q, screw<T> &x) {
+    using A = algebra<T>;
+    vec3<T> coupled;
+    A::product_drv(&Q, &x.ang, &coupled);
+    A::product_drv(&J, &x.lin, &x.lin);
+    A::product_drv(&J, &x.ang, &x.ang);
+    A::xpy_vv(&coupled, &x.lin);
+  }
+
+  /// Writes the columns map(e_k), for the unit twists e_k of the joint's coordinates.
+  template <class T, class Map> static void put_columns(T *block, int stride, Map map) {
+    const T zero = T(0);
+    for (int k = 0; k < nv; ++k) {
+      T unit[nv];
+      for (int i = 0; i < nv; ++i)
+        unit[i] = i == k ? T(1) : zero;
+      screw<T> x = to_vectors<screw>(unit);
+      map(x);
+      const T six[6] = {x.lin.x, x.lin.y, x.lin.z, x.ang.x, x.ang.y, x.ang.z};
+      for (int i = 0; i < nv; ++i)
+        block[i * stride + k] = six[coordinate[i]];
+    }
+  }
+
   /// The numbers of all coordinates as two three-vectors, zero elsewhere.
   template <template <class> class V, class T> static KSL_LANES V<T> to_vectors(const T *numbers) {
     const T zero = T(0);

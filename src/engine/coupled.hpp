@@ -1,0 +1,41 @@
+// Runs kernels for any model.  Kernels see the expanded mechanism; where joints follow others (mimic joints), this is the one
+// place where a user's numbers are expanded and results are reduced.  Other models pay for a comparison.
+#pragma once
+
+#include "engine/kernels.hpp"
+#include "ksl/model.hpp"
+
+namespace ksl {
+
+/// The extents of what a user gives and gets.
+template <class View> extents extents_of(const model &m, const View &view) {
+  return {m.nq(), m.nv(), view.links.n, view.joints ? view.joints->n : 0, m.tree_elements(), static_cast<int>(m.links().size())};
+}
+
+namespace coupled {
+
+/// Throws std::invalid_argument if the algorithm can't be computed for a model with followers.
+void require_projection(const algorithm_row &row, const model &m);
+
+template <class S> std::size_t state_bytes(const algorithm_row &row, const model &m, const extents &asked);
+template <class S> void run_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s);
+template <class S>
+std::size_t run_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first, std::size_t end,
+                      void *memory);
+
+} // namespace coupled
+
+template <class S> const kernels_in<S> &kernels_of_row(const algorithm_row &row) {
+  return in_precision<S>(*(kernels().*row.kernels));
+}
+
+/// Computes states of a batch, as a batch_kernel does.
+template <class S>
+std::size_t run_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first, std::size_t end,
+                      void *memory) {
+  if (m.followers())
+    return coupled::run_batch<S>(row, m, batch, first, end, memory);
+  return kernels_of_row<S>(row).batch(m.view_in<S>(), batch, first, end, memory);
+}
+
+} // namespace ksl

@@ -1,0 +1,125 @@
+// Robots with mimic joints: what follows from their mass matrix, and the expansion of scalars of any kind.
+#include "engine/algorithm_rows.hpp"
+#include "engine/coupled.hpp"
+#include "robots.hpp"
+
+#include "batch/compute_batch.hpp"
+#include "ksl/dual.hpp"
+#include "ksl/engine/energy.hpp"
+#include "ksl/engine/owned_workspace.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <random>
+#include <stdexcept>
+#include <vector>
+
+namespace {
+
+const ksl::model &robot() {
+  static const ksl::model m = ksl::load(KSL_COUPLED);
+  return m;
+}
+
+/// A row whose kernels are those of the mass matrix, but which is computed in another way where joints follow others.
+ksl::algorithm_row row_with(ksl::coupled_by how, ksl::result_row result) {
+  ksl::algorithm_row row = how == ksl::coupled_by::product ? ksl::rows::forward_dynamics : ksl::rows::mass_matrix;
+  row.name = "trial";
+  row.coupled = how;
+  row.result[0] = result;
+  return row;
+}
+
+struct states {
+  std::size_t n, nq, nv;
+  std::vector<double> q, x;
+  explicit states(std::size_t n)
+      : n(n), nq(static_cast<std::size_t>(robot().nq())), nv(static_cast<std::size_t>(robot().nv())), q(n * nq), x(n * nv) {
+    std::mt19937 random(3);
+    std::normal_distribution<double> normal;
+    for (double &y : q)
+      y = normal(random);
+    for (double &y : x)
+      y = normal(random);
+    for (std::size_t k = 0; k < n; ++k)
+      robots::normalize_quaternions(robot(), &q[k * nq]);
+  }
+
+  /// Results of a row for all states, `width` numbers each.
+  std::vector<double> results(const ksl::algorithm_row &row, std::size_t width, double before = 0) const {
+    std::vector<double> out(n * width, before);
+    ksl::batch_view<double> batch;
+    batch.n = n;
+    batch.q = {q.data(), static_cast<std::ptrdiff_t>(nq)}, batch.v = batch.tau = {x.data(), static_cast<std::ptrdiff_t>(nv)};
+    batch.result[0] = {out.data(), static_cast<std::ptrdiff_t>(width)};
+    ksl::compute_batch(row, robot(), batch, 1);
+    for (std::size_t k = 0; k < n; ++k) { // one state has the same bits
+      std::vector<double> alone(width, before);
+      batch.n = 1;
+      batch.q.first = &q[k * nq], batch.v.first = batch.tau.first = &x[k * nv], batch.result[0].first = alone.data();
+      ksl::compute_batch(row, robot(), batch, 1);
+      CHECK(alone == std::vector<double>(out.begin() + static_cast<std::ptrdiff_t>(k * width), out.begin() + static_cast<std::ptrdiff_t>((k + 1) * width)));
+    }
+    return out;
+  }
+};
+
+} // namespace
+
+TEST_CASE("coupled: the inverse of the mass matrix, its products, and its upper triangle") {
+  using ksl::coupled_by, ksl::extent;
+  const states s(70);
+  const std::size_t nv = s.nv;
+  const std::vector<double> M = s.results(ksl::rows::mass_matrix, nv * nv);
+  const std::vector<double> inverse = s.results(row_with(coupled_by::inverse, {"Minv", 2, {extent::motion, extent::motion}}), nv * nv);
+  const std::vector<double> product = s.results(row_with(coupled_by::product, {"y", 1, {extent::motion}}), nv);
+  const std::vector<double> upper = s.results(row_with(coupled_by::upper_triangle, {"M", 2, {extent::nv, extent::nv}}), nv * nv, -7);
+  for (std::size_t k = 0; k < s.n; ++k)
+    for (std::size_t i = 0; i < nv; ++i) {
+      double along_x = 0, size = 0;
+      for (std::size_t j = 0; j < nv; ++j) {
+        double one = 0, sum = 0;
+        for (std::size_t l = 0; l < nv; ++l) {
+          const double term = M[(k * nv + i) * nv + l] * inverse[(k * nv + l) * nv + j];
+          one += term, sum += std::fabs(term);
+        }
+        CHECK(std::fabs(one - (i == j)) < 1e-12 * sum);
+        const double term = inverse[(k * nv + i) * nv + j] * s.x[k * nv + j];
+        along_x += term, size += std::fabs(term);
+        CHECK(upper[(k * nv + i) * nv + j] == (j >= i ? M[(k * nv + i) * nv + j] : -7));
+      }
+      CHECK(std::fabs(product[k * nv + i] - along_x) < 1e-10 * size);
+    }
+}
+
+TEST_CASE("coupled: what is not available is refused in words") {
+  const ksl::algorithm_row row = row_with(ksl::coupled_by::refusal, {"M", 2, {ksl::extent::nv, ksl::extent::nv}});
+  ksl::batch_view<double> batch;
+  batch.n = 5;
+  CHECK_THROWS_WITH_AS(ksl::compute_batch(row, robot(), batch, 1), doctest::Contains("trial is not available for robots with mimic joints"),
+                       std::invalid_argument);
+}
+
+TEST_CASE("coupled: efforts that hold the mechanism are the gradient of its potential energy") {
+  using dual = ksl::dual<1>;
+  const ksl::model &m = robot();
+  REQUIRE(m.followers() == 3);
+  const states s(1);
+  const ksl::owned_workspace<ksl::energy_workspace<dual>> w(m.view());
+  ksl::data d(m);
+  std::vector<double> tau(s.nv);
+  ksl::gravity_torque(m, d, s.q.data(), tau.data());
+  const ksl::coupling_view<double> c = m.coupling_in<double>();
+  for (int i = 0; i < m.moving_joints(); ++i) {
+    const ksl::joint_row &joint = m.joints()[static_cast<std::size_t>(i)];
+    if (!ksl::row_of(joint.kind).has_limits && joint.kind != ksl::joint_kind::continuous)
+      continue; // joints with one coordinate, whose position is a number
+    std::vector<dual> q(s.q.begin(), s.q.end()), all(static_cast<std::size_t>(m.view().nq)), rest(static_cast<std::size_t>(m.view().nv), dual(0));
+    q[static_cast<std::size_t>(joint.q_index)].derivative[0] = 1;
+    ksl::expand_position(c, q.data(), all.data());
+    dual kinetic, potential;
+    ksl::energy<dual>(m.view(), *w, all.data(), rest.data(), &kinetic, &potential);
+    CHECK(potential.derivative[0] == doctest::Approx(tau[static_cast<std::size_t>(joint.v_index)]).epsilon(1e-12));
+  }
+}
