@@ -189,9 +189,9 @@ KSL_EXPORT void operational_space_inertia_inverse(const model &m, data &d, const
                                                   const frame_options &how, S *inverse);
 
 /// Operational-space inertia inertia (6 links, 6 links), the inverse of J M⁻¹ Jᵀ, of n frames for q (nq), and its
-/// rank.  Directions that depend on those before, up to 1e-10 of their own inverse inertia (1e-4 in single precision),
-/// have zeros.  At most as many frames as the model has links.  O(bodies + n² depth + n³).  frame_options by default:
-/// about the frame's origin, in its axes, linear first.  No allocation.
+/// rank.  Where it is singular, as many directions as the rank are inverted, and the others have zeros.  At most as
+/// many frames as the model has links.  O(bodies + n² depth + n³).  frame_options by default: about the frame's origin,
+/// in its axes, linear first.  No allocation.
 template <class S>
 KSL_EXPORT void operational_space_inertia(const model &m, data &d, const S *q, S *inertia, int n, const int *links,
                                           const frame_options &how, S *rank);

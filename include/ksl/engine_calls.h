@@ -534,9 +534,9 @@ KSL_EXPORT ksl_status_t ksl_operational_space_inertia_inverse_batchf(
     const ksl_frame_options_t *options, float *inverse, ptrdiff_t inverse_stride, int threads);
 
 /** Operational-space inertia inertia (6 links, 6 links), the inverse of J M⁻¹ Jᵀ, of n frames for q (nq), and its
-    rank.  Directions that depend on those before, up to 1e-10 of their own inverse inertia (1e-4 in single
-    precision), have zeros.  At most as many frames as the model has links.  O(bodies + n² depth + n³).  options may
-    be NULL: about the frame's origin, in its axes, linear first. */
+    rank.  Where it is singular, as many directions as the rank are inverted, and the others have zeros.  At most as
+    many frames as the model has links.  O(bodies + n² depth + n³).  options may be NULL: about the frame's origin,
+    in its axes, linear first. */
 KSL_EXPORT ksl_status_t ksl_operational_space_inertia(const ksl_model_t *model, ksl_data_t *data, const double *q,
                                                       double *inertia, int n, const int *links,
                                                       const ksl_frame_options_t *options, double *rank);

@@ -460,9 +460,9 @@ class Calls(Requests):
     ) -> tuple[Array, Array]:
         """Operational-space inertia (…, 6 names, 6 names), symmetric, and its rank (…), for q (…, nq).
 
-        The inverse of :meth:`operational_space_inertia_inverse`, with the same arguments.  Where that is singular, directions
-        that depend on those before (their pivot is below 1e-10 of the diagonal element, 1e-4 in single precision) are left
-        out and have zeros: it is then a generalised inverse.  The rank is a number of the arrays' type.
+        The inverse of :meth:`operational_space_inertia_inverse`, with the same arguments.  Where that is singular, as many directions as the
+        rank are inverted, largest pivots first, and the others have zeros: a generalised inverse.  Scaled to a diagonal of
+        ones, pivots below 1e-10 count as zero (1e-4 in single precision).  The rank is a number of the arrays' type.
         O(bodies + n² depth + n³).
         """
         return self._core.operational_space_inertia(q, None, None, None, None, self._frames_of(names, axes, at, order, None), out, threads)
