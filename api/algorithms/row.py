@@ -13,7 +13,7 @@ INPUTS = {"q": "nq", "v": "nv", "a": "nv", "tau": "nv", "q1": "nq", "fraction": 
 class Result:
     """A result: its name in C and C++, its shape, and what it is.
 
-    shape: for each axis, of which there are at most four, a number (3, 4, 6 or 10), "nq", "nv", "links" or "joints" (how many
+    shape: for each axis, of which there are at most four, a number (3, 4, 5, 6 or 10), "nq", "nv", "links" or "joints" (how many
     are requested).  Empty: one number.
     """
 

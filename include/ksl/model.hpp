@@ -21,12 +21,21 @@ struct payload {
   std::array<double, 3> point{};  ///< in the link's frame, m
 };
 
+/// Which physics of joints a model has, besides that of rigid bodies.  None by default: the quantities of the textbook.
+struct physics_options {
+  bool damping = false, friction = false, armature = false, rotor = false, spring = false;
+  /// Dry friction has full strength at any speed but zero, instead of the smooth law.  For inverse dynamics only.
+  bool exact_friction = false;
+  double friction_width = 0.01; ///< of the smooth law, rad/s or m/s; for joints that have none of their own
+};
+
 struct model_options {
   /// The root link floats: a first joint `floating_base` with q = [x y z qx qy qz qw] and v = [linear, angular] in its
   /// frame.  If the description has a joint of that name, it is called `floating_root` instead, and a warning says so.
   bool floating_base = false;
   std::array<double, 3> gravity{0, 0, -9.81}; ///< m/s², world axes
   std::vector<payload> payloads;
+  physics_options physics;
 };
 
 /// A joint as a user sees it.  Every link is carried by exactly one joint.  For a fixed root it is called `base`, or `ground` if
@@ -69,6 +78,9 @@ public:
   int find_joint(const std::string &name) const;
   int find_link(const std::string &name) const;
 
+  /// Is dry friction discontinuous at rest?  Forward dynamics and derivatives are then undefined.
+  bool exact_friction() const { return exact_friction_; }
+
   /// The description that the model was built from, in file order.
   const robot_description &description() const { return description_; }
 
@@ -89,11 +101,12 @@ private:
     std::vector<ksl::link<S>> links;
     vec3<S> gravity;
     std::vector<S> inertia, theta0_sine, theta0_cosine; // contiguous, for lanes
+    std::vector<coordinate_physics<S>> physics; // (nv), or empty
     int first_angle = 0, angles_end = 0;
 
     model_view<S> view(int nq, int nv, int pose_numbers) const {
       return {static_cast<int>(bodies.size()), static_cast<int>(links.size()), nq, nv, pose_numbers, gravity, bodies.data(),
-              links.data(), inertia.data(), theta0_sine.data(), theta0_cosine.data(), first_angle, angles_end};
+              links.data(), inertia.data(), theta0_sine.data(), theta0_cosine.data(), first_angle, angles_end, physics.empty() ? nullptr : physics.data()};
     }
   };
 
@@ -104,6 +117,7 @@ private:
   arrays<double> double_;
   arrays<float> single_;
   int nq_ = 0, nv_ = 0, pose_numbers_ = 0, moving_joints_ = 0;
+  bool exact_friction_ = false;
 
   friend class model_builder;
 };

@@ -31,7 +31,7 @@ struct algorithm_kernels {
 struct kernel_table;
 
 /// An extent of a result: a fixed number, or one that follows from the model or from what is requested.
-enum class extent : unsigned char { three, four, six, ten, nq, nv, links, joints };
+enum class extent : unsigned char { three, four, five, six, ten, nq, nv, links, joints };
 
 struct result_row {
   const char *name;
@@ -93,6 +93,7 @@ constexpr int length_of(extent e, const extents &of) {
   switch (e) {
   case extent::three: return 3;
   case extent::four: return 4;
+  case extent::five: return 5;
   case extent::six: return 6;
   case extent::ten: return 10;
   case extent::nq: return of.nq;

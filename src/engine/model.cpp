@@ -3,6 +3,7 @@
 #include "ksl/model.hpp"
 
 #include "engine/canonical_axes.hpp"
+#include "engine/joint_physics.hpp"
 #include "engine/largest_workspace.hpp"
 #include "load/check.hpp"
 
@@ -194,6 +195,8 @@ private:
     choose_canonical_axes(m_.double_.bodies, m_.double_.links);
     add_inertias();
     add_angles();
+    m_.double_.physics = joint_physics(m_.description_, m_.joints_, m_.nv_, options_.physics);
+    m_.exact_friction_ = options_.physics.friction && options_.physics.exact_friction;
     round_to_single();
     for (const payload &p : options_.payloads)
       if (m_.find_link(p.link) < 0)
@@ -257,6 +260,8 @@ private:
     s.inertia.assign(d.inertia.begin(), d.inertia.end());
     s.theta0_sine.assign(d.theta0_sine.begin(), d.theta0_sine.end());
     s.theta0_cosine.assign(d.theta0_cosine.begin(), d.theta0_cosine.end());
+    for (const coordinate_physics<double> &c : d.physics)
+      s.physics.push_back(spread<float>(c));
     s.first_angle = d.first_angle, s.angles_end = d.angles_end;
   }
 

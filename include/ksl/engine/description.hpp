@@ -46,7 +46,14 @@ struct joint_description {
   optional_number lower, upper;  ///< rad or m
   optional_number effort;        ///< N m or N
   optional_number velocity;      ///< rad/s or m/s
-  double damping = 0, friction = 0; ///< read and listed, but not applied
+  double damping = 0;            ///< of each coordinate, N m s/rad or N s/m
+  double friction = 0;           ///< dry friction of each coordinate, N m or N
+  optional_number friction_width; ///< of its smooth law (joint_physics.hpp), rad/s or m/s; model_options has one for all others
+  double armature = 0;           ///< inertia that each coordinate feels besides that of the links, kg m² or kg
+  double rotor_inertia = 0;      ///< of the motor's rotor about its own axis, kg m²
+  double gear_ratio = 1;         ///< turns of the rotor for each of the joint; rad/m where the joint slides
+  double spring_stiffness = 0;   ///< N m/rad or N/m; of joints with one coordinate
+  double spring_rest = 0;        ///< position where the spring is slack, rad or m
 };
 
 struct robot_description {

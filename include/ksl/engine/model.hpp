@@ -51,6 +51,15 @@ template <class T> struct link {
   spatial_inertia<T> inertia;    ///< of this link alone, in the body's canonical frame
 };
 
+/// What a motor supplies at one coordinate besides the transmitted effort (joint_physics.hpp).  SI units, of the joint's side.
+template <class T> struct coordinate_physics {
+  T armature;                 ///< inertia of the rotor as the coordinate feels it, kg m² or kg
+  T damping;                  ///< N m s/rad or N s/m
+  T friction, friction_width; ///< N m or N; rad/s or m/s
+  T stiffness, rest;          ///< of a spring, N m/rad or N/m, and the position where it is slack
+  int q_index;                ///< where the coordinate's position is in q, if it has a spring
+};
+
 /// All arrays of a mechanism; bodies and links in topological order, parents first.
 template <class T> struct model_view {
   int bodies, links; ///< how many, ground and root included
@@ -62,6 +71,7 @@ template <class T> struct model_view {
   const T *inertia;                       ///< spatial_inertia of each body with all welded links (body_lanes.hpp)
   const T *theta0_sine, *theta0_cosine;   ///< of the joint that each number in q belongs to, padded as joint_angles
   int first_angle, angles_end;            ///< the range of indices in q that contains all joint angles
+  const coordinate_physics<T> *physics;   ///< (nv), or null: a motor supplies the transmitted effort
 };
 
 } // namespace ksl

@@ -24,6 +24,10 @@ template <class T, class S> KSL_LANES spatial_inertia<T> spread(const spatial_in
 
 template <class T, class S> KSL_LANES plane_rotation<T> spread(const plane_rotation<S> &a) { return {T(a.sine), T(a.cosine)}; }
 
+template <class T, class S> coordinate_physics<T> spread(const coordinate_physics<S> &c) {
+  return {T(c.armature), T(c.damping), T(c.friction), T(c.friction_width), T(c.stiffness), T(c.rest), c.q_index};
+}
+
 template <class T, class S> body<T> spread(const body<S> &b) {
   return {b.kind, b.parent, b.q_index, b.v_index, b.nv, b.v_end, b.angle_index, b.chain_start, b.pose_index, b.link,
           b.has_children, b.is_base, b.no_offset, spread<T>(b.placement), spread<T>(b.offset), spread<T>(b.alpha),
