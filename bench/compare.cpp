@@ -8,7 +8,7 @@
 namespace {
 
 struct settings {
-  std::vector<std::string> robots, operations{"rnea", "reactions", "aba", "crba", "fk"}, libraries;
+  std::vector<std::string> robots, operations, libraries, ksl;
   size_t few = 128, many = 1024;
   int repetitions = 31;
   double least_seconds = 1.5;
@@ -18,13 +18,19 @@ struct settings {
 };
 
 [[noreturn]] void usage() {
-  std::puts("usage: compare ROBOT... [--ops rnea,reactions,aba,crba,fk] [--reps 31] [--seconds 1.5] [--few 128] "
-            "[--many 1024]\n"
-            "               [--libraries KSL,Pinocchio,...] [--one-state] [--json FILE]\n"
-            "ROBOT: a name in robots.txt beside this program, or a URDF file; FILE:floating for a floating base.\n"
-            "reps, seconds: at least so many turns, and so long, for each robot.\n"
-            "few: different states that single calls run over; many: states in a batch.\n"
-            "libraries: KSL, Pinocchio, Pinocchio wheel, MuJoCo, KDL; all by default.");
+  std::puts(
+      "usage: compare ROBOT... [--ops rnea,derivatives,...] [--reps 31] [--seconds 1.5] [--few 128] [--many 1024]\n"
+      "               [--libraries KSL,Pinocchio,...] [--ksl FILE] [--one-state] [--json FILE]\n"
+      "ROBOT: a name in robots.txt beside this program, or a URDF file; FILE:floating for a floating base.\n"
+      "ops: names of operations, or parts of names; all by default.\n"
+      "reps, seconds: at least so many turns, and so long, for each robot.\n"
+      "few: different states that single calls run over; many: states in a batch.\n"
+      "libraries: KSL, Pinocchio, Pinocchio wheel, MuJoCo, KDL; all by default.\n"
+      "ksl: a ksl_peer (ksl_gcc.so) of another build; twice to compare two builds.  By default those beside this "
+      "program.\n"
+      "\nOperations:");
+  for (const quantity &x : quantities)
+    std::printf("  %s\n", x.name);
   std::exit(2);
 }
 
@@ -36,16 +42,35 @@ std::vector<std::string> split(const std::string &text) {
   return parts;
 }
 
+/// The operations with these names, in the order of the list.  A word that is no name stands for all that contain it.
+std::vector<std::string> find_operations(const std::vector<std::string> &words) {
+  std::vector<std::string> found;
+  for (const quantity &x : quantities) {
+    const std::string name = x.name;
+    const auto meant = [&](const std::string &word) {
+      const bool is_name =
+          std::any_of(std::begin(quantities), std::end(quantities), [&](const quantity &y) { return y.name == word; });
+      return is_name ? name == word : name.find(word) != name.npos;
+    };
+    if (words.empty() || std::any_of(words.begin(), words.end(), meant))
+      found.push_back(name);
+  }
+  return found;
+}
+
 settings parse(int argc, char **argv) {
   settings s;
+  std::vector<std::string> words;
   s.home = std::filesystem::read_symlink("/proc/self/exe").parent_path();
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
     const auto value = [&] { return ++i < argc ? argv[i] : (usage(), ""); };
     if (word == "--ops")
-      s.operations = split(value());
+      words = split(value());
     else if (word == "--libraries")
       s.libraries = split(value());
+    else if (word == "--ksl")
+      s.ksl.push_back(std::filesystem::absolute(value()).string());
     else if (word == "--reps")
       s.repetitions = std::atoi(value());
     else if (word == "--seconds")
@@ -63,7 +88,8 @@ settings parse(int argc, char **argv) {
     else
       s.robots.push_back(word);
   }
-  if (s.robots.empty() || s.repetitions < 1 || s.few < 1 || s.many < 1)
+  s.operations = find_operations(words);
+  if (s.operations.empty() || s.robots.empty() || s.repetitions < 1 || s.few < 1 || s.many < 1)
     usage();
   return s;
 }
@@ -84,6 +110,8 @@ std::pair<std::string, bool> find_robot(const settings &s, const std::string &ro
   return {floating ? robot.substr(0, robot.size() - suffix.size()) : robot, floating};
 }
 
+bool is_ksl(const bench_peer &p) { return p.library == std::string("KSL"); }
+
 double ns(const entry *e) { return e ? median(e->times) : NAN; }
 
 /// A number, or a dash if there is none.
@@ -94,26 +122,43 @@ std::string cell(double x, const char *format = "%.2f") {
   return text;
 }
 
-/// Ratios are those of the library built with gcc.
-void print_row(const contest &c, const std::string &robot, const std::string &operation) {
-  const double gcc = ns(c.best("KSL, gcc", operation)), clang = ns(c.best("KSL, clang", operation));
-  const entry *rival = c.best("Pinocchio", operation);
-  const double best = ns(rival), batch = ns(c.best("KSL, gcc", operation, 1)),
-               single = ns(c.best("KSL, gcc", operation, 1, 1)), two = ns(c.best("KSL, gcc", operation, 1, 0, 2));
-  const auto over = [&](const char *library) { return cell(ns(c.best(library, operation)) / gcc); };
-  std::printf("%-10s %-9s %8s %8s %8s | %6s %6s %6s %6s | %8s %6s %8s %6s %6s | %s %s\n", robot.c_str(),
-              operation.c_str(), cell(gcc, "%.1f").c_str(), cell(clang, "%.1f").c_str(), cell(best, "%.1f").c_str(),
-              cell(best / gcc).c_str(), over("Pinocchio wheel").c_str(), over("MuJoCo").c_str(), over("KDL").c_str(),
-              cell(batch, "%.1f").c_str(), cell(best / batch).c_str(), cell(single, "%.1f").c_str(),
-              cell(batch / single).c_str(), cell(batch / two).c_str(), rival ? rival->peer->name : "",
-              rival ? rival->op().variant : "");
+/// Ratios are those of the first KSL build.
+void print_row(const contest &c, const std::vector<const bench_peer *> &peers, const std::string &robot,
+               const std::string &operation) {
+  const std::string theirs = quantity_of(operation.c_str()).of_others();
+  const auto of = [&](const char *library) {
+    return ns(c.best([&](const bench_peer &p) { return p.library == std::string(library); }, theirs));
+  };
+  const auto ksl = [&](size_t i, auto... how) {
+    return i < peers.size() ? ns(c.best([&](const bench_peer &p) { return &p == peers[i]; }, operation, how...)) : NAN;
+  };
+  const entry *rival = c.best([](const bench_peer &p) { return p.library == std::string("Pinocchio"); }, theirs);
+  const double first = ksl(0), best = ns(rival), batch = ksl(0, 1), single = ksl(0, 1, 1), two = ksl(0, 1, 0, 2);
+  const double second = peers.size() > 1 && is_ksl(*peers[1]) ? ksl(1) : NAN;
+  std::printf("%-10s %-28s %8s %8s %8s | %6s %6s %6s %6s | %8s %6s %8s %6s %6s | %s %s\n", robot.c_str(),
+              operation.c_str(), cell(first, "%.1f").c_str(), cell(second, "%.1f").c_str(), cell(best, "%.1f").c_str(),
+              cell(best / first).c_str(), cell(of("Pinocchio wheel") / first).c_str(),
+              cell(of("MuJoCo") / first).c_str(), cell(of("KDL") / first).c_str(), cell(batch, "%.1f").c_str(),
+              cell(best / batch).c_str(), cell(single, "%.1f").c_str(), cell(batch / single).c_str(),
+              cell(batch / two).c_str(), rival ? rival->peer->name : "", rival ? rival->op().variant : "");
 }
 
-void print_head(const settings &s) {
+void print_head(const settings &s, const std::vector<const bench_peer *> &peers) {
   std::printf("ns a state, medians of %d turns or more; batches of %zu states; x: times faster than that library\n",
               s.repetitions, s.many);
-  std::printf("%-20s %8s %8s %8s | %6s %6s %6s %6s | %8s %6s %8s %6s %6s | %s\n", "", "KSL gcc", "clang", "best Pin",
-              "x Pin", "x whl", "x MuJ", "x KDL", "batch", "x Pin", "float", "x dbl", "2 thr", "best Pinocchio is");
+  std::string missing;
+  for (const std::string &operation : s.operations)
+    if (std::none_of(peers[0]->operation, peers[0]->operation + peers[0]->operations,
+                     [&](const bench_operation &o) { return o.name == operation; }))
+      missing += (missing.empty() ? "" : ", ") + operation;
+  if (!missing.empty())
+    std::printf("not in this build of KSL: %s\n", missing.c_str());
+  const auto name = [&](size_t i) { // without the name of the library
+    return i < peers.size() && is_ksl(*peers[i]) ? "KSL " + std::string(peers[i]->name).substr(5) : "";
+  };
+  std::printf("%-39s %8s %8s %8s | %6s %6s %6s %6s | %8s %6s %8s %6s %6s | %s\n", "", name(0).c_str(), name(1).c_str(),
+              "best Pin", "x Pin", "x whl", "x MuJ", "x KDL", "batch", "x Pin", "float", "x dbl", "2 thr",
+              "best Pinocchio is");
 }
 
 /// Peak rates and the speed of memcpy, measured once in each turn, so that they see the same state of the machine.
@@ -179,17 +224,20 @@ void write_json(const settings &s, const peaks &p, const std::vector<std::string
 
 int main(int argc, char **argv) {
   const settings s = parse(argc, argv);
-  const std::string ksl = (s.home / "peers/ksl_gcc.so").string();
+  const std::string ksl = s.ksl.empty() ? (s.home / "peers/ksl_gcc.so").string() : s.ksl[0];
   auto *const describe = symbol<bool(const char *, int, bench_model *)>(ksl, "bench_describe");
   const char *instruction_set = symbol<const char *()>(ksl, "bench_instruction_set")();
-  const std::vector<const bench_peer *> peers = load_peers(s.home / "peers");
+  const std::vector<const bench_peer *> peers = load_peers(s.home / "peers", s.ksl);
   const auto wanted = [&](const bench_peer &p, const bench_operation &o) {
-    return contains(s.operations, o.name) && (s.batch || !o.batch) && (o.threads == 1 || s.many >= 4096) &&
-           (s.libraries.empty() || contains(s.libraries, p.library));
+    const auto meant = [&](const std::string &operation) {
+      return o.name == (is_ksl(p) ? operation : quantity_of(operation.c_str()).of_others());
+    };
+    return std::any_of(s.operations.begin(), s.operations.end(), meant) && (s.batch || !o.batch) &&
+           (o.threads == 1 || s.many >= 4096) && (s.libraries.empty() || contains(s.libraries, p.library));
   };
   peaks machine;
   std::vector<std::string> robots;
-  print_head(s);
+  print_head(s, peers);
   for (const std::string &robot : s.robots) {
     const auto [path, floating] = find_robot(s, robot);
     bench_model model;
@@ -203,7 +251,7 @@ int main(int argc, char **argv) {
     c.measure(s.repetitions, s.least_seconds, [&] { here.in_turn(); });
     machine.add(here);
     for (const std::string &operation : s.operations)
-      print_row(c, robot, operation);
+      print_row(c, peers, robot, operation);
     std::fflush(stdout);
     robots.push_back(json_of(c, model, here));
   }

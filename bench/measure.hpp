@@ -3,6 +3,7 @@
 
 #include "limits.hpp"
 #include "peers.hpp"
+#include "quantities.hpp"
 #include "states.hpp"
 
 #include <cmath>
@@ -24,6 +25,7 @@ struct entry {
   std::vector<double> times; ///< ns per state, one for each repetition
 
   const bench_operation &op() const { return peer->operation[operation]; }
+  const quantity &what() const { return quantity_of(op().name); }
 };
 
 /// A robot, its states, and all that the peers can do with it.
@@ -57,8 +59,9 @@ public:
       peer->destroy(self);
   }
 
-  /// Compares all results; prints a message and returns false if two libraries don't agree.  One-state results are compared
-  /// with the first peer that is not KSL, batches with KSL's one-state results, which have been compared before.
+  /// Compares all results; prints a message and returns false if two libraries don't agree.  One-state results are
+  /// compared with the first peer that is not KSL, batches with KSL's one-state results, which have been compared
+  /// before.
   bool agree() {
     bool good = true;
     std::erase_if(entries, [&](const entry &e) { // a peer doesn't write results for which it has no algorithm
@@ -80,9 +83,9 @@ public:
     return good;
   }
 
-  /// Measures times.  Each repetition runs every entry once, right after an untimed run that loads its code and data into the
-  /// caches.  If they take less than some seconds, there are more repetitions than requested, since a machine may be slow for
-  /// a while.
+  /// Measures times.  Each repetition runs every entry once, right after an untimed run that loads its code and data
+  /// into the caches.  If they take less than some seconds, there are more repetitions than requested, since a machine
+  /// may be slow for a while.
   void measure(int repetitions, double least_seconds, const std::function<void()> &in_each_turn) {
     const double begin = seconds();
     for (int r = 0; r < repetitions || seconds() - begin < least_seconds; ++r) {
@@ -97,14 +100,13 @@ public:
     }
   }
 
-  /// The fastest variant of an operation in a library; null if there is none.
-  const entry *best(const std::string &library, const std::string &operation, int batch = 0, int single = 0,
-                    int threads = 1) const {
+  /// The fastest variant of an operation among some peers; null if there is none.
+  const entry *best(const std::function<bool(const bench_peer &)> &competes, const std::string &operation,
+                    int batch = 0, int single = 0, int threads = 1) const {
     const entry *found = nullptr;
     for (const entry &e : entries)
-      if ((e.peer->library == library || e.peer->name == library) && e.op().name == operation &&
-          e.op().batch == batch && e.op().single == single && e.op().threads == threads &&
-          (!found || median(e.times) < median(found->times)))
+      if (competes(*e.peer) && e.op().name == operation && e.op().batch == batch && e.op().single == single &&
+          e.op().threads == threads && (!found || median(e.times) < median(found->times)))
         found = &e;
     return found;
   }
@@ -122,12 +124,11 @@ private:
   };
   std::vector<witness_rows> witnesses_;
 
-  /// Accelerations lose digits with the condition of the mass matrix, which grows with the fourth power of a chain's
+  /// What solves loses digits with the condition of the mass matrix, which grows with the fourth power of a chain's
   /// length.
   double tolerance(const entry &e) const {
-    const bool forward = e.op().name[0] == 'a';
-    const double ordinary = e.op().single ? (forward ? 3e-2 : 1e-3) : 1e-9;
-    return forward ? ordinary * std::fmax(1, std::pow(model_.joints / 100.0, 4)) : ordinary;
+    const double ordinary = e.op().single ? (e.what().solves ? 3e-2 : 1e-3) : 1e-9;
+    return e.what().solves ? ordinary * std::fmax(1, std::pow(model_.joints / 100.0, 4)) : ordinary;
   }
 
   /// Efforts that give the accelerations of the states, so that forward dynamics gets realistic numbers.
@@ -147,7 +148,7 @@ private:
   }
 
   std::vector<double> results(const entry &e) const {
-    std::vector<double> out(e.n * static_cast<size_t>(bench_width(model_, e.op().name)), NAN);
+    std::vector<double> out(e.n * static_cast<size_t>(e.what().width(model_)), NAN);
     e.peer->run(e.self, e.operation, out.data());
     return out;
   }
@@ -155,14 +156,14 @@ private:
   /// One-state results of the same operation on the same states by another library, or for batches by KSL.
   std::vector<double> witness(const entry &e) {
     const bool batch = e.op().batch;
-    const std::string key = std::string(e.op().name) + (batch ? " many" : " few");
+    const std::string name = batch ? e.op().name : e.what().of_others(), key = name + (batch ? " many" : " few");
     for (const witness_rows &w : witnesses_)
       if (w.key == key && (w.peer != e.peer || batch))
         return w.rows;
     for (const auto &[peer, self] : created_)
       for (int i = 0; i < peer->operations; ++i) {
         const bool fits = batch ? peer->library == std::string("KSL") : peer->library != std::string(e.peer->library);
-        if (!fits || peer->operation[i].batch || peer->operation[i].name != std::string(e.op().name))
+        if (!fits || peer->operation[i].batch || peer->operation[i].name != name)
           continue;
         std::vector<double> rows = one_by_one(*peer, self, i, batch);
         if (nothing(rows))
@@ -170,7 +171,7 @@ private:
         witnesses_.push_back({key, peer, rows});
         return rows;
       }
-    if (e.op().name[0] == 'a') // efforts were computed from accelerations, which must be reproduced
+    if (name == "aba") // efforts were computed from accelerations, which must be reproduced
       return batch ? many_.a : few_.a;
     return {};
   }
@@ -185,7 +186,7 @@ private:
     return rows;
   }
 
-  /// The error of the worst state; for forward dynamics in float the median, since states may be ill-conditioned.
+  /// The error of the worst state; for what solves, in float, the median, since states may be ill-conditioned.
   double difference(const entry &e, const std::vector<double> &found, const std::vector<double> &expected) const {
     const size_t width = found.size() / e.n;
     std::vector<double> each;
@@ -196,9 +197,9 @@ private:
         const double d = std::fabs(found[i] - expected[i]);
         worst = d <= worst ? worst : d; // a NaN counts
       }
-      each.push_back(worst / scale);
+      each.push_back(scale > 0 ? worst / scale : worst);
     }
-    if (e.op().single && e.op().name[0] == 'a')
+    if (e.op().single && e.what().solves)
       return median(each);
     double all = 0;
     for (double x : each)

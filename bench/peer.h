@@ -10,11 +10,13 @@
 
 extern "C" {
 
-enum bench_joint_kind { bench_revolute, bench_prismatic, bench_floating };
+/// bench_other: a kind that only KSL is measured with.
+enum bench_joint_kind { bench_revolute, bench_prismatic, bench_floating, bench_other };
 
 /// A joint and the body that it carries, including all links welded to it.
 struct bench_joint {
   int kind;
+  int nq, nv;         ///< its numbers in q and in v; nq = nv + 1: a unit quaternion xyzw is the last of them
   int parent;         ///< joint; −1: the world
   double rotation[9]; ///< of the joint's frame in the parent's, row-major, at q = 0
   double position[3]; ///< its origin there
@@ -29,6 +31,7 @@ struct bench_model {
   int floating_base;
   int joints, nq, nv;
   const bench_joint *joint;
+  int frame; ///< the joint whose frame is asked for where an operation is about one frame: the last of the deepest
   double gravity[3];
 };
 
@@ -38,9 +41,9 @@ struct bench_states {
   const double *q, *v, *a, *tau;
 };
 
-/// An operation that can be timed.  name: rnea, aba, crba, fk, reactions (rnea with the wrench through every joint).
+/// An operation that can be timed.
 struct bench_operation {
-  const char *name;
+  const char *name;    ///< one of quantities.hpp
   const char *variant; ///< a convention or method; for each peer and name the fastest one counts
   int batch;           ///< whole batch in one call, or a loop over single states
   int single;          ///< float
@@ -63,18 +66,4 @@ struct bench_peer {
 };
 
 __attribute__((visibility("default"))) const bench_peer *bench_peer_table(void);
-}
-
-/// Numbers of a result for one state.
-inline int bench_width(const bench_model &m, const char *operation) {
-  switch (operation[0]) {
-  case 'c':
-    return m.nv * m.nv;
-  case 'f':
-    return 12 * m.joints; // rotation row-major, then position, of each joint's frame in the world
-  case 'r':
-    return operation[1] == 'e' ? 6 * m.joints : m.nv;
-  default:
-    return m.nv;
-  }
 }

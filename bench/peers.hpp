@@ -22,22 +22,22 @@ template <class Function> Function *symbol(const std::string &path, const char *
   return reinterpret_cast<Function *>(found);
 }
 
-/// All peers of a folder, KSL's first, the others in the order of their names.
-inline std::vector<const bench_peer *> load_peers(const std::filesystem::path &folder) {
-  std::vector<std::string> paths;
+/// A KSL build, or all of them that lie in a folder, then the other peers of the folder, in the order of their names.
+inline std::vector<const bench_peer *> load_peers(const std::filesystem::path &folder, std::vector<std::string> ksl) {
+  std::vector<std::string> others;
+  const bool given = !ksl.empty();
   for (const auto &entry : std::filesystem::directory_iterator(folder))
-    if (entry.path().extension() == ".so")
-      paths.push_back(entry.path().string());
-  std::sort(paths.begin(), paths.end());
+    if (entry.path().extension() == ".so") {
+      const bool is_ksl = entry.path().filename().string().starts_with("ksl_");
+      if (!is_ksl || !given)
+        (is_ksl ? ksl : others).push_back(entry.path().string());
+    }
+  std::sort(others.begin(), others.end());
+  if (!given)
+    std::sort(ksl.rbegin(), ksl.rend()); // gcc first
+  ksl.insert(ksl.end(), others.begin(), others.end());
   std::vector<const bench_peer *> peers;
-  for (const std::string &path : paths)
+  for (const std::string &path : ksl)
     peers.push_back(symbol<const bench_peer *()>(path, "bench_peer_table")());
-  std::stable_sort(peers.begin(), peers.end(), [](const bench_peer *a, const bench_peer *b) {
-    const auto rank = [](const bench_peer *p) {
-      const std::string name = p->name;
-      return name == "KSL, gcc" ? 0 : name == "KSL, clang" ? 1 : 2;
-    };
-    return rank(a) < rank(b);
-  });
   return peers;
 }

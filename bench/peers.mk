@@ -40,12 +40,16 @@ $(eval $(call PINOCCHIO_PEER,pinocchio_gcc_scalar,g++,-fno-gnu-unique -DEIGEN_DO
 $(eval $(call PINOCCHIO_PEER,pinocchio_clang,clang++,,clang))
 $(eval $(call PINOCCHIO_PEER,pinocchio_clang_scalar,clang++,-DEIGEN_DONT_VECTORIZE,clang without Eigen vectors))
 
+# What the wheel has compiled.  The rest of Pinocchio (computeMinverse, regressors, frames) its users compile themselves.
+WHEEL := aba crba $(addprefix impl::,rnea forwardKinematics computeRNEADerivatives computeABADerivatives computeCoriolisMatrix \
+  ccrba computeCentroidalMap jacobianCenterOfMass computeJointJacobian)
+
 # No -march here: alignment of Eigen's types must be that of the compiled library.
 $(PEERS)/pinocchio_wheel.so: bench/peers/pinocchio.cpp $(VENV)/.installed
 	$(NICE) g++ $(FLAGS) -fno-gnu-unique -DPINOCCHIO_ENABLE_TEMPLATE_INSTANTIATION $(PINOCCHIO) \
 	  '-DBENCH_NAME="Pinocchio, wheel"' '-DBENCH_LIBRARY="Pinocchio wheel"' $< -o $@ $(LINK) -Wl,--allow-shlib-undefined \
 	  -L$(PREFIX)/lib -lpinocchio_default -Wl,-rpath,$(abspath $(PREFIX))/lib
-	for f in impl::rnea aba crba impl::forwardKinematics; do nm -DC $@ | grep -q " U .*pinocchio::$$f<" || \
+	for f in $(WHEEL); do nm -DC $@ | grep -q " U .*pinocchio::$$f<" || \
 	  { echo "$@ has its own $$f instead of the library's" >&2; exit 1; }; done
 
 $(PEERS)/mujoco.so: bench/peers/mujoco.cpp $(VENV)/.installed

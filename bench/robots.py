@@ -18,6 +18,12 @@ EXAMPLES = {
 }
 SIZES = (4, 8, 16, 32, 64, 128)
 LINEARITY = (250, 500, 1000)
+KINDS = {  # joints of several axes, and the same freedoms as chains of one-axis joints
+    "spherical": (("revolute", "1 0 0"), ("revolute", "0 1 0"), ("revolute", "0 0 1")),
+    "universal": (("revolute", "1 0 0"), ("revolute", "0 1 0")),
+    "cylindrical": (("revolute", "0 0 1"), ("prismatic", "0 0 1")),
+}
+KINDS_BODIES = 15
 
 
 def link(name: str, rng: random.Random) -> str:
@@ -30,14 +36,15 @@ def link(name: str, rng: random.Random) -> str:
     )
 
 
-def joint(i: int, parent: int, rng: random.Random) -> str:
+def place(rng: random.Random) -> str:
     angles = " ".join(f"{rng.choice((0, 1.5707963, -1.5707963)):.7f}" for _ in range(3))
     offset = " ".join(f"{rng.uniform(-0.3, 0.3):.6f}" for _ in range(3))
-    axis = rng.choice(("1 0 0", "0 1 0", "0 0 1"))
-    return (
-        f'<joint name="j{i}" type="revolute"><parent link="l{parent}"/><child link="l{i}"/><origin xyz="{offset}" rpy="{angles}"/>'
-        f'<axis xyz="{axis}"/><limit lower="-3" upper="3" effort="100" velocity="10"/></joint>'
-    )
+    return f'<origin xyz="{offset}" rpy="{angles}"/>'
+
+
+def joint(name: str, kind: str, parent: str, child: str, origin: str, axes: str) -> str:
+    limit = '<limit lower="-3" upper="3" effort="100" velocity="10"/>' if kind in ("revolute", "prismatic") else ""
+    return f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>{origin}{axes}{limit}</joint>'
 
 
 def mechanism(name: str, bodies: int, branching: bool) -> str:
@@ -46,7 +53,28 @@ def mechanism(name: str, bodies: int, branching: bool) -> str:
     parts = ['<link name="l0"/>']
     for i in range(1, bodies + 1):
         parent = i // 2 if branching else i - 1
-        parts += [link(f"l{i}", rng), joint(i, parent, rng)]
+        parts += [link(f"l{i}", rng)]
+        origin, axis = place(rng), rng.choice(("1 0 0", "0 1 0", "0 0 1"))
+        parts += [joint(f"j{i}", "revolute", f"l{parent}", f"l{i}", origin, f'<axis xyz="{axis}"/>')]
+    return f'<robot name="{name}">\n' + "\n".join(parts) + "\n</robot>\n"
+
+
+def several_axes(name: str, one_axis: bool) -> str:
+    """A tree of the joints of KINDS, or of the chains that stand for them, with massless links between."""
+    rng = random.Random(KINDS_BODIES)
+    own_axes = {"spherical": "", "universal": '<axis xyz="1 0 0"/><axis2 xyz="0 1 0"/>', "cylindrical": '<axis xyz="0 0 1"/>'}
+    parts = ['<link name="l0"/>']
+    for i in range(1, KINDS_BODIES + 1):
+        kind, axes = list(KINDS.items())[i % len(KINDS)]
+        parts.append(link(f"l{i}", rng))
+        origin = place(rng)
+        if not one_axis:
+            parts.append(joint(f"j{i}", kind, f"l{i // 2}", f"l{i}", origin, own_axes[kind]))
+            continue
+        links = [f"l{i // 2}", *(f"l{i}_{k}" for k in range(1, len(axes))), f"l{i}"]
+        parts += [f'<link name="{between}"/>' for between in links[1:-1]]
+        for k, (one, axis) in enumerate(axes):
+            parts.append(joint(f"j{i}_{k}", one, links[k], links[k + 1], "" if k else origin, f'<axis xyz="{axis}"/>'))
     return f'<robot name="{name}">\n' + "\n".join(parts) + "\n</robot>\n"
 
 
@@ -56,10 +84,12 @@ def main(output: str) -> None:
     share = Path(sysconfig.get_path("purelib")) / "cmeel.prefix/share/example-robot-data/robots"
     lines = [f"{name} {base} {share / path}" for name, (base, path) in EXAMPLES.items()]
     shapes = [("chain", n, False) for n in SIZES + LINEARITY] + [("tree", n, True) for n in SIZES]
-    for shape, bodies, branching in shapes:
-        path = folder / f"robots/{shape}{bodies}.urdf"
-        path.write_text(mechanism(path.stem, bodies, branching))
-        lines.append(f"{path.stem} fixed {path.resolve()}")
+    made = {f"{shape}{bodies}": mechanism(f"{shape}{bodies}", bodies, branching) for shape, bodies, branching in shapes}
+    made |= {"kinds": several_axes("kinds", False), "kinds_by_axes": several_axes("kinds_by_axes", True)}
+    for name, text in made.items():
+        path = folder / f"robots/{name}.urdf"
+        path.write_text(text)
+        lines.append(f"{name} fixed {path.resolve()}")
     (folder / "robots.txt").write_text("\n".join(lines) + "\n")
 
 

@@ -1,6 +1,6 @@
 """Runs all benchmarks and prints their tables: `make bench`, or run.py BUILD_DIR [--only STEP,...] [--docs].
 
-Steps: robots, threads, sizes, scaling, flops, python, loads, algebra.  Each leaves its figures in BUILD_DIR/parts (the last
+Steps: robots, kinds, threads, sizes, scaling, flops, python, loads, algebra.  Each leaves its figures in BUILD_DIR/parts (the last
 only prints them); all together go to BUILD_DIR/results.json.  --docs also draws the plots and puts the tables into docs/performance.md.
 """
 
@@ -39,6 +39,14 @@ class Bench:
     def robots(self) -> None:
         self.compare("robots", ROBOTS)
 
+    def kinds(self) -> None:
+        """Joints of several axes beside chains of one-axis joints.  Times of two robots are not taken in turns: the least of three runs."""
+        runs = [self.compare("kinds", ["kinds", "kinds_by_axes"], "--libraries", "KSL", "--seconds", "0.5", quiet=True) for _ in range(3)]
+        for name, robot in runs[0]["robots"].items():
+            for i, time in enumerate(robot["times"]):
+                time["minimum_ns"] = min(run["robots"][name]["times"][i]["minimum_ns"] for run in runs)
+        (self.parts / "kinds.json").write_text(json.dumps(runs[0]))
+
     def threads(self) -> None:
         self.compare("threads", ["ur5", "talos"], "--ops", "rnea,aba", "--libraries", "KSL", "--many", "20000", quiet=True)
 
@@ -51,7 +59,7 @@ class Bench:
         """Chains and trees; the longest without Pinocchio, whose workspace grows with the third power of the joints."""
         few = ["--few", "32", "--many", "256", "--seconds", "0.5"]
         names = [f"{shape}{n}" for shape in ("chain", "tree") for n in BODIES]
-        run = self.compare("scaling", names, "--ops", "rnea,aba,crba,fk", "--libraries", "KSL,Pinocchio", *few, quiet=True)
+        run = self.compare("scaling", names, "--ops", "rnea,aba,crba,crba_upper,crba_tree,fk", "--libraries", "KSL,Pinocchio", *few, quiet=True)
         run["robots"] |= self.compare("scaling", LONG, "--ops", "rnea,fk", "--libraries", "KSL,KDL", *few, quiet=True)["robots"]
         for name, robot in self.compare("scaling", LONG, "--ops", "aba", "--libraries", "KSL", *few, quiet=True)["robots"].items():
             run["robots"][name]["times"] += robot["times"]
@@ -96,7 +104,7 @@ def machine() -> dict[str, str]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("build", type=Path)
-    parser.add_argument("--only", default="algebra,robots,threads,sizes,scaling,flops,python,loads", help="steps to run; may be empty")
+    parser.add_argument("--only", default="algebra,robots,kinds,threads,sizes,scaling,flops,python,loads", help="steps to run; may be empty")
     parser.add_argument("--docs", action="store_true", help="draw the plots and renew the tables of docs/performance.md")
     arguments = parser.parse_args()
     bench = Bench(arguments.build)

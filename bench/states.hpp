@@ -17,10 +17,12 @@ struct states {
     std::normal_distribution<double> normal;
     for (size_t k = 0; k < n; ++k) {
       for (int i = 0; i < m.joints; ++i) {
-        if (m.joint[i].kind == bench_floating)
-          floating(angle, normal, random);
-        else
-          q.push_back(m.joint[i].kind == bench_prismatic ? 0.1 * angle(random) : angle(random));
+        const bench_joint &j = m.joint[i];
+        const int quaternion = j.nq > j.nv ? 4 : 0;
+        for (int e = 0; e < j.nq - quaternion; ++e)
+          q.push_back(j.kind == bench_prismatic ? 0.1 * angle(random) : angle(random));
+        if (quaternion)
+          rotation(normal, random);
       }
       for (int i = 0; i < m.nv; ++i)
         v.push_back(normal(random)), a.push_back(normal(random));
@@ -31,12 +33,10 @@ struct states {
   bench_states view() const { return {n, q.data(), v.data(), a.data(), tau.data()}; }
 
 private:
-  template <class Angle, class Normal, class Random> void floating(Angle &angle, Normal &normal, Random &random) {
+  template <class Normal, class Random> void rotation(Normal &normal, Random &random) {
     double x[4], square = 0;
     for (double &e : x)
       e = normal(random), square += e * e;
-    for (int i = 0; i < 3; ++i)
-      q.push_back(angle(random));
     for (double e : x)
       q.push_back(e / std::sqrt(square));
   }

@@ -7,6 +7,21 @@ from typing import Any
 
 Results = dict[str, Any]
 OPERATIONS = {"rnea": "RNEA", "aba": "ABA", "crba": "CRBA", "fk": "FK"}
+FURTHER = {
+    "crba_upper": "CRBA, upper triangle",
+    "crba_tree": "CRBA, elements of the tree",
+    "mass_matrix_inverse": "M⁻¹",
+    "coriolis_matrix": "Coriolis matrix",
+    "inverse_dynamics_derivatives": "derivatives of inverse dynamics",
+    "forward_dynamics_derivatives": "derivatives of forward dynamics",
+    "centroidal_momentum_matrix": "centroidal momentum matrix",
+    "center_of_mass_jacobian": "Jacobian of the centre of mass",
+    "jacobian": "Jacobian of one frame",
+    "frame_velocity": "velocity of one frame",
+    "frame_acceleration": "acceleration of one frame",
+    "inverse_dynamics_regressor": "regressor",
+}
+BESIDE = {"crba_upper": "crba", "crba_tree": "crba"}  # what other libraries have in its place
 BEGIN, END = "<!-- figures: make bench-plots -->", "<!-- end of figures -->"
 
 
@@ -42,26 +57,59 @@ def over(a: float | None, b: float | None) -> float | None:
     return a / b if a and b else None
 
 
+def way(rival: Results | None) -> str:
+    """Which way of Pinocchio it is."""
+    return f"{rival['peer'].removeprefix('Pinocchio, ')} {rival['variant'].removesuffix(' + update')}".strip() if rival else ""
+
+
 def one_state(results: Results) -> str:
     rows = []
     for name, robot in results["robots"]["robots"].items():
         for operation, label in OPERATIONS.items():
             ours, clang = ns(robot, "KSL, gcc", operation), ns(robot, "KSL, clang", operation)
             rival = best(robot, "Pinocchio", operation)
-            how = f"{rival['peer'].removeprefix('Pinocchio, ')} {rival['variant'].removesuffix(' + update')}".strip() if rival else ""
             others = [cell(over(ns(robot, library, operation), ours)) for library in ("Pinocchio", "Pinocchio wheel", "MuJoCo", "KDL")]
             spread = over(max(ours, clang), min(ours, clang)) if ours and clang else None
-            rows.append([f"{name} {label}", cell(ours, 0), cell(ns(robot, "Pinocchio", operation), 0), *others, cell(clang, 0), cell(spread), how])
+            rows.append([f"{name} {label}", cell(ours, 0), cell(ns(robot, "Pinocchio", operation), 0), *others, cell(clang, 0), cell(spread), way(rival)])
     ratios = ["× best Pinocchio", "× its wheel", "× MuJoCo", "× KDL"]
     return table(["one state", "KSL, ns", "best Pinocchio, ns", *ratios, "KSL by clang, ns", "slower : faster", "best Pinocchio is"], rows)
+
+
+def further(results: Results) -> str:
+    """The other operations, one state and batches."""
+    rows = []
+    for operation, label in FURTHER.items():
+        for name, robot in results["robots"]["robots"].items():
+            theirs = BESIDE.get(operation, operation)
+            ours, rival = ns(robot, "KSL, gcc", operation), best(robot, "Pinocchio", theirs)
+            if not ours or not rival:
+                continue
+            best_ns, (double, single) = rival["median_ns"], (ns(robot, "KSL, gcc", operation, 1, s) for s in (0, 1))
+            alone = [cell(ours, 0), cell(best_ns, 0), cell(over(best_ns, ours)), cell(over(ns(robot, "MuJoCo", theirs), ours))]
+            rows.append([f"{label}, {name}", *alone, cell(double, 1), cell(over(best_ns, double)), cell(single, 1), way(rival)])
+    batches = [f"batch of {results['robots']['many']}, ns", "× best Pinocchio, one state", "float, ns"]
+    return table(["one state and batches", "KSL, ns", "best Pinocchio, ns", "× best Pinocchio", "× MuJoCo", *batches, "best Pinocchio is"], rows)
 
 
 def reactions(results: Results) -> str:
     rows = []
     for name, robot in results["robots"]["robots"].items():
-        alone, both = ns(robot, "KSL, gcc", "rnea"), ns(robot, "KSL, gcc", "reactions")
-        rows.append([name, cell(alone, 0), cell(both, 0), f"{100 * (over(both, alone) or 1) - 100:.0f} %"])
-    return table(["reactions beside RNEA", "RNEA, ns", "with reactions, ns", "more"], rows)
+        for alone, both, label in (("rnea", "reactions", ""), ("inverse_dynamics_derivatives", "reactions_derivatives", ", derivatives")):
+            times = [ns(robot, "KSL, gcc", operation) for operation in (alone, both)]
+            if all(times):
+                rows.append([name + label, cell(times[0], 0), cell(times[1], 0), f"{100 * times[1] / times[0] - 100:.0f} %"])
+    return table(["reactions beside inverse dynamics", "without, ns", "with reactions, ns", "more"], rows)
+
+
+def kinds(results: Results) -> str:
+    rows, robots = [], results["kinds"]["robots"]
+    for operation, label in (OPERATIONS | FURTHER).items():
+        for is_batch in (0, 1):
+            found = [best(robots[name], "KSL, gcc", operation, is_batch) for name in ("kinds", "kinds_by_axes")]
+            if all(found):
+                times = [time["minimum_ns"] for time in found]
+                rows.append([label + (", batch" if is_batch else ""), cell(times[0], 1), cell(times[1], 1), cell(over(times[1], times[0]))])
+    return table(["spherical, universal and cylindrical joints", "as such, ns", "as one-axis joints, ns", "faster"], rows)
 
 
 def batch(results: Results) -> str:
@@ -101,6 +149,18 @@ def linearity(results: Results) -> str:
     return table(["ns for each body", "RNEA, one state", "RNEA, batch", "ABA, one state", "ABA, batch", "kB for a state in flight"], rows)
 
 
+def long_chains(results: Results) -> str:
+    """Mass matrices, whose work grows with the square of a chain's length."""
+    rows = []
+    for name, robot in results["scaling"]["robots"].items():
+        theirs = ns(robot, "Pinocchio", "crba")
+        if name.startswith("chain") and theirs:
+            times = [ns(robot, "KSL, gcc", *which) for which in (("crba",), ("crba_upper",), ("crba", 1), ("crba_upper", 1))]
+            rows.append([name, cell(theirs, 0), *(x for time in times for x in (cell(time, 0), cell(over(theirs, time))))])
+    columns = [x for which in ("KSL", "upper triangle", "batch", "batch, upper") for x in (f"{which}, ns", "×")]
+    return table(["CRBA of chains", "best Pinocchio, ns", *columns], rows)
+
+
 def python_level(results: Results) -> str:
     rows = []
     for name, groups in results["python"].items():
@@ -132,7 +192,14 @@ def machine(results: Results) -> str:
 
 def everything(results: Results) -> str:
     """All tables for which there are figures."""
-    parts = {"robots": [machine, one_state, reactions, batch], "threads": [threads], "scaling": [linearity], "python": [python_level], "loads": [loads]}
+    parts = {
+        "robots": [machine, one_state, batch, further, reactions],
+        "kinds": [kinds],
+        "threads": [threads],
+        "scaling": [linearity, long_chains],
+        "python": [python_level],
+        "loads": [loads],
+    }
     return "\n\n".join(write(results) for part, writers in parts.items() if part in results for write in writers)
 
 

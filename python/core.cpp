@@ -40,9 +40,11 @@ nb::dict joint_dict(const ksl::model &m, const ksl::joint_row &j) {
   d["q_index"] = j.q_index;
   d["v_index"] = j.v_index;
   d["axis"] = std::array<double, 3>{j.axis.x, j.axis.y, j.axis.z};
+  if (kind.has_axis2)
+    d["axis2"] = std::array<double, 3>{j.axis2.x, j.axis2.y, j.axis2.z};
   d["pitch"] = j.pitch;
   d["has_axis"] = kind.has_axis;
-  d["has_angle"] = kind.has_angle;
+  d["has_angle"] = kind.angle >= 0;
   d["has_limits"] = kind.has_limits;
   if (kind.quaternion >= 0)
     d["quaternion"] = kind.quaternion;

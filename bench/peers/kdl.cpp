@@ -66,8 +66,9 @@ std::vector<KDL::JntArray> arrays(const double *x, size_t n, int columns) {
 }
 
 void *create(const bench_model *m, const bench_states *few, const bench_states *) {
-  if (m->floating_base)
-    return nullptr;
+  for (int i = 0; i < m->joints; ++i)
+    if (m->joint[i].kind > bench_prismatic)
+      return nullptr;
   auto s = std::make_unique<self>();
   s->m = *m;
   bool is_chain = true;

@@ -1,7 +1,7 @@
-// MuJoCo's C library from its wheel.  The calls compute only what is measured: no collisions, no constraints, no passive
-// forces.  MuJoCo expresses a floating base's velocity in other axes; states and results are converted outside the timed
-// runs.
-#include "../peer.h"
+// MuJoCo's C library from its wheel.  The calls compute only what is measured: no collisions, no constraints, no
+// passive forces.  MuJoCo expresses a floating base's velocity in other axes; states and results are converted outside
+// the timed runs.
+#include "../quantities.hpp"
 
 #include <mujoco/mujoco.h>
 
@@ -14,11 +14,6 @@
 namespace {
 
 using numbers = std::vector<double>;
-
-const bench_operation operations[] = {{"rnea", "kinematics, comPos, comVel, rne", 0, 0, 1},
-                                      {"aba", "crb, factorM, rne, solveM", 0, 0, 1},
-                                      {"crba", "kinematics, comPos, crb", 0, 0, 1},
-                                      {"fk", "kinematics", 0, 0, 1}};
 
 std::string text(std::initializer_list<double> x) {
   std::string all;
@@ -92,7 +87,8 @@ struct self {
   mjModel *model;
   mjData *data;
   size_t n;
-  numbers q, v, a, tau, q_given, full, difference;
+  numbers q, v, a, tau, q_given;
+  numbers full, result; ///< matrices
 };
 
 /// States in MuJoCo's conventions: quaternion w x y z, linear velocity and its derivative in world axes.
@@ -116,6 +112,9 @@ void convert(self &s) {
 }
 
 void *create(const bench_model *m, const bench_states *few, const bench_states *) {
+  for (int i = 0; i < m->joints; ++i)
+    if (m->joint[i].kind == bench_other)
+      return nullptr;
   mjModel *model = compile(*m);
   if (!model)
     return nullptr;
@@ -131,8 +130,8 @@ void *create(const bench_model *m, const bench_states *few, const bench_states *
                      {few->q, few->q + nq},
                      {},
                      {}};
-  s->full.resize(static_cast<size_t>(m->nv * m->nv));
-  s->difference.resize(static_cast<size_t>(m->nv));
+  const size_t most = static_cast<size_t>(m->nv) * std::max(static_cast<size_t>(m->nv), size_t{6});
+  s->full.resize(most), s->result.resize(most);
   convert(*s);
   return s;
 }
@@ -160,12 +159,21 @@ void put_back(const self &s, size_t k, const double *x, bool acceleration, doubl
   }
 }
 
-void put_matrix(self &s, size_t k, double *out) {
+void put_efforts(const self &s, size_t k, double *out) { put_back(s, k, s.result.data(), false, out); }
+void put_accelerations(const self &s, size_t k, double *out) { put_back(s, k, s.result.data(), true, out); }
+
+/// Rows that are multiplied by velocities.
+template <int n> void put_rows(const self &s, size_t k, double *out) {
+  for (int i = 0; i < n; ++i)
+    put_back(s, k, &s.result[static_cast<size_t>(i * s.m.nv)], false, out + i * s.m.nv);
+}
+
+/// A symmetric matrix, whose columns are converted like its rows.
+void put_matrix(const self &s, size_t k, const numbers &M, double *out) {
   const int nv = s.m.nv;
-  numbers half(s.full.size()), row(static_cast<size_t>(nv));
-  mj_fullM(s.model, s.data, s.full.data());
+  numbers half(M.size()), row(static_cast<size_t>(nv));
   for (int i = 0; i < nv; ++i)
-    put_back(s, k, &s.full[static_cast<size_t>(i * nv)], false, &half[static_cast<size_t>(i * nv)]);
+    put_back(s, k, &M[static_cast<size_t>(i * nv)], false, &half[static_cast<size_t>(i * nv)]);
   for (int j = 0; j < nv; ++j) {
     for (int i = 0; i < nv; ++i)
       row[static_cast<size_t>(i)] = half[static_cast<size_t>(i * nv + j)];
@@ -173,63 +181,140 @@ void put_matrix(self &s, size_t k, double *out) {
   }
 }
 
-void put_poses(const self &s, double *out) {
+void put_mass_matrix(const self &s, size_t k, double *out) {
+  numbers full(s.full.size());
+  mj_fullM(s.model, s.data, full.data());
+  put_matrix(s, k, full, out);
+}
+
+void put_inverse(const self &s, size_t k, double *out) { put_matrix(s, k, s.result, out); }
+
+void put_poses(const self &s, size_t, double *out) {
   for (int i = 0; i < s.m.joints; ++i, out += 12) {
     std::copy_n(s.data->xmat + 9 * (i + 1), 9, out);
     std::copy_n(s.data->xpos + 3 * (i + 1), 3, out + 9);
   }
 }
 
-void evaluate(self &s, int operation, const double *tau, double *result) {
-  const mjModel *m = s.model;
-  mjData *d = s.data;
-  mj_kinematics(m, d);
-  if (operation == 3)
-    return;
-  mj_comPos(m, d);
-  if (operation != 0)
-    mj_crb(m, d);
-  if (operation == 2)
-    return;
-  mj_comVel(m, d);
-  mj_rne(m, d, operation == 0, result);
-  if (operation == 1) {
-    mj_factorM(m, d);
-    mju_sub(s.difference.data(), tau, result, s.m.nv);
-    mj_solveM(m, d, result, s.difference.data(), 1);
-  }
+/// The Jacobian, which MuJoCo gives in world axes, in those of the frame.
+void put_jacobian(const self &s, size_t k, double *out) {
+  const int nv = s.m.nv;
+  numbers world(static_cast<size_t>(6 * nv));
+  put_rows<6>(s, k, world.data());
+  for (int half = 0; half < 2; ++half)
+    mju_mulMatTMat(out + half * 3 * nv, s.data->xmat + 9 * (s.m.frame + 1), &world[static_cast<size_t>(half * 3 * nv)],
+                   3, 3, nv);
 }
+
+/// MuJoCo's twists are angular first.
+void put_twist(const self &s, size_t, double *out) {
+  std::copy_n(&s.result[3], 3, out);
+  std::copy_n(&s.result[0], 3, out + 3);
+}
+
+void positions(self &s) {
+  mj_kinematics(s.model, s.data);
+  mj_comPos(s.model, s.data);
+}
+
+void rnea(self &s, const double *) {
+  positions(s);
+  mj_comVel(s.model, s.data);
+  mj_rne(s.model, s.data, 1, s.result.data());
+}
+
+void aba(self &s, const double *tau) {
+  positions(s);
+  mj_crb(s.model, s.data);
+  mj_comVel(s.model, s.data);
+  mj_rne(s.model, s.data, 0, s.result.data());
+  mj_factorM(s.model, s.data);
+  mju_sub(s.full.data(), tau, s.result.data(), s.m.nv);
+  mj_solveM(s.model, s.data, s.result.data(), s.full.data(), 1);
+}
+
+void crba(self &s, const double *) {
+  positions(s);
+  mj_crb(s.model, s.data);
+}
+
+void inverse(self &s, const double *) {
+  positions(s);
+  mj_crb(s.model, s.data);
+  mj_factorM(s.model, s.data);
+  mju_eye(s.full.data(), s.m.nv);
+  mj_solveM(s.model, s.data, s.result.data(), s.full.data(), s.m.nv);
+}
+
+void momentum_matrix(self &s, const double *) {
+  positions(s);
+  mj_jacSubtreeCom(s.model, s.data, s.result.data(), 0);
+  mju_scl(s.result.data(), s.result.data(), s.model->body_subtreemass[0], 3 * s.m.nv);
+  mj_angmomMat(s.model, s.data, s.result.data() + 3 * s.m.nv, 0);
+}
+
+void center_of_mass(self &s, const double *) {
+  positions(s);
+  mj_jacSubtreeCom(s.model, s.data, s.result.data(), 0);
+}
+
+void jacobian(self &s, const double *) {
+  positions(s);
+  mj_jacBody(s.model, s.data, s.result.data(), s.result.data() + 3 * s.m.nv, s.m.frame + 1);
+}
+
+void velocity(self &s, const double *) {
+  positions(s);
+  mj_comVel(s.model, s.data);
+  mj_objectVelocity(s.model, s.data, mjOBJ_XBODY, s.m.frame + 1, s.result.data(), 1);
+}
+
+const bench_operation operations[] = {
+    {"rnea", "kinematics, comPos, comVel, rne", 0, 0, 1},
+    {"aba", "crb, factorM, rne, solveM", 0, 0, 1},
+    {"crba", "kinematics, comPos, crb", 0, 0, 1},
+    {"fk", "kinematics", 0, 0, 1},
+    {"mass_matrix_inverse", "crb, factorM, solveM", 0, 0, 1},
+    {"centroidal_momentum_matrix", "jacSubtreeCom, angmomMat", 0, 0, 1},
+    {"center_of_mass_jacobian", "jacSubtreeCom", 0, 0, 1},
+    {"jacobian", "jacBody", 0, 0, 1},
+    {"frame_velocity", "comVel, objectVelocity", 0, 0, 1},
+};
+
+/// What computes each of them for the state in MuJoCo's workspace, and what copies its result in the common layout.
+const struct {
+  void (*evaluate)(self &, const double *tau);
+  void (*put)(const self &, size_t state, double *out);
+} functions[] = {
+    {rnea, put_efforts},           {aba, put_accelerations},
+    {crba, put_mass_matrix},       {[](self &s, const double *) { mj_kinematics(s.model, s.data); }, put_poses},
+    {inverse, put_inverse},        {momentum_matrix, put_rows<6>},
+    {center_of_mass, put_rows<3>}, {jacobian, put_jacobian},
+    {velocity, put_twist},
+};
+constexpr int count = sizeof operations / sizeof *operations;
+static_assert(count == sizeof functions / sizeof *functions);
 
 void run(void *p, int operation, double *out) {
   self &s = *static_cast<self *>(p);
   const size_t nq = static_cast<size_t>(s.m.nq), nv = static_cast<size_t>(s.m.nv);
-  const size_t width = static_cast<size_t>(bench_width(s.m, operations[operation].name));
-  numbers result(nv);
+  const auto &[evaluate, put] = functions[operation];
   for (size_t k = 0; k < s.n; ++k) {
     std::copy_n(&s.q[k * nq], nq, s.data->qpos);
     std::copy_n(&s.v[k * nv], nv, s.data->qvel);
     std::copy_n(&s.a[k * nv], nv, s.data->qacc);
-    evaluate(s, operation, &s.tau[k * nv], result.data());
+    evaluate(s, &s.tau[k * nv]);
     asm volatile("" ::: "memory");
     if (!out)
       continue;
-    switch (operation) {
-    case 0:
-    case 1:
-      put_back(s, k, result.data(), operation == 1, out);
-      break;
-    case 2:
-      put_matrix(s, k, out);
-      break;
-    default:
-      put_poses(s, out);
-    }
-    out += width;
+    put(s, k, out);
+    out += quantity_of(operations[operation].name).width(s.m);
   }
 }
 
-const bench_peer table = {
-    "MuJoCo", "MuJoCo", mj_versionString(), 4, operations, create, destroy, run, [](void *) -> size_t { return 0; }};
+const bench_peer table = {"MuJoCo", "MuJoCo",   mj_versionString(),
+                          count,    operations, create,
+                          destroy,  run,        [](void *) -> size_t { return 0; }};
 
 } // namespace
 

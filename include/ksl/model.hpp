@@ -46,7 +46,8 @@ struct joint_row {
   int link;              ///< the child link
   int parent_link;       ///< −1: the ground
   int q_index, v_index;  ///< where its numbers in q and v begin; −1 for fixed joints
-  vec3<double> axis;     ///< unit vector in the joint's frame; for kinds with one axis
+  vec3<double> axis;     ///< unit vector in the joint's frame; for kinds that have one (joint_kind_row)
+  vec3<double> axis2;    ///< second axis of universal joints, fixed in the child: a unit vector in the joint's frame
   double pitch;          ///< m/rad; of helical joints
   int description;       ///< index into robot_description::joints; −1 for base and floating_base
 };

@@ -199,7 +199,8 @@ def loads(
     floating_base.vx .vy .vz .wx .wy .wz and .ax .ay .az .bx .by .bz (twist in the body's frame and its componentwise derivative).
 
     A spherical joint has the columns NAME.qx .qy .qz .qw (a unit quaternion) and, if known, NAME.wx .wy .wz (angular velocity in
-    the child's axes) and NAME.bx .by .bz (its componentwise derivative).
+    the child's axes) and NAME.bx .by .bz (its componentwise derivative). docs/loads.md lists those of cylindrical, universal,
+    planar and translation joints.
     """
     from ksl.job import run_loads
     from ksl.loads import LoadCase, Placement

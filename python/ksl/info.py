@@ -61,6 +61,8 @@ def _joint_table(model: Mechanism) -> Table:
         table.add_column(heading, justify="left" if heading in ("joint", "kind", "parent → child", "axis") else "right")
     for j in model.joints:
         axis = " ".join(f"{x:.4g}" for x in j.axis) if j.has_axis else ""
+        if j.axis2:
+            axis += ", " + " ".join(f"{x:.4g}" for x in j.axis2)
         if j.pitch:
             axis += f", {j.pitch:.4g} m/rad"
         table.add_row(

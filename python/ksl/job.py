@@ -170,7 +170,7 @@ WRENCH = {"axial_force": "axial", "radial_force": "radial", "bending_moment": "b
 
 
 def _print_summary(console: Console, rows: list[SummaryRow], loads: list[JointLoads], placement: Placement) -> None:
-    """Three tables: the wrench at the chosen point, what drives supply, and joints without one axis."""
+    """Three tables: the wrench at the chosen point, what drives supply, and joints without one coordinate."""
     joints = {l.joint.name: l.joint for l in loads}
     with_axis = [row for row in rows if "effort_peak" in row]
     wrench = [(q, part) for q in WRENCH for part in ("peak", "rms", "peak_time")]
@@ -180,7 +180,7 @@ def _print_summary(console: Console, rows: list[SummaryRow], loads: list[JointLo
     for title, chosen, columns in (
         (f"Wrench on the {placement.on} side, moments about {placement.point}", with_axis, wrench),
         ("Drive", with_axis, drive),
-        ("Joints without one axis: magnitudes of the same wrench", [row for row in rows if "force_peak" in row], whole),
+        ("Joints without one coordinate: magnitudes of the same wrench", [row for row in rows if "force_peak" in row], whole),
     ):
         if chosen:
             console.print(_table(title, chosen, [joints[str(row["joint"])] for row in chosen], columns))

@@ -92,7 +92,7 @@ class TableWriter:
 
         self._pa, self._placement = pa, placement
         self._joints = model.joints
-        self._one_coordinate = np.array([j.has_axis for j in model.joints])
+        self._one_coordinate = np.array([j.one_coordinate for j in model.joints])
         self._v_index = np.array([j.v_index for j in model.joints])[self._one_coordinate]
         names = COMPONENTS[placement.order]
         numbers = ["time", *names, *(f"constraint_{c}" for c in names), "effort", "speed", "power"]
@@ -153,8 +153,8 @@ class Curves:
         model, motion = self.case.model, self.case.motion
         for joint in model.joints:
             empty = joint_loads(joint, np.empty((0, 6)), None, None)
-            speed = motion.v[:, joint.v_index] if joint.has_axis else None
-            effort = np.empty(n) if joint.has_axis else None
+            speed = motion.v[:, joint.v_index] if joint.one_coordinate else None
+            effort = np.empty(n) if joint.one_coordinate else None
             self.loads.append(JointLoads(joint, {name: np.empty(n) for name in empty.wrench}, speed, effort))
 
     def add(self, block: Block) -> None:
@@ -248,7 +248,7 @@ def exceeded_limits(model: Mechanism, motion: Motion, loads: list[JointLoads]) -
     lines = []
     for l in loads:
         j = l.joint
-        if not j.has_axis or l.effort is None or l.speed is None:
+        if not j.one_coordinate or l.effort is None or l.speed is None:
             continue
         q = motion.q[:, j.q_index]
         if j.has_limits:

@@ -16,7 +16,7 @@ class Joint:
 
     name: str
     kind: str
-    """fixed, revolute, continuous, prismatic, helical, spherical or floating."""
+    """fixed, revolute, continuous, prismatic, helical, cylindrical, universal, spherical, planar, translation or floating."""
     parent: str | None
     """Link on the parent side; None is the ground."""
     child: str
@@ -25,15 +25,17 @@ class Joint:
     q_index: int
     v_index: int
     axis: tuple[float, float, float]
-    """Unit vector in the joint's frame; zero for kinds without one axis."""
+    """Unit vector in the joint's frame, about or along which it moves; the first of universal joints, the normal of planar ones; zero for kinds without one."""
     pitch: float = 0.0
     """Advance along the axis, m/rad, positive for a right-handed screw; of helical joints."""
+    axis2: tuple[float, float, float] | None = None
+    """Second axis of universal joints, fixed in the child: a unit vector in the joint's frame, whose axes are the child's."""
     has_axis: bool = False
-    """Whether it has one coordinate, along or about `axis`: revolute, continuous, prismatic and helical joints."""
+    """Whether it has an axis: all but spherical, translation, floating and fixed joints."""
     has_angle: bool = False
-    """Whether that coordinate is an angle about the axis: all of them but prismatic joints."""
+    """Whether its position has an angle about the axis: all of these but prismatic joints."""
     has_limits: bool = False
-    """Whether its position can have bounds: all of them but continuous joints."""
+    """Whether its position can have bounds: joints with one coordinate, but not continuous ones."""
     quaternion: int | None = None
     """Index, within its nq numbers, at which a unit quaternion [qx qy qz qw] begins: 0 for spherical joints, 3 for floating ones."""
     lower: float | None = None
@@ -44,8 +46,13 @@ class Joint:
     friction: float = 0.0
 
     @property
+    def one_coordinate(self) -> bool:
+        """Whether it moves along or about its axis only: revolute, continuous, prismatic and helical joints."""
+        return self.nv == 1
+
+    @property
     def unit(self) -> str:
-        """Of the position of a joint with an axis: rad, or m where it only slides."""
+        """Of the position of a joint with one coordinate: rad, or m where it only slides."""
         return "rad" if self.has_angle else "m"
 
 
@@ -75,7 +82,7 @@ class Mechanism:
         self.gravity: Array = np.array(core.gravity)
         """m/s², in world axes; read-only."""
         self.gravity.setflags(write=False)
-        self.joints: tuple[Joint, ...] = tuple(Joint(**{**row, "axis": tuple(row["axis"])}) for row in core.joints)
+        self.joints: tuple[Joint, ...] = tuple(Joint(**{k: tuple(x) if k in ("axis", "axis2") else x for k, x in row.items()}) for row in core.joints)
         """All joints: the moving ones in the order of q, then the fixed ones, `base` last."""
         self.links: tuple[Link, ...] = tuple(
             Link(**{**row, "first_moment": tuple(row["first_moment"]), "inertia": tuple(row["inertia"])}) for row in core.links

@@ -25,12 +25,18 @@ SPLINE_SAMPLES = 6
 CONTRADICTION = 0.05
 """Given rates contradict the samples if they differ from the derivative by more than this share of the largest rate."""
 
-POSITION = ("x", "y", "z")
-QUATERNION = ("qx", "qy", "qz", "qw")
-VELOCITY = ("vx", "vy", "vz", "wx", "wy", "wz")
-ACCELERATION = ("ax", "ay", "az", "bx", "by", "bz")
-"""Columns of joints with a quaternion: pose in the joint's frame; twist in the child's frame, linear then angular; its
-componentwise derivative.  A spherical joint has the quaternion and the angular parts alone."""
+COLUMNS = {
+    "floating": ("x y z qx qy qz qw", "vx vy vz wx wy wz", "ax ay az bx by bz"),
+    "spherical": ("qx qy qz qw", "wx wy wz", "bx by bz"),
+    "planar": ("x y angle", "vx vy wz", "ax ay bz"),
+    "translation": ("x y z", "vx vy vz", "ax ay az"),
+    "cylindrical": ("angle travel", "angle.v travel.v", "angle.a travel.a"),
+    "universal": ("angle1 angle2", "angle1.v angle2.v", "angle1.a angle2.a"),
+}
+"""Columns of joints with several coordinates: position in the joint's frame; velocity, of floating, spherical and planar joints the
+twist in the child's axes, linear then angular; its componentwise derivative."""
+METRES = ("x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az", "travel", "travel.v", "travel.a")
+"""The columns that are in m, m/s and m/s²; the others are in rad or are quaternions."""
 
 
 @dataclass(frozen=True)
@@ -49,11 +55,10 @@ class Motion:
 
 def columns_of(joint: Joint) -> tuple[list[str], list[str], list[str]]:
     """Names of a joint's columns: positions, velocities, accelerations."""
-    if joint.quaternion is not None:
-        groups = (POSITION[: joint.quaternion] + QUATERNION, VELOCITY[-joint.nv :], ACCELERATION[-joint.nv :])
-        position, velocity, acceleration = ([f"{joint.name}.{c}" for c in group] for group in groups)
-        return position, velocity, acceleration
-    return _columns_of_one_coordinate(joint)
+    if joint.kind not in COLUMNS:
+        return _columns_of_one_coordinate(joint)
+    position, velocity, acceleration = ([f"{joint.name}.{c}" for c in group.split()] for group in COLUMNS[joint.kind])
+    return position, velocity, acceleration
 
 
 def _columns_of_one_coordinate(joint: Joint) -> tuple[list[str], list[str], list[str]]:
@@ -64,8 +69,8 @@ def read_motion(model: Mechanism, path: str | os.PathLike[str]) -> Motion:
     """Reads a CSV table with `time` and a column for each moving joint (rad or m); `NAME.v` and `NAME.a` if known.
 
     A floating joint has the columns NAME.x .y .z .qx .qy .qz .qw, and for its rates NAME.vx .vy .vz .wx .wy .wz and
-    NAME.ax .ay .az .bx .by .bz: twist in the body's frame and its componentwise derivative.  A spherical joint has
-    NAME.qx .qy .qz .qw, and for its rates NAME.wx .wy .wz and NAME.bx .by .bz.
+    NAME.ax .ay .az .bx .by .bz: twist in the body's frame and its componentwise derivative.  `COLUMNS` has those of
+    other joints with several coordinates.
     What is missing is differentiated from a quintic spline; what is given is compared with it.  Raises MotionError with file, line or column, fault and mend.
     """
     file = os.fspath(path)
@@ -130,6 +135,9 @@ def _rates(joint: Joint, time: Array, q: Array, v: Array | None, a: Array | None
     if joint.quaternion is not None:
         found_v, found_a = _rates_of_poses(time, q)
         return found_v, found_a if a is None else a
+    if joint.kind == "planar":
+        found_v, found_a = _rates_in_plane(time, q)
+        return found_v, found_a if a is None else a
     from scipy.interpolate import make_interp_spline
 
     spline = make_interp_spline(time, q, k=5, check_finite=False)
@@ -163,18 +171,19 @@ def _contradictions(joint: Joint, time: Array, q: Array, v: Array, given_v: Arra
         return []
     lines = []
     for (of, given, found), columns, floor in zip(checks, columns_of(joint)[1:], (np.abs(q).max(), np.abs(v).max()), strict=True):
-        at = None if given is None or found is None else _largest_contradiction(time, given, found, 1e-5 * max(1.0, float(floor)))
+        in_metres = np.array([c.removeprefix(f"{joint.name}.") in METRES for c in columns])
+        at = None if given is None or found is None else _largest_contradiction(time, given, found, in_metres, 1e-5 * max(1.0, float(floor)))
         if at is None or given is None or found is None:
             continue
         k, c = at
-        of_column = "m" if columns[c].endswith(("vx", "vy", "vz", "ax", "ay", "az")) else "rad"
-        unit = (joint.unit if joint.has_axis else of_column) + ("/s" if of == "position" else "/s²")
+        of_column = "m" if in_metres[c] else "rad"
+        unit = (joint.unit if joint.one_coordinate else of_column) + ("/s" if of == "position" else "/s²")
         changes = f"the {of} of {joint.name} changes at {found[k, c]:.4g} {unit}"
         lines.append(f"{columns[c]} at {time[k]:.6g} s is {given[k, c]:.4g} {unit}, but {changes}; check the column")
     return lines
 
 
-def _largest_contradiction(time: Array, given: Array, found: Array, floor: float) -> tuple[int, int] | None:
+def _largest_contradiction(time: Array, given: Array, found: Array, in_metres: Array, floor: float) -> tuple[int, int] | None:
     """Sample and column at which given rates differ most from the derivatives, or None if the difference is not significant.
 
     Means over windows are compared, not samples: noise of the positions and corners of the rates, both large in the
@@ -186,8 +195,8 @@ def _largest_contradiction(time: Array, given: Array, found: Array, floor: float
     integral = np.abs(integral[width:] - integral[:-width])
     mean = np.where(integral > floor, integral / (time[width:] - time[:-width])[:, None], 0.0)
     largest = np.maximum(np.abs(given), np.abs(found)).max(axis=0)
-    if off.shape[1] > 1:  # components share the scale of their vector
-        largest = np.repeat(largest.reshape(-1, 3).max(axis=1), 3)
+    for vector in (in_metres, ~in_metres):  # components share the scale of their vector
+        largest[vector] = largest[vector].max(initial=0.0)
     share = np.divide(mean, largest, out=np.zeros_like(mean), where=largest > 0)
     start, column = np.unravel_index(int(np.argmax(share)), share.shape)
     if not share[start, column] > CONTRADICTION:
@@ -211,6 +220,15 @@ def _rates_of_poses(time: Array, q: Array) -> tuple[Array, Array]:
     v = _into_body(quaternion, p1)
     dv = _into_body(quaternion, p2) - np.cross(w, v)
     return np.hstack([v, w]), np.hstack([dv, dw])
+
+
+def _rates_in_plane(time: Array, q: Array) -> tuple[Array, Array]:
+    """Velocity of a planar joint in the child's axes and its componentwise derivative, from splines through its position."""
+    q1, q2 = derivative(time, q), derivative(time, q, 2)
+    sine, cosine, w = np.sin(q[:, 2]), np.cos(q[:, 2]), q1[:, 2]
+    turned = lambda x: (cosine * x[:, 0] + sine * x[:, 1], cosine * x[:, 1] - sine * x[:, 0])
+    (vx, vy), (ax, ay) = turned(q1), turned(q2)
+    return np.column_stack([vx, vy, w]), np.column_stack([ax + w * vy, ay - w * vx, q2[:, 2]])
 
 
 def _vector_part(q: Array, r: Array) -> Array:

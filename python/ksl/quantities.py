@@ -103,7 +103,7 @@ def power_round_off(time: Array, energy: Array, q: Array, largest_effort: float)
 def joint_loads(joint: Joint, wrench: Array, speed: Array | None, effort: Array | None) -> JointLoads:
     """Curves of a joint from its wrench (n, 6), linear first, in the joint's axes."""
     force, moment = wrench[:, :3], wrench[:, 3:]
-    if not joint.has_axis:
+    if not joint.one_coordinate:
         return JointLoads(joint, {"force": np.linalg.norm(force, axis=1), "moment": np.linalg.norm(moment, axis=1)}, None, None)
     axis = np.array(joint.axis)
     axial, about_axis = force @ axis, moment @ axis

@@ -161,7 +161,7 @@ class _Page:
 
     def _summary(self) -> str:
         joints = {loads.joint.name: loads.joint for loads in self.report.joints}
-        rows: dict[str, list[Row]] = {"Turning joints": [], "Sliding joints": [], "Joints without one axis": []}
+        rows: dict[str, list[Row]] = {"Turning joints": [], "Sliding joints": [], "Joints without one coordinate": []}
         for row in self.report.summary:
             rows[_group(joints[str(row["joint"])])].append(row)
         tables = ""
@@ -241,7 +241,7 @@ class _Page:
 
     def _joint(self, loads: JointLoads) -> str:
         joint, anchor = loads.joint, self.anchors[loads.joint.name]
-        charts = self._axis_charts(loads) if joint.has_axis else self._magnitude_charts(loads)
+        charts = self._axis_charts(loads) if joint.one_coordinate else self._magnitude_charts(loads)
         facts = "".join(f"<div><dt>{name}</dt><dd>{text}</dd></div>" for name, text in _joint_facts(loads))
         heading = f'<h2 id="{anchor}-name">{escape(joint.name)}</h2><dl>{facts}</dl>'
         return f'<section id="{anchor}" class="joint" aria-labelledby="{anchor}-name">{heading}<div class="charts">{charts}</div></section>'
@@ -319,8 +319,8 @@ class _Panel:
 
 def _group(joint: Joint) -> str:
     """Of joints that share tables in the summary, since their quantities have the same units."""
-    if not joint.has_axis:
-        return "Joints without one axis"
+    if not joint.one_coordinate:
+        return "Joints without one coordinate"
     return "Turning joints" if joint.has_angle else "Sliding joints"
 
 
@@ -331,7 +331,7 @@ def _columns(joint: Joint) -> list[tuple[str, Groups]]:
         columns = [("peak", f"{name}_peak"), ("at, s", f"{name}_peak_time"), *([(last, f"{name}_{last}")] if last else [])]
         return f"{LABELS[name]}, {unit(name, joint)}", columns
 
-    if not joint.has_axis:
+    if not joint.one_coordinate:
         return [("", [group("force"), group("moment")])]
     wrench = [group(name) for name in ("axial_force", "radial_force", "bending_moment", "axial_moment")]
     work = ("work, J", [("positive", "work_positive"), ("negative", "work_negative")])
@@ -348,9 +348,11 @@ def _joint_facts(loads: JointLoads) -> list[tuple[str, str]]:
     joint = loads.joint
     parent = "ground" if joint.parent is None else escape(joint.parent)
     facts = [("kind", joint.kind), ("links", f"{parent} → {escape(joint.child)}")]
-    if not joint.has_axis:
+    for name, axis in (("axis", joint.axis if joint.has_axis else None), ("second axis", joint.axis2)):
+        if axis:
+            facts.append((name, " ".join(f"{x:.4g}" for x in axis)))
+    if not joint.one_coordinate:
         return facts
-    facts.append(("axis", " ".join(f"{x:.4g}" for x in joint.axis)))
     if joint.pitch:
         facts.append(("pitch", f"{joint.pitch:.4g} m/rad"))
     facts.append(("effort limit", _limit(joint.effort, loads.effort, unit("effort", joint))))

@@ -73,7 +73,7 @@ void choose_canonical_axes(std::vector<body<double>> &bodies, std::vector<link<d
   for (std::size_t i = bodies.size(); i-- > 1;) { // the first joint on a body overwrites the choices of later ones
     const body<double> &b = bodies[i];
     const auto parent = static_cast<std::size_t>(b.parent);
-    if (row_of(b.kind).has_axis && row_of(bodies[parent].kind).has_axis && sine_to_axis(b.placement.R) >= negligible)
+    if (row_of(b.kind).canonical_x && row_of(bodies[parent].kind).canonical_x && sine_to_axis(b.placement.R) >= negligible)
       chosen[parent] = rotation_to_axis(b.placement.R);
   }
   for (link<double> &l : links)
@@ -81,7 +81,7 @@ void choose_canonical_axes(std::vector<body<double>> &bodies, std::vector<link<d
   for (std::size_t i = 1; i < bodies.size(); ++i) {
     body<double> &b = bodies[i];
     rotate_pose(inverse(chosen[static_cast<std::size_t>(b.parent)]), b.placement);
-    if (row_of(b.kind).has_axis)
+    if (row_of(b.kind).canonical_x)
       take_apart(b, chosen[i]);
   }
 }

@@ -10,7 +10,7 @@ namespace ksl {
 inline constexpr SE3<double> identity = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}};
 
 /// Rotates every canonical frame about its z axis, and factors the placements of joints into rotations about coordinate axes.
-/// The frames of the ground and of bodies whose joints have no axis are left as they are.
+/// The frames of the ground and of bodies with a coordinate along or about x or y are left as they are.
 void choose_canonical_axes(std::vector<body<double>> &bodies, std::vector<link<double>> &links);
 
 } // namespace ksl

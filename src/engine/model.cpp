@@ -16,6 +16,8 @@ namespace {
 
 using A = algebra<double>;
 
+constexpr vec3<double> none = {0, 0, 0}; ///< of a joint without an axis
+
 /// A rotation whose third column is the unit vector z.  Exact for the six coordinate directions.
 mat3x3<double> frame_with_z(const vec3<double> &z) {
   // x is the next coordinate axis (cyclically) after the one that z is closest to, made orthogonal to z
@@ -27,6 +29,9 @@ mat3x3<double> frame_with_z(const vec3<double> &z) {
   A::cross_vv(&z, &x, &y);
   return {x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z};
 }
+
+/// A frame at the joint's origin with z along the unit vector z.
+SE3<double> with_z(const vec3<double> &z) { return {frame_with_z(z), {0, 0, 0}}; }
 
 /// Adds a point mass to a link's inertia.
 void add_payload(const payload &p, link_description &l) {
@@ -51,12 +56,12 @@ public:
       if (name != "floating_base")
         m_.description_.warnings.push_back(
             "joint floating_base of the file keeps its name; the joint that the floating base adds is called " + name);
-      add_moving_link(root, -1, {name, joint_kind::floating, -1, -1, 0, 0, {0, 0, 0}, 0, -1}, identity, 0);
+      add_moving_link(root, -1, {name, joint_kind::floating, -1, -1, 0, 0, none, none, 0, -1}, identity, 0);
     } else {
       add_welded_link(root, -1, identity, 0);
       m_.double_.links.back().carried_by_moving_joint = true;
       m_.double_.bodies[0].link = 0;
-      fixed_joints_.push_back({free_name("base", "ground"), joint_kind::fixed, 0, -1, -1, -1, {0, 0, 0}, 0, -1});
+      fixed_joints_.push_back({free_name("base", "ground"), joint_kind::fixed, 0, -1, -1, -1, none, none, 0, -1});
     }
     descend(root);
     finish();
@@ -115,34 +120,50 @@ private:
     SE3<double> placement; // of the joint's frame in the parent body's canonical frame
     A::product_dd(&p.pose, &j.placement, &placement);
     if (j.kind == joint_kind::fixed) {
-      fixed_joints_.push_back({j.name, j.kind, static_cast<int>(m_.double_.links.size()), parent, -1, -1, {0, 0, 0}, 0, index});
+      fixed_joints_.push_back({j.name, j.kind, static_cast<int>(m_.double_.links.size()), parent, -1, -1, none, none, 0, index});
       add_welded_link(j.child, parent, placement, p.body);
     } else {
-      add_moving_link(j.child, parent, {j.name, j.kind, -1, parent, m_.nq_, m_.nv_, j.axis, j.pitch.value_or(0), index},
+      const joint_kind_row kind = row_of(j.kind);
+      add_moving_link(j.child, parent,
+                      {j.name, j.kind, -1, parent, m_.nq_, m_.nv_, kind.has_axis ? axis_of(j) : none, kind.has_axis2 ? j.axis2 : none,
+                       kind.has_pitch ? *j.pitch : 0, index},
                       placement, p.body);
     }
   }
 
   void add_moving_link(int description_link, int parent, joint_row row, const SE3<double> &joint_placement, int parent_body) {
-    SE3<double> canonical = identity; // in the joint's frame
-    if (row_of(row.kind).has_axis)
-      canonical.R = frame_with_z(row.axis);
-    SE3<double> placement, pose;
+    const joint_kind_row kind = row_of(row.kind);
+    SE3<double> canonical = kind.has_axis ? with_z(row.axis) : identity, placement, pose; // in the joint's frame
     A::product_dd(&joint_placement, &canonical, &placement);
-    A::SE3_inverted(&canonical, &pose);
-
     row.link = static_cast<int>(m_.double_.links.size());
-    body<double> b = new_body(row.kind, parent_body, row.link, placement);
-    b.pitch = row.pitch;
-    m_.double_.bodies.push_back(b);
-    m_.nq_ += row_of(row.kind).nq;
-    m_.nv_ += row_of(row.kind).nv;
-    m_.pose_numbers_ += row_of(row.kind).pose_numbers;
-    if (const int quaternion = row_of(row.kind).quaternion; quaternion >= 0)
-      m_.quaternions_.push_back({row.q_index + quaternion, static_cast<int>(m_.joints_.size())});
+    if (kind.has_axis2) {
+      // a massless body turns about the first axis; the second is placed on it
+      const int inside = add_body(joint_kind::revolute, parent_body, -1, placement, 0);
+      const SE3<double> second = with_z(row.axis2);
+      A::product_dinvd(&canonical, &second, &placement);
+      add_body(joint_kind::revolute, inside, row.link, placement, 0);
+      m_.double_.bodies.back().ends_universal = true;
+      canonical = second;
+    } else {
+      add_body(row.kind, parent_body, row.link, placement, row.pitch);
+    }
+    if (kind.quaternion >= 0)
+      m_.quaternions_.push_back({row.q_index + kind.quaternion, static_cast<int>(m_.joints_.size())});
     m_.joints_.push_back(std::move(row));
+    A::SE3_inverted(&canonical, &pose);
     add_welded_link(description_link, parent, pose, static_cast<int>(m_.double_.bodies.size()) - 1);
     m_.double_.links.back().carried_by_moving_joint = true;
+  }
+
+  /// Adds a body, and its joint's numbers to q and v.  Returns its index.
+  int add_body(joint_kind kind, int parent, int link, const SE3<double> &placement, double pitch) {
+    const joint_kind_row row = row_of(kind);
+    m_.double_.bodies.push_back(new_body(kind, parent, link, placement));
+    m_.double_.bodies.back().pitch = pitch;
+    m_.nq_ += row.nq;
+    m_.nv_ += row.nv;
+    m_.pose_numbers_ += row.pose_numbers;
+    return static_cast<int>(m_.double_.bodies.size()) - 1;
   }
 
   /// A body on a joint whose numbers in q and v follow those of all joints so far.
@@ -153,7 +174,7 @@ private:
     b.parent = parent;
     b.q_index = m_.nq_, b.v_index = b.v_end = m_.nv_;
     b.nv = row.nv;
-    b.angle_index = row.has_angle ? m_.nq_ : -1;
+    b.angle_index = row.angle < 0 ? -1 : m_.nq_ + row.angle;
     b.chain_start = chain_start(kind, parent);
     b.pose_index = m_.pose_numbers_;
     b.link = link;

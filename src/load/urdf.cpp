@@ -1,4 +1,5 @@
-// Reads URDF 1.0 to 1.2: https://wiki.ros.org/urdf/XML, and versions 1.1 and 1.2 as urdfdom has them.
+// Reads URDF 1.0 to 1.2: https://wiki.ros.org/urdf/XML, and versions 1.1 and 1.2 as urdfdom has them.  Two extensions are read,
+// with a warning: <joint> of any kind that the engine has, and <drake:joint> as Drake's documentation of URDF describes it.
 #include "load/urdf.hpp"
 
 #include "ksl/engine/joints.hpp"
@@ -8,6 +9,7 @@
 #include "load/words.hpp"
 
 #include <map>
+#include <set>
 
 namespace ksl {
 
@@ -27,12 +29,17 @@ public:
 private:
   void check_root() const;
   void check_expanded() const;
+  void check_joint_elements() const;
   int minor_version() const;
   void read_link(pugi::xml_node node);
   void read_joint(pugi::xml_node node);
   joint_kind kind_of(const element &joint) const;
+  joint_kind drake_kind_of(const element &joint) const;
   int link_named_in(const element &joint, const char *tag) const;
   void read_motion(const element &joint, joint_description &out);
+  void read_drake_motion(const element &joint, joint_description &out);
+  void ignore(const element &joint, const char *tag, const joint_description &out);
+  void warn_of_extensions();
   void read_limit(const element &joint, joint_description &out);
   void read_dynamics(const element &joint, joint_description &out);
   void read_mimic(const element &joint, joint_kind kind);
@@ -46,12 +53,18 @@ private:
   int minor_ = 0; ///< version 1.minor
   std::map<std::string, int> link_index_;
   std::vector<element> refused_mimics_;
+  std::set<std::string> types_beyond_urdf_;
+  std::vector<std::string> joints_beyond_urdf_;
+  std::map<std::string, std::vector<std::string>> drake_joints_; ///< what is said of a type: the names of its joints
 };
+
+bool is_drake(const element &joint) { return joint.tag() == "drake:joint"; }
 
 robot_description urdf_reader::read() {
   check_root();
   check_expanded();
-  root_.expect({"name", "version"}, {"link", "joint", "material", "transmission", "gazebo"});
+  check_joint_elements();
+  root_.expect({"name", "version"}, {"link", "joint", "drake:joint", "material", "transmission", "gazebo"});
   minor_ = minor_version();
   robot_.name = root_.text("name");
   robot_.file = file_.name();
@@ -63,14 +76,16 @@ robot_description urdf_reader::read() {
     read_link(link);
   if (robot_.links.empty())
     root_.refuse("no <link> in <robot>; a robot needs at least one, <link name=\"base\"/> for example");
-  for (const pugi::xml_node joint : root_.node().children("joint"))
-    read_joint(joint);
+  for (const pugi::xml_node child : root_.node().children())
+    if (child.name() == std::string_view("joint") || child.name() == std::string_view("drake:joint"))
+      read_joint(child);
   for (const pugi::xml_node other : root_.node().children())
     for (const char *tag : {"material", "transmission", "gazebo"})
       if (other.name() == std::string_view(tag))
         unused_.in_robot(tag);
 
   refuse_mimics();
+  warn_of_extensions();
   check_tree(robot_);
   warn_of_links(robot_, check_inertias(robot_), options_.strict, "correct these inertias");
   robot_.unused = unused_.lines();
@@ -108,6 +123,16 @@ void urdf_reader::check_expanded() const {
   if (xacro.found)
     file_.refuse(xacro.found,
                  "<" + std::string(xacro.found.name()) + "> is not expanded; run xacro first: xacro FILE > robot.urdf");
+}
+
+/// Refuses elements that would be joints to another reader.  If they were only listed, their freedoms would be lost.
+void urdf_reader::check_joint_elements() const {
+  for (const pugi::xml_node child : root_.node().children()) {
+    const std::string name = child.name(), local = name.substr(name.find(':') == name.npos ? 0 : name.find(':') + 1);
+    const bool is_joint = local.size() == 5 && (local == "joint" || local == "Joint" || local == "JOINT");
+    if (is_joint && name != "joint" && name != "drake:joint")
+      file_.refuse(child, "<" + name + "> is a joint that KSL doesn't know; write <joint name=\"...\" type=\"...\">, or <drake:joint>");
+  }
 }
 
 int urdf_reader::minor_version() const {
@@ -148,18 +173,21 @@ void urdf_reader::read_link(pugi::xml_node node) {
 void urdf_reader::read_joint(pugi::xml_node node) {
   const element joint(file_, unused_, node, {"joint", node.attribute("name").value()});
   if (joint.where().name.empty())
-    joint.refuse("<joint> has no name; write <joint name=\"...\" type=\"...\">");
+    joint.refuse("<" + joint.tag() + "> has no name; write <" + joint.tag() + " name=\"...\" type=\"...\">");
   joint.expect({"name", "type"},
-               {"origin", "parent", "child", "axis", "limit", "dynamics", "mimic", "safety_controller", "calibration",
-                "screw_thread_pitch"});
+               {"origin", "parent", "child", "axis", "axis2", "limit", "dynamics", "mimic", "safety_controller", "calibration",
+                "screw_thread_pitch", "drake:screw_thread_pitch"});
   joint_description out;
   out.name = joint.where().name;
   out.at = {joint.line()};
-  out.kind = kind_of(joint);
+  out.kind = is_drake(joint) ? drake_kind_of(joint) : kind_of(joint);
   out.parent = link_named_in(joint, "parent");
   out.child = link_named_in(joint, "child");
   out.placement = load::origin_in(joint, minor_);
-  read_motion(joint, out);
+  if (is_drake(joint))
+    read_drake_motion(joint, out);
+  else
+    read_motion(joint, out);
   read_dynamics(joint, out);
   read_mimic(joint, out.kind);
   for (const char *tag : {"safety_controller", "calibration"})
@@ -177,13 +205,21 @@ joint_kind urdf_reader::kind_of(const element &joint) const {
       return kind;
     names.push_back(row.name);
   }
-  const std::string known = load::listed(names);
+  const std::string known = load::listed(names, names.size());
   if (type.empty())
     joint.refuse("<joint> has no type; write type=\"...\" with one of " + known);
-  if (type == "planar")
-    joint.refuse("type planar is not supported; write two prismatic joints and a revolute one in its place");
   joint.refuse("joint type " + quoted(type) + " is unknown, expected one of " + known +
                load::suggestion(type, names, "write one of these"));
+}
+
+/// Drake reads its own types in <drake:joint> only.
+joint_kind urdf_reader::drake_kind_of(const element &joint) const {
+  const std::string type = joint.text("type");
+  for (const auto &[name, kind] : {std::pair{"ball", joint_kind::spherical}, {"universal", joint_kind::universal},
+                                   {"planar", joint_kind::planar}, {"screw", joint_kind::helical}})
+    if (type == name)
+      return kind;
+  joint.refuse("<drake:joint> type " + quoted(type) + " is unknown, expected one of ball, universal, planar, screw; other types are written as <joint>");
 }
 
 /// The index of the link that <parent> or <child> names.
@@ -205,24 +241,69 @@ int urdf_reader::link_named_in(const element &joint, const char *tag) const {
              load::suggestion(name, names, "add that link, or name one of " + load::listed(names)));
 }
 
-/// Reads what the joint's kind needs: axis, limits, pitch.
+/// Reads what the joint's kind needs: axes, limits, pitch.  <limit> has one number for each bound, so only joints with one
+/// coordinate have limits.
 void urdf_reader::read_motion(const element &joint, joint_description &out) {
   const joint_kind_row row = row_of(out.kind);
-  const auto ignore = [&](const char *tag) {
-    if (joint.child(tag))
-      unused_.in_joint(tag, "no effect on a " + std::string(row.name) + " joint", out.name);
-  };
-  if (row.has_axis) {
+  if (row.has_axis)
     out.axis = load::axis_in(joint);
+  else
+    ignore(joint, "axis", out);
+  if (row.has_axis2)
+    out.axis2 = load::axis2_in(joint);
+  else
+    ignore(joint, "axis2", out);
+  if (row.nv == 1)
+    read_limit(joint, out);
+  else
+    ignore(joint, "limit", out);
+  if (row.has_pitch)
+    out.pitch = load::pitch_in(joint, "screw_thread_pitch");
+  else
+    ignore(joint, "screw_thread_pitch", out);
+  ignore(joint, "drake:screw_thread_pitch", out);
+  const std::string type = joint.text("type");
+  for (const char *standard : {"fixed", "revolute", "continuous", "prismatic", "floating", "planar"})
+    if (type == standard)
+      return;
+  types_beyond_urdf_.insert(type), joints_beyond_urdf_.push_back(out.name);
+}
+
+/// Drake's joints: axes are fixed but for screws, and some coordinates differ from those of the same kind here.
+void urdf_reader::read_drake_motion(const element &joint, joint_description &out) {
+  std::string differs;
+  if (out.kind == joint_kind::helical) {
+    out.axis = load::axis_in(joint);
+    out.pitch = load::pitch_in(joint, "drake:screw_thread_pitch");
     read_limit(joint, out);
   } else {
-    ignore("axis");
-    ignore("limit");
+    for (const char *tag : {"axis", "limit", "drake:screw_thread_pitch"})
+      ignore(joint, tag, out);
   }
-  if (row.has_pitch)
-    out.pitch = load::pitch_in(joint);
-  else
-    ignore("screw_thread_pitch");
+  for (const char *tag : {"axis2", "screw_thread_pitch"})
+    ignore(joint, tag, out);
+  if (out.kind == joint_kind::universal)
+    out.axis = {1, 0, 0}, out.axis2 = {0, 1, 0};
+  if (out.kind == joint_kind::planar)
+    out.axis = {0, 0, 1}, differs = "; v is along the child's axes, Drake's along the parent's";
+  if (out.kind == joint_kind::spherical)
+    differs = "; q is a quaternion [x y z w] and v in the child's axes, Drake's are roll, pitch, yaw and in the parent's axes";
+  drake_joints_["<drake:joint> type " + joint.text("type") + ", an extension of URDF" + differs].push_back(out.name);
+}
+
+void urdf_reader::ignore(const element &joint, const char *tag, const joint_description &out) {
+  if (joint.child(tag))
+    unused_.in_joint(tag, "no effect on a " + std::string(row_of(out.kind).name) + " joint", out.name);
+}
+
+void urdf_reader::warn_of_extensions() {
+  if (!joints_beyond_urdf_.empty())
+    robot_.warnings.push_back(load::one_line("joint " + load::listed(joints_beyond_urdf_) + ": " +
+                                             load::listed({types_beyond_urdf_.begin(), types_beyond_urdf_.end()}) +
+                                             (types_beyond_urdf_.size() > 1 ? " are types" : " is a type") +
+                                             " beyond URDF, which other readers may refuse"));
+  for (const auto &[what, joints] : drake_joints_)
+    robot_.warnings.push_back(load::one_line("joint " + load::listed(joints) + ": " + what));
 }
 
 void urdf_reader::read_limit(const element &joint, joint_description &out) {
@@ -252,6 +333,10 @@ void urdf_reader::read_dynamics(const element &joint, joint_description &out) {
   const element dynamics = joint.child("dynamics");
   if (!dynamics)
     return;
+  if (is_drake(joint)) { // as many numbers as its kind has coordinates
+    unused_.in_joint("dynamics", "not used", out.name);
+    return;
+  }
   dynamics.expect({"damping", "friction", "friction_width", "armature", "rotor_inertia", "gear_ratio", "spring_stiffness", "spring_reference"}, {});
   const auto read = [&](const char *name, double &value) { value = dynamics.number(name).value_or(value); };
   read("damping", out.damping);

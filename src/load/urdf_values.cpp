@@ -110,26 +110,41 @@ spatial_inertia<double> inertia_in(const element &inertial, int minor) {
   return about_origin;
 }
 
-vec3<double> axis_in(const element &joint) {
-  const element axis = joint.child("axis");
-  if (!axis)
-    return {1, 0, 0};
+namespace {
+
+/// The unit vector in the xyz of an <axis> or <axis2>.
+vec3<double> direction_in(const element &axis) {
+  const std::string tag = "<" + axis.tag(), example = tag + " xyz=\"0 0 1\"/> for example";
   axis.expect({"xyz"}, {});
   if (!axis.has("xyz"))
-    axis.refuse("<axis> has no xyz; write <axis xyz=\"0 0 1\"/> for example");
+    axis.refuse(tag + "> has no xyz; write " + example);
   const auto [x, y, z] = axis.numbers<3>("xyz");
   // scaled first, so that squares neither overflow nor underflow
   const double largest = std::max({std::fabs(x), std::fabs(y), std::fabs(z)});
   if (largest == 0)
-    axis.refuse("the axis is zero; give the direction of motion, <axis xyz=\"0 0 1\"/> for example");
+    axis.refuse("the axis is zero; give the direction of motion, " + example);
   const double ax = x / largest, ay = y / largest, az = z / largest;
   const double norm = std::sqrt(ax * ax + ay * ay + az * az);
   return {ax / norm, ay / norm, az / norm};
 }
 
-double pitch_in(const element &joint) {
-  const element pitch = joint.child("screw_thread_pitch");
-  const std::string mend = "write <screw_thread_pitch value=\"0.005\"/>, the advance along the axis in metres for each revolution";
+} // namespace
+
+vec3<double> axis_in(const element &joint) {
+  const element axis = joint.child("axis");
+  return axis ? direction_in(axis) : vec3<double>{1, 0, 0};
+}
+
+vec3<double> axis2_in(const element &joint) {
+  const element axis = joint.child("axis2");
+  if (!axis)
+    joint.refuse("a universal joint needs its second axis; write <axis2 xyz=\"0 1 0\"/> for example, which is fixed in the child link");
+  return direction_in(axis);
+}
+
+double pitch_in(const element &joint, const char *tag) {
+  const element pitch = joint.child(tag);
+  const std::string mend = "write <" + std::string(tag) + " value=\"0.005\"/>, the advance along the axis in metres for each revolution";
   if (!pitch)
     joint.refuse("a helical joint needs its pitch; " + mend);
   pitch.expect({"value"}, {});

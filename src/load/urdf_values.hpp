@@ -17,8 +17,11 @@ spatial_inertia<double> inertia_in(const element &inertial, int minor);
 /// The unit vector in the <axis> of a joint, (1, 0, 0) if there is none.
 vec3<double> axis_in(const element &joint);
 
+/// The unit vector in the <axis2> of a universal joint, which must be there.
+vec3<double> axis2_in(const element &joint);
+
 /// The pitch of a helical joint in m/rad, from <screw_thread_pitch value="metres per revolution"/>; positive is right-handed.
-/// The element is that of SDF 1.10 and, as <drake:screw_thread_pitch>, of Drake.
-double pitch_in(const element &joint);
+/// The element is that of SDF 1.10.  `tag` may be <drake:screw_thread_pitch> instead, as Drake has it.
+double pitch_in(const element &joint, const char *tag);
 
 } // namespace ksl::load

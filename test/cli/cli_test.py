@@ -176,7 +176,7 @@ def every_kind(tmp_path_factory) -> tuple[ksl.Model, subprocess.CompletedProcess
     text = '<robot name="kinds"><link name="l0"/>'
     for i, kind in enumerate(kinds):
         text += f"""<link name="l{i + 1}"><inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
-<joint name="a_{kind}" type="{kind}"><parent link="l{i}"/><child link="l{i + 1}"/><screw_thread_pitch value="0.02"/></joint>"""
+<joint name="a_{kind}" type="{kind}"><parent link="l{i}"/><child link="l{i + 1}"/><axis2 xyz="0 1 0"/><screw_thread_pitch value="0.02"/></joint>"""
     (folder / "kinds.urdf").write_text(text + "</robot>")
     m = ksl.load(folder / "kinds.urdf")
     names = [c for j in m.joints[: len(m.joint_names)] for group in columns_of(j) for c in group]
@@ -190,7 +190,7 @@ def every_kind(tmp_path_factory) -> tuple[ksl.Model, subprocess.CompletedProcess
 def test_every_joint_stands_in_one_table_of_the_report(every_kind):
     m, _, report = every_kind
     summary = report[report.index('id="summary"') : report.index('id="balance"')]
-    groups = [("Turning joints", "the wrench"), ("Sliding joints", "the wrench"), ("Joints without one axis", "")]
+    groups = [("Turning joints", "the wrench"), ("Sliding joints", "the wrench"), ("Joints without one coordinate", "")]
     tables = re.findall(r"<table><caption>(.*?)</caption>(.*?)</table>", summary, re.DOTALL)
     assert {title.partition(": ")[0] for title, _ in tables} == {title for title, _ in groups}
     of = {}
@@ -203,12 +203,12 @@ def test_every_joint_stands_in_one_table_of_the_report(every_kind):
     assert sorted(of) == sorted(j.name for j in m.joints)
     assert of["a_helical"] == of["a_revolute"] == "Turning joints"
     assert of["a_prismatic"] == "Sliding joints"
-    assert of["a_spherical"] == of["a_floating"] == of["a_fixed"] == of["base"] == "Joints without one axis"
+    assert of["a_spherical"] == of["a_floating"] == of["a_fixed"] == of["base"] == "Joints without one coordinate"
 
 
 def test_every_joint_stands_in_one_table_of_the_terminal(every_kind):
     m, process, _ = every_kind
-    tables = re.split("^(?:Drive|Joints without one axis|note)", process.stdout, flags=re.MULTILINE)[:3]
+    tables = re.split("^(?:Drive|Joints without one coordinate|note)", process.stdout, flags=re.MULTILINE)[:3]
     for joint in m.joints:
         places = [re.search(rf"^ *{joint.name} ", table, re.MULTILINE) is not None for table in tables]
         assert places == ([True, True, False] if joint.nv == 1 else [False, False, True]), joint.name

@@ -13,7 +13,7 @@ ROOT = Path(__file__).resolve().parents[2]
 TEXT = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
 
 FALL = r"""
-// A mass on a translation joint falls, and needs its weight to be held.
+// A mass on an XY table that stands upright falls, and needs its weight to be held.
 #include "ksl/engine/forward_dynamics.hpp"
 #include "ksl/engine/inverse_dynamics.hpp"
 #include "ksl/engine/mass_matrix.hpp"
@@ -23,7 +23,7 @@ FALL = r"""
 
 int main() {
   using namespace ksl;
-  static_assert(row_of(joint_kind::translation).nv == 3);
+  static_assert(row_of(joint_kind::xy_table).nv == 2);
   SE3<double> turned = {{0, 1, 0, -1, 0, 0, 0, 0, 1}, {1, 2, 3}};
   body<double> bodies[2] = {};
   for (body<double> &b : bodies) {
@@ -32,24 +32,24 @@ int main() {
     b.angle_index = -1, b.no_offset = true;
   }
   bodies[0].kind = joint_kind::fixed, bodies[0].parent = -1, bodies[0].is_base = bodies[0].has_children = true;
-  bodies[0].v_end = 3;
-  bodies[1].kind = joint_kind::translation, bodies[1].placement = turned;
-  bodies[1].nv = bodies[1].v_end = 3, bodies[1].chain_start = 1;
+  bodies[0].v_end = 2;
+  bodies[1].kind = joint_kind::xy_table, bodies[1].placement = turned;
+  bodies[1].nv = bodies[1].v_end = 2, bodies[1].chain_start = 1;
   double inertia[16 * 10] = {};
   body_at<double>(1).put<spatial_inertia>({2, {0, 0, 0}, 1, 1, 1, 0, 0, 0}, inertia);
   const double none[32] = {};
-  const model_view<double> model = {2, 0, 3, 3, 3, {0, -9.81, 0}, bodies, nullptr, inertia, none, none, 3, 0};
-  const double q[3] = {4, 5, 6}, v[3] = {1, 2, 3}, rest[3] = {0, 0, 0};
-  double tau[3], a[3], M[9];
+  const model_view<double> model = {2, 0, 2, 2, 3, {0, -9.81, 0}, bodies, nullptr, inertia, none, none, 2, 0};
+  const double q[2] = {4, 5}, v[2] = {1, 2}, rest[2] = {0, 0};
+  double tau[2], a[2], M[4];
   inverse_dynamics<double>(model, *owned_workspace<inverse_dynamics_workspace<double>>(model), q, v, rest, {}, tau);
   forward_dynamics<double>(model, *owned_workspace<forward_dynamics_workspace<double>>(model), q, v, rest, {}, a);
   mass_matrix<double>(model, *owned_workspace<mass_matrix_workspace<double>>(model), q, M);
   // the joint's x lies along the world's y
-  const double expected_tau[3] = {2 * 9.81, 0, 0}, expected_a[3] = {-9.81, 0, 0}, expected_M[9] = {2, 0, 0, 0, 2, 0, 0, 0, 2};
+  const double expected_tau[2] = {2 * 9.81, 0}, expected_a[2] = {-9.81, 0}, expected_M[4] = {2, 0, 0, 2};
   bool well = true;
-  for (int i = 0; i < 9; ++i)
+  for (int i = 0; i < 4; ++i)
     well = well && std::fabs(M[i] - expected_M[i]) < 1e-14;
-  for (int i = 0; i < 3; ++i)
+  for (int i = 0; i < 2; ++i)
     well = well && std::fabs(tau[i] - expected_tau[i]) < 1e-14 && std::fabs(a[i] - expected_a[i]) < 1e-14;
   std::puts(well ? "as expected" : "wrong");
   return !well;
@@ -126,7 +126,7 @@ def test_the_files_it_names_exist():
     named = named_files(TEXT)
     missing = sorted(name for name in named if not (ROOT / name).exists())
     assert len(named) > 8
-    examples = ["include/ksl/engine/joints/translation.hpp", "include/ksl/engine/momentum.hpp"]
+    examples = ["include/ksl/engine/joints/xy_table.hpp", "include/ksl/engine/momentum.hpp"]
     assert missing == examples, "CONTRIBUTING.md names files that don't exist"
 
 
@@ -136,23 +136,23 @@ def test_a_new_kind_of_joint(tmp_path, compiler):
     engine = tmp_path / "include" / "ksl" / "engine"
     struct, value, lines = blocks("A new kind of joint")
     include, by_kind, with_joint, listed = lines.splitlines()
-    (engine / "joints" / "translation.hpp").write_text(struct)
+    (engine / "joints" / "xy_table.hpp").write_text(struct)
     insert_before(engine / "joint.hpp", "continuous = ", value.rstrip())
     joints = engine / "joints.hpp"
     insert_before(joints, "<concepts>", include)
 
     forgotten = compiles(tmp_path, compiler)
-    assert forgotten.returncode != 0 and "translation" in forgotten.stderr, "the compiler doesn't name the switch that lacks the kind"
+    assert forgotten.returncode != 0 and "xy_table" in forgotten.stderr, "the compiler doesn't name the switch that lacks the kind"
 
     insert_before(joints, "case joint_kind::floating: return of.", by_kind)
     insert_before(joints, "case joint_kind::floating: return step(", with_joint)
-    insert_before(joints, "joint_kind::helical, joint_kind::spherical, joint_kind::floating}", listed)
+    insert_before(joints, "    joint_kind::floating};", listed)
     done = compiles(tmp_path, compiler)
     assert done.returncode == 0, done.stderr
     assert subprocess.run([tmp_path / "fall"], capture_output=True, text=True).stdout == "as expected\n"
 
     # a kind that lacks something is named, and what it lacks
-    path = engine / "joints" / "translation.hpp"
+    path = engine / "joints" / "xy_table.hpp"
     path.write_text(path.read_text().replace("integrate(", "integrated("))
     lacking = compiles(tmp_path, compiler)
     assert lacking.returncode != 0 and "described_joint" in lacking.stderr and "integrate" in lacking.stderr

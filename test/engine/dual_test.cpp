@@ -50,7 +50,7 @@ state<double> random_state(const ksl::model &m, std::mt19937 &random) {
   return s;
 }
 
-/// q moved along the tangent x (nv): of joints with a quaternion by the twist x in the child's axes.  To the second order this is
+/// q moved along the tangent x (nv): of spherical, floating and planar joints by the twist x in the child's axes.  To the second order this is
 /// the exponential for the rotation, and a chart of the manifold for all.
 template <class T> numbers<T> moved(const ksl::model &m, const numbers<double> &q, const numbers<T> &x) {
   using A = ksl::algebra<T>;
@@ -60,8 +60,15 @@ template <class T> numbers<T> moved(const ksl::model &m, const numbers<double> &
     const int quaternion = ksl::row_of(b.kind).quaternion;
     T *const position = &out[static_cast<std::size_t>(b.q_index)];
     const T *const step = &x[static_cast<std::size_t>(b.v_index)];
-    if (quaternion < 0) {
-      position[0] = position[0] + step[0];
+    if (quaternion < 0) { // coordinates that are independent, but a planar joint's velocity is in the child's axes
+      for (int k = 0; k < b.nv; ++k)
+        position[k] = position[k] + step[k];
+      if (b.kind == ksl::joint_kind::planar) {
+        T sine, cosine;
+        ksl::sine_cosine(T(q[static_cast<std::size_t>(b.q_index + 2)]), sine, cosine);
+        position[0] = position[0] + ((cosine - T(1)) * step[0] - sine * step[1]);
+        position[1] = position[1] + (sine * step[0] + (cosine - T(1)) * step[1]);
+      }
       continue;
     }
     T *const p = position + quaternion;

@@ -16,6 +16,18 @@ namespace {
 using A = ksl::algebra<double>;
 constexpr double pitch = 0.3;
 
+/// step(joint<K>()) for every kind that bodies have.
+template <class Step> void for_each_kind_of_body(Step step) {
+  for (const ksl::joint_kind kind : ksl::joint_kinds)
+    ksl::with_joint(kind, [&]<class J>(J j) {
+      if constexpr (ksl::moving_joint<J>) {
+        const std::string name = J::name;
+        CAPTURE(name);
+        step(j, kind);
+      }
+    });
+}
+
 /// step(joint<K>()) for every kind that moves.
 template <class Step> void for_each_moving_kind(Step step) {
   for (const ksl::joint_kind kind : ksl::joint_kinds)
@@ -28,13 +40,26 @@ template <class Step> void for_each_moving_kind(Step step) {
     });
 }
 
-/// The bases of a kind in its canonical frame: its axis is z.  A continuous joint's are a revolute one's.
-ksl::joint_space<double> bases_of(ksl::joint_kind kind) {
+/// The published bases of a kind in its canonical frame: its axis is z.  A continuous joint's are a revolute one's, and a
+/// translation's are among those of a free joint.
+struct published_bases {
+  explicit published_bases(ksl::joint_kind kind) : angle_first(kind == ksl::joint_kind::cylindrical) {
+    const ksl::joint_kind listed = kind == ksl::joint_kind::continuous    ? ksl::joint_kind::revolute
+                                   : kind == ksl::joint_kind::translation ? ksl::joint_kind::floating
+                                                                          : kind;
+    n = A::joint_space_set(&bases, static_cast<int>(listed), 2, pitch, 0);
+  }
+  /// Numbers of coordinates in the published order, which slides before it turns, or back; zero where the kind has none.
+  std::vector<double> ordered(std::vector<double> x) const {
+    x.resize(static_cast<std::size_t>(n));
+    if (angle_first)
+      std::swap(x[0], x[1]);
+    return x;
+  }
   ksl::joint_space<double> bases;
-  const ksl::joint_kind listed = kind == ksl::joint_kind::continuous ? ksl::joint_kind::revolute : kind;
-  A::joint_space_set(&bases, static_cast<int>(listed), 2, pitch, 0);
-  return bases;
-}
+  int n;
+  bool angle_first;
+};
 
 double largest_difference(const double *x, const double *y, int n) {
   double worst = 0;
@@ -67,26 +92,30 @@ std::vector<double> random_position(std::mt19937_64 &random, const ksl::joint_ki
 
 TEST_CASE("twist, effort and drive are those of the joint's bases") {
   std::mt19937_64 random(1);
-  for_each_moving_kind([&](auto j, ksl::joint_kind kind) {
+  for_each_kind_of_body([&](auto j, ksl::joint_kind kind) {
     using J = decltype(j);
-    const ksl::joint_space<double> bases = bases_of(kind);
+    const published_bases published(kind);
+    const ksl::joint_space<double> &bases = published.bases;
+    const int n = published.n;
     ksl::body<double> b{};
     b.pitch = pitch;
     for (int round = 0; round < 20; ++round) {
       const std::vector<double> rates = normal_numbers(random, J::nv), numbers = normal_numbers(random, 6);
       const ksl::coscrew<double> f = {{numbers[0], numbers[1], numbers[2]}, {numbers[3], numbers[4], numbers[5]}};
       ksl::screw<double> expected;
-      A::joint_space_twist(&bases, J::nv, rates.data(), &expected);
+      const std::vector<double> ordered = published.ordered(rates);
+      A::joint_space_twist(&bases, n, ordered.data(), &expected);
       const ksl::screw<double> twist = J::twist(b, rates.data());
       CHECK(largest_difference(&twist.lin.x, &expected.lin.x, 6) < 1e-15);
 
-      double effort[J::nv], expected_effort[J::nv];
+      double effort[J::nv];
+      std::vector<double> expected_effort(static_cast<std::size_t>(n));
       J::effort(b, f, effort);
-      A::joint_space_efforts(&bases, J::nv, &f, expected_effort);
-      CHECK(largest_difference(effort, expected_effort, J::nv) < 1e-15);
+      A::joint_space_efforts(&bases, n, &f, expected_effort.data());
+      CHECK(largest_difference(effort, published.ordered(expected_effort).data(), J::nv) < 1e-15);
 
       ksl::coscrew<double> expected_drive;
-      A::joint_space_drive(&bases, J::nv, rates.data(), &expected_drive);
+      A::joint_space_drive(&bases, n, ordered.data(), &expected_drive);
       const ksl::coscrew<double> drive = J::drive(rates.data());
       CHECK(largest_difference(&drive.lin.x, &expected_drive.lin.x, 6) < 1e-15);
     }
@@ -111,6 +140,40 @@ TEST_CASE("what leads from one position to another leads there") {
   });
 }
 
+TEST_CASE("the drives of a universal joint with axes at a right angle are those of its bases") {
+  // the second body's z is the second axis, and theta = 0 makes its x normal to both; the bases have axes x and y
+  std::mt19937_64 random(5);
+  for (const double angle : {0.0, 0.7, -2.1}) {
+    ksl::joint_space<double> bases;
+    REQUIRE(A::joint_space_set(&bases, KSL_JOINT_UNIVERSAL, 0, 0, 0) == 2);
+    // canonical frame of the second body at theta = angle: z = e_y, x turned back from the normal e_z
+    const double s = std::sin(angle), c = std::cos(angle);
+    const ksl::mat3x3<double> R = {s, 0, c, c, 0, -s, 0, 1, 0}; // columns x, y, z in the axes of the bases
+    for (int round = 0; round < 20; ++round) {
+      const std::vector<double> x = normal_numbers(random, 6);
+      const ksl::coscrew<double> f = {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}};
+      ksl::coscrew<double> in_body, found, expected;
+      A::product_CoAdrinvc(&R, &f, &in_body);
+      found = {{0, 0, 0}, {0, 0, in_body.ang.z}}; // the drive of the second angle
+      ksl::coscrew<double> held = {in_body.lin, {in_body.ang.x, in_body.ang.y, 0}}, carried;
+      ksl::joint<ksl::joint_kind::universal>::move_first_drive(ksl::plane_rotation<double>{s, c}, held, found);
+      A::product_CoAdrc(&R, &held, &held);
+      A::joint_space_constraint(&bases, 2, &f, &carried);
+      CHECK(largest_difference(&held.lin.x, &carried.lin.x, 6) < 1e-14);
+      A::product_CoAdrc(&R, &found, &found);
+      A::joint_space_actuation(&bases, 2, &f, &expected);
+      CHECK(largest_difference(&found.lin.x, &expected.lin.x, 6) < 1e-14);
+    }
+  }
+}
+
+TEST_CASE("the angle of a planar joint takes the short way round") {
+  const double q0[3] = {0, 0, 3}, q1[3] = {0, 0, -3};
+  double dv[3];
+  ksl::joint<ksl::joint_kind::planar>::difference(q0, q1, dv);
+  CHECK(dv[2] == doctest::Approx(2 * std::acos(-1.0) - 6).epsilon(1e-14));
+}
+
 TEST_CASE("a continuous joint takes the short way round") {
   const double q0 = 3, q1 = -3;
   double dv;
@@ -130,6 +193,14 @@ TEST_CASE("positions after a tenth of a second") {
     CHECK(largest_difference(moved, expected.data(), J::nq) < 1e-15);
   };
   check(ksl::joint<ksl::joint_kind::helical>(), {1.2812554481053793}, {-1.98}, {1.0832554481053793});
+  check(ksl::joint<ksl::joint_kind::cylindrical>(), {-0.797071183009773, 0.12023282598488372}, {-0.263, 2.482},
+        {-0.823371183009773, 0.36843282598488375});
+  check(ksl::joint<ksl::joint_kind::universal>(), {0.7613960547684804, -1.3227561578725324}, {0.731, 1.749},
+        {0.8344960547684803, -1.1478561578725324});
+  check(ksl::joint<ksl::joint_kind::planar>(), {0.4032409817018343, -0.470796889030335, 1.5780047475042736}, {0.777, -0.683, 0.1},
+        {0.4705870405252575, -0.39226919215581835, 1.5880047475042736});
+  check(ksl::joint<ksl::joint_kind::translation>(), {-0.20820135776744497, 0.27021613149481327, -0.18668628296713008},
+        {3.32, 0.559, -0.418}, {0.12379864223255502, 0.3261161314948133, -0.22848628296713008});
   check(ksl::joint<ksl::joint_kind::spherical>(),
         {-0.6057384859894979, -0.7744935128313428, 0.17674595412320598, -0.04473871784478234}, {0.613, 0.278, 0.263},
         {-0.6193526678727955, -0.761229915973011, 0.19135753300610495, -0.01770825763282895});

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from newton_euler import skew
+from newton_euler import in_plane, skew, turn
 
 
 def coadjoint(R, p) -> np.ndarray:
@@ -31,25 +31,37 @@ def swapped(w) -> np.ndarray:
     return np.concatenate([w[..., 3:], w[..., :3]], axis=-1)
 
 
-def subspace(joint) -> np.ndarray:
-    """S (6, nv) of a joint in its own frame, linear first."""
-    S = np.zeros((6, joint.nv))
+def subspace(joint, q) -> np.ndarray:
+    """S (n, 6, nv) of a joint in its own frame, linear first, at the states q (n, nq)."""
+    axis, S = np.array(joint.axis), np.zeros((len(q), 6, joint.nv))
     if joint.kind == "floating":
-        return np.eye(6)
-    if joint.kind == "spherical":
-        return np.eye(6)[:, 3:]
-    if joint.nv:
-        S[: 3 if joint.kind == "prismatic" else 6, 0][-3:] = joint.axis
-    if joint.kind == "helical":
-        S[:3, 0] = joint.pitch * np.array(joint.axis)
+        S[:] = np.eye(6)
+    elif joint.kind == "spherical":
+        S[:] = np.eye(6)[:, 3:]
+    elif joint.kind == "translation":
+        S[:] = np.eye(6)[:, :3]
+    elif joint.kind == "planar":
+        S[:, :3, 0], S[:, :3, 1], S[:, 3:, 2] = *in_plane(axis), axis
+    elif joint.kind == "cylindrical":
+        S[:, 3:, 0] = S[:, :3, 1] = axis
+    elif joint.kind == "universal":
+        back = turn(np.array(joint.axis2), -q[:, joint.q_index + 1])[:, :3, :3]
+        S[:, 3:, 0], S[:, 3:, 1] = back @ axis, joint.axis2
+    elif joint.kind == "prismatic":
+        S[:, :3, 0] = axis
+    elif joint.nv:
+        S[:, 3:, 0], S[:, :3, 0] = axis, joint.pitch * axis
     return S
 
 
-def drive(joint) -> np.ndarray:
-    """h* (6, nv), the wrenches of unit effort that do nothing else: a helical joint is driven by a moment about its axis."""
-    h = subspace(joint)
+def drive(joint, q) -> np.ndarray:
+    """h* (n, 6, nv), the wrenches of unit effort that do nothing else: a helical joint is driven by a moment about its axis, a
+    universal one by moments in the plane of its axes, of which each works on one axis alone."""
+    h = subspace(joint, q)
     if joint.kind == "helical":
-        h[:3] = 0
+        h[:, :3] = 0
+    if joint.kind == "universal":
+        h = h @ np.linalg.inv(np.swapaxes(h, 1, 2) @ h)
     return h
 
 

@@ -8,6 +8,7 @@ Featherstone, RBDA (2008): twists and wrenches (2.19)–(2.30), rigid-body inert
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -32,6 +33,8 @@ class Joint:
     axis: np.ndarray
     pitch: float = 0.0
     """m/rad"""
+    axis2: np.ndarray | None = None
+    """Of universal joints."""
 
 
 @dataclass
@@ -47,7 +50,7 @@ def read_tree(text: str) -> Tree:
     robot = ET.fromstring(text)
     links = {e.get("name"): read_link(e) for e in robot.findall("link")}
     joints = [
-        Joint(e.get("name"), e.get("type"), e.find("parent").get("link"), e.find("child").get("link"), read_origin(e), read_axis(e), read_pitch(e))
+        Joint(e.get("name"), e.get("type"), e.find("parent").get("link"), e.find("child").get("link"), read_origin(e), read_axis(e), read_pitch(e), read_axis(e, "axis2"))
         for e in robot.findall("joint")
     ]
     (root,) = set(links) - {j.child for j in joints}
@@ -66,8 +69,8 @@ def numbers(element, tag: str, attribute: str, default: str) -> np.ndarray:
     return np.array([float(x) for x in (default if found is None else found.get(attribute, default)).split()])
 
 
-def read_axis(element) -> np.ndarray:
-    axis = numbers(element, "axis", "xyz", "1 0 0")
+def read_axis(element, tag: str = "axis") -> np.ndarray:
+    axis = numbers(element, tag, "xyz", "1 0 0")
     return axis / np.linalg.norm(axis)
 
 
@@ -168,10 +171,37 @@ def inertia_matrix(link: Link) -> np.ndarray:
 
 @dataclass
 class Motion:
-    """What a joint does: pose of its child in its frame (…, 4, 4), twist subspace in the child's frame (6, n)."""
+    """What a joint does: pose of its child in its frame (…, 4, 4), twist subspace in the child's frame (…, 6, n)."""
 
     pose: np.ndarray
     subspace: np.ndarray
+    drift: Callable[[np.ndarray], np.ndarray] | None = None
+    """The rate of the subspace in the child's frame times the velocity (…, n): (…, 6); None where the subspace is constant."""
+
+
+def in_plane(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The axes x and y of a planar joint.  x is the coordinate axis that follows, in the order x y z x, the one nearest to the
+    normal, made orthogonal to it; z goes before x, and x before y, where two are as near."""
+    nearest = max((2, 0, 1), key=lambda i: abs(normal[i]))
+    x = np.eye(3)[(nearest + 1) % 3]
+    x = x - (x @ normal) * normal
+    x /= np.linalg.norm(x)
+    return x, np.cross(normal, x)
+
+
+def universal_motion(joint: Joint, q: np.ndarray) -> Motion:
+    """The first axis moves in the child; the second is fixed there."""
+    first, second = joint.axis, joint.axis2
+    seen = (np.swapaxes(turn(second, q[..., 1])[..., :3, :3], -1, -2) @ first[:, None])[..., 0]
+    subspace = np.zeros((*q.shape[:-1], 6, 2))
+    subspace[..., :3, 0], subspace[..., :3, 1] = seen, second
+
+    def drift(v):
+        rate = np.zeros((*v.shape[:-1], 6))
+        rate[..., :3] = -np.cross(second, seen) * (v[..., 0] * v[..., 1])[..., None]
+        return rate
+
+    return Motion(turn(first, q[..., 0]) @ turn(second, q[..., 1]), subspace, drift)
 
 
 def joint_motion(joint: Joint, q: np.ndarray) -> Motion:
@@ -182,6 +212,15 @@ def joint_motion(joint: Joint, q: np.ndarray) -> Motion:
         return Motion(shift(q[..., :1] * axis), np.concatenate([zero, axis])[:, None])
     if joint.kind == "helical":
         return Motion(turn(axis, q[..., 0]) @ shift(joint.pitch * q[..., :1] * axis), np.concatenate([axis, joint.pitch * axis])[:, None])
+    if joint.kind == "cylindrical":
+        return Motion(turn(axis, q[..., 0]) @ shift(q[..., 1:] * axis), np.array([[*axis, *zero], [*zero, *axis]]).T)
+    if joint.kind == "universal":
+        return universal_motion(joint, q)
+    if joint.kind == "planar":  # v = [linear, angular] in the child's axes
+        x, y = in_plane(axis)
+        return Motion(shift(q[..., :1] * x + q[..., 1:2] * y) @ turn(axis, q[..., 2]), np.array([[*zero, *x], [*zero, *y], [*axis, *zero]]).T)
+    if joint.kind == "translation":
+        return Motion(shift(q), np.eye(6)[:, 3:])
     if joint.kind == "spherical":
         return Motion(quaternion_turn(q), np.eye(6)[:, :3])
     if joint.kind == "floating":  # v = [linear, angular]
@@ -231,8 +270,10 @@ def newton_euler(tree: Tree, q: dict, v: dict, a: dict, external: dict | None = 
         own = apply(S, v.get(j.name, nothing))
         r.subspace[j.child] = S
         twist[j.child] = twist[j.parent] + own
-        # S is constant in the child, so its rate is twist × S
+        # where S is constant in the child, its rate is twist × S
         acceleration[j.child] = acceleration[j.parent] + apply(S, a.get(j.name, nothing)) + apply(motion_cross(twist[j.child]), own)
+        if motion.drift is not None:
+            acceleration[j.child] = acceleration[j.child] + apply(adjoint(pose[j.child]), motion.drift(v[j.name]))
         link = tree.links[j.child]
         X = coadjoint(pose[j.child])
         inertia = X @ inertia_matrix(link) @ transpose(X)

@@ -58,8 +58,17 @@ def floating_motion(position: Sines, angles: Sines, t: np.ndarray) -> tuple[np.n
     return np.hstack([position(t), quaternion]), np.hstack([v, w]), np.hstack([into_body(position(t, 2)) - np.cross(w, v), dw])
 
 
-SEVERAL_NUMBERS = {"floating": (floating_motion, 2), "spherical": (spherical_motion, 1)}
-"""Kinds with more coordinates than one: how they move, and along how many curves in space."""
+def planar_motion(curve: Sines, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """q (n, 3), v (n, 3), a (n, 3) of a body on a path in a plane."""
+    (_, _, angle), (x1, y1, w), (x2, y2, dw) = (curve(t, k).T for k in range(3))
+    cos, sin = np.cos(angle), np.sin(angle)
+    vx, vy = cos * x1 + sin * y1, cos * y1 - sin * x1
+    ax, ay = cos * x2 + sin * y2 + w * vy, cos * y2 - sin * x2 - w * vx
+    return curve(t), np.stack([vx, vy, w], axis=1), np.stack([ax, ay, dw], axis=1)
+
+
+SEVERAL_NUMBERS = {"floating": (floating_motion, 2), "spherical": (spherical_motion, 1), "planar": (planar_motion, 1)}
+"""Kinds whose velocity is not the derivative of the position: how they move, and along how many curves in space."""
 
 
 class SmoothMotion:
@@ -68,7 +77,7 @@ class SmoothMotion:
     def __init__(self, m: ksl.Model, rng: np.random.Generator) -> None:
         self.m = m
         self.curves = {
-            j.name: [Sines(rng, 3) for _ in range(SEVERAL_NUMBERS[j.kind][1])] if j.kind in SEVERAL_NUMBERS else Sines(rng, 1) for j in m.joints if j.nv
+            j.name: [Sines(rng, 3) for _ in range(SEVERAL_NUMBERS[j.kind][1])] if j.kind in SEVERAL_NUMBERS else Sines(rng, j.nv) for j in m.joints if j.nv
         }
 
     def __call__(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -115,7 +124,7 @@ def test_power_is_the_same_in_any_frame(seed, bodies, floating):
     total, constraint = (c.all_reactions(at=at, axes=axes, part=p) for p in ("total", "constraint"))
     for i, j in enumerate(c.m.joints):
         cols = slice(j.v_index, j.v_index + j.nv) if j.nv else slice(0, 0)
-        relative = c.v[:, cols] @ subspace(j).T
+        relative = np.einsum("nij,nj->ni", subspace(j, c.q), c.v[:, cols])
         X = np.swapaxes(np.linalg.inv(requested(c.m, c.q, j, at, axes)), 1, 2)  # twists move by the inverse transpose
         twist = (X @ relative[..., None])[..., 0]
         scale = max(1.0, np.abs(total[:, i]).max() * np.abs(twist).max(initial=0.0))

@@ -11,8 +11,10 @@ import numpy as np
 import ksl
 from newton_euler import Tree, newton_euler, read_tree
 
-KINDS = ("revolute", "continuous", "prismatic", "helical", "spherical", "fixed", "floating")
-WITHOUT_AXIS = ("spherical", "fixed", "floating")
+KINDS = ("revolute", "continuous", "prismatic", "helical", "cylindrical", "universal", "spherical", "planar", "translation", "fixed", "floating")
+WITHOUT_AXIS = ("spherical", "translation", "fixed", "floating")
+TRAVELS = {"prismatic": slice(0, 1), "cylindrical": slice(1, 2), "planar": slice(0, 2), "translation": slice(0, 3)}
+"""Which numbers of q are lengths."""
 EXACT_AXES = [s * np.eye(3)[i] for i in range(3) for s in (1.0, -1.0)]
 
 
@@ -40,6 +42,14 @@ def inertial(rng: np.random.Generator) -> str:
     return f'<inertial>{origin(rng, 0.2)}<mass value="{float(masses.sum())!r}"/><inertia {tensor}/></inertial>'
 
 
+def second_axis(rng: np.random.Generator, first: np.ndarray) -> np.ndarray:
+    """An axis at any angle to the first that is not small, often a right one."""
+    while True:
+        second = EXACT_AXES[rng.integers(6)] if rng.random() < 0.5 else rng.normal(size=3)
+        if np.linalg.norm(np.cross(first, second)) > 0.3 * np.linalg.norm(first) * np.linalg.norm(second):
+            return second
+
+
 def random_tree(rng: np.random.Generator, bodies: int, kinds: tuple[str, ...] = KINDS) -> str:
     """URDF text of a tree of `bodies` links: random placements, inertias and branches; axes exact and arbitrary; joints
     not in the order of links, and named against the alphabet."""
@@ -51,6 +61,8 @@ def random_tree(rng: np.random.Generator, bodies: int, kinds: tuple[str, ...] = 
         kind = str(rng.choice(kinds, p=chances / chances.sum()))
         axis = EXACT_AXES[rng.integers(6)] if rng.random() < 0.5 else rng.normal(size=3)
         axis_text = "" if kind in WITHOUT_AXIS or rng.random() < 0.1 else f'<axis xyz="{words(axis)}"/>'
+        if kind == "universal":
+            axis_text += f'<axis2 xyz="{words(second_axis(rng, axis if axis_text else EXACT_AXES[0]))}"/>'
         limit = '<limit lower="-9" upper="9" effort="1000" velocity="100"/>' if kind in ("revolute", "prismatic") else ""
         pitch = f'<screw_thread_pitch value="{words(rng.normal() * 0.2)}"/>' if kind == "helical" else ""
         joints.append(
@@ -77,8 +89,8 @@ def random_states(m: ksl.Model, rng: np.random.Generator, n: int) -> tuple[np.nd
             part = q[:, j.q_index + j.nq - 4 : j.q_index + j.nq]
             part[:] = rng.normal(size=(n, 4))
             part /= np.linalg.norm(part, axis=1, keepdims=True)
-        if j.kind == "prismatic":
-            q[:, j.q_index] /= 6
+        if j.kind in TRAVELS:
+            q[:, j.q_index : j.q_index + j.nq][:, TRAVELS[j.kind]] /= 6
     return q, v, a
 
 

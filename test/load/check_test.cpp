@@ -115,6 +115,20 @@ TEST_CASE("a helical joint has a pitch") {
   CHECK(check_tree(robot) == 0);
 }
 
+TEST_CASE("axes have length 1, and those of a universal joint are not parallel") {
+  robot_description robot = robot_of(2, {{0, 1}});
+  robot.joints[0].kind = joint_kind::universal;
+  check_message(refusal(robot), {"joint j0: a universal joint needs a second axis", "give it"});
+  robot.joints[0].axis2 = {-1, 0, 0}; // the first axis is x if none is given
+  check_message(refusal(robot), {"joint j0: a universal joint needs two axes that are not parallel"});
+  robot.joints[0].axis2 = {0, 2, 0};
+  check_message(refusal(robot), {"joint j0: its second axis has length 2, expected 1"});
+  robot.joints[0].axis2 = {0.6, 0.8, 0};
+  CHECK(check_tree(robot) == 0);
+  robot.joints[0].axis = {0, 0, 0.5};
+  check_message(refusal(robot), {"joint j0: its axis has length 0.5, expected 1"});
+}
+
 TEST_CASE("numbers that no mechanism has") {
   robot_description robot = robot_of(2, {{0, 1}});
   robot.links[1].inertia.m = -2;

@@ -77,7 +77,9 @@ TEST_CASE("links and joints keep the order of the file, their names and lines") 
 TEST_CASE("every kind of joint") {
   for (const joint_kind kind : joint_kinds) {
     const joint_kind_row row = row_of(kind);
-    const std::string needed = row.has_pitch ? "<screw_thread_pitch value=\"0.01\"/>" : "";
+    const std::string needed = row.has_pitch   ? "<screw_thread_pitch value=\"0.01\"/>"
+                               : row.has_axis2 ? "<axis2 xyz=\"0 1 0\"/>"
+                                               : "";
     CHECK(joint_with(row.name, needed).kind == kind);
     if (row.other_name)
       CHECK(joint_with(row.other_name, needed).kind == kind);
@@ -90,6 +92,49 @@ TEST_CASE("the pitch of a helical joint is read in metres a revolution and kept 
   CHECK(joint.axis.z == 1);
   check_unused(read(robot_with("spherical", "<axis xyz=\"0 0 1\"/><screw_thread_pitch value=\"1\"/>")),
                {"joint j: axis, screw_thread_pitch (no effect on a spherical joint)"});
+}
+
+TEST_CASE("both axes of a universal joint, and the normal of a planar one") {
+  const joint_description joint = joint_with("universal", "<axis xyz=\"0 0 2\"/><axis2 xyz=\"0 -3 4\"/>");
+  CHECK((joint.axis.z == 1 && joint.axis2.y == -0.6 && joint.axis2.z == 0.8));
+  CHECK(joint_with("universal", "<axis2 xyz=\"0 1 0\"/>").axis.x == 1);
+  CHECK(joint_with("planar", "<axis xyz=\"0 0 1\"/>").axis.z == 1);
+  CHECK(joint_with("planar", "").axis.x == 1); // URDF's default
+  check_unused(read(robot_with("planar", "<axis2 xyz=\"0 0 1\"/><limit lower=\"1\"/>")), {"joint j: axis2, limit (no effect on a planar joint)"});
+}
+
+TEST_CASE("types beyond URDF are read with a warning") {
+  for (const joint_kind kind : joint_kinds) {
+    const joint_kind_row row = row_of(kind);
+    const std::string type = row.name, needed = "<screw_thread_pitch value=\"0.01\"/><axis2 xyz=\"0 1 0\"/>";
+    const bool standard = kind <= joint_kind::prismatic || kind == joint_kind::continuous || kind == joint_kind::planar || kind == joint_kind::floating;
+    CAPTURE(type);
+    const auto warnings = read(robot_with(type, needed)).warnings;
+    CHECK(warnings.size() == (standard ? 0 : 1));
+    if (!standard)
+      CHECK(warnings[0] == "joint j: " + type + " is a type beyond URDF, which other readers may refuse");
+  }
+}
+
+TEST_CASE("joints of Drake") {
+  const auto drake = [](const std::string &type, const std::string &inside) {
+    return read("<robot name=\"r\"><link name=\"a\"/><link name=\"b\"/><drake:joint name=\"j\" type=\"" + type +
+                "\"><parent link=\"a\"/><child link=\"b\"/><origin xyz=\"1 2 3\"/>" + inside + "</drake:joint></robot>");
+  };
+  const robot_description ball = drake("ball", "");
+  CHECK(ball.joints[0].kind == joint_kind::spherical);
+  CHECK(ball.joints[0].placement.t.y == 2);
+  REQUIRE(ball.warnings.size() == 1);
+  CHECK(ball.warnings[0] == "joint j: <drake:joint> type ball, an extension of URDF; q is a quaternion [x y z w] and v in "
+                            "the child's axes, Drake's are roll, pitch, yaw and in the parent's axes");
+  const joint_description universal = drake("universal", "").joints[0];
+  CHECK((universal.kind == joint_kind::universal && universal.axis.x == 1 && universal.axis2.y == 1));
+  const robot_description planar = drake("planar", "<axis xyz=\"1 0 0\"/><dynamics damping=\"1 2 3\"/>");
+  CHECK((planar.joints[0].kind == joint_kind::planar && planar.joints[0].axis.z == 1));
+  check_unused(planar, {"joint j: axis (no effect on a planar joint)", "joint j: dynamics (not used)"});
+  const joint_description screw = drake("screw", "<axis xyz=\"0 0 1\"/><drake:screw_thread_pitch value=\"0.005\"/>").joints[0];
+  CHECK((screw.kind == joint_kind::helical && screw.axis.z == 1));
+  CHECK(std::fabs(*screw.pitch - 0.005 / (2 * std::acos(-1.0))) < 1e-19);
 }
 
 TEST_CASE("rpy turns about fixed axes, x first: Rz Ry Rx") {

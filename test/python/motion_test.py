@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ksl
-from ksl.motion import Motion, complete, derivative, read_external, read_motion
+from ksl.motion import Motion, columns_of, complete, derivative, read_external, read_motion
 
 INERTIAL = '<inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
 
@@ -306,6 +306,32 @@ def test_columns_of_a_spherical_joint_are_said(robot, written):
     assert refusal(ball, lines("time,hip,s.a,x")).startswith(":1: unknown column 's.a'; joint s is spherical: give s.bx s.by s.bz")
     few = written("time,hip,hip.v,hip.a,s.qx,s.qy,s.qz,s.qw\n" + "".join(f"{k},0,0,0,0,0,0,1\n" for k in range(5)))
     assert refusal(ball, few).endswith("differentiating s needs at least 6; add samples, or give the columns s.wx s.wy s.wz and s.bx s.by s.bz")
+
+
+def test_rates_of_joints_with_several_coordinates(robot, written):
+    """Positions that are polynomials in time; a planar joint's rates are in the child's axes."""
+    link = '<link name="{0}"/><joint name="{0}" type="{2}"><parent link="{1}"/><child link="{0}"/><axis2 xyz="0 1 0"/></joint>'
+    chain = [link.format(kind, parent, kind) for parent, kind in (("ground", "planar"), ("planar", "cylindrical"), ("cylindrical", "universal"))]
+    m = robot(f'<robot name="r"><link name="ground"/>{"".join(chain)}{link.format("translation", "universal", "translation")}</robot>', masses="optional")
+    t = np.linspace(0, 1, 9)
+    polynomials = [np.polynomial.Polynomial(c) for c in np.random.default_rng(2).normal(size=(m.nq, 5))]
+    q, q1, q2 = (np.stack([p.deriv(k)(t) for p in polynomials], axis=1) for k in range(3))
+    groups = [columns_of(j) for j in m.joints[: len(m.joint_names)]]
+    positions = [c for group in groups for c in group[0]]
+    assert positions[:5] == ["planar.x", "planar.y", "planar.angle", "cylindrical.angle", "cylindrical.travel"]
+    table = {"time": t, **dict(zip(positions, q.T))}
+    motion = read_motion(m, written(csv(table)))
+    turned = np.exp(-1j * q[:, 2])
+    v, a = (q1[:, 0] + 1j * q1[:, 1]) * turned, (q2[:, 0] + 1j * q2[:, 1]) * turned
+    a = a - 1j * q1[:, 2] * v
+    q1[:, 0], q1[:, 1], q2[:, 0], q2[:, 1] = v.real, v.imag, a.real, a.imag
+    assert motion.v == pytest.approx(q1, abs=1e-9) and motion.a == pytest.approx(q2, abs=1e-7)
+    given = read_motion(m, written(csv(table | dict(zip([c for group in groups for c in group[1]], q1.T)))))
+    assert np.array_equal(given.v, q1) and not given.contradictions
+    wrong = dict(zip(groups[1][1], q1[:, 3:5].T + 5))
+    said = read_motion(m, written(csv(table | wrong))).contradictions
+    assert len(said) == 1 and said[0].startswith(("cylindrical.angle.v at ", "cylindrical.travel.v at "))
+    assert (" m/s, but" in said[0]) == said[0].startswith("cylindrical.travel")
 
 
 def test_columns_that_could_be_of_two_joints(robot, written):

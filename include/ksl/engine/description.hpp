@@ -41,7 +41,9 @@ struct joint_description {
   joint_kind kind = joint_kind::fixed;
   int parent = -1, child = -1;   ///< indices into robot_description::links
   SE3<double> placement{};       ///< the joint's frame (the child link's at q = 0) in the parent link's frame
-  vec3<double> axis{1, 0, 0};    ///< unit vector in the joint's frame; for kinds that have one (joint_kind_row)
+  vec3<double> axis{0, 0, 0};    ///< unit vector in the joint's frame, for kinds that have one (joint_kind_row); zero: the usual
+                                 ///< one of the kind, which is x, but z for planar joints
+  vec3<double> axis2{0, 0, 0};   ///< likewise the second axis of universal joints, which must give it; fixed in the child
   optional_number pitch;         ///< m/rad; for kinds that have one (joint_kind_row), which must give it
   optional_number lower, upper;  ///< rad or m
   optional_number effort;        ///< N m or N

@@ -5,15 +5,19 @@
 
 namespace ksl {
 
-/// The kind of a joint.  The values are those of ksl_joint_kind_t.
+/// The kind of a joint.  Values up to KSL_JOINT_FREE are those of ksl_joint_kind_t, which is published.
 enum class joint_kind : int {
   fixed = KSL_JOINT_FIXED,
   revolute = KSL_JOINT_REVOLUTE,
   prismatic = KSL_JOINT_PRISMATIC,
   helical = KSL_JOINT_HELICAL,
   spherical = KSL_JOINT_SPHERICAL,
+  cylindrical = KSL_JOINT_CYLINDRICAL,
+  universal = KSL_JOINT_UNIVERSAL, ///< of joints that users see; two bodies on revolute joints in the model
+  planar = KSL_JOINT_PLANAR,
   floating = KSL_JOINT_FREE,
   continuous = KSL_JOINT_FREE + 1, ///< moves as a revolute joint; has no position limits
+  translation = KSL_JOINT_FREE + 2,
 };
 
 /// Properties of a kind for readers of files, the model builder and users.  Made from the kind's struct (joints.hpp, row_of).
@@ -22,11 +26,14 @@ struct joint_kind_row {
   const char *name;       ///< in files and messages
   const char *other_name; ///< a second name in files; null: none
   int nq, nv;             ///< numbers in its position and in its velocity
-  bool has_axis;          ///< does it move along or about a single axis, which the description gives
+  bool has_axis;          ///< does the description give an axis: along or about which it moves, or the normal of its plane
+  bool has_axis2;         ///< does the description give a second axis, fixed in the child
   bool has_pitch;         ///< does the description give an advance along the axis, m/rad
-  bool has_limits;        ///< can its position have bounds
+  bool has_limits;        ///< can its position have bounds; joints with one coordinate only
   bool is_free;           ///< does it leave its child all six freedoms
-  bool has_angle;         ///< does its position begin with an angle about the axis
+  bool canonical_x;       ///< is x of its child's frame chosen to suit the neighbours, since no coordinate is along x or y
+  int usual_axis;         ///< the axis if the description gives none: 0, 1, 2 for x, y, z
+  int angle;              ///< where in its position its angle about the axis is; −1: none
   int quaternion;         ///< where in its position a unit quaternion [x y z w] begins; −1: none
   int pose_numbers;       ///< how many numbers of its child's pose change with its position, besides a rotation about the axis
 };

@@ -2,12 +2,16 @@
 // the two functions here; the compiler reports the members that its struct lacks.
 #pragma once
 
+#include "ksl/engine/joints/cylindrical.hpp"
 #include "ksl/engine/joints/fixed.hpp"
 #include "ksl/engine/joints/floating.hpp"
 #include "ksl/engine/joints/helical.hpp"
+#include "ksl/engine/joints/planar.hpp"
 #include "ksl/engine/joints/prismatic.hpp"
 #include "ksl/engine/joints/revolute.hpp"
 #include "ksl/engine/joints/spherical.hpp"
+#include "ksl/engine/joints/translation.hpp"
+#include "ksl/engine/joints/universal.hpp"
 
 #include <concepts>
 
@@ -25,10 +29,13 @@ concept described_joint = requires(const double *q, double *out) {
   { J::nq } -> std::convertible_to<int>;
   { J::nv } -> std::convertible_to<int>;
   { J::has_axis } -> std::convertible_to<bool>;
+  { J::has_axis2 } -> std::convertible_to<bool>;
   { J::has_pitch } -> std::convertible_to<bool>;
   { J::has_limits } -> std::convertible_to<bool>;
   { J::is_free } -> std::convertible_to<bool>;
-  { J::has_angle } -> std::convertible_to<bool>;
+  { J::canonical_x } -> std::convertible_to<bool>;
+  { J::usual_axis } -> std::convertible_to<int>;
+  { J::angle } -> std::convertible_to<int>;
   { J::quaternion } -> std::convertible_to<int>;
   { J::pose_numbers } -> std::convertible_to<int>;
   J::integrate(q, q, out);  // q ⊕ dv
@@ -66,8 +73,12 @@ template <class Step> KSL_LANES void by_slower_kind(joint_kind kind, Step step) 
   case joint_kind::prismatic: return of.template operator()<joint_kind::prismatic>();
   case joint_kind::helical: return of.template operator()<joint_kind::helical>();
   case joint_kind::spherical: return of.template operator()<joint_kind::spherical>();
+  case joint_kind::cylindrical: return of.template operator()<joint_kind::cylindrical>();
+  case joint_kind::planar: return of.template operator()<joint_kind::planar>();
+  case joint_kind::translation: return of.template operator()<joint_kind::translation>();
   case joint_kind::floating: return of.template operator()<joint_kind::floating>();
   case joint_kind::fixed: // no body has such a joint
+  case joint_kind::universal:
   case joint_kind::revolute:
   case joint_kind::continuous: return;
   }
@@ -89,19 +100,26 @@ template <class Step> constexpr auto with_joint(joint_kind kind, Step step) {
   case joint_kind::prismatic: return step(joint<joint_kind::prismatic>());
   case joint_kind::helical: return step(joint<joint_kind::helical>());
   case joint_kind::spherical: return step(joint<joint_kind::spherical>());
+  case joint_kind::cylindrical: return step(joint<joint_kind::cylindrical>());
+  case joint_kind::universal: return step(joint<joint_kind::universal>());
+  case joint_kind::planar: return step(joint<joint_kind::planar>());
+  case joint_kind::translation: return step(joint<joint_kind::translation>());
   case joint_kind::floating: return step(joint<joint_kind::floating>());
   }
   __builtin_unreachable();
 }
 
-inline constexpr joint_kind joint_kinds[] = {joint_kind::fixed,   joint_kind::revolute,  joint_kind::continuous, joint_kind::prismatic,
-                                             joint_kind::helical, joint_kind::spherical, joint_kind::floating};
+inline constexpr joint_kind joint_kinds[] = {
+    joint_kind::fixed,       joint_kind::revolute,  joint_kind::continuous, joint_kind::prismatic, joint_kind::helical,
+    joint_kind::cylindrical, joint_kind::universal, joint_kind::spherical,  joint_kind::planar,    joint_kind::translation,
+    joint_kind::floating};
 
 /// The properties of a kind.
 constexpr joint_kind_row row_of(joint_kind kind) {
   return with_joint(kind, [kind]<class J>(J) -> joint_kind_row {
     static_assert(described_joint<J>);
-    return {kind, J::name, J::other_name, J::nq, J::nv, J::has_axis, J::has_pitch, J::has_limits, J::is_free, J::has_angle, J::quaternion, J::pose_numbers};
+    return {kind, J::name, J::other_name, J::nq, J::nv, J::has_axis, J::has_axis2, J::has_pitch, J::has_limits, J::is_free,
+            J::canonical_x, J::usual_axis, J::angle, J::quaternion, J::pose_numbers};
   });
 }
 

@@ -23,8 +23,9 @@ template <class T> struct body {
   int angle_index;           ///< index in q of the joint's rotation about z; −1: it has none
   int chain_start;           ///< first body of the unbroken run of revolute joints that ends here; this body for other kinds
   int pose_index;            ///< where in pose_workspace::moved the numbers of its pose begin that depend on q
-  int link;                  ///< the joint's child link; −1 for a ground without links
+  int link;                  ///< the joint's child link; −1 for a ground without links, and inside a universal joint
   bool has_children;         ///< does it carry other bodies
+  bool ends_universal;       ///< is its joint the second of a universal one, and its parent the massless body inside
   bool is_base;              ///< is it the base: the ground, or a body that floats on it (base_axes.hpp)
   bool no_offset;            ///< is `offset` the identity, as for most bodies
   SE3<T> placement;          ///< of the joint in the parent's canonical frame: R = Rz(offset) Rx(alpha) where it has an axis

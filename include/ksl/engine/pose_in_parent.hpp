@@ -21,6 +21,9 @@ template <class T> struct pose_workspace {
     moved = memory.take<T>(model.pose_numbers);
   }
 
+  /// The rotation about z of a joint that has an angle.
+  KSL_LANES plane_rotation<T> rotation(const body<scalar_of<T>> &b) const { return {sine[b.angle_index], cosine[b.angle_index]}; }
+
   /// The stored part of a body's pose, as a V<T>.
   template <template <class> class V> KSL_LANES V<T> &kept(const body<scalar_of<T>> &b) const {
     return *reinterpret_cast<V<T> *>(moved + b.pose_index);

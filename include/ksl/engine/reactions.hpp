@@ -57,13 +57,15 @@ void link_wrenches(const model_view<scalar_of<T>> &model, const reactions_worksp
     if (child.parent < 0)
       continue;
     coscrew<T> f = w.link_wrench[l];
-    const body<scalar_of<T>> &b = model.body[child.body];
-    if (child.carried_by_moving_joint)
+    const int parent_body = model.link[child.parent].body; // that of a welded link; two bodies up through a universal joint
+    for (int i = child.body; i != parent_body; i = model.body[i].parent) {
+      const body<scalar_of<T>> &b = model.body[i];
       by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
         const auto D = joint<K>::kept_pose(b, w.dynamics.pose);
         D.to_parent(f.lin, f.ang);
         A::product_CoAdtc(&D.t, &f, &f);
       });
+    }
     A::xpy_cc(&f, &w.link_wrench[child.parent]);
   }
 }
@@ -71,20 +73,22 @@ void link_wrenches(const model_view<scalar_of<T>> &model, const reactions_worksp
 /// The requested part of a wrench in a body's canonical frame.  The actuation part is h* Sᵀ f, the constraint part is the rest
 /// (coscrews (7), (9)).
 template <joint_kind K, class T>
-KSL_LANES coscrew<T> part_through(const body<scalar_of<T>> &b, wrench_part part, const coscrew<T> &f) {
+KSL_LANES coscrew<T> part_through(const body<scalar_of<T>> &b, const pose_workspace<T> &pose, wrench_part part, const coscrew<T> &f) {
   if (part == wrench_part::total)
     return f;
   T tau[joint<K>::nv];
   joint<K>::effort(b, f, tau);
-  const coscrew<T> actuation = joint<K>::drive(tau);
-  coscrew<T> constraint;
+  coscrew<T> actuation = joint<K>::drive(tau), constraint;
   algebra<T>::subtract_cc(&f, &actuation, &constraint);
+  if constexpr (only_turns(K))
+    if (b.ends_universal) [[unlikely]] // the first axis is that of the body inside
+      joint<joint_kind::universal>::move_first_drive(pose.rotation(b), constraint, actuation);
   return part == wrench_part::constraint ? constraint : actuation;
 }
 
 /// The same for the wrench through the joint that carries a link.  Through a fixed joint all of it is constraint.
-template <class T> inline coscrew<T> part_of(const model_view<scalar_of<T>> &model, const link<scalar_of<T>> &l,
-                                             wrench_part part, const coscrew<T> &f) {
+template <class T> inline coscrew<T> part_of(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose,
+                                             const link<scalar_of<T>> &l, wrench_part part, const coscrew<T> &f) {
   const body<scalar_of<T>> &b = model.body[l.body];
   const bool moves = l.carried_by_moving_joint && l.body > 0;
   if (part == wrench_part::total || !moves) {
@@ -92,7 +96,7 @@ template <class T> inline coscrew<T> part_of(const model_view<scalar_of<T>> &mod
     return part == wrench_part::actuation ? none : f;
   }
   coscrew<T> found = f;
-  by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED { found = part_through<K>(b, part, f); });
+  by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED { found = part_through<K>(b, pose, part, f); });
   return found;
 }
 
@@ -180,7 +184,7 @@ void reactions(const model_view<scalar_of<T>> &model, const reactions_workspace<
     const T *const from = own ? &w.dynamics.wrench.number(l.body, 0) : &w.link_wrench[request.link[k]].lin.x;
     const int step = own ? lane_block<T> : 1;
     const coscrew<T> f = {{from[0], from[step], from[2 * step]}, {from[3 * step], from[4 * step], from[5 * step]}};
-    coscrew<T> part = part_of(model, l, request.part, f);
+    coscrew<T> part = part_of(model, w.dynamics.pose, l, request.part, f);
     rotate_to_link(l, part);
     if (moved) {
       const SE3<T> D = pose_in_requested(model, w, request, request.link[k]);
@@ -217,7 +221,7 @@ void inverse_dynamics_with_reactions(const model_view<scalar_of<T>> &model, cons
           if (part == wrench_part::total) // not one call for both: a struct chosen as a whole is copied through memory
         put_canonical(f, l, angular_first, out + 6 * missing);
       else
-        put_canonical(part_through<K>(model.body[i], part, f), l, angular_first, out + 6 * missing);
+        put_canonical(part_through<K>(model.body[i], w.dynamics.pose, part, f), l, angular_first, out + 6 * missing);
         });
   if (missing > 0)
     reactions(model, w, external, request, out);

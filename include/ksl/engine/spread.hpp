@@ -30,7 +30,7 @@ template <class T, class S> coordinate_physics<T> spread(const coordinate_physic
 
 template <class T, class S> body<T> spread(const body<S> &b) {
   return {b.kind, b.parent, b.q_index, b.v_index, b.nv, b.v_end, b.angle_index, b.chain_start, b.pose_index, b.link,
-          b.has_children, b.is_base, b.no_offset, spread<T>(b.placement), spread<T>(b.offset), spread<T>(b.alpha),
+          b.has_children, b.ends_universal, b.is_base, b.no_offset, spread<T>(b.placement), spread<T>(b.offset), spread<T>(b.alpha),
           spread<T>(b.theta0), T(b.pitch)};
 }
 

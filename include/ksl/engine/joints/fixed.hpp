@@ -9,8 +9,9 @@ inline namespace KSL_ISA {
 template <> struct joint<joint_kind::fixed> {
   static constexpr const char *name = "fixed", *other_name = nullptr;
   static constexpr int nq = 0, nv = 0;
-  static constexpr bool has_axis = false, has_pitch = false, has_limits = false, has_angle = false, is_free = false;
-  static constexpr int quaternion = -1, pose_numbers = 0;
+  static constexpr bool has_axis = false, has_axis2 = false, has_pitch = false, has_limits = false, is_free = false;
+  static constexpr bool canonical_x = false;
+  static constexpr int angle = -1, quaternion = -1, pose_numbers = 0, usual_axis = 0;
   template <class T> static void integrate(const T *, const T *, T *) {}
   template <class T> static void difference(const T *, const T *, T *) {}
 };

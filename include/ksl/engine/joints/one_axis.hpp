@@ -9,14 +9,26 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
+/// out = x + y and out = x − y, of n numbers: positions of coordinates that are independent of each other.
+template <int n, class T> void add_numbers(const T *x, const T *y, T *out) {
+  for (int i = 0; i < n; ++i)
+    out[i] = x[i] + y[i];
+}
+template <int n, class T> void subtract_numbers(const T *x, const T *y, T *out) {
+  for (int i = 0; i < n; ++i)
+    out[i] = x[i] - y[i];
+}
+
 /// The struct of a kind; joints.hpp lists the members that it must have.
 template <joint_kind K> struct joint;
 
 template <bool turns, bool slides> struct one_axis_joint {
   static constexpr const char *other_name = nullptr;
   static constexpr int nq = 1, nv = 1;
-  static constexpr bool has_axis = true, has_pitch = turns && slides, has_limits = true, has_angle = turns, is_free = false;
-  static constexpr int quaternion = -1, pose_numbers = slides ? 3 : 0; // its translation
+  static constexpr bool has_axis = true, has_axis2 = false, has_pitch = turns && slides, has_limits = true, is_free = false;
+  static constexpr bool canonical_x = true;
+  static constexpr int angle = turns ? 0 : -1, quaternion = -1, usual_axis = 0;
+  static constexpr int pose_numbers = slides ? 3 : 0; // its translation
   template <class T> using column_type = joint_column<turns, slides, T>;
 
   /// The body's pose at the joint position in q, after sines_and_cosines.  Stores the numbers that depend on q; kept_pose
@@ -117,7 +129,7 @@ private:
   template <class T>
   static KSL_LANES plane_rotation<T> rotation_about_z(const body<scalar_of<T>> &b, const pose_workspace<T> &w) {
     if constexpr (turns)
-      return {w.sine[b.angle_index], w.cosine[b.angle_index]};
+      return w.rotation(b);
     else
       return spread<T>(b.theta0);
   }

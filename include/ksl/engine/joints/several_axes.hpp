@@ -1,4 +1,4 @@
-// KSL: the common part of joints without a single axis.  Each coordinate is a unit twist in the body's own axes, in which the
+// KSL: the common part of joints with several coordinates.  Each coordinate is a unit twist in the body's own axes, in which the
 // motion subspace is constant.
 #pragma once
 
@@ -12,7 +12,9 @@ template <int... coordinates> struct several_axes_joint {
   static constexpr int nv = sizeof...(coordinates);
   static constexpr int coordinate[nv] = {coordinates...};
   static constexpr const char *other_name = nullptr;
-  static constexpr bool has_axis = false, has_pitch = false, has_limits = false, has_angle = false, is_free = nv == 6;
+  static constexpr bool has_axis = false, has_axis2 = false, has_pitch = false, has_limits = false, is_free = nv == 6;
+  static constexpr bool canonical_x = false;
+  static constexpr int usual_axis = 0;
   static constexpr bool slides = ((coordinates < 3) || ...), turns = ((coordinates >= 3) || ...);
 
   /// S q̇
