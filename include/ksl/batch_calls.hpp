@@ -34,6 +34,12 @@ KSL_EXPORT void inverse_dynamics_with_reactions_batch(const model &m, const batc
 template <class S>
 KSL_EXPORT void reactions_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
+/// The parts parts (5, nv) of the efforts of inverse dynamics for q (nq), v (nv), a (nv): the transmitted effort Sᵀ f,
+/// then what damping, dry friction, the inertia of rotors and springs need, as far as the model's options name them.
+/// O(bodies).  Reads batch.q, batch.v, batch.a, batch.external; writes parts into batch.result[0] (rows of 5 × nv).
+template <class S>
+KSL_EXPORT void effort_parts_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
 /// Efforts tau (nv) that hold velocities v (nv) at q (nq) without acceleration: inverse dynamics with a = 0.
 /// O(bodies).  Reads batch.q, batch.v, batch.external; writes tau into batch.result[0] (rows of nv).
 template <class S>

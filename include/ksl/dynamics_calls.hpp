@@ -24,6 +24,13 @@ KSL_EXPORT void inverse_dynamics_with_reactions(const model &m, data &d, const S
                                                 const reaction_request &request, S *reactions,
                                                 const external_wrenches<S> &external = {});
 
+/// The parts parts (5, nv) of the efforts of inverse dynamics for q (nq), v (nv), a (nv): the transmitted effort Sᵀ f,
+/// then what damping, dry friction, the inertia of rotors and springs need, as far as the model's options name them.
+/// O(bodies).  No allocation.
+template <class S>
+KSL_EXPORT void effort_parts(const model &m, data &d, const S *q, const S *v, const S *a, S *parts,
+                             const external_wrenches<S> &external = {});
+
 /// Efforts tau (nv) that hold velocities v (nv) at q (nq) without acceleration: inverse dynamics with a = 0.
 /// O(bodies).  No allocation.
 template <class S>

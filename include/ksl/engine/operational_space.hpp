@@ -47,13 +47,17 @@ template <class T> struct operational_space_workspace {
 
 /// Eliminates the joint of body i from its articulated inertia, and adds what the parent feels of it: pass_to_parent without forces.
 template <joint_kind K, class T>
-KSL_LANES void eliminate_joint(const body<scalar_of<T>> &b, const forward_dynamics_workspace<T> &w, int i) {
+KSL_LANES void eliminate_joint(const body<scalar_of<T>> &b, const forward_dynamics_workspace<T> &w, int i,
+                               const coordinate_physics<scalar_of<T>> *physics) {
   if constexpr (!joint<K>::is_free) { // a free joint transmits nothing
     in_place<articulated_inertia, T> A(w.A, i);
     for_each_coordinate_backwards<joint<K>::nv>([&](auto k) KSL_INLINED {
       const auto S = joint<K>::template column<k>(b, w.rotation, i);
       const coscrew<T> U = S.momentum(*A);
-      const T D_inverse = T(1) / S.effort(U);
+      T D = S.effort(U);
+      if (physics)
+        D = D + T(physics[k].armature);
+      const T D_inverse = T(1) / D;
       w.coordinate[b.v_index + k] = {U, D_inverse, T(0)};
       if (k > 0) {
         algebra<T>::articulated_inertia_downdated(&*A, &U, D_inverse, &*A);
@@ -79,7 +83,8 @@ void articulated_inertias(const model_view<scalar_of<T>> &model, const forward_d
   });
   for (int i = model.bodies - 1; i > 0; --i) {
     const body<scalar_of<T>> &b = model.body[i];
-    by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED { eliminate_joint<K>(b, w, i); });
+    const coordinate_physics<scalar_of<T>> *physics = physics_of(model, b);
+    by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED { eliminate_joint<K>(b, w, i, physics); });
   }
 }
 
