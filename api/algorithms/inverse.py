@@ -1,6 +1,6 @@
 """Inverse dynamics, and what follows from it: reactions, bias, efforts against gravity."""
 
-from algorithms.row import TAU, Algorithm
+from algorithms.row import TAU, Algorithm, Result
 
 ROWS = (
     Algorithm(
@@ -15,7 +15,8 @@ ROWS = (
         python="""
 q (…, nq), v and a (…, nv) → (…, nv); rad, m, N m, N.  Leading shapes are broadcast.
 external: {link name: (…, 6)}, the wrench that the environment exerts on the link: force first, about the
-link's origin, in the link's axes.  Gravity is included.  Joint friction and damping are not.
+link's origin, in the link's axes.  Gravity is included.  Damping, friction, rotors and springs of joints are where
+`physics=` of :func:`ksl.load` names them; :meth:`effort_parts` gives each.
 
 A floating base is the first joint: q = [x y z qx qy qz qw] in the world, v = [linear, angular] in the body's
 frame, a = dv/dt componentwise; its effort is the wrench on the body in the same frame.
@@ -70,6 +71,22 @@ part: "constraint" is what the structure carries, H̄* f; "actuation" what lies 
 same of a mimic joint, which has no actuation; "total" their sum.  The effort of a drive that leads mimic joints is
 the sum of Sᵀ f of its own joint's actuation and, times their multipliers, of their couplings.  The split is made in
 the joint's frame and then moved by the coadjoint (Coscrews page, (7)–(9)).
+""",
+    ),
+    Algorithm(
+        name="effort_parts",
+        header="effort_parts.hpp",
+        inputs=("q", "v", "a"),
+        external="optional",
+        results=(Result("parts", (5, "nv"), "transmitted effort, and what damping, friction, rotors and springs need"),),
+        summary="What the efforts (…, 5, nv) of inverse_dynamics consist of: transmitted, damping, friction, rotor, spring.",
+        text="The parts {parts} of the efforts of inverse dynamics for {q}, {v}, {a}: the transmitted effort Sᵀ f, then what damping, dry "
+        "friction, the inertia of rotors and springs need, as far as the model's options name them.  O(bodies).",
+        python="""
+q, v, a, external, out, threads: as in :meth:`inverse_dynamics`, whose result is the sum over the parts.
+The rotor's part is armature · a, the damping's damping · v, the friction's F v/√(v² + w²) with the stated width w (or F sign(v)
+for `physics="exact friction"`), the spring's stiffness · (q − rest).  They are zero unless `physics=` of :func:`ksl.load` names them.
+O(bodies).
 """,
     ),
     Algorithm(

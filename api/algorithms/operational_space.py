@@ -33,13 +33,13 @@ and Orin (1993).  O(bodies + n² depth).  NaN where a joint can move without mov
         request="frames",
         results=(INERTIA, RANK),
         summary="Operational-space inertia (…, 6 names, 6 names), symmetric, and its rank (…), for q (…, nq).",
-        text="Operational-space inertia {inertia}, the inverse of J M⁻¹ Jᵀ, of n frames for {q}, and its {rank}.  Directions that depend on "
-        "those before, up to 1e-10 of their own inverse inertia (1e-4 in single precision), have zeros.  At most as many frames as the "
+        text="Operational-space inertia {inertia}, the inverse of J M⁻¹ Jᵀ, of n frames for {q}, and its {rank}.  Where it is "
+        "singular, as many directions as the rank are inverted, and the others have zeros.  At most as many frames as the "
         "model has links.  O(bodies + n² depth + n³).",
         python="""
-The inverse of :meth:`operational_space_inertia_inverse`, with the same arguments.  Where that is singular, directions
-that depend on those before (their pivot is below 1e-10 of the diagonal element, 1e-4 in single precision) are left
-out and have zeros: it is then a generalised inverse.  The rank is a number of the arrays' type.
+The inverse of :meth:`operational_space_inertia_inverse`, with the same arguments.  Where that is singular, as many directions as the
+rank are inverted, largest pivots first, and the others have zeros: a generalised inverse.  Scaled to a diagonal of
+ones, pivots below 1e-10 count as zero (1e-4 in single precision).  The rank is a number of the arrays' type.
 O(bodies + n² depth + n³).
 """,
     ),

@@ -34,6 +34,12 @@ KSL_EXPORT void inverse_dynamics_with_reactions_batch(const model &m, const batc
 template <class S>
 KSL_EXPORT void reactions_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
+/// The parts parts (5, nv) of the efforts of inverse dynamics for q (nq), v (nv), a (nv): the transmitted effort Sᵀ f,
+/// then what damping, dry friction, the inertia of rotors and springs need, as far as the model's options name them.
+/// O(bodies).  Reads batch.q, batch.v, batch.a, batch.external; writes parts into batch.result[0] (rows of 5 × nv).
+template <class S>
+KSL_EXPORT void effort_parts_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
 /// Efforts tau (nv) that hold velocities v (nv) at q (nq) without acceleration: inverse dynamics with a = 0.
 /// O(bodies).  Reads batch.q, batch.v, batch.external; writes tau into batch.result[0] (rows of nv).
 template <class S>
@@ -204,10 +210,10 @@ template <class S>
 KSL_EXPORT void operational_space_inertia_inverse_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Operational-space inertia inertia (6 links, 6 links), the inverse of J M⁻¹ Jᵀ, of n frames for q (nq), and its
-/// rank.  Directions that depend on those before, up to 1e-10 of their own inverse inertia (1e-4 in single precision),
-/// have zeros.  At most as many frames as the model has links.  O(bodies + n² depth + n³).  frame_options by default:
-/// about the frame's origin, in its axes, linear first.  Reads batch.q, batch.links, batch.frame; writes inertia into
-/// batch.result[0] (rows of 6 links.n × 6 links.n), rank into batch.result[1] (rows of 1).
+/// rank.  Where it is singular, as many directions as the rank are inverted, and the others have zeros.  At most as
+/// many frames as the model has links.  O(bodies + n² depth + n³).  frame_options by default: about the frame's origin,
+/// in its axes, linear first.  Reads batch.q, batch.links, batch.frame; writes inertia into batch.result[0] (rows of 6
+/// links.n × 6 links.n), rank into batch.result[1] (rows of 1).
 template <class S>
 KSL_EXPORT void operational_space_inertia_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 

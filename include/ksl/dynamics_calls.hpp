@@ -24,6 +24,13 @@ KSL_EXPORT void inverse_dynamics_with_reactions(const model &m, data &d, const S
                                                 const reaction_request &request, S *reactions,
                                                 const external_wrenches<S> &external = {});
 
+/// The parts parts (5, nv) of the efforts of inverse dynamics for q (nq), v (nv), a (nv): the transmitted effort Sᵀ f,
+/// then what damping, dry friction, the inertia of rotors and springs need, as far as the model's options name them.
+/// O(bodies).  No allocation.
+template <class S>
+KSL_EXPORT void effort_parts(const model &m, data &d, const S *q, const S *v, const S *a, S *parts,
+                             const external_wrenches<S> &external = {});
+
 /// Efforts tau (nv) that hold velocities v (nv) at q (nq) without acceleration: inverse dynamics with a = 0.
 /// O(bodies).  No allocation.
 template <class S>
@@ -189,9 +196,9 @@ KSL_EXPORT void operational_space_inertia_inverse(const model &m, data &d, const
                                                   const frame_options &how, S *inverse);
 
 /// Operational-space inertia inertia (6 links, 6 links), the inverse of J M⁻¹ Jᵀ, of n frames for q (nq), and its
-/// rank.  Directions that depend on those before, up to 1e-10 of their own inverse inertia (1e-4 in single precision),
-/// have zeros.  At most as many frames as the model has links.  O(bodies + n² depth + n³).  frame_options by default:
-/// about the frame's origin, in its axes, linear first.  No allocation.
+/// rank.  Where it is singular, as many directions as the rank are inverted, and the others have zeros.  At most as
+/// many frames as the model has links.  O(bodies + n² depth + n³).  frame_options by default: about the frame's origin,
+/// in its axes, linear first.  No allocation.
 template <class S>
 KSL_EXPORT void operational_space_inertia(const model &m, data &d, const S *q, S *inertia, int n, const int *links,
                                           const frame_options &how, S *rank);

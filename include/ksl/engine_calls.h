@@ -102,6 +102,30 @@ KSL_EXPORT ksl_status_t ksl_reactions_external_batchf(const ksl_model_t *model, 
                                                       const int *joints, const ksl_reaction_options_t *options,
                                                       float *wrenches, ptrdiff_t wrenches_stride, int threads);
 
+/** The parts parts (5, nv) of the efforts of inverse dynamics for q (nq), v (nv), a (nv): the transmitted effort Sᵀ
+    f, then what damping, dry friction, the inertia of rotors and springs need, as far as the model's options name
+    them.  O(bodies).  external may be NULL: no wrench. */
+KSL_EXPORT ksl_status_t ksl_effort_parts(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                         const double *a, const ksl_external_t *external, double *parts);
+KSL_EXPORT ksl_status_t ksl_effort_partsf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                          const float *a, const ksl_externalf_t *external, float *parts);
+KSL_EXPORT ksl_status_t ksl_effort_parts_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                               const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+                                               double *parts, ptrdiff_t parts_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_effort_parts_external_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                        ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                        const double *a, ptrdiff_t a_stride,
+                                                        const ksl_external_rows_t *external, double *parts,
+                                                        ptrdiff_t parts_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_effort_parts_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                                const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+                                                float *parts, ptrdiff_t parts_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_effort_parts_external_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                         ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                         const float *a, ptrdiff_t a_stride,
+                                                         const ksl_external_rowsf_t *external, float *parts,
+                                                         ptrdiff_t parts_stride, int threads);
+
 /** Efforts tau (nv) that hold velocities v (nv) at q (nq) without acceleration: inverse dynamics with a = 0.
     O(bodies).  external may be NULL: no wrench. */
 KSL_EXPORT ksl_status_t ksl_bias(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
@@ -534,9 +558,9 @@ KSL_EXPORT ksl_status_t ksl_operational_space_inertia_inverse_batchf(
     const ksl_frame_options_t *options, float *inverse, ptrdiff_t inverse_stride, int threads);
 
 /** Operational-space inertia inertia (6 links, 6 links), the inverse of J M⁻¹ Jᵀ, of n frames for q (nq), and its
-    rank.  Directions that depend on those before, up to 1e-10 of their own inverse inertia (1e-4 in single
-    precision), have zeros.  At most as many frames as the model has links.  O(bodies + n² depth + n³).  options may
-    be NULL: about the frame's origin, in its axes, linear first. */
+    rank.  Where it is singular, as many directions as the rank are inverted, and the others have zeros.  At most as
+    many frames as the model has links.  O(bodies + n² depth + n³).  options may be NULL: about the frame's origin,
+    in its axes, linear first. */
 KSL_EXPORT ksl_status_t ksl_operational_space_inertia(const ksl_model_t *model, ksl_data_t *data, const double *q,
                                                       double *inertia, int n, const int *links,
                                                       const ksl_frame_options_t *options, double *rank);

@@ -30,6 +30,7 @@ struct model_options {
   bool floating_base = false;
   std::optional<std::array<double, 3>> gravity; ///< m/s², world axes; none: that of the description, (0, 0, −9.81) from a file
   std::vector<payload> payloads;
+  std::optional<physics_options> physics; ///< none: those of the description
 };
 
 /// An inertia about the origin of a link, in its axes, that replaces the link's own.
@@ -121,6 +122,9 @@ public:
   int find_joint(const std::string &name) const;
   int find_link(const std::string &name) const;
 
+  /// Is dry friction discontinuous at rest?  Forward dynamics and derivatives are then undefined.
+  bool exact_friction() const { return description_.physics.friction && description_.physics.exact_friction; }
+
   /// All that the model is made of, in file order, payloads included: model(m.description()) is a copy of m.
   const robot_description &description() const { return description_; }
 
@@ -152,6 +156,7 @@ private:
     vec3<S> gravity;
     std::vector<S> inertia, theta0_sine, theta0_cosine; // contiguous, for lanes
     std::vector<S> lower, upper;
+    std::vector<coordinate_physics<S>> physics; // (nv), or empty
     std::vector<ksl::follower<S>> followers;
     int first_angle = 0, angles_end = 0;
 
@@ -159,7 +164,8 @@ private:
       return {static_cast<int>(bodies.size()), static_cast<int>(links.size()), m.expanded_nq_, m.expanded_nv_, m.pose_numbers_, m.longest_path_,
               m.tree_row_.back(), gravity, bodies.data(),
               links.data(), inertia.data(), augmented.data(), theta0_sine.data(), theta0_cosine.data(),
-              m.tree_row_.data(), first_angle, angles_end, lower.data(), upper.data()};
+              m.tree_row_.data(), first_angle, angles_end, lower.data(), upper.data(),
+              physics.empty() ? nullptr : physics.data()};
     }
     coupling_view<S> coupling(int nq, int nv, const std::vector<int> &in_q, const std::vector<int> &in_v) const {
       return {static_cast<int>(followers.size()), followers.data(), nq, nv, in_q.data(), in_v.data()};

@@ -26,7 +26,8 @@ class Calls(Requests):
 
         q (…, nq), v and a (…, nv) → (…, nv); rad, m, N m, N.  Leading shapes are broadcast.
         external: {link name: (…, 6)}, the wrench that the environment exerts on the link: force first, about the
-        link's origin, in the link's axes.  Gravity is included.  Joint friction and damping are not.
+        link's origin, in the link's axes.  Gravity is included.  Damping, friction, rotors and springs of joints are where
+        `physics=` of :func:`ksl.load` names them; :meth:`effort_parts` gives each.
 
         A floating base is the first joint: q = [x y z qx qy qz qw] in the world, v = [linear, angular] in the body's
         frame, a = dv/dt componentwise; its effort is the wrench on the body in the same frame.
@@ -73,6 +74,18 @@ class Calls(Requests):
         the joint's frame and then moved by the coadjoint (Coscrews page, (7)–(9)).
         """
         return self._core.reactions(q, v, a, None, external, self._request(on, at, axes, order, part, joints), out, threads)
+
+    def effort_parts(
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, external: External | None = None, out: Array | None = None, threads: int | None = None
+    ) -> Array:
+        """What the efforts (…, 5, nv) of inverse_dynamics consist of: transmitted, damping, friction, rotor, spring.
+
+        q, v, a, external, out, threads: as in :meth:`inverse_dynamics`, whose result is the sum over the parts.
+        The rotor's part is armature · a, the damping's damping · v, the friction's F v/√(v² + w²) with the stated width w (or F sign(v)
+        for `physics="exact friction"`), the spring's stiffness · (q − rest).  They are zero unless `physics=` of :func:`ksl.load` names them.
+        O(bodies).
+        """
+        return self._core.effort_parts(q, v, a, None, external, None, out, threads)
 
     def bias(self, q: ArrayLike, v: ArrayLike, external: External | None = None, out: Array | None = None, threads: int | None = None) -> Array:
         """Efforts (…, nv) that hold velocities v without acceleration: Coriolis, centrifugal, gravity, less external wrenches.
@@ -460,9 +473,9 @@ class Calls(Requests):
     ) -> tuple[Array, Array]:
         """Operational-space inertia (…, 6 names, 6 names), symmetric, and its rank (…), for q (…, nq).
 
-        The inverse of :meth:`operational_space_inertia_inverse`, with the same arguments.  Where that is singular, directions
-        that depend on those before (their pivot is below 1e-10 of the diagonal element, 1e-4 in single precision) are left
-        out and have zeros: it is then a generalised inverse.  The rank is a number of the arrays' type.
+        The inverse of :meth:`operational_space_inertia_inverse`, with the same arguments.  Where that is singular, as many directions as the
+        rank are inverted, largest pivots first, and the others have zeros: a generalised inverse.  Scaled to a diagonal of
+        ones, pivots below 1e-10 count as zero (1e-4 in single precision).  The rank is a number of the arrays' type.
         O(bodies + n² depth + n³).
         """
         return self._core.operational_space_inertia(q, None, None, None, None, self._frames_of(names, axes, at, order, None), out, threads)

@@ -93,6 +93,10 @@ class Mechanism:
         self.nq: int = core.nq
         """Length of q."""
         self.nv: int = core.nv
+        self.tree_rows: list[int] = core.tree_rows
+        """Where the rows of :meth:`mass_matrix_tree` begin, and where they end: nv + 1 numbers."""
+        self.tree_columns: list[int] = core.tree_columns
+        """In which columns its elements are."""
         """Length of v, a and tau."""
         self.gravity: Array = np.array(core.gravity)
         """m/s², in world axes; read-only."""

@@ -24,6 +24,12 @@ template <class S> void reactions_batch(const model &m, const batch_view<S> &bat
 template void reactions_batch(const model &, const batch_view<double> &, int);
 template void reactions_batch(const model &, const batch_view<float> &, int);
 
+template <class S> void effort_parts_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::effort_parts, m, batch, threads);
+}
+template void effort_parts_batch(const model &, const batch_view<double> &, int);
+template void effort_parts_batch(const model &, const batch_view<float> &, int);
+
 template <class S> void bias_batch(const model &m, const batch_view<S> &batch, int threads) {
   compute_batch(rows::bias, m, batch, threads);
 }

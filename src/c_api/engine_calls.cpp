@@ -158,6 +158,50 @@ ksl_status_t ksl_reactions_external_batchf(const ksl_model_t *model, size_t n, c
                            threads, nullptr, {joints_n, joints, options}, rows_view<float>{wrenches, wrenches_stride});
 }
 
+ksl_status_t ksl_effort_parts(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                              const double *a, const ksl_external_t *external, double *parts) {
+  return state_call<rows::effort_parts, double>(model, data, {.q = q, .v = v, .a = a, .result = {parts}}, external);
+}
+
+ksl_status_t ksl_effort_partsf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                               const float *a, const ksl_externalf_t *external, float *parts) {
+  return state_call<rows::effort_parts, float>(model, data, {.q = q, .v = v, .a = a, .result = {parts}}, external);
+}
+
+ksl_status_t ksl_effort_parts_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                    const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+                                    double *parts, ptrdiff_t parts_stride, int threads) {
+  return batch_call<double>(rows::effort_parts, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{parts, parts_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_effort_parts_external_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                             const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
+                                             const ksl_external_rows_t *external, double *parts, ptrdiff_t parts_stride,
+                                             int threads) {
+  return batch_call<double>(rows::effort_parts, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{parts, parts_stride}}},
+                            external, threads);
+}
+
+ksl_status_t ksl_effort_parts_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                     const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+                                     float *parts, ptrdiff_t parts_stride, int threads) {
+  return batch_call<float>(rows::effort_parts, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{parts, parts_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_effort_parts_external_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                              const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
+                                              const ksl_external_rowsf_t *external, float *parts,
+                                              ptrdiff_t parts_stride, int threads) {
+  return batch_call<float>(rows::effort_parts, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{parts, parts_stride}}},
+                           external, threads);
+}
+
 ksl_status_t ksl_bias(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
                       const ksl_external_t *external, double *tau) {
   return state_call<rows::bias, double>(model, data, {.q = q, .v = v, .result = {tau}}, external);

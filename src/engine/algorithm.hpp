@@ -34,7 +34,7 @@ struct kernel_table;
 ///
 /// Along `motion` a result has nv velocities or accelerations, along `nv` efforts or derivatives by a motion.
 /// twists: six numbers for each link.
-enum class extent : unsigned char { three, four, six, ten, nq, nv, motion, links, twists, joints, tree, all_links };
+enum class extent : unsigned char { three, four, five, six, ten, nq, nv, motion, links, twists, joints, tree, all_links };
 
 struct result_row {
   const char *name;
@@ -119,6 +119,7 @@ constexpr int length_of(extent e, const extents &of) {
   switch (e) {
   case extent::three: return 3;
   case extent::four: return 4;
+  case extent::five: return 5;
   case extent::six: return 6;
   case extent::ten: return 10;
   case extent::nq: return of.nq;

@@ -9,6 +9,7 @@ namespace ksl {
 struct kernel_table {
   const algorithm_kernels *inverse_dynamics;
   const algorithm_kernels *inverse_dynamics_with_reactions;
+  const algorithm_kernels *effort_parts;
   const algorithm_kernels *forward_dynamics;
   const algorithm_kernels *forward_dynamics_by_mass_matrix;
   const algorithm_kernels *hybrid_dynamics;
@@ -82,6 +83,19 @@ constexpr algorithm_row inverse_dynamics_with_reactions = {
     .results = 1,
     .result = {{"tau", 1, {extent::nv}}},
     .kernels = &kernel_table::inverse_dynamics_with_reactions,
+};
+
+constexpr algorithm_row effort_parts = {
+    .name = "effort_parts",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .input_name = {"q", "v", "a"},
+    .external = external_use::optional,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .results = 1,
+    .result = {{"parts", 2, {extent::five, extent::nv}}},
+    .kernels = &kernel_table::effort_parts,
 };
 
 constexpr algorithm_row forward_dynamics = {
@@ -784,6 +798,7 @@ constexpr const algorithm_row *all[] = {
     &inverse_dynamics,
     &inverse_dynamics_with_reactions,
     &reactions,
+    &effort_parts,
     &bias,
     &gravity_torque,
     &forward_dynamics,

@@ -22,6 +22,12 @@ void inverse_dynamics_with_reactions(const model &m, data &d, const S *q, const 
 }
 
 template <class S>
+void effort_parts(const model &m, data &d, const S *q, const S *v, const S *a, S *parts,
+                  const external_wrenches<S> &external) {
+  compute<S>(rows::effort_parts, m, d, {.q = q, .v = v, .a = a, .external = external, .result = {parts}});
+}
+
+template <class S>
 void bias(const model &m, data &d, const S *q, const S *v, S *tau, const external_wrenches<S> &external) {
   const S *const zero = d.template zero<S>();
   compute<S>(rows::bias, m, d, {.q = q, .v = v, .a = zero, .external = external, .result = {tau}});
@@ -315,6 +321,10 @@ template void inverse_dynamics_with_reactions<double>(const model &, data &, con
 template void inverse_dynamics_with_reactions<float>(const model &, data &, const float *, const float *, const float *,
                                                      float *, const reaction_request &, float *,
                                                      const external_wrenches<float> &);
+template void effort_parts<double>(const model &, data &, const double *, const double *, const double *, double *,
+                                   const external_wrenches<double> &);
+template void effort_parts<float>(const model &, data &, const float *, const float *, const float *, float *,
+                                  const external_wrenches<float> &);
 template void bias<double>(const model &, data &, const double *, const double *, double *,
                            const external_wrenches<double> &);
 template void bias<float>(const model &, data &, const float *, const float *, float *,

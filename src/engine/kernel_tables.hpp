@@ -8,6 +8,7 @@
 #define KSL_DECLARE_KERNELS(set) \
   extern "C" const ksl::algorithm_kernels ksl_kernels_inverse_dynamics_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_inverse_dynamics_with_reactions_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_effort_parts_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_forward_dynamics_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_forward_dynamics_by_mass_matrix_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_hybrid_dynamics_##set; \
@@ -58,6 +59,7 @@
   { \
     .inverse_dynamics = &ksl_kernels_inverse_dynamics_##set, \
     .inverse_dynamics_with_reactions = &ksl_kernels_inverse_dynamics_with_reactions_##set, \
+    .effort_parts = &ksl_kernels_effort_parts_##set, \
     .forward_dynamics = &ksl_kernels_forward_dynamics_##set, \
     .forward_dynamics_by_mass_matrix = &ksl_kernels_forward_dynamics_by_mass_matrix_##set, \
     .hybrid_dynamics = &ksl_kernels_hybrid_dynamics_##set, \

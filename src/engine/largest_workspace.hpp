@@ -6,6 +6,7 @@
 #include "ksl/engine/centroidal_momentum.hpp"
 #include "ksl/engine/centroidal_momentum_matrix.hpp"
 #include "ksl/engine/coriolis_matrix.hpp"
+#include "ksl/engine/effort_parts.hpp"
 #include "ksl/engine/energy.hpp"
 #include "ksl/engine/energy_regressor.hpp"
 #include "ksl/engine/forward_dynamics.hpp"
@@ -38,6 +39,7 @@ inline std::size_t largest_workspace(const model_view<double> &m) {
   return std::max({
       workspace_bytes<inverse_dynamics_workspace<double>>(m),
       workspace_bytes<reactions_workspace<double>>(m),
+      workspace_bytes<effort_parts_workspace<double>>(m),
       workspace_bytes<forward_dynamics_workspace<double>>(m),
       workspace_bytes<forward_dynamics_by_mass_matrix_workspace<double>>(m),
       workspace_bytes<hybrid_dynamics_workspace<double>>(m),

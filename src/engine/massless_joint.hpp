@@ -35,7 +35,7 @@ inline int body_without_mass(const model_view<double> &model, const forward_dyna
     const body<double> &b = model.body[i];
     bool none = false;
     by_kind(b.kind, [&]<joint_kind K>() {
-      pass_to_parent<K>(b, w, i, no_effort + b.v_index);
+      pass_to_parent<K>(b, w, i, no_effort + b.v_index, physics_of(model, b));
       none = moves_no_mass<K>(b, w, i);
     });
     if (none)
@@ -47,6 +47,8 @@ inline int body_without_mass(const model_view<double> &model, const forward_dyna
 /// The index of such a joint in m.joints(), or −1.  By the articulated-body algorithm at two positions that nothing singles out: what
 /// is singular at both is so by the structure of the mechanism.
 inline int massless_joint(const model &m) {
+  if (m.followers())
+    return -1; // a follower without mass moves that of its leader, and the other way round
   const owned_workspace<forward_dynamics_workspace<double>> w(m.view());
   std::vector<double> q(static_cast<std::size_t>(m.nq())), no_effort(static_cast<std::size_t>(m.nv()));
   int found = 0;

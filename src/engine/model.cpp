@@ -4,6 +4,7 @@
 
 #include "engine/canonical_axes.hpp"
 #include "engine/algorithm_rows.hpp"
+#include "engine/joint_physics.hpp"
 #include "engine/largest_workspace.hpp"
 #include "engine/massless_joint.hpp"
 #include "load/check.hpp"
@@ -52,6 +53,7 @@ void add_payload(const payload &p, robot_description &robot) {
 robot_description with_options(robot_description robot, const model_options &options) {
   robot.gravity = options.gravity.value_or(robot.gravity);
   robot.floating_base |= options.floating_base;
+  robot.physics = options.physics.value_or(robot.physics);
   for (const payload &p : options.payloads)
     add_payload(p, robot);
   return robot;
@@ -274,8 +276,24 @@ private:
     add_angles();
     add_limits();
     add_ranges();
+    m_.double_.physics = joint_physics(m_.description_, expanded_rows(), m_.expanded_nv_);
     round_to_single();
     m_.massless_joint_ = ksl::massless_joint(m_);
+  }
+
+  /// The joints that move, with the places of their numbers in the expanded mechanism.
+  std::vector<joint_row> expanded_rows() const {
+    std::vector<joint_row> rows;
+    for (joint_row row : m_.joints_) {
+      const int nv = row_of(row.kind).nv;
+      if (nv == 0 || row.description < 0)
+        continue;
+      const link<double> &l = m_.double_.links[static_cast<std::size_t>(row.link)];
+      const body<double> &b = m_.double_.bodies[static_cast<std::size_t>(l.body)];
+      row.q_index = b.q_index, row.v_index = b.v_index + b.nv - nv; // a universal joint ends with its second body
+      rows.push_back(std::move(row));
+    }
+    return rows;
   }
 
   /// Lists the followers behind the joints that have numbers of their own, and says where their numbers come from.
@@ -444,6 +462,8 @@ private:
     s.theta0_sine.assign(d.theta0_sine.begin(), d.theta0_sine.end());
     s.theta0_cosine.assign(d.theta0_cosine.begin(), d.theta0_cosine.end());
     s.lower.assign(d.lower.begin(), d.lower.end()), s.upper.assign(d.upper.begin(), d.upper.end());
+    for (const coordinate_physics<double> &c : d.physics)
+      s.physics.push_back(spread<float>(c));
     s.first_angle = d.first_angle, s.angles_end = d.angles_end;
   }
 

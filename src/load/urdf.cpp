@@ -355,15 +355,16 @@ void urdf_reader::read_dynamics(const element &joint, joint_description &out) {
     unused_.in_joint("dynamics", "not used", out.name);
     return;
   }
-  dynamics.expect({"damping", "friction"}, {});
-  const auto read = [&](const char *name) {
-    const double value = dynamics.number(name).value_or(0);
-    if (value != 0)
-      unused_.in_joint(name, "read, not applied", out.name);
-    return value;
-  };
-  out.damping = read("damping");
-  out.friction = read("friction");
+  dynamics.expect({"damping", "friction", "friction_width", "armature", "rotor_inertia", "gear_ratio", "spring_stiffness", "spring_reference"}, {});
+  const auto read = [&](const char *name, double &value) { value = dynamics.number(name).value_or(value); };
+  read("damping", out.damping);
+  read("friction", out.friction);
+  read("armature", out.armature);
+  read("rotor_inertia", out.rotor_inertia);
+  read("gear_ratio", out.gear_ratio);
+  read("spring_stiffness", out.spring_stiffness);
+  read("spring_reference", out.spring_rest);
+  out.friction_width = dynamics.number("friction_width");
 }
 
 void urdf_reader::read_mimic(const element &joint, joint_description &out) {

@@ -79,6 +79,42 @@ TEST_CASE("inverse_dynamics_with_reactions: C++ and C, one state and batches, in
   faces::agree<float>(ksl::rows::inverse_dynamics_with_reactions, cpp, c, cpp_batch, c_batch);
 }
 
+TEST_CASE("effort_parts: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::effort_parts(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0], s.external);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_effort_parts(s.r.c_model, s.r.c_data, s.q, s.v, s.a, &s.c_external, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::effort_parts_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_effort_parts_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                          s.batch.v.stride, s.batch.a.first, s.batch.a.stride, &s.external,
+                                          s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::effort_parts, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("effort_parts: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::effort_parts(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0], s.external);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_effort_partsf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, &s.c_external, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::effort_parts_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_effort_parts_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                           s.batch.v.stride, s.batch.a.first, s.batch.a.stride, &s.external,
+                                           s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::effort_parts, cpp, c, cpp_batch, c_batch);
+}
+
 TEST_CASE("bias: C++ and C, one state and batches, in double") {
   const auto cpp = [](faces::one<double> &s) {
     ksl::bias(s.r.m, s.r.d, s.q, s.v, s.result[0], s.external);

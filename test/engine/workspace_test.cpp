@@ -51,7 +51,7 @@ TEST_CASE("numbers for each body") {
   CHECK(numbers_per_body<ksl::inverse_dynamics_workspace>() == 17);
   CHECK(numbers_per_body<ksl::reactions_workspace>() == 29 + 6);
   CHECK(numbers_per_body<ksl::forward_dynamics_workspace>() == 64);
-  CHECK(numbers_per_body<ksl::mass_matrix_workspace>() == 27);
+  CHECK(numbers_per_body<ksl::mass_matrix_workspace>() == 29);
   CHECK(numbers_per_body<ksl::inverse_dynamics_derivatives_workspace>() == 99);
   CHECK(numbers_per_body<ksl::reactions_derivatives_workspace>() == 99 + 28);
   CHECK(numbers_per_body<ksl::forward_kinematics_workspace>() == 14);
@@ -65,7 +65,7 @@ TEST_CASE("numbers for each body") {
   CHECK(numbers_per_body<ksl::center_of_mass_acceleration_workspace>() == 14);
   CHECK(numbers_per_body<ksl::centroidal_momentum_workspace>() == 18);
   CHECK(numbers_per_body<ksl::centroidal_momentum_rate_workspace>() == 21);
-  CHECK(numbers_per_body<ksl::centroidal_momentum_matrix_workspace>() == 24);
+  CHECK(numbers_per_body<ksl::centroidal_momentum_matrix_workspace>() == 23);
   CHECK(numbers_per_body<ksl::inverse_dynamics_regressor_workspace>() == 23);
   CHECK(numbers_per_body<ksl::reactions_regressor_workspace>() == 23);
   CHECK(numbers_per_body<ksl::energy_regressor_workspace>() == 20);

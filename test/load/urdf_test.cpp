@@ -258,7 +258,6 @@ TEST_CASE("what is not used is listed, each kind once and in a fixed order") {
                           "visual (2 links)",
                           "collision (1 link)",
                           "joint j: limit acceleration, limit deceleration, limit jerk, calibration (not used)",
-                          "joint j, k: damping, friction (read, not applied)",
                           "joint k: safety_controller (not used)",
                           "joint f: axis, limit, mimic (no effect on a fixed joint)",
                           "material (1)",

@@ -184,7 +184,7 @@ def test_files_that_are_wrong(tmp_path):
     with pytest.raises(ValueError, match="no layout of MuJoCo"):
         mjcf.to_mujoco(m, np.zeros(6))
     m = ksl.load(CHAINS)
-    with pytest.raises(ValueError, match=r"q has shape \(3,\); expected \(…, 22\)"):
+    with pytest.raises(ValueError, match=r"q has shape \(3,\); expected \(…, 21\)"):
         mjcf.to_mujoco(m, np.zeros(3))
     with pytest.raises(ValueError, match="a is given without v"):
         mjcf.from_mujoco(m, np.zeros(m.nq), a=np.zeros(m.nv))

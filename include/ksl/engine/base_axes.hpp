@@ -18,7 +18,10 @@ KSL_LANES vec3<T> place(const body<scalar_of<T>> &b, const pose_workspace<T> &po
                         const T *q, mat3x3<T> &R) {
   const auto D = joint<K>::computed_pose(b, pose, q);
   vec3<T> offset = {T(0), T(0), T(0)};
-  if (!joint<K>::is_free || !b.is_base) { // a body that floats on the ground is the base itself
+  if (b.parent == 0) {
+    if (!b.is_base) // a body that floats on the ground is the base itself
+      offset = D.t, R = D.axes();
+  } else {
     algebra<T>::product_drv(&R, &D.t, &offset);
     D.rotate_axes(R);
   }

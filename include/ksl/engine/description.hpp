@@ -80,9 +80,24 @@ struct joint_description {
   optional_number lower, upper;  ///< rad or m
   optional_number effort;        ///< N m or N
   optional_number velocity;      ///< rad/s or m/s
-  double damping = 0, friction = 0; ///< read and listed, but not applied
+  double damping = 0;            ///< of each coordinate, N m s/rad or N s/m
+  double friction = 0;           ///< dry friction of each coordinate, N m or N
+  optional_number friction_width; ///< of its smooth law (joint_physics.hpp), rad/s or m/s; physics_options has one for all others
+  double armature = 0;           ///< inertia that each coordinate feels besides that of the links, kg m² or kg
+  double rotor_inertia = 0;      ///< of the motor's rotor about its own axis, kg m²
+  double gear_ratio = 1;         ///< turns of the rotor for each of the joint; rad/m where the joint slides
+  double spring_stiffness = 0;   ///< N m/rad or N/m; of joints with one coordinate
+  double spring_rest = 0;        ///< position where the spring is slack, rad or m
   std::optional<mimic_description> mimic; ///< of joints with one coordinate
   given_joint given;
+};
+
+/// Which physics of joints a model has, besides that of rigid bodies.  None by default: the quantities of the textbook.
+struct physics_options {
+  bool damping = false, friction = false, armature = false, rotor = false, spring = false;
+  /// Dry friction has full strength at any speed but zero, instead of the smooth law.  For inverse dynamics only.
+  bool exact_friction = false;
+  double friction_width = 0.01; ///< of the smooth law, rad/s or m/s; for joints that have none of their own
 };
 
 /// All that a model is made of: a model of the description of another is a copy of it.
@@ -92,6 +107,7 @@ struct robot_description {
   std::vector<link_description> links;
   std::vector<joint_description> joints; ///< in the order of the file
   std::array<double, 3> gravity{0, 0, -9.81}; ///< m/s², world axes; files don't give it
+  physics_options physics;               ///< of the joints; files don't say so
   bool floating_base = false;            ///< does the root float (model_options); files don't say so
   std::vector<std::string> unused;       ///< a line for each kind of content that KSL doesn't use
   std::vector<std::string> warnings;     ///< a line for each thing that is suspicious but used, with link and condition

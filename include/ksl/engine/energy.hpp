@@ -3,6 +3,7 @@
 
 #include "ksl/engine/external_wrenches.hpp"
 #include "ksl/engine/forward_kinematics.hpp"
+#include "ksl/engine/joint_physics.hpp"
 
 namespace ksl {
 inline namespace KSL_ISA {
@@ -39,7 +40,19 @@ void body_twists(const model_view<scalar_of<T>> &model, const energy_workspace<T
   }
 }
 
-/// Kinetic energy and potential energy of gravity (J); the latter is zero with every centroid at the world's origin.
+/// Twice the kinetic energy of rotors, and the energy of springs.
+template <class T>
+void add_physics_energy(const model_view<scalar_of<T>> &model, const T *q, const T *v, T &twice_kinetic, T &minus_potential) {
+  for (int k = 0; k < model.nv; ++k) {
+    const coordinate_physics<scalar_of<T>> &c = model.physics[k];
+    twice_kinetic = twice_kinetic + T(c.armature) * (v[k] * v[k]);
+    if (c.stiffness != scalar_of<T>(0))
+      minus_potential = minus_potential - T(0.5) * spring_effort(c, q) * (q[c.q_index] - T(c.rest));
+  }
+}
+
+/// Kinetic energy and potential energy of gravity (J); the latter is zero with every centroid at the world's origin.  Rotors and
+/// springs have theirs where the model has them.
 /// Fills the workspace w.  q (nq), v (nv).
 template <class T>
 void energy(const model_view<scalar_of<T>> &model, const energy_workspace<T> &w, const T *q, const T *v, T *kinetic, T *potential) {
@@ -59,6 +72,8 @@ void energy(const model_view<scalar_of<T>> &model, const energy_workspace<T> &w,
     A::axpy_vv(I.m, &pose.t, &h);
     minus_potential = minus_potential + A::dot_vv(&gravity, &h);
   }
+  if (model.physics)
+    add_physics_energy(model, q, v, twice_kinetic, minus_potential);
   *kinetic = T(0.5) * twice_kinetic;
   *potential = -minus_potential;
 }

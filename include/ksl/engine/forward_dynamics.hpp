@@ -7,6 +7,7 @@
 #include "ksl/engine/articulated_inertia.hpp"
 #include "ksl/engine/base_axes.hpp"
 #include "ksl/engine/external_wrenches.hpp"
+#include "ksl/engine/joint_physics.hpp"
 
 namespace ksl {
 inline namespace KSL_ISA {
@@ -69,9 +70,11 @@ void start_articulated(const model_view<scalar_of<T>> &model, const forward_dyna
 }
 
 /// Adds to the parent the articulated inertia A − U D⁻¹ Uᵀ and the bias force p + U D⁻¹ u of body i, as felt through its joint.
-/// Coordinates are eliminated one after the other, starting at the body.
+/// Coordinates are eliminated one after the other, starting at the body.  tau: the joint's efforts; physics: of its coordinates,
+/// or null.
 template <joint_kind K, class T>
-KSL_LANES void pass_to_parent(const body<scalar_of<T>> &b, const forward_dynamics_workspace<T> &w, int i, const T *tau) {
+KSL_LANES void pass_to_parent(const body<scalar_of<T>> &b, const forward_dynamics_workspace<T> &w, int i, const T *tau,
+                              const coordinate_physics<scalar_of<T>> *physics) {
   using algebra = ksl::algebra<T>;
   in_place<articulated_inertia, T> A(w.A, i);
   coscrew<T> p = w.wrench[i];
@@ -86,7 +89,10 @@ KSL_LANES void pass_to_parent(const body<scalar_of<T>> &b, const forward_dynamic
     for_each_coordinate_backwards<joint<K>::nv>([&](auto k) KSL_INLINED {
       const auto S = joint<K>::template column<k>(b, w.rotation, i);
       const coscrew<T> U = S.momentum(*A);
-      const T D_inverse = T(1) / S.effort(U), u = tau[k] - S.effort(p);
+      T D = S.effort(U);
+      if (physics) // the rotor of the coordinate, which nothing else feels
+        D = D + T(physics[k].armature);
+      const T D_inverse = T(1) / D, u = tau[k] - S.effort(p);
       w.coordinate[b.v_index + k] = {U, D_inverse, u};
       if (k > 0) {
         algebra::articulated_inertia_downdated(&*A, &U, D_inverse, &*A);
@@ -133,7 +139,8 @@ template <class T>
 KSL_LANES void accelerate_articulated(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w, const T *tau, T *dv) {
   for (int i = model.bodies - 1; i > 0; --i) {
     const body<scalar_of<T>> &b = model.body[i];
-    by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED { pass_to_parent<K>(b, w, i, tau + b.v_index); });
+    const coordinate_physics<scalar_of<T>> *physics = physics_of(model, b);
+    by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED { pass_to_parent<K>(b, w, i, tau + b.v_index, physics); });
   }
   w.acceleration[0] = {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
   for (int i = 1; i < model.bodies; ++i) {
@@ -142,12 +149,17 @@ KSL_LANES void accelerate_articulated(const model_view<scalar_of<T>> &model, con
   }
 }
 
-/// Accelerations dv (nv) for positions q (nq), velocities v (nv) and joint efforts tau (nv) under gravity and external
+/// Accelerations dv (nv) for positions q (nq), velocities v (nv) and motors' efforts tau (nv) under gravity and external
 /// wrenches.  O(bodies), about 590 flops for each.
 template <class T>
 void forward_dynamics(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w, const T *q, const T *v,
                       const T *tau, const external_wrenches<T> &external, T *dv) {
   start_articulated(model, w, q, v, external);
+  if (model.physics) { // what the motors leave for the mechanism; kept where the accelerations come to lie
+    for (int k = 0; k < model.nv; ++k)
+      dv[k] = tau[k] - passive_effort(model.physics[k], q, v[k]);
+    tau = dv;
+  }
   accelerate_articulated(model, w, tau, dv);
 }
 

@@ -54,6 +54,15 @@ KSL_LANES void accelerate_given(const body<scalar_of<T>> &b, const forward_dynam
   effort_in_base<K>(b, w.rotation, i, p, tau);
 }
 
+/// What the motors of a joint leave for the mechanism, in `left`.
+template <int n, class T>
+KSL_LANES const T *without_physics(const model_view<scalar_of<T>> &model, const body<scalar_of<T>> &b, const T *q, const T *v,
+                                   const T *tau, T *left) {
+  for (int k = 0; k < n; ++k)
+    left[k] = tau[b.v_index + k] - passive_effort(model.physics[b.v_index + k], q, v[b.v_index + k]);
+  return left;
+}
+
 /// Accelerations and efforts of all joints, a_out and tau_out (nv), for positions q (nq) and velocities v (nv), under gravity and
 /// external wrenches.  Of the joints that carry the links named, the accelerations a (nv) are read; of the others, the efforts tau
 /// (nv).  O(bodies).
@@ -71,13 +80,15 @@ void hybrid_dynamics(const model_view<scalar_of<T>> &model, const hybrid_dynamic
   for (int k = 0; k < model.nv; ++k) // first, since results may be the arrays that were given
     a_out[k] = a[k], tau_out[k] = tau[k];
   start_articulated(model, w.forward, q, v, external);
+  T left[6];
   for (int i = model.bodies - 1; i > 0; --i) {
     const body<scalar_of<T>> &b = model.body[i];
     by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
       if (w.given[i])
         pass_given<K>(b, w.forward, i, a_out + b.v_index);
       else
-        pass_to_parent<K>(b, w.forward, i, tau_out + b.v_index);
+        pass_to_parent<K>(b, w.forward, i, model.physics ? without_physics<joint<K>::nv>(model, b, q, v, tau_out, left) : tau_out + b.v_index,
+                          physics_of(model, b));
     });
   }
   w.forward.acceleration[0] = {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
@@ -89,6 +100,8 @@ void hybrid_dynamics(const model_view<scalar_of<T>> &model, const hybrid_dynamic
       else
         accelerate<K>(b, w.forward, i, a_out + b.v_index);
     });
+    for (int k = b.v_index; model.physics && w.given[i] && k < b.v_index + b.nv; ++k)
+      tau_out[k] = tau_out[k] + (T(model.physics[k].armature) * a_out[k] + passive_effort(model.physics[k], q, v[k]));
   }
 }
 

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "ksl/engine/external_wrenches.hpp"
+#include "ksl/engine/joint_physics.hpp"
 #include "ksl/engine/joints.hpp"
 
 namespace ksl {
@@ -21,7 +22,7 @@ template <class T> struct inverse_dynamics_workspace {
   }
 };
 
-/// Joint efforts tau (nv) for positions q (nq), velocities v (nv) and accelerations dv (nv) under gravity and external
+/// Efforts tau (nv) that motors supply for positions q (nq), velocities v (nv) and accelerations dv (nv) under gravity and external
 /// wrenches.  Fills the workspace w.  O(bodies), about 270 flops for each.  receive<K>(body, wrench) is called with the wrench
 /// through each joint during the backward pass, from the last body to the first.
 template <class T, class Receive>
@@ -57,6 +58,8 @@ KSL_LANES void inverse_dynamics_by_joint(const model_view<scalar_of<T>> &model, 
       add_wrench(w.wrench, b.parent, f);
     });
   }
+  if (model.physics)
+    add_joint_physics(model, q, v, dv, tau);
 }
 
 template <class T>

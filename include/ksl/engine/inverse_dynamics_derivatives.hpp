@@ -165,6 +165,8 @@ void elements_of_inverse_dynamics_derivatives(const model_view<scalar_of<T>> &mo
     for (int i = model.bodies - 1; i > 0; --i)
       set_joint(model, w, i, out);
   }
+  if (model.physics)
+    add_physics_derivatives(model, v, dtau_dq, dtau_dv, dtau_da);
 }
 
 /// The derivatives of tau = inverse_dynamics(q, v, a), each (nv, nv), row-major: with respect to q along q ⊕ s e_k with v and a

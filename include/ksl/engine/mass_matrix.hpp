@@ -96,6 +96,8 @@ KSL_LANES void set_columns(const model_view<scalar_of<T>> &model, const mass_mat
     momentum[c] = joint<K>::template momentum<c>(b, I);
     T own[n];
     joint<K>::effort(b, momentum[c], own);
+    if (model.physics)
+      own[c] = own[c] + T(model.physics[first + c].armature);
     for (int k = 0; k <= c; ++k)
       M.set(first + k, b.ancestors + k, first + c, n > 1 ? own[k] + T(0) : own[k]); // turns −0 into 0
   });

@@ -57,6 +57,15 @@ template <class T> struct link {
   spatial_inertia<T> inertia;    ///< of this link alone, in the body's canonical frame
 };
 
+/// What a motor supplies at one coordinate besides the transmitted effort (joint_physics.hpp).  SI units, of the joint's side.
+template <class T> struct coordinate_physics {
+  T armature;                 ///< inertia of the rotor as the coordinate feels it, kg m² or kg
+  T damping;                  ///< N m s/rad or N s/m
+  T friction, friction_width; ///< N m or N; rad/s or m/s
+  T stiffness, rest;          ///< of a spring, N m/rad or N/m, and the position where it is slack
+  int q_index;                ///< where the coordinate's position is in q, if it has a spring
+};
+
 /// All arrays of a mechanism; bodies and links in topological order, parents first.
 template <class T> struct model_view {
   int bodies, links; ///< how many, ground and root included
@@ -73,6 +82,7 @@ template <class T> struct model_view {
   const int *tree_row;                    ///< (nv + 1) where the rows of a matrix begin, by their elements that aren't zero
   int first_angle, angles_end;            ///< the range of indices in q that contains all joint angles
   const T *lower, *upper;                 ///< limits of the numbers in q; infinite where there are none
+  const coordinate_physics<T> *physics;   ///< (nv), or null: a motor supplies the transmitted effort
 };
 
 } // namespace ksl

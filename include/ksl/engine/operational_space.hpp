@@ -21,13 +21,13 @@ template <class T> struct operational_space_inertia_inverse_workspace {
   array_of<wrench_columns<T>> wrench; ///< of each frame, on the way to the ground
   array_of<int> at;                   ///< the body that the wrenches of each frame have come to
   array_of<bool> carries;
-  T *u;                               ///< (6 frames) Sᵀ f of one coordinate
+  T *u;                               ///< (6 frames) Sᵀ f of one coordinate; later memory of four times that size
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     dynamics.lay_out(memory, model);
     memory.lay_out(model.links, wrench, at);
     carries.lay_out(memory, model.bodies);
-    u = memory.take<T>(6 * model.links);
+    u = memory.take<T>(24 * model.links);
   }
 };
 
@@ -47,13 +47,17 @@ template <class T> struct operational_space_workspace {
 
 /// Eliminates the joint of body i from its articulated inertia, and adds what the parent feels of it: pass_to_parent without forces.
 template <joint_kind K, class T>
-KSL_LANES void eliminate_joint(const body<scalar_of<T>> &b, const forward_dynamics_workspace<T> &w, int i) {
+KSL_LANES void eliminate_joint(const body<scalar_of<T>> &b, const forward_dynamics_workspace<T> &w, int i,
+                               const coordinate_physics<scalar_of<T>> *physics) {
   if constexpr (!joint<K>::is_free) { // a free joint transmits nothing
     in_place<articulated_inertia, T> A(w.A, i);
     for_each_coordinate_backwards<joint<K>::nv>([&](auto k) KSL_INLINED {
       const auto S = joint<K>::template column<k>(b, w.rotation, i);
       const coscrew<T> U = S.momentum(*A);
-      const T D_inverse = T(1) / S.effort(U);
+      T D = S.effort(U);
+      if (physics)
+        D = D + T(physics[k].armature);
+      const T D_inverse = T(1) / D;
       w.coordinate[b.v_index + k] = {U, D_inverse, T(0)};
       if (k > 0) {
         algebra<T>::articulated_inertia_downdated(&*A, &U, D_inverse, &*A);
@@ -79,7 +83,8 @@ void articulated_inertias(const model_view<scalar_of<T>> &model, const forward_d
   });
   for (int i = model.bodies - 1; i > 0; --i) {
     const body<scalar_of<T>> &b = model.body[i];
-    by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED { eliminate_joint<K>(b, w, i); });
+    const coordinate_physics<scalar_of<T>> *physics = physics_of(model, b);
+    by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED { eliminate_joint<K>(b, w, i, physics); });
   }
 }
 
@@ -240,45 +245,63 @@ operational_space_inertia_inverse(const model_view<scalar_of<T>> &model, const o
   inertia_inverse(model, w, n, links, how, inverse, [](int, const T *) {}, [](int, int, int, const screw<T> &) {});
 }
 
-/// What remains of a pivot, in units of the diagonal element, below which its row counts as dependent on those before.
+/// The pivot, of a matrix with a diagonal of ones, below which what remains counts as dependent.
 template <class S> inline constexpr S rank_tolerance = sizeof(S) == 8 ? S(1e-10) : S(1e-4);
 
-/// Inverts a symmetric, positive semidefinite matrix (m, m) in place, and returns its rank.  Rows that depend on those before, up
-/// to rank_tolerance, are left out: theirs are zeros.  The sweep operator (Goodnight, American Statistician 33 (1979) 149), on the
-/// lower triangle.  diagonal (m): memory.
-template <class T> T invert_semidefinite(int m, T *A, T *diagonal) {
+/// Inverts a symmetric, positive semidefinite matrix (m, m) in place, and returns its rank.  Scaled to a diagonal of ones, it is
+/// swept (Goodnight, American Statistician 33 (1979) 149), largest pivots first; below rank_tolerance what is left has zeros.
+/// Which pivot is the largest may differ between lanes, so it is chosen by factors that are one or zero.  memory (4 m).
+template <class T> T invert_semidefinite(int m, T *A, T *memory) {
   const T zero = T(0), one = T(1), tolerance = T(rank_tolerance<scalar_of<T>>);
-  T rank = zero;
-  for (int k = 0; k < m; ++k)
-    diagonal[k] = A[k * m + k];
-  for (int k = 0; k < m; ++k) {
-    const T d = A[k * m + k], least = tolerance * diagonal[k];
-    const T independent = math<T>::select(d > least, one, zero);
-    const T inverse = independent / math<T>::select(d > least, d, one);
-    rank = rank + independent;
-    const auto in_column = [&](int i) -> T & { return i > k ? A[i * m + k] : A[k * m + i]; };
-    for (int i = 0; i < m; ++i) {
-      if (i == k)
-        continue;
-      const T x = in_column(i) * inverse;
-      for (int j = 0; j <= i; ++j)
-        if (j != k)
-          A[i * m + j] = A[i * m + j] - x * in_column(j);
-    }
-    for (int i = 0; i < m; ++i)
-      if (i != k)
-        in_column(i) = in_column(i) * inverse;
-    A[k * m + k] = -inverse;
+  T *const scale = memory, *const left = memory + m, *const column = memory + 2 * m, *const chosen = memory + 3 * m;
+  T rank = zero, largest = zero;
+  for (int i = 0; i < m; ++i)
+    largest = math<T>::select(A[i * m + i] > largest, A[i * m + i], largest);
+  for (int i = 0; i < m; ++i) { // what is this small is what rounding left of zero
+    const auto some = A[i * m + i] > tolerance * tolerance * largest;
+    scale[i] = math<T>::select(some, one / math<T>::sqrt(math<T>::select(some, A[i * m + i], one)), zero);
+    left[i] = one;
   }
-  for (int r = 0; r < m; ++r)
-    for (int c = 0; c <= r; ++c)
-      A[r * m + c] = zero - A[r * m + c];
+  for (int i = 0; i < m; ++i)
+    for (int j = 0; j <= i; ++j)
+      A[i * m + j] = A[i * m + j] * scale[i] * scale[j];
+  for (int k = 0; k < m; ++k) {
+    T d = -one, which = zero;
+    for (int i = 0; i < m; ++i) {
+      const T candidate = math<T>::select(left[i] > zero, A[i * m + i], -one);
+      which = math<T>::select(candidate > d, T(static_cast<scalar_of<T>>(i)), which);
+      d = math<T>::select(candidate > d, candidate, d);
+    }
+    const T independent = math<T>::select(d > tolerance, one, zero);
+    const T inverse = independent / math<T>::select(d > tolerance, d, one);
+    rank = rank + independent;
+    for (int i = 0; i < m; ++i) {
+      chosen[i] = math<T>::select(which == T(static_cast<scalar_of<T>>(i)), independent, zero);
+      left[i] = left[i] - chosen[i];
+    }
+    for (int i = 0; i < m; ++i) { // the pivot's column, less one in the pivot's row
+      column[i] = -chosen[i];
+      for (int j = 0; j < m; ++j)
+        column[i] = column[i] + chosen[j] * A[i > j ? i * m + j : j * m + i];
+    }
+    for (int i = 0; i < m; ++i) {
+      const T x = inverse * column[i];
+      for (int j = 0; j <= i; ++j)
+        A[i * m + j] = A[i * m + j] - x * column[j];
+      A[i * m + i] = A[i * m + i] - (chosen[i] + chosen[i]);
+    }
+  }
+  for (int i = 0; i < m; ++i) // −A⁻¹ where it was swept
+    scale[i] = scale[i] * (one - left[i]);
+  for (int i = 0; i < m; ++i)
+    for (int j = 0; j <= i; ++j)
+      A[i * m + j] = zero - A[i * m + j] * scale[i] * scale[j];
   mirror_lower(m, A);
   return rank;
 }
 
 /// Λ (n, 6, n, 6), symmetric, and the rank of Λ⁻¹, for q (nq).  Where the frames can't move in every direction, Λ⁻¹ is singular:
-/// rows of it that depend on those before are left out, and zero in Λ.
+/// as many rows of it as its rank are inverted, and the others are zero in Λ.
 template <class T>
 void operational_space_inertia(const model_view<scalar_of<T>> &model, const operational_space_inertia_workspace<T> &w, const T *q, int n,
                                const int *links, const frame_options &how, T *inertia, T *rank) {

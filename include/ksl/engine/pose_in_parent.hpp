@@ -119,6 +119,14 @@ template <class T> struct axis_pose {
     if (!b.no_offset)
       rotate_z(spread<T>(b.offset), I);
   }
+  /// The body's axes in the parent's.  18 flops.
+  KSL_LANES mat3x3<T> axes() const {
+    using A = algebra<T>;
+    mat3x3<T> R = spread<T>(b.placement.R);
+    T angle[2] = {theta.sine, theta.cosine};
+    A::product_drdrz(&R, angle, &R);
+    return R;
+  }
   /// Computes the body's axes from the parent's.  43 flops; the longest chain of dependent operations is three.
   KSL_LANES void rotate_axes(mat3x3<T> &R) const {
     using A = algebra<T>;
@@ -168,6 +176,7 @@ template <class T> struct free_pose {
 
   template <class... V> KSL_LANES void to_body(V &...v) const { (algebra<T>::product_drinvv(&R, &v, &v), ...); }
   template <class... V> KSL_LANES void to_parent(V &...v) const { (rotate(R, v), ...); }
+  KSL_LANES mat3x3<T> axes() const { return R; }
   KSL_LANES void rotate_axes(mat3x3<T> &parent) const { algebra<T>::product_drdr(&parent, &R, &parent); }
   KSL_LANES void rotate_axes_back(mat3x3<T> &body) const { algebra<T>::product_drdrinv(&body, &R, &body); }
 };

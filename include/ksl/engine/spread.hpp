@@ -28,6 +28,10 @@ template <class T, class S> KSL_LANES tensor_rotation<T> spread(const tensor_rot
   return {T(a.cosine_sine), T(a.sine_sine), T(a.twice_sine), T(a.twice_cosine)};
 }
 
+template <class T, class S> coordinate_physics<T> spread(const coordinate_physics<S> &c) {
+  return {T(c.armature), T(c.damping), T(c.friction), T(c.friction_width), T(c.stiffness), T(c.rest), c.q_index};
+}
+
 template <class T, class S> body<T> spread(const body<S> &b) {
   return {b.kind, b.described, b.parent, b.q_index, b.v_index, b.nv, b.v_end, b.angle_index, b.chain_start, b.line_start, b.ancestors,
           b.pose_index, b.link, b.follows, b.has_children, b.ends_universal, b.is_base, b.no_offset, spread<T>(b.placement),

@@ -1,0 +1,137 @@
+// The physics of joints: damping, dry friction, rotors and springs, against their laws and the power balance.
+#include "robots.hpp"
+
+#include "ksl/dual.hpp"
+#include "ksl/engine/effort_parts.hpp"
+#include "ksl/engine/energy.hpp"
+#include "ksl/engine/forward_dynamics.hpp"
+#include "ksl/engine/owned_workspace.hpp"
+
+#include <doctest/doctest.h>
+
+#include <vector>
+
+namespace {
+
+constexpr double q[2] = {0.8, -1.9}, v[2] = {2.1, -0.6}, a[2] = {-1.7, 0.4};
+
+ksl::robot_description arm() {
+  ksl::robot_description r = robots::double_pendulum(1.3, 0.7, 0.9, 0.5);
+  ksl::joint_description &shoulder = r.joints[0], &elbow = r.joints[1];
+  shoulder.damping = 0.3, shoulder.friction = 1.5, shoulder.armature = 0.02;
+  shoulder.rotor_inertia = 1e-5, shoulder.gear_ratio = 100;
+  elbow.damping = 0.1, elbow.friction = 0.4, elbow.friction_width = 0.5;
+  elbow.spring_stiffness = 7, elbow.spring_rest = 0.2;
+  return r;
+}
+
+ksl::model_options all_physics() {
+  ksl::model_options options;
+  options.physics = ksl::physics_options{.damping = true, .friction = true, .armature = true, .rotor = true, .spring = true, .friction_width = 0.01};
+  return options;
+}
+
+double friction(double F, double speed, double width) { return F * speed / std::sqrt(speed * speed + width * width); }
+
+} // namespace
+
+TEST_CASE("motor efforts are transmitted efforts and the parts of their laws") {
+  const ksl::model plain(arm()), whole(arm(), all_physics());
+  ksl::data d(plain), e(whole);
+  double tau[2], motor[2], parts[10];
+  ksl::inverse_dynamics(plain, d, q, v, a, tau);
+  ksl::inverse_dynamics(whole, e, q, v, a, motor);
+  ksl::effort_parts(whole, e, q, v, a, parts);
+  const double expected[10] = {tau[0], tau[1], 0.3 * v[0], 0.1 * v[1], friction(1.5, v[0], 0.01), friction(0.4, v[1], 0.5),
+                               0.12 * a[0], 0, 0, 7 * (q[1] - 0.2)};
+  for (int i = 0; i < 10; ++i)
+    CHECK(parts[i] == doctest::Approx(expected[i]).epsilon(1e-15));
+  for (int k = 0; k < 2; ++k)
+    CHECK(motor[k] == doctest::Approx(parts[k] + parts[2 + k] + parts[4 + k] + parts[6 + k] + parts[8 + k]).epsilon(1e-15));
+  ksl::effort_parts(plain, d, q, v, a, parts); // options that name nothing
+  for (int i = 0; i < 10; ++i)
+    CHECK(parts[i] == (i < 2 ? tau[i] : 0));
+}
+
+TEST_CASE("forward dynamics is the inverse, and the mass matrix has the rotors") {
+  const ksl::model plain(arm()), whole(arm(), all_physics());
+  ksl::data d(plain), e(whole);
+  double tau[2], found[2], M[4], with_rotors[4];
+  ksl::inverse_dynamics(whole, e, q, v, a, tau);
+  ksl::forward_dynamics(whole, e, q, v, tau, found);
+  CHECK(found[0] == doctest::Approx(a[0]).epsilon(1e-13));
+  CHECK(found[1] == doctest::Approx(a[1]).epsilon(1e-13));
+  ksl::forward_dynamics(whole, e, q, v, tau, tau); // in place
+  CHECK(tau[0] == found[0]);
+  CHECK(tau[1] == found[1]);
+  ksl::mass_matrix(plain, d, q, M);
+  ksl::mass_matrix(whole, e, q, with_rotors);
+  CHECK(with_rotors[0] == doctest::Approx(M[0] + 0.12).epsilon(1e-15));
+  for (int i = 1; i < 4; ++i)
+    CHECK(with_rotors[i] == M[i]);
+}
+
+TEST_CASE("power of the motors is the rate of the energy and what damping and friction turn into heat") {
+  using T = ksl::dual<1>;
+  const ksl::model m(arm(), all_physics());
+  ksl::data d(m);
+  double tau[2], parts[10];
+  ksl::inverse_dynamics(m, d, q, v, a, tau);
+  ksl::effort_parts(m, d, q, v, a, parts);
+  T position[2], speed[2], kinetic, potential; // along the motion
+  for (int k = 0; k < 2; ++k) {
+    position[k] = T(q[k]), position[k].derivative[0] = v[k];
+    speed[k] = T(v[k]), speed[k].derivative[0] = a[k];
+  }
+  ksl::owned_workspace<ksl::energy_workspace<T>> w(m.view());
+  ksl::energy<T>(m.view(), *w, position, speed, &kinetic, &potential);
+  const double power = tau[0] * v[0] + tau[1] * v[1];
+  const double heat = (parts[2] + parts[4]) * v[0] + (parts[3] + parts[5]) * v[1];
+  // the parts are differentiable, too: along the motion, and by their laws
+  ksl::owned_workspace<ksl::effort_parts_workspace<T>> x(m.view());
+  const T rate[2] = {T(a[0]), T(a[1])};
+  T rates[10];
+  ksl::effort_parts<T>(m.view(), *x, position, speed, rate, {}, rates);
+  CHECK(rates[2].derivative[0] == doctest::Approx(0.3 * a[0]).epsilon(1e-15));
+  CHECK(rates[9].derivative[0] == doctest::Approx(7 * v[1]).epsilon(1e-15));
+
+  CHECK(power - heat == doctest::Approx(kinetic.derivative[0] + potential.derivative[0]).epsilon(1e-13));
+  CHECK(heat > 0);
+}
+
+TEST_CASE("friction is smooth, with a stated width; or exact, and zero at rest") {
+  using T = ksl::dual<1>;
+  for (double speed : {-3.0, -0.01, 0.0, 1e-5, 0.02, 40.0}) {
+    T x(speed);
+    x.derivative[0] = 1;
+    CHECK(ksl::friction_slope(speed, 0.01) == doctest::Approx(ksl::friction_at(x, 0.01).derivative[0]).epsilon(1e-12));
+  }
+  CHECK(ksl::friction_at(0.01, 0.01) == doctest::Approx(std::sqrt(0.5)).epsilon(1e-15));
+  ksl::model_options options = all_physics();
+  options.physics->exact_friction = true;
+  const ksl::model m(arm(), options);
+  ksl::data d(m);
+  const double speeds[2] = {1e-9, 0};
+  double parts[10];
+  ksl::effort_parts(m, d, q, speeds, a, parts);
+  CHECK(parts[4] == 1.5);
+  CHECK(parts[5] == 0);
+  CHECK(m.exact_friction());
+}
+
+TEST_CASE("what is off is listed, and values that no joint can have are refused") {
+  const ksl::model plain(arm());
+  CHECK(plain.description().unused == std::vector<std::string>{"joint shoulder, elbow: damping, friction (read, not applied)",
+                                                               "joint shoulder: armature, rotor (read, not applied)",
+                                                               "joint elbow: spring (read, not applied)"});
+  CHECK(ksl::model(arm(), all_physics()).description().unused.empty());
+  const auto refused = [](auto change, const char *sentence) {
+    ksl::robot_description r = arm();
+    change(r.joints[1]);
+    CHECK_THROWS_WITH_AS(ksl::model{r}, sentence, ksl::description_error);
+  };
+  refused([](auto &j) { j.damping = -1; }, "joint \"elbow\": damping is -1; expected a number that is not negative");
+  refused([](auto &j) { j.friction_width = 0; },
+          "joint \"elbow\": friction_width is 0; expected the speed at which friction has 0.71 of its full strength");
+  refused([](auto &j) { j.kind = ksl::joint_kind::spherical; }, "joint \"elbow\": a spring on a spherical joint; only joints with one coordinate can have one");
+}
