@@ -24,8 +24,11 @@ struct joint_options {
   optional_number pitch;            ///< m/rad, positive for a right-handed screw; helical joints need it
   optional_number lower, upper;     ///< rad or m
   optional_number effort, velocity; ///< N m or N; rad/s or m/s
-  double damping = 0, friction = 0; ///< read and listed, but not applied
+  double damping = 0, friction = 0; ///< of each coordinate (joint_description has the units); model_options::physics applies them
   std::optional<mimic_description> mimic; ///< the joint that it follows, which may be added later
+  optional_number friction_width;         ///< rad/s or m/s
+  double armature = 0, rotor_inertia = 0, gear_ratio = 1;
+  double spring_stiffness = 0, spring_rest = 0; ///< of joints with one coordinate
 };
 
 /// A row of a table of Denavit–Hartenberg parameters: m and rad.

@@ -245,6 +245,8 @@ class _Reader:
         if kind in (SLIDE, HINGE):
             numbers["axis"] = mj.jnt_axis[j]
             numbers["mimic"] = self.followers.get(j)
+            numbers["spring_stiffness"] = float(mj.jnt_stiffness[j])
+            numbers["spring_rest"] = float(mj.qpos_spring[mj.jnt_qposadr[j]])
             if mj.jnt_limited[j]:
                 numbers["limits"] = tuple(map(float, mj.jnt_range[j]))
             if mj.jnt_actfrclimited[j] and mj.jnt_actfrcrange[j, 0] == -mj.jnt_actfrcrange[j, 1]:
@@ -259,17 +261,15 @@ class _Reader:
         return numbers
 
     def losses(self, j: int) -> dict[str, Any]:
-        """Damping and friction, the same for all coordinates of the joint."""
+        """Damping, friction and armature, the same for all coordinates of the joint."""
         mj, name, numbers = self.mj, self.joints[j], {}
         v = slice(int(mj.jnt_dofadr[j]), int(mj.jnt_dofadr[j]) + {FREE: 6, BALL: 3}.get(int(mj.jnt_type[j]), 1))
-        for ours, theirs in (("damping", "damping"), ("friction", "frictionloss")):
+        for ours, theirs in (("damping", "damping"), ("friction", "frictionloss"), ("armature", "armature")):
             values = getattr(mj, f"dof_{theirs}")[v]
             if values.any() and np.ptp(values):
                 self.not_carried(f"{theirs}, unequal", name)
             elif values.any():
                 numbers[ours] = float(values[0])
-        if mj.dof_armature[v].any():
-            self.not_carried("armature", name)
         return numbers
 
     def note(self, name: str, kind: str, joints: list[int], placement: Array | None = None) -> None:

@@ -493,22 +493,25 @@ void sdf_reader::read_dynamics(const element &axis, const std::string &scope, jo
   if (const element mimic = axis.child("mimic"))
     read_mimic(mimic, scope, out);
   const element dynamics = axis.child("dynamics");
-  if (!dynamics)
+  if (!dynamics && axis.tag() == "axis")
     return;
   dynamics.expect({}, {"damping", "friction", "spring_reference", "spring_stiffness"});
-  const auto read = [&](const char *tag) { return load::sdf::number_in(dynamics, tag).value_or(0); };
-  const double damping = read("damping"), friction = read("friction");
-  if (row_of(out.kind).nv != 1) {
-    if (damping != 0 || friction != 0 || read("spring_stiffness") != 0)
-      unused_.in_joint("dynamics", "not used on a " + std::string(row_of(out.kind).name) + " joint", out.name);
+  const auto read = [&](const char *tag) { return dynamics ? load::sdf::number_in(dynamics, tag).value_or(0) : 0; };
+  const double damping = read("damping"), friction = read("friction"), stiffness = read("spring_stiffness");
+  if (row_of(out.kind).nv == 1) {
+    out.damping = damping, out.friction = friction;
+    out.spring_stiffness = stiffness, out.spring_rest = read("spring_reference");
     return;
   }
-  for (const auto &[name, value] : {std::pair{"damping", damping}, {"friction", friction}})
-    if (value != 0)
-      unused_.in_joint(name, "read, not applied", out.name);
-  if (read("spring_stiffness") != 0)
-    unused_.in_joint("spring_stiffness", "not used", out.name);
-  out.damping = damping, out.friction = friction;
+  // of two axes: a joint has one number for all its coordinates
+  if (stiffness != 0)
+    unused_.in_joint("spring_stiffness", "only joints with one coordinate have springs", out.name);
+  if (axis.tag() == "axis") {
+    out.damping = damping, out.friction = friction;
+  } else if (damping != out.damping || friction != out.friction) {
+    unused_.in_joint("dynamics", "not used, since those of its axes differ", out.name);
+    out.damping = out.friction = 0;
+  }
 }
 
 /// Adds a joint between two links.  Where its frame is not that of its child, it carries a massless link at its frame, and the child

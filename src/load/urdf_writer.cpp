@@ -193,7 +193,14 @@ private:
     }
     const auto unless_zero = [](double x) { return x == 0 ? std::nullopt : optional_number(x); };
     write_numbers(node, "dynamics",
-                  {{"damping", unless_zero(joint.damping)}, {"friction", unless_zero(joint.friction)}});
+                  {{"damping", unless_zero(joint.damping)},
+                   {"friction", unless_zero(joint.friction)},
+                   {"friction_width", joint.friction_width},
+                   {"armature", unless_zero(joint.armature)},
+                   {"rotor_inertia", unless_zero(joint.rotor_inertia)},
+                   {"gear_ratio", joint.gear_ratio == 1 ? std::nullopt : optional_number(joint.gear_ratio)},
+                   {"spring_stiffness", unless_zero(joint.spring_stiffness)},
+                   {"spring_reference", unless_zero(joint.spring_rest)}});
   }
 
   /// An element with those attributes that have a number; none if none has.

@@ -175,9 +175,27 @@ TEST_CASE("limits and dynamics") {
   CHECK(!free.upper);
   CHECK(!free.effort);
   CHECK(!free.velocity);
-  const auto robot = read(joint("<axis><xyz>0 0 1</xyz><dynamics><damping>0.5</damping><friction>0.25</friction></dynamics></axis>"));
+  const auto robot = read(joint("<axis><xyz>0 0 1</xyz><dynamics><damping>0.5</damping><friction>0.25</friction><spring_stiffness>3</spring_stiffness>"
+                                "<spring_reference>0.1</spring_reference></dynamics></axis>"));
   CHECK(joint_named(robot, "j").damping == 0.5);
   CHECK(joint_named(robot, "j").friction == 0.25);
+  CHECK(joint_named(robot, "j").spring_stiffness == 3);
+  CHECK(joint_named(robot, "j").spring_rest == 0.1);
+}
+
+TEST_CASE("damping of two axes is used if it is the same") {
+  const auto axes = [](const std::string &first, const std::string &second) {
+    const auto axis = [](const std::string &xyz, const std::string &damping) {
+      return "<xyz>" + xyz + "</xyz>" + (damping.empty() ? "" : "<dynamics><damping>" + damping + "</damping></dynamics>");
+    };
+    return read(joint("<axis>" + axis("1 0 0", first) + "</axis><axis2>" + axis("0 1 0", second) + "</axis2>", "universal"));
+  };
+  CHECK(joint_named(axes("0.5", "0.5"), "j").damping == 0.5);
+  for (const auto &robot : {axes("0.5", "0.25"), axes("0.5", ""), axes("", "0.5")}) {
+    CHECK(joint_named(robot, "j").damping == 0);
+    check_said(robot.unused, {"joint j: dynamics", "differ"});
+  }
+  CHECK(axes("", "").unused.empty());
 }
 
 TEST_CASE("joints that mimic others") {

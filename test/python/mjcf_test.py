@@ -161,6 +161,13 @@ def test_a_kind_is_read_only_where_it_carries_everything(tmp_path):
     assert stack(tmp_path, x, y, '<joint axis="0 0 1"/>') == ["planar"]
 
 
+def test_physics_of_joints_is_carried():
+    text = ksl.load(CHAINS).to_urdf()
+    hip, pole = (text[text.index(f'joint name="{name}"') :].partition("</joint>")[0] for name in ("hip_z", "pole"))
+    assert 'damping="0.2"' in hip and 'armature="0.01"' in hip and 'spring_stiffness="3"' in hip and f'spring_reference="{float(np.radians(10))!r}"' in hip
+    assert 'friction="0.1"' in pole and "spring" not in pole
+
+
 def test_what_is_not_carried_is_listed():
     said = "\n".join(ksl.load(CHAINS).unused)
     for words in ("geom (9)", "actuator (1)"):
@@ -187,7 +194,7 @@ def test_files_that_are_wrong(tmp_path):
     with pytest.raises(ValueError, match=r"q has shape \(3,\); expected \(…, 21\)"):
         mjcf.to_mujoco(m, np.zeros(3))
     with pytest.raises(ValueError, match="a is given without v"):
-        mjcf.from_mujoco(m, np.zeros(m.nq), a=np.zeros(m.nv))
+        mjcf.from_mujoco(m, np.zeros(m.nq + 1), a=np.zeros(m.nv + 1))
 
 
 def test_a_pickle_keeps_the_layout():
