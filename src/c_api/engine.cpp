@@ -68,7 +68,11 @@ std::vector<ksl::payload> payloads_of(const ksl_model_options_t &options) {
 
 ksl::model_options ksl::c_api::options_of(const ksl_model_options_t &options) {
   require_finite(options.gravity, 3, "gravity");
-  return {options.floating_base, {{options.gravity[0], options.gravity[1], options.gravity[2]}}, payloads_of(options)};
+  model_options made;
+  made.floating_base = options.floating_base;
+  made.gravity = {options.gravity[0], options.gravity[1], options.gravity[2]};
+  made.payloads = payloads_of(options);
+  return made;
 }
 
 extern "C" {
