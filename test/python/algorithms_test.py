@@ -170,7 +170,7 @@ def library():
 
 
 class Options(ctypes.Structure):
-    _fields_ = [("floating_base", ctypes.c_bool), ("rest", ctypes.c_char * 63)]
+    _fields_ = [("floating_base", ctypes.c_bool), ("rest", ctypes.c_char * 127)]
 
 
 class Loaded:
