@@ -31,6 +31,7 @@ template <class Go> void fields(Go &go, ksl::given_joint &j) { go(j.rotation, j.
 template <class Go> void fields(Go &go, ksl::link_description &l) {
   go(l.name, l.at, l.inertia, l.has_inertial, l.has_geometry, l.given);
 }
+template <class Go> void fields(Go &go, ksl::mimic_description &m) { go(m.joint, m.multiplier, m.offset, m.at); }
 template <class Go> void fields(Go &go, ksl::joint_description &j) {
   go(j.name, j.at, j.kind, j.parent, j.child, j.placement, j.axis, j.axis2, j.pitch, j.lower, j.upper, j.effort,
      j.velocity, j.damping, j.friction, j.friction_width, j.armature, j.rotor_inertia, j.gear_ratio,
