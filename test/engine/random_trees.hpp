@@ -47,7 +47,7 @@ inline ksl::model random_tree(int bodies, std::mt19937 &random) {
   };
   ksl::robot_description r;
   r.name = "random tree";
-  r.links = {link("link0")};
+  r.links = {link("link0", solid(2, {0.1, -0.2, 0.3}, 1.5, 1, 1.2))}; // a floating base needs an inertia
   for (int i = 1; i < bodies; ++i) {
     const std::string number = std::to_string(i);
     r.links.push_back(link(("link" + number).c_str(), solid(1, vector(), 1, 1.2, 0.9)));
