@@ -199,10 +199,11 @@ class Curves:
                 collected.effort[block.rows] = block.tau[:, collected.joint.v_index]
             if collected.coupling is not None:
                 collected.coupling[block.rows] = block.coupling[:, followers[collected.joint.name]]
-            for k, part_of_effort in enumerate(collected.parts.values()):
-                part_of_effort[block.rows] = block.parts[:, k, collected.joint.v_index]
+            if block.parts is not None:
+                for k, part_of_effort in enumerate(collected.parts.values()):
+                    part_of_effort[block.rows] = block.parts[:, k, collected.joint.v_index]
         self._drive[block.rows] = np.sum(block.tau * block.v, axis=1)
-        if self._dissipation is not None:
+        if self._dissipation is not None and block.parts is not None:
             self._dissipation[block.rows] = np.sum((block.parts[:, 1] + block.parts[:, 2]) * block.v, axis=1)
         self._largest_effort = max(self._largest_effort, float(np.max(np.abs(block.tau), initial=0.0)))
 
