@@ -16,9 +16,12 @@ using namespace nb::literals;
 using three = std::array<double, 3>;
 using mass_numbers = std::tuple<double, three, std::array<double, 9>>; // mass, centre of mass, inertia about it
 using joint_numbers = std::tuple<std::optional<three>, std::optional<three>, ksl::optional_number, ksl::optional_number,
-                                 ksl::optional_number, ksl::optional_number, ksl::optional_number, double, double>;
+                                 ksl::optional_number, ksl::optional_number, ksl::optional_number, double, double,
+                                 std::optional<std::tuple<std::string, double, double>>, // leader, multiplier, offset
+                                 ksl::optional_number, std::array<double, 5>>;
 using dh_numbers = std::tuple<std::array<double, 4>, std::string, mass_numbers, joint_numbers>;
 using plain_values = nb::typed<nb::list, nb::any>;
+using physics_given = std::tuple<std::vector<std::string>, double>; // names, width of friction
 using payloads_given = std::vector<std::tuple<std::string, double, three>>;
 
 inline ksl::vec3<double> vector_of(const three &x) { return {x[0], x[1], x[2]}; }
@@ -33,14 +36,19 @@ inline ksl::link_mass mass_of(const mass_numbers &given) {
 }
 
 inline ksl::joint_options options_of(const joint_numbers &given) {
-  const auto &[axis, axis2, pitch, lower, upper, effort, velocity, damping, friction] = given;
+  const auto &[axis, axis2, pitch, lower, upper, effort, velocity, damping, friction, mimic, friction_width, physics] = given;
   const auto vector = [](const std::optional<three> &x) { return x ? std::optional(vector_of(*x)) : std::nullopt; };
-  return {vector(axis), vector(axis2), pitch, lower, upper, effort, velocity, damping, friction};
+  ksl::joint_options options = {vector(axis), vector(axis2), pitch, lower, upper, effort, velocity, damping, friction, {}, friction_width,
+                                physics[0], physics[1], physics[2], physics[3], physics[4]};
+  if (mimic)
+    options.mimic = {std::get<0>(*mimic), std::get<1>(*mimic), std::get<2>(*mimic), {}};
+  return options;
 }
 
 inline ksl::model_options options_of(bool floating_base, const std::optional<three> &gravity,
-                                     const payloads_given &payloads) {
+                                     const payloads_given &payloads, const physics_given &physics) {
   ksl::model_options options;
+  options.physics = ksl::physics_named(std::get<0>(physics), std::get<1>(physics));
   options.floating_base = floating_base;
   options.gravity = gravity;
   for (const auto &[link, mass, point] : payloads)
@@ -69,6 +77,12 @@ inline void add_builder(nb::module_ &module) {
   nb::class_<ksl::builder>(module, "Builder", "Links and joints as ksl.Builder passes them on.")
       .def(nb::init<std::string, three>(), "name"_a, "gravity"_a)
       .def(
+          "read_from",
+          [](ksl::builder &b, const std::string &file, const std::vector<std::string> &unused, const std::vector<std::string> &warnings) {
+            b.read_from(file, unused, warnings);
+          },
+          "file"_a, "unused"_a, "warnings"_a)
+      .def(
           "add_link",
           [](ksl::builder &b, const std::string &name, const mass_numbers &mass) { b.add_link(name, mass_of(mass)); },
           "name"_a, "mass"_a)
@@ -83,10 +97,11 @@ inline void add_builder(nb::module_ &module) {
       .def(
           "build",
           [](const ksl::builder &b, bool floating_base, bool strict, std::optional<three> gravity,
-             const payloads_given &payloads, bool masses_optional) {
-            return b.build(options_of(floating_base, gravity, payloads), strict, masses_optional);
+             const payloads_given &payloads, bool masses_optional, const physics_given &physics) {
+            return b.build(options_of(floating_base, gravity, payloads, physics), strict, masses_optional);
           },
-          "floating_base"_a, "strict"_a, "gravity"_a.none(), "payloads"_a, "masses_optional"_a);
+          "floating_base"_a, "strict"_a, "gravity"_a.none(), "payloads"_a, "masses_optional"_a,
+          "physics"_a = physics_given(std::vector<std::string>(), ksl::physics_options().friction_width));
 }
 
 inline void add_surgery(nb::class_<ksl::model> &model) {
@@ -131,6 +146,18 @@ inline void add_surgery(nb::class_<ksl::model> &model) {
           },
           "name"_a, "link"_a, "pose"_a)
       .def("with_inertias", &with_inertias, "inertias"_a)
+      .def(
+          "with_physics",
+          [](const ksl::model &m, const physics_given &physics) {
+            ksl::model_options options;
+            options.physics = ksl::physics_named(std::get<0>(physics), std::get<1>(physics));
+            return ksl::model(m.description(), options);
+          },
+          "physics"_a)
+      .def_prop_ro("physics",
+                   [](const ksl::model &m) {
+                     return physics_given{ksl::names_of(m.description().physics), m.description().physics.friction_width};
+                   })
       .def("urdf_text", [](const ksl::model &m) { return ksl::urdf_text(m.description()); })
       .def("state", [](const ksl::model &m) { return plain_values(description_state::state_of(m.description())); })
       .def_static(

@@ -1,9 +1,7 @@
-"""A model: a mechanism with the calls of all algorithms, and its making from a file."""
+"""A model: a mechanism with the calls of all algorithms."""
 
 from __future__ import annotations
 
-import os
-import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -11,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ksl import _core, given
-from ksl.errors import DescriptionWarning
 from ksl.inverse_kinematics import InverseKinematicsCalls
-from ksl.requests import one_of, three_numbers
+from ksl.quantities import EFFORT_PARTS
+from ksl.requests import one_of
 from ksl.states import Array, External, Order
 from ksl.surgery import Surgery
 
@@ -22,7 +20,10 @@ if TYPE_CHECKING:
 
     from ksl.section import Share
 
-_Arguments = tuple[str, bool, bool, bool, list[float], list[tuple[str, float, list[float]]], bool]
+Layout = Mapping[str, Any]
+"""Where the numbers of each joint are in MuJoCo's arrays, for models read from MJCF; :mod:`ksl.mjcf` has its contents."""
+
+_Arguments = tuple[str, bool, bool, bool, list[float] | None, list[tuple[str, float, list[float]]], bool, str, given.Physics]
 """Arguments of `_core.load`, from which a model is made."""
 
 
@@ -34,8 +35,8 @@ class Model(Surgery, InverseKinematicsCalls):
     other model contains all that the model is made of.  A copy, deep or not, is the model itself.
     """
 
-    def __init__(self, core: _core.Model, arguments: _Arguments | None = None) -> None:
-        self._arguments = arguments
+    def __init__(self, core: _core.Model, arguments: _Arguments | None = None, layout: Layout | None = None) -> None:
+        self._arguments, self._layout = arguments, layout
         super().__init__(core)
 
     def _made(self, core: _core.Model) -> Model:
@@ -49,7 +50,7 @@ class Model(Surgery, InverseKinematicsCalls):
 
     def __reduce__(self) -> tuple[Callable[..., Model], tuple[object, ...]]:
         if self._arguments is None:
-            return _rebuilt, (self._core.state(),)
+            return _rebuilt, (self._core.state(), self._layout)
         return _reloaded, (self._arguments, self._fingerprint())
 
     def _fingerprint(self) -> str:
@@ -57,6 +58,38 @@ class Model(Surgery, InverseKinematicsCalls):
         import hashlib
 
         return hashlib.sha256(repr((self.joints, self.links)).encode()).hexdigest()
+
+    def with_physics(self, physics: str | Iterable[str] | None, friction_width: float = 0.01) -> Model:
+        """The same robot with this physics of joints, instead of its own.
+
+        physics: names of what the file or the builder gives for joints and efforts are to include; None is none.
+
+        * "damping": damping · v;
+        * "friction": dry friction F by the smooth law F v / √(v² + w²), w being the joint's `friction_width` or else the one given here,
+          rad/s or m/s; "exact friction": F sign(v), zero at rest, for inverse dynamics only: what solves or differentiates it is refused;
+        * "armature": armature · a;
+        * "rotor": the same with the inertia of the rotor times the gear ratio squared; "rotor bodies": each rotor is a body `JOINT_rotor` on
+          the joint's parent link, about whose axis it turns `gear_ratio` times as fast as the joint, with gyroscopic effects;
+        * "spring": stiffness · (q − rest);
+        * "all": damping, friction, armature, rotor and spring.
+
+        Efforts of inverse and forward dynamics are then those of the motors; :meth:`effort_parts` splits them.  Mass matrix, energies
+        and derivatives follow.  What the robot has and the model doesn't apply is listed in `unused`.
+        """
+        return Model(self._core.with_physics(given.physics(physics, friction_width)), layout=self._layout)
+
+    def effort_part(
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, part: str = "motor", external: External | None = None, threads: int | None = None
+    ) -> Array:
+        """One part (…, nv) of the efforts of motors, N m or N.
+
+        part: "motor" is the whole, :meth:`inverse_dynamics`; "transmitted" the effort Sᵀ f along the joint's motion; "damping", "friction",
+        "rotor" (armature and rotor) and "spring" what these need, zero unless the physics of the model names them.
+        q, v, a, external, threads: as in :meth:`inverse_dynamics`.
+        """
+        if one_of(part, "part", "motor", *EFFORT_PARTS) == "motor":
+            return self.inverse_dynamics(q, v, a, external, threads=threads)
+        return self.effort_parts(q, v, a, external, threads=threads)[..., EFFORT_PARTS.index(part), :]
 
     def section_wrench(
         self,
@@ -111,41 +144,8 @@ class Model(Surgery, InverseKinematicsCalls):
         return wrench_table(self, time, q, v, a, **options)
 
 
-def load(
-    path: str | bytes | os.PathLike[str] | os.PathLike[bytes],
-    floating_base: bool = False,
-    mimic: Literal["coupled", "independent"] = "coupled",
-    strict: bool = False,
-    gravity: Sequence[float] = (0.0, 0.0, -9.81),
-    payloads: Mapping[str, tuple[float, Sequence[float]]] | None = None,
-    masses: Literal["optional"] | None = None,
-) -> Model:
-    """Reads a URDF file.
-
-    floating_base: the root link floats; the first joint is then `floating_base` (`floating_root`, with a warning, if the
-    file has a joint of that name).
-    mimic: a joint that mimics another is "coupled" to it: it has no numbers in q and v, and its position is multiplier ×
-    the other's + offset; "independent" gives it a coordinate of its own.
-    strict: an inertia that no rigid body can have, or a moving link with geometry and no mass, is an error instead of a
-    :class:`DescriptionWarning`.
-    gravity: in world axes, m/s².
-    payloads: {link name: (mass in kg, point in the link's frame in m)}: point masses fixed to links.
-    masses: None refuses a robot none of whose moving links has a mass; "optional" accepts it, for kinematics.
-    Raises :class:`DescriptionError`, which names file, line, link or joint, what is wrong and how to mend it.
-    """
-    one_of(mimic, "mimic", "coupled", "independent")
-    if masses is not None:
-        one_of(masses, "masses", "optional")
-    file, loads = os.fsdecode(path), given.payload_points(payloads)
-    options = (floating_base, mimic == "independent", strict, list(three_numbers(gravity, "gravity")), loads, masses is not None)
-    model = Model(_core.load(file, *options), (os.path.abspath(file), *options))
-    for line in model.warnings:
-        warnings.warn(line, DescriptionWarning, stacklevel=2)
-    return model
-
-
-def _rebuilt(state: list[Any]) -> Model:
-    return Model(_core.Model.from_state(state))
+def _rebuilt(state: list[Any], layout: Layout | None = None) -> Model:
+    return Model(_core.Model.from_state(state), layout=layout)
 
 
 def _reloaded(arguments: _Arguments, fingerprint: str) -> Model:

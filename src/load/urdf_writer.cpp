@@ -98,10 +98,16 @@ public:
     if (has_quaternions())
       set(root_, "version", "1.1");
     write_losses();
-    for (const link_description &link : robot_.links)
-      write_link(link);
+    std::vector<bool> is_rotor(robot_.links.size(), false); // a reader makes it from the numbers of its joint
     for (const joint_description &joint : robot_.joints)
-      write_joint(joint);
+      if (joint.is_rotor && joint.mimic)
+        is_rotor[static_cast<std::size_t>(joint.child)] = true;
+    for (std::size_t l = 0; l < robot_.links.size(); ++l)
+      if (!is_rotor[l])
+        write_link(robot_.links[l]);
+    for (const joint_description &joint : robot_.joints)
+      if (!is_rotor[static_cast<std::size_t>(joint.child)])
+        write_joint(joint);
     std::ostringstream out;
     document_.save(out, "  ", pugi::format_default, pugi::encoding_utf8);
     return out.str();
@@ -185,9 +191,22 @@ private:
     write_numbers(
         node, "limit",
         {{"lower", joint.lower}, {"upper", joint.upper}, {"effort", joint.effort}, {"velocity", joint.velocity}});
+    if (joint.mimic) {
+      pugi::xml_node mimic = node.append_child("mimic");
+      set(mimic, "joint", joint.mimic->joint);
+      set(mimic, "multiplier", words({joint.mimic->multiplier}));
+      set(mimic, "offset", words({joint.mimic->offset}));
+    }
     const auto unless_zero = [](double x) { return x == 0 ? std::nullopt : optional_number(x); };
     write_numbers(node, "dynamics",
-                  {{"damping", unless_zero(joint.damping)}, {"friction", unless_zero(joint.friction)}});
+                  {{"damping", unless_zero(joint.damping)},
+                   {"friction", unless_zero(joint.friction)},
+                   {"friction_width", joint.friction_width},
+                   {"armature", unless_zero(joint.armature)},
+                   {"rotor_inertia", unless_zero(joint.rotor_inertia)},
+                   {"gear_ratio", joint.gear_ratio == 1 ? std::nullopt : optional_number(joint.gear_ratio)},
+                   {"spring_stiffness", unless_zero(joint.spring_stiffness)},
+                   {"spring_reference", unless_zero(joint.spring_rest)}});
   }
 
   /// An element with those attributes that have a number; none if none has.

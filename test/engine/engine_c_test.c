@@ -213,6 +213,40 @@ static void test_options(const char *path) {
   CHECK_REFUSED(ksl_model_load(path, &options, &m), KSL_BAD_ARGUMENT, "gravity");
 }
 
+/* An SDF file with two models in a world that has its own gravity. */
+static void test_sdf(const char *folder) {
+  char path[4096];
+  snprintf(path, sizeof path, "%s/two.sdf", folder);
+  FILE *f = fopen(path, "w");
+  CHECK(f != NULL);
+  if (!f)
+    return;
+  fputs("<sdf version='1.9'><world name='w'><gravity>0 0 -2</gravity>", f);
+  for (const char *name = "ab"; *name; ++name)
+    fprintf(f, "<model name='%c'><link name='l'><inertial><mass>3</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia>"
+               "</inertial></link></model>", *name);
+  fputs("</world></sdf>", f);
+  fclose(f);
+  ksl_model_options_t options = ksl_model_options();
+  ksl_model_t *m = NULL;
+  ksl_data_t *d = NULL;
+  CHECK_REFUSED(ksl_model_load(path, &options, &m), KSL_BAD_DESCRIPTION, "several models, a, b");
+  options.model_name = "b";
+  const double q[7] = {0, 0, 0, 0, 0, 0, 1}, zero[6] = {0};
+  double tau[6];
+  for (int own = 0; own < 2; ++own) {
+    options.file_gravity = own;
+    CHECK(ksl_model_load(path, &options, &m) == KSL_OK && ksl_data_create(m, &d) == KSL_OK);
+    if (!m || !d)
+      return;
+    CHECK(ksl_model_joint(m, "floating_base") == 0 && ksl_model_nv(m) == 6);
+    CHECK(ksl_inverse_dynamics(m, d, q, zero, zero, NULL, tau) == KSL_OK);
+    CHECK(close_to(tau[2], own ? 6 : 3 * 9.81));
+    ksl_data_free(d);
+    ksl_model_free(m);
+  }
+}
+
 static void test_masses(const char *folder) {
   char path[4096];
   snprintf(path, sizeof path, "%s/light.urdf", folder);
@@ -397,6 +431,41 @@ static void test_unknown_instruction_set(const char *path) {
   ksl_model_free(m);
 }
 
+/* tau = m g l sin q + damping v + F v/|v| + N^2 I a of the pendulum, with and without its rotor as a body. */
+static void test_physics(void) {
+  const ksl_link_mass_t bob = {1.3, {0, 0, -0.7}, {{0}}};
+  const double y[3] = {0, 1, 0}, q = 0.8, v = 2.0, a = -1.7, g = 9.81, transmitted = 1.3 * 0.7 * (g * sin(q) + 0.7 * a);
+  ksl_joint_options_t pin = ksl_joint_options();
+  ksl_builder_t *b = NULL;
+  ksl_model_t *m = NULL, *exact = NULL;
+  ksl_data_t *d = NULL;
+  double tau = 0, parts[5];
+  pin.axis = y, pin.damping = 0.3, pin.friction = 1.5, pin.rotor_inertia = 1e-4, pin.gear_ratio = 50;
+  CHECK(ksl_builder_create("p", &b) == KSL_OK && ksl_builder_add_link(b, "ceiling", NULL) == KSL_OK);
+  CHECK(ksl_builder_add_link(b, "bob", &bob) == KSL_OK);
+  CHECK(ksl_builder_add_joint(b, "pin", "continuous", "ceiling", "bob", NULL, &pin) == KSL_OK);
+  for (int bodies = 0; bodies < 2; ++bodies) {
+    ksl_model_options_t options = ksl_model_options();
+    CHECK(!options.physics.damping && !options.physics.rotor);
+    options.physics.damping = true, options.physics.rotor = true, options.physics.rotor_bodies = bodies == 1;
+    CHECK(ksl_builder_build(b, &options, &m) == KSL_OK && ksl_data_create(m, &d) == KSL_OK);
+    CHECK(ksl_model_physics(m).damping && !ksl_model_physics(m).spring && ksl_model_physics(m).friction_width == 0.01);
+    CHECK(ksl_model_links(m) == 2 + bodies && ksl_model_nv(m) == 1);
+    CHECK(ksl_inverse_dynamics(m, d, &q, &v, &a, NULL, &tau) == KSL_OK);
+    CHECK(close_to(tau, transmitted + 0.3 * v + 0.25 * a));
+    CHECK(ksl_effort_parts(m, d, &q, &v, &a, NULL, parts) == KSL_OK);
+    CHECK(close_to(parts[0], transmitted) && close_to(parts[1], 0.6) && parts[2] == 0 && close_to(parts[3], 0.25 * a) && parts[4] == 0);
+    const ksl_physics_t physics = {.exact_friction = true};
+    CHECK(ksl_model_with_physics(m, &physics, &exact) == KSL_OK && ksl_model_links(exact) == 2);
+    ksl_data_free(d), d = NULL;
+    CHECK(ksl_data_create(exact, &d) == KSL_OK);
+    CHECK(ksl_inverse_dynamics(exact, d, &q, &v, &a, NULL, &tau) == KSL_OK && close_to(tau, transmitted + 1.5));
+    CHECK_REFUSED(ksl_forward_dynamics(exact, d, &q, &v, &a, NULL, &tau), KSL_BAD_ARGUMENT, "exact dry friction jumps at rest");
+    ksl_data_free(d), ksl_model_free(exact), ksl_model_free(m);
+  }
+  ksl_builder_free(b);
+}
+
 int main(int argc, char **argv) {
   if (argc != 3)
     return 1;
@@ -416,9 +485,11 @@ int main(int argc, char **argv) {
   test_options(path);
   test_payload(path);
   test_masses(argv[2]);
+  test_sdf(argv[2]);
   test_files(argv[2], path);
   test_sample_robot(sample);
   test_dynamics(sample);
   test_positions_and_energies(sample);
+  test_physics();
   return failures;
 }
