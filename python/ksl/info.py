@@ -93,7 +93,7 @@ def _joint_table(model: Mechanism) -> Table:
         table.add_row(
             Text(j.name), j.kind, Text(f"{j.parent or 'ground'} → {j.child}"), _span(j.q_index, j.nq) or _following(j), _span(j.v_index, j.nv), axis,
             *(_number(x) for x in (j.lower, j.upper, j.effort, j.velocity)),
-            *(_number(getattr(j, name) or None) for _, name in given),
+            *(_number((name != "gear_ratio" or j.rotor_inertia) and getattr(j, name) or None) for _, name in given),
         )
     return table
 
