@@ -328,7 +328,7 @@ KSL_LANES coscrew<T> set_part_of_reaction(const model_view<scalar_of<T>> &model,
     return wrench_by<P>{express(by.q), express(by.v), express(by.a)};
   });
   if constexpr (only_turns(K))
-    if (b.ends_universal)
+    if (b.ends_universal && part != wrench_part::coupling)
       add_rate_of_split(w, b, part, expressed(body, d.f), D, out);
   return express(d.f);
 }
@@ -393,7 +393,7 @@ void set_requested_reaction(const model_view<scalar_of<T>> &model, const reactio
   const ksl::link<scalar_of<T>> &l = model.link[link];
   const bool moves = l.carried_by_moving_joint && l.body > 0;
   out.clear(0, model.nv);
-  if (request.part == wrench_part::actuation && !moves)
+  if ((request.part == wrench_part::actuation || request.part == wrench_part::coupling) && !moves)
     return;
   coscrew<T> f;
   if (l.body == 0) {
