@@ -16,7 +16,9 @@ using namespace nb::literals;
 using three = std::array<double, 3>;
 using mass_numbers = std::tuple<double, three, std::array<double, 9>>; // mass, centre of mass, inertia about it
 using joint_numbers = std::tuple<std::optional<three>, std::optional<three>, ksl::optional_number, ksl::optional_number,
-                                 ksl::optional_number, ksl::optional_number, ksl::optional_number, double, double>;
+                                 ksl::optional_number, ksl::optional_number, ksl::optional_number, double, double,
+                                 std::optional<std::tuple<std::string, double, double>>, // leader, multiplier, offset
+                                 ksl::optional_number, std::array<double, 5>>;
 using dh_numbers = std::tuple<std::array<double, 4>, std::string, mass_numbers, joint_numbers>;
 using plain_values = nb::typed<nb::list, nb::any>;
 using payloads_given = std::vector<std::tuple<std::string, double, three>>;
@@ -33,9 +35,13 @@ inline ksl::link_mass mass_of(const mass_numbers &given) {
 }
 
 inline ksl::joint_options options_of(const joint_numbers &given) {
-  const auto &[axis, axis2, pitch, lower, upper, effort, velocity, damping, friction] = given;
+  const auto &[axis, axis2, pitch, lower, upper, effort, velocity, damping, friction, mimic, friction_width, physics] = given;
   const auto vector = [](const std::optional<three> &x) { return x ? std::optional(vector_of(*x)) : std::nullopt; };
-  return {vector(axis), vector(axis2), pitch, lower, upper, effort, velocity, damping, friction};
+  ksl::joint_options options = {vector(axis), vector(axis2), pitch, lower, upper, effort, velocity, damping, friction, {}, friction_width,
+                                physics[0], physics[1], physics[2], physics[3], physics[4]};
+  if (mimic)
+    options.mimic = {std::get<0>(*mimic), std::get<1>(*mimic), std::get<2>(*mimic), {}};
+  return options;
 }
 
 inline ksl::model_options options_of(bool floating_base, const std::optional<three> &gravity,
@@ -68,6 +74,12 @@ inline ksl::model with_inertias(const ksl::model &m,
 inline void add_builder(nb::module_ &module) {
   nb::class_<ksl::builder>(module, "Builder", "Links and joints as ksl.Builder passes them on.")
       .def(nb::init<std::string, three>(), "name"_a, "gravity"_a)
+      .def(
+          "read_from",
+          [](ksl::builder &b, const std::string &file, const std::vector<std::string> &unused, const std::vector<std::string> &warnings) {
+            b.read_from(file, unused, warnings);
+          },
+          "file"_a, "unused"_a, "warnings"_a)
       .def(
           "add_link",
           [](ksl::builder &b, const std::string &name, const mass_numbers &mass) { b.add_link(name, mass_of(mass)); },

@@ -17,8 +17,9 @@ using namespace nb::literals;
 namespace {
 
 ksl::model load(const std::string &path, bool floating_base, bool mimic_independent, bool strict,
-                std::array<double, 3> gravity, const building::payloads_given &payloads, bool masses_optional) {
-  return ksl::load(path, building::options_of(floating_base, gravity, payloads), mimic_independent, strict, masses_optional);
+                std::optional<std::array<double, 3>> gravity, const building::payloads_given &payloads, bool masses_optional,
+                const std::string &model_name) {
+  return ksl::load(path, building::options_of(floating_base, gravity, payloads), mimic_independent, strict, masses_optional, model_name);
 }
 
 /// What `ksl info` prints about a joint.  Limits that the file doesn't give are None.
@@ -196,6 +197,6 @@ NB_MODULE(_core, module) {
   building::add_surgery(model);
   building::add_builder(module);
 
-  module.def("load", &load, "path"_a, "floating_base"_a, "mimic_independent"_a, "strict"_a, "gravity"_a, "payloads"_a,
-             "masses_optional"_a);
+  module.def("load", &load, "path"_a, "floating_base"_a, "mimic_independent"_a, "strict"_a, "gravity"_a.none(), "payloads"_a,
+             "masses_optional"_a, "model_name"_a);
 }

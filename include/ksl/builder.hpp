@@ -24,7 +24,11 @@ struct joint_options {
   optional_number pitch;            ///< m/rad, positive for a right-handed screw; helical joints need it
   optional_number lower, upper;     ///< rad or m
   optional_number effort, velocity; ///< N m or N; rad/s or m/s
-  double damping = 0, friction = 0; ///< read and listed, but not applied
+  double damping = 0, friction = 0; ///< of each coordinate (joint_description has the units); model_options::physics applies them
+  std::optional<mimic_description> mimic; ///< the joint that it follows, which may be added later
+  optional_number friction_width;         ///< rad/s or m/s
+  double armature = 0, rotor_inertia = 0, gear_ratio = 1;
+  double spring_stiffness = 0, spring_rest = 0; ///< of joints with one coordinate
 };
 
 /// A row of a table of Denavit–Hartenberg parameters: m and rad.
@@ -44,6 +48,10 @@ enum class dh_convention { standard, modified };
 class KSL_EXPORT builder {
 public:
   explicit builder(std::string name, std::array<double, 3> gravity = {0, 0, -9.81});
+
+  /// For readers of other formats: the file that messages name, a line for each kind of content that isn't carried over, and
+  /// warnings, a line each.
+  builder &read_from(const std::string &file, const std::vector<std::string> &unused, const std::vector<std::string> &warnings = {});
 
   /// The link that no joint carries is the root.
   builder &add_link(const std::string &name, const link_mass &mass = {});

@@ -6,12 +6,14 @@
 
 namespace ksl {
 
-/// Reads a URDF file.  Throws description_error, whose message names file, line, link or joint, what is wrong and how to mend it.
+/// Reads a URDF or an SDF file; its root element says which.  Throws description_error, whose message names file, line, link or joint,
+/// what is wrong and how to mend it.
 /// A mimic joint follows its leader and has no numbers in q and v; with mimic_independent it has numbers of its own.
 /// Moving links of which none has a mass are an error, too, unless masses_optional.  With strict, warnings about inertias and
-/// masses become errors.
-KSL_EXPORT model load(const std::string &urdf_path, const model_options &options = {}, bool mimic_independent = false,
-                      bool strict = false, bool masses_optional = false);
+/// masses become errors.  model_name: which model of an SDF file with several.  options.gravity, if it is not given, is that of the
+/// world in an SDF file.  The root of an SDF model is a link `world`; links that no joint carries float on it.
+KSL_EXPORT model load(const std::string &path, const model_options &options = {}, bool mimic_independent = false, bool strict = false,
+                      bool masses_optional = false, const std::string &model_name = {});
 
 /// Reactions of the requested joints into out (request.n, 6).  Call it right after inverse_dynamics with the same external
 /// wrenches: other calls overwrite the workspace.

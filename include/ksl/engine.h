@@ -47,13 +47,16 @@ typedef struct ksl_model_options_t {
   double gravity[3];      /**< m/s², world axes */
   int payloads_n;
   const ksl_payload_t *payloads; /**< (payloads_n), read by ksl_model_load alone; several may be on one link */
+  bool file_gravity;      /**< a gravity that an SDF file gives replaces `gravity` */
+  const char *model_name; /**< which model of an SDF file with several; NULL: the only one that is not static */
 } ksl_model_options_t;
 
-/** Fixed base, mimic joints coupled, not strict, masses needed, gravity (0, 0, −9.81), no payload. */
+/** Fixed base, mimic joints coupled, not strict, masses needed, gravity (0, 0, −9.81), no payload; that of the file, if it gives
+    one, instead of this gravity. */
 KSL_EXPORT ksl_model_options_t ksl_model_options(void);
 
-/** Reads a URDF file; options may be NULL.  Free the model with ksl_model_free. */
-KSL_EXPORT ksl_status_t ksl_model_load(const char *urdf_path, const ksl_model_options_t *options, ksl_model_t **model);
+/** Reads a URDF or an SDF file, as its root element says; options may be NULL.  Free the model with ksl_model_free. */
+KSL_EXPORT ksl_status_t ksl_model_load(const char *path, const ksl_model_options_t *options, ksl_model_t **model);
 KSL_EXPORT void ksl_model_free(ksl_model_t *model);
 
 /** Workspace for one thread.  Free it with ksl_data_free, before the model. */

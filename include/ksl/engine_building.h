@@ -25,7 +25,13 @@ typedef struct ksl_joint_options_t {
   double pitch;               /**< m/rad, positive for a right-handed screw; helical joints need it */
   double lower, upper;        /**< rad or m */
   double effort, velocity;    /**< N m or N; rad/s or m/s */
-  double damping, friction;   /**< read and listed, but not applied */
+  double damping, friction;   /**< of each coordinate, N m s/rad or N s/m, and N m or N */
+  const char *mimics;         /**< a joint that it follows: its position is multiplier × that joint's + offset; NULL: none */
+  double multiplier, offset;
+  double friction_width;      /**< of the smooth law of friction, rad/s or m/s */
+  double armature;            /**< inertia that each coordinate feels besides that of the links, kg m² or kg */
+  double rotor_inertia, gear_ratio;     /**< of the motor's rotor, kg m²; its turns for each of the joint */
+  double spring_stiffness, spring_rest; /**< N m/rad or N/m; rad or m; of joints with one coordinate */
 } ksl_joint_options_t;
 
 /** A row of a table of Denavit–Hartenberg parameters, m and rad.  theta is added to q of a joint that turns, d to q of

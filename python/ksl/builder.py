@@ -18,7 +18,7 @@ DHRow = Mapping[str, Any] | Sequence[Any]
 """{"a": m, "alpha": rad, "d": m, "theta": rad, …}, or a sequence a, alpha, d, theta[, kind]."""
 Convention = Literal["standard", "modified"]
 
-_JointNumbers = tuple[list[float] | None, list[float] | None, float | None, float | None, float | None, float | None, float | None, float, float]
+_JointNumbers = tuple[list[float] | None, list[float] | None, float | None, float | None, float | None, float | None, float | None, float, float, tuple[str, float, float] | None, float | None, list[float]]
 _OF_A_ROW = ("a", "alpha", "d", "theta", "kind", "mass", "center_of_mass", "inertia", "limits", "effort", "velocity", "damping", "friction")
 
 
@@ -63,6 +63,13 @@ class Builder:
         velocity: float | None = None,
         damping: float = 0.0,
         friction: float = 0.0,
+        mimic: tuple[str, float, float] | None = None,
+        friction_width: float | None = None,
+        armature: float = 0.0,
+        rotor_inertia: float = 0.0,
+        gear_ratio: float = 1.0,
+        spring_stiffness: float = 0.0,
+        spring_rest: float = 0.0,
     ) -> Builder:
         """A joint between two links that have been added.  Returns the builder.
 
@@ -73,9 +80,16 @@ class Builder:
         normal, z if it is left out.  axis2 (3): the second axis of a universal joint, fixed in the child.
         pitch: of helical joints, m/rad, positive for a right-handed screw.
         limits: (lower, upper), rad or m, each may be None; effort, velocity: limits, N m or N, rad/s or m/s.  They are kept and not enforced.
-        damping, friction: kept, listed and not applied.
+        damping, friction: of each coordinate, N m s/rad or N s/m, and N m or N.  friction_width: of friction's smooth law, rad/s or m/s.
+        armature: inertia that each coordinate feels besides that of the links, kg m² or kg.  rotor_inertia, gear_ratio: of the motor's rotor, kg m²,
+        and its turns for each of the joint.  spring_stiffness, spring_rest: of a joint with one coordinate, N m/rad or N/m, and rad or m.
+        They have no effect unless `physics=` names them.
+        mimic: (joint, multiplier, offset): it follows that joint, which may be added later, at multiplier × its position + offset.
         """
-        options = _options(f"joint {name}", axis, axis2, pitch, limits, effort, velocity, damping, friction)
+        options = _options(f"joint {name}", axis, axis2, pitch, limits, effort, velocity, damping, friction, mimic)
+        physics = {"armature": armature, "rotor inertia": rotor_inertia, "gear ratio": gear_ratio, "stiffness": spring_stiffness, "rest position": spring_rest}
+        numbers = [given.number(x, f"joint {name}: its {what}") for what, x in physics.items()]
+        options = (*options[:10], None if friction_width is None else given.number(friction_width, f"joint {name}: its friction width"), numbers)
         self._core.add_joint(name, kind, parent, child, given.pose(pose, f"joint {name}: its pose"), options)
         return self
 
@@ -128,7 +142,9 @@ class Builder:
         return Model(core)
 
 
-def _options(who: str, axis: Any, axis2: Any, pitch: Any, limits: Any, effort: Any, velocity: Any, damping: Any, friction: Any) -> _JointNumbers:
+def _options(
+    who: str, axis: Any, axis2: Any, pitch: Any, limits: Any, effort: Any, velocity: Any, damping: Any, friction: Any, mimic: Any = None
+) -> _JointNumbers:
     def optional(x: Any, what: str) -> float | None:
         return None if x is None else given.number(x, f"{who}: its {what}")
 
@@ -136,6 +152,10 @@ def _options(who: str, axis: Any, axis2: Any, pitch: Any, limits: Any, effort: A
         lower, upper = (None, None) if limits is None else limits
     except (TypeError, ValueError):
         raise ValueError(f"{who}: its limits are {limits!r}; expected (lower, upper)") from None
+    try:
+        follows = None if mimic is None else (str(mimic[0]), float(mimic[1]), float(mimic[2]))
+    except (TypeError, ValueError, IndexError):
+        raise ValueError(f"{who}: its mimic is {mimic!r}; expected (joint, multiplier, offset)") from None
     return (
         given.direction(axis, f"{who}: its axis"),
         given.direction(axis2, f"{who}: its axis2"),
@@ -146,6 +166,9 @@ def _options(who: str, axis: Any, axis2: Any, pitch: Any, limits: Any, effort: A
         optional(velocity, "velocity limit"),
         given.number(damping, f"{who}: its damping"),
         given.number(friction, f"{who}: its friction"),
+        follows,
+        None,
+        [0.0, 0.0, 1.0, 0.0, 0.0],
     )
 
 

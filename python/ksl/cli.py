@@ -50,11 +50,12 @@ class Commands(TyperGroup):
 app = typer.Typer(cls=Commands, add_completion=False, pretty_exceptions_enable=False, no_args_is_help=True, rich_markup_mode=None, help="Every wrench in a mechanism.")
 errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
 
-Robot = Annotated[Path, typer.Argument(metavar="ROBOT.urdf", help="Robot file (URDF 1.0 to 1.2).")]
+Robot = Annotated[Path, typer.Argument(metavar="ROBOT", help="Robot file: URDF, SDF, or MJCF (with the package mujoco).")]
 FloatingBase = Annotated[bool, typer.Option("--floating-base", help="The root link floats: first joint floating_base.")]
 Mimic = Annotated[str, typer.Option(metavar="coupled|independent", help="Joints that mimic another follow it, or have a coordinate of their own.")]
 Strict = Annotated[bool, typer.Option("--strict", help="An inertia that no rigid body can have, or a moving link with geometry and no mass, is an error.")]
-Gravity = Annotated[str, typer.Option(metavar="X,Y,Z", help="Gravity in world axes, m/s².")]
+Gravity = Annotated[str, typer.Option(metavar="X,Y,Z", help="Gravity in world axes, m/s²; otherwise that of the file, or 0,0,-9.81.")]
+ModelName = Annotated[str, typer.Option("--model", metavar="NAME", help="Which model of an SDF file that has several.")]
 
 
 def console(width: int) -> Console:
@@ -127,16 +128,18 @@ def read_model(
     gravity: str,
     payloads: Mapping[str, tuple[float, Sequence[float]]] | None = None,
     masses: Literal["optional"] | None = None,
+    name: str = "",
 ) -> Model:
     how = cast(Literal["coupled", "independent"], mimic)  # load refuses other words
+    given_gravity = numbers(gravity, "--gravity", 3) if gravity else None
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", DescriptionWarning)
         try:
-            model = load(robot, floating_base, how, strict, numbers(gravity, "--gravity", 3), payloads, masses)
+            model = load(robot, floating_base, how, strict, given_gravity, payloads, masses, name or None)
         except ValueError as e:
             absent = [link for link in payloads or {} if str(e).endswith(f"no link {link} to carry the payload")]
             if absent:
-                bare = load(robot, floating_base, how, masses="optional")
+                bare = load(robot, floating_base, how, masses="optional", model=name or None)
                 fail(f"--on-link {absent[0]}: no such link; {suggestion(absent[0], bare.link_names, f'the links of {bare.name} are')}")
             fail(in_options(e, mimic=mimic))
     for w in caught:
@@ -153,11 +156,12 @@ def root(version: Annotated[bool, typer.Option("--version", help="Print the vers
 
 @app.command()
 def info(
-    robot: Annotated[Path | None, typer.Argument(metavar="ROBOT.urdf", help="Robot file (URDF 1.0 to 1.2).")] = None,
+    robot: Annotated[Path | None, typer.Argument(metavar="ROBOT", help="Robot file: URDF, SDF, or MJCF (with the package mujoco).")] = None,
     floating_base: FloatingBase = False,
     mimic: Mimic = "coupled",
     strict: Strict = False,
-    gravity: Gravity = "0,0,-9.81",
+    gravity: Gravity = "",
+    model_name: ModelName = "",
     cpu: Annotated[bool, typer.Option("--cpu", help="Say which instruction set the kernels use here.")] = False,
 ) -> None:
     """Print a robot's tree, joints, limits, masses, gravity, degrees of freedom, and what its file holds that is not used."""
@@ -172,7 +176,7 @@ def info(
     elif robot is None:
         fail("info needs a robot file, or --cpu")
     if robot is not None:
-        print_info(read_model(robot, floating_base, mimic, strict, gravity, masses="optional"), console(200))
+        print_info(read_model(robot, floating_base, mimic, strict, gravity, masses="optional", name=model_name), console(200))
 
 
 @app.command()
@@ -191,7 +195,8 @@ def loads(
     floating_base: FloatingBase = False,
     mimic: Mimic = "coupled",
     strict: Strict = False,
-    gravity: Gravity = "0,0,-9.81",
+    gravity: Gravity = "",
+    model_name: ModelName = "",
 ) -> None:
     """Compute the wrench through every joint along a motion and write wrenches.parquet, summary.csv and report.html.
 
@@ -213,7 +218,7 @@ def loads(
         fail(f"--on-link {max(on_link, key=on_link.count)} is given more than once; a link carries one payload")
     values = [numbers(p, "--payload", 1, 4) for p in payload]
     end_on_signals()
-    model = read_model(robot, floating_base, mimic, strict, gravity, {link: (p[0], p[1:] or [0, 0, 0]) for link, p in zip(on_link, values)})
+    model = read_model(robot, floating_base, mimic, strict, gravity, {link: (p[0], p[1:] or [0, 0, 0]) for link, p in zip(on_link, values)}, name=model_name)
     point = numbers(at, "--at", 3) if "," in at else at
     try:
         model._request(on, point, axes, order, "total", [])

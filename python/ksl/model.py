@@ -22,7 +22,10 @@ if TYPE_CHECKING:
 
     from ksl.section import Share
 
-_Arguments = tuple[str, bool, bool, bool, list[float], list[tuple[str, float, list[float]]], bool]
+Layout = Mapping[str, Any]
+"""Where the numbers of each joint are in MuJoCo's arrays, for models read from MJCF; :mod:`ksl.mjcf` has its contents."""
+
+_Arguments = tuple[str, bool, bool, bool, list[float] | None, list[tuple[str, float, list[float]]], bool, str]
 """Arguments of `_core.load`, from which a model is made."""
 
 
@@ -34,8 +37,8 @@ class Model(Surgery, InverseKinematicsCalls):
     other model contains all that the model is made of.  A copy, deep or not, is the model itself.
     """
 
-    def __init__(self, core: _core.Model, arguments: _Arguments | None = None) -> None:
-        self._arguments = arguments
+    def __init__(self, core: _core.Model, arguments: _Arguments | None = None, layout: Layout | None = None) -> None:
+        self._arguments, self._layout = arguments, layout
         super().__init__(core)
 
     def _made(self, core: _core.Model) -> Model:
@@ -49,7 +52,7 @@ class Model(Surgery, InverseKinematicsCalls):
 
     def __reduce__(self) -> tuple[Callable[..., Model], tuple[object, ...]]:
         if self._arguments is None:
-            return _rebuilt, (self._core.state(),)
+            return _rebuilt, (self._core.state(), self._layout)
         return _reloaded, (self._arguments, self._fingerprint())
 
     def _fingerprint(self) -> str:
@@ -116,36 +119,55 @@ def load(
     floating_base: bool = False,
     mimic: Literal["coupled", "independent"] = "coupled",
     strict: bool = False,
-    gravity: Sequence[float] = (0.0, 0.0, -9.81),
+    gravity: Sequence[float] | None = None,
     payloads: Mapping[str, tuple[float, Sequence[float]]] | None = None,
     masses: Literal["optional"] | None = None,
+    model: str | None = None,
 ) -> Model:
-    """Reads a URDF file.
+    """Reads a robot file: URDF, SDF, or MJCF, which needs the extra `ksl[mjcf]`.  Its root element says which it is.
 
     floating_base: the root link floats; the first joint is then `floating_base` (`floating_root`, with a warning, if the
-    file has a joint of that name).
+    file has a joint of that name).  SDF and MJCF files say themselves what floats: there it is an error if nothing does.
     mimic: a joint that mimics another is "coupled" to it: it has no numbers in q and v, and its position is multiplier ×
     the other's + offset; "independent" gives it a coordinate of its own.
     strict: an inertia that no rigid body can have, or a moving link with geometry and no mass, is an error instead of a
     :class:`DescriptionWarning`.
-    gravity: in world axes, m/s².
+    gravity: in world axes, m/s²; None is that of an SDF or MJCF file that gives one, and (0, 0, −9.81) otherwise.
     payloads: {link name: (mass in kg, point in the link's frame in m)}: point masses fixed to links.
     masses: None refuses a robot none of whose moving links has a mass; "optional" accepts it, for kinematics.
+    model: which model of an SDF file that has several; None is the only one that is not static.
     Raises :class:`DescriptionError`, which names file, line, link or joint, what is wrong and how to mend it.
     """
     one_of(mimic, "mimic", "coupled", "independent")
     if masses is not None:
         one_of(masses, "masses", "optional")
     file, loads = os.fsdecode(path), given.payload_points(payloads)
-    options = (floating_base, mimic == "independent", strict, list(three_numbers(gravity, "gravity")), loads, masses is not None)
-    model = Model(_core.load(file, *options), (os.path.abspath(file), *options))
-    for line in model.warnings:
+    given_gravity = None if gravity is None else list(three_numbers(gravity, "gravity"))
+    if _root_element(file) == "mujoco":
+        from ksl import mjcf
+
+        loaded = mjcf._load(file, floating_base, mimic == "independent", strict, given_gravity, payloads, masses)
+    else:
+        options = (floating_base, mimic == "independent", strict, given_gravity, loads, masses is not None, model or "")
+        loaded = Model(_core.load(file, *options), (os.path.abspath(file), *options))
+    for line in loaded.warnings:
         warnings.warn(line, DescriptionWarning, stacklevel=2)
-    return model
+    return loaded
 
 
-def _rebuilt(state: list[Any]) -> Model:
-    return Model(_core.Model.from_state(state))
+def _root_element(file: str) -> str | None:
+    """The name of a file's first element; None if it can't be read, which the reader then explains."""
+    from xml.etree import ElementTree
+
+    try:
+        with open(file, "rb") as text:
+            return next((element.tag for _, element in ElementTree.iterparse(text, events=("start",))), None)
+    except (OSError, ElementTree.ParseError, ValueError, LookupError):
+        return None
+
+
+def _rebuilt(state: list[Any], layout: Layout | None = None) -> Model:
+    return Model(_core.Model.from_state(state), layout=layout)
 
 
 def _reloaded(arguments: _Arguments, fingerprint: str) -> Model:

@@ -33,8 +33,12 @@ ksl::joint_options options_of(const ksl_joint_options_t &of) {
     return x ? std::optional(ksl::vec3<double>{x[0], x[1], x[2]}) : std::nullopt;
   };
   const auto number = [](double x) { return std::isnan(x) ? std::nullopt : ksl::optional_number(x); };
-  return {vector(of.axis),   vector(of.axis2),    number(of.pitch), number(of.lower), number(of.upper),
-          number(of.effort), number(of.velocity), of.damping,       of.friction};
+  ksl::joint_options options = {vector(of.axis), vector(of.axis2), number(of.pitch), number(of.lower), number(of.upper),
+                                number(of.effort), number(of.velocity), of.damping, of.friction, {}, number(of.friction_width),
+                                of.armature, of.rotor_inertia, of.gear_ratio, of.spring_stiffness, of.spring_rest};
+  if (of.mimics)
+    options.mimic = {of.mimics, of.multiplier, of.offset, {}};
+  return options;
 }
 
 std::string or_empty(const char *text) { return text ? text : ""; }
@@ -61,7 +65,7 @@ template <class Make> ksl_status_t made_from(const ksl_model_t *model, ksl_model
 
 extern "C" {
 
-ksl_joint_options_t ksl_joint_options(void) { return {nullptr, nullptr, NAN, NAN, NAN, NAN, NAN, 0, 0}; }
+ksl_joint_options_t ksl_joint_options(void) { return {nullptr, nullptr, NAN, NAN, NAN, NAN, NAN, 0, 0, nullptr, 1, 0, NAN, 0, 0, 1, 0, 0}; }
 
 ksl_status_t ksl_builder_create(const char *name, ksl_builder_t **builder) {
   return guarded([&] {

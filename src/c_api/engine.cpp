@@ -1,6 +1,12 @@
 // The C interface of models, and the calls that are not generated from api/algorithms/.
 #include "c_api/calls.hpp"
 
+#include "ksl/builder.hpp"
+
+#include "load/robot_file.hpp"
+
+#include <utility>
+
 namespace {
 
 using ksl::c_api::guarded;
@@ -79,14 +85,19 @@ const char *ksl_instruction_set(void) {
   return name;
 }
 
-ksl_model_options_t ksl_model_options(void) { return {false, false, false, false, {0, 0, -9.81}, 0, nullptr}; }
+ksl_model_options_t ksl_model_options(void) { return {false, false, false, false, {0, 0, -9.81}, 0, nullptr, true, nullptr}; }
 
-ksl_status_t ksl_model_load(const char *urdf_path, const ksl_model_options_t *options, ksl_model_t **model) {
+ksl_status_t ksl_model_load(const char *path, const ksl_model_options_t *options, ksl_model_t **model) {
   return guarded([&] {
-    require(urdf_path && model, "path and model must not be null");
+    require(path && model, "path and model must not be null");
     *model = nullptr;
     const ksl_model_options_t o = options ? *options : ksl_model_options();
-    *model = new ksl_model_t{ksl::load(urdf_path, ksl::c_api::options_of(o), o.mimic_independent, o.strict, o.masses_optional)};
+    ksl::model_options others = ksl::c_api::options_of(o);
+    ksl::robot_description robot =
+        ksl::read_robot(path, {o.mimic_independent, o.strict, std::exchange(others.floating_base, false), o.model_name ? o.model_name : ""});
+    if (o.file_gravity && robot.gravity != ksl::robot_description().gravity)
+      others.gravity.reset(); // that of the description
+    *model = new ksl_model_t{ksl::model_of(std::move(robot), others, o.strict, o.masses_optional)};
   });
 }
 

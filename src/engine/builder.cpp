@@ -4,6 +4,7 @@
 #include "engine/rigid_pose.hpp"
 #include "load/check.hpp"
 #include "load/given.hpp"
+#include "load/mimic.hpp"
 #include "load/words.hpp"
 
 #include <algorithm>
@@ -93,15 +94,25 @@ void set_limits(const std::string &who, const joint_kind_row &row, const joint_o
   if (from.lower && from.upper && *from.lower > *from.upper)
     refuse(who + "lower limit " + shown(*from.lower) + " is above upper limit " + shown(*from.upper) +
            "; exchange or correct them");
-  for (const double x : {from.damping, from.friction})
-    if (!(x >= 0 && std::isfinite(x)))
-      refuse(who + "its damping or friction is " + shown(x) + "; a finite number that is not negative is expected");
-  if ((from.damping != 0 || from.friction != 0) && row.nv == 0)
-    refuse(who + "a " + row.name + " joint has neither damping nor friction; leave them out");
   const auto finite_or_none = [](const optional_number &x) { return x && std::isfinite(*x) ? x : std::nullopt; };
   to.lower = finite_or_none(from.lower), to.upper = finite_or_none(from.upper);
   to.effort = finite_or_none(from.effort), to.velocity = finite_or_none(from.velocity);
-  to.damping = from.damping, to.friction = from.friction;
+}
+
+/// What a joint has besides the motion of rigid bodies.
+void set_physics(const std::string &who, const joint_kind_row &row, const joint_options &from, joint_description &to) {
+  for (const double x : {from.damping, from.friction, from.armature, from.rotor_inertia, from.spring_stiffness})
+    if (!(x >= 0 && std::isfinite(x)))
+      refuse(who + "its damping, friction, armature, rotor inertia or stiffness is " + shown(x) + "; a finite number that is not negative is expected");
+  if (!finite({from.gear_ratio, from.spring_rest, 0}) || (from.friction_width && !(*from.friction_width > 0 && std::isfinite(*from.friction_width))))
+    refuse(who + "gear ratio and rest position must be finite, and a width of friction positive; correct them");
+  if (row.nv == 0 && (from.damping != 0 || from.friction != 0 || from.armature != 0 || from.rotor_inertia != 0))
+    refuse(who + "a " + row.name + " joint has neither damping nor friction, nor a drive; leave them out");
+  if (row.nv != 1 && from.spring_stiffness != 0)
+    refuse(who + "only joints with one coordinate have springs, and a " + row.name + " joint hasn't one; leave its stiffness out");
+  to.damping = from.damping, to.friction = from.friction, to.friction_width = from.friction_width;
+  to.armature = from.armature, to.rotor_inertia = from.rotor_inertia, to.gear_ratio = from.gear_ratio;
+  to.spring_stiffness = from.spring_stiffness, to.spring_rest = from.spring_rest;
 }
 
 void set_pitch(const std::string &who, const joint_kind_row &row, const joint_options &from, joint_description &to) {
@@ -145,6 +156,13 @@ builder::builder(std::string name, std::array<double, 3> gravity) {
   robot_.gravity = gravity;
 }
 
+builder &builder::read_from(const std::string &file, const std::vector<std::string> &unused, const std::vector<std::string> &warnings) {
+  robot_.file = file;
+  robot_.unused = unused;
+  robot_.warnings = warnings;
+  return *this;
+}
+
 builder &builder::add_link(const std::string &name, const link_mass &mass) {
   check_name(name, "link", links_);
   check_mass(name, mass);
@@ -179,6 +197,8 @@ builder &builder::add_joint(const std::string &name, joint_kind kind, const std:
   set_axes(who, row, options, joint);
   set_pitch(who, row, options, joint);
   set_limits(who, row, options, joint);
+  set_physics(who, row, options, joint);
+  joint.mimic = options.mimic; // checked when all joints are known
   joints_[name] = static_cast<int>(robot_.joints.size());
   robot_.joints.push_back(std::move(joint));
   return *this;
@@ -199,6 +219,7 @@ int builder::link_named(const std::string &joint, const std::string &end, const 
 robot_description builder::description(bool strict) const {
   robot_description robot = robot_;
   check_tree(robot);
+  leaders_of(robot);
   warn_of_links(robot, check_inertias(robot), strict, "correct these inertias");
   return robot;
 }

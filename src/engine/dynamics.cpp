@@ -4,16 +4,19 @@
 
 #include "engine/compute.hpp"
 #include "load/check.hpp"
-#include "load/urdf.hpp"
+#include "load/robot_file.hpp"
 
 #include <cmath>
 #include <set>
 
 namespace ksl {
 
-model load(const std::string &urdf_path, const model_options &options, bool mimic_independent, bool strict,
-           bool masses_optional) {
-  return model_of(read_urdf(urdf_path, {mimic_independent, strict}), options, strict, masses_optional);
+model load(const std::string &path, const model_options &options, bool mimic_independent, bool strict, bool masses_optional,
+           const std::string &model_name) {
+  robot_description robot = read_robot(path, {mimic_independent, strict, options.floating_base, model_name});
+  model_options others = options;
+  others.floating_base = false; // the description says it
+  return model_of(std::move(robot), others, strict, masses_optional);
 }
 
 model model_of(robot_description robot, const model_options &options, bool strict, bool masses_optional) {

@@ -5,6 +5,7 @@
 #include "engine/joint_pose.hpp"
 #include "engine/rigid_pose.hpp"
 #include "load/check.hpp"
+#include "load/mimic.hpp"
 #include "load/words.hpp"
 
 #include <algorithm>
@@ -144,6 +145,21 @@ void freeze(joint_description &joint, const std::vector<double> &q) {
   joint.at = at;
 }
 
+/// Followers of joints that are frozen are frozen, too, where these hold them.
+std::vector<frozen_joint> with_followers(const robot_description &robot, std::vector<frozen_joint> joints) {
+  const std::vector<leader_of_joint> leaders = leaders_of(robot);
+  for (std::size_t i = 0, given = joints.size(); i < given; ++i)
+    for (std::size_t j = 0; j < leaders.size(); ++j) {
+      const frozen_joint leader = joints[i];
+      if (leaders[j].joint < 0 || robot.joints[index(leaders[j].joint)].name != leader.joint || leader.q.size() != 1)
+        continue;
+      const auto is_it = [&](const frozen_joint &other) { return other.joint == robot.joints[j].name; };
+      if (std::none_of(joints.begin(), joints.end(), is_it))
+        joints.push_back({robot.joints[j].name, {leaders[j].multiplier * leader.q[0] + leaders[j].offset}});
+    }
+  return joints;
+}
+
 /// The joint that the model adds for a floating base, described as those of the file, on a link of its own.
 void describe_floating_base(robot_description &robot, const std::string &name) {
   const int root = check_tree(robot);
@@ -182,7 +198,7 @@ robot_description with_root(const robot_description &robot, const std::string &l
 
 robot_description with_frozen_joints(const robot_description &robot, const std::vector<frozen_joint> &joints) {
   robot_description out = robot;
-  for (const frozen_joint &frozen : joints) {
+  for (const frozen_joint &frozen : with_followers(robot, joints)) {
     if (is_floating_base(out, frozen.joint))
       describe_floating_base(out, frozen.joint);
     freeze(out.joints[index(find(out.joints, frozen.joint, "joint", out.name))], frozen.q);
@@ -229,6 +245,8 @@ robot_description merged(const robot_description &robot, const robot_description
   }
   for (joint_description joint : other.joints) {
     joint.name = prefix + joint.name;
+    if (joint.mimic)
+      joint.mimic->joint = prefix + joint.mimic->joint;
     if (has_name(out.joints, joint.name))
       refuse("both robots have a joint named " + quoted(joint.name) + "; give a prefix for the names of the second");
     joint.at = {};

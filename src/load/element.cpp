@@ -33,8 +33,7 @@ element element::child(const char *tag) const {
   return {*file_, *unused_, first, where_};
 }
 
-void element::expect(std::initializer_list<std::string_view> attributes,
-                     std::initializer_list<std::string_view> children) const {
+void element::expect_attributes(std::initializer_list<std::string_view> attributes) const {
   for (const pugi::xml_attribute attribute : node_.attributes()) {
     const std::string name = attribute.name();
     // pugixml accepts duplicate attributes
@@ -44,12 +43,41 @@ void element::expect(std::initializer_list<std::string_view> attributes,
     if (!among(name, attributes) && !is_namespace(name))
       unused_->unknown_attribute(name, tag(), where_, line());
   }
+}
+
+void element::expect(std::initializer_list<std::string_view> attributes,
+                     std::initializer_list<std::string_view> children) const {
+  expect_attributes(attributes);
   for (const pugi::xml_node child : node_.children()) {
     if (child.type() != pugi::node_element)
       unused_->text(tag(), where_, file_->line_of(child));
     else if (!among(child.name(), children))
       unused_->unknown_element(child.name(), where_, file_->line_of(child));
   }
+}
+
+void element::expect_text(std::initializer_list<std::string_view> attributes) const {
+  expect_attributes(attributes);
+  for (const pugi::xml_node child : node_.children())
+    if (child.type() == pugi::node_element)
+      unused_->unknown_element(child.name(), where_, file_->line_of(child));
+}
+
+std::string element::content() const { return std::string(trimmed(node_.child_value())); }
+
+std::vector<double> element::content_numbers(std::size_t count, const std::string &example) const {
+  const std::string all = content();
+  std::vector<double> values;
+  for (const std::string_view word : split(all)) {
+    const auto value = number_in(word);
+    if (!value)
+      refuse("<" + tag() + "> holds " + quoted(word) + ", not a finite number; " + mend_of(word));
+    values.push_back(*value);
+  }
+  if (values.size() != count)
+    refuse("<" + tag() + "> needs " + std::to_string(count) + (count == 1 ? " number" : " numbers") + ", found " + std::to_string(values.size()) +
+           "; write <" + tag() + ">" + example + "</" + tag() + "> for example");
+  return values;
 }
 
 std::optional<double> element::number(const char *attribute) const {

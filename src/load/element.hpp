@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace ksl::load {
 
@@ -45,9 +46,17 @@ public:
     return values;
   }
 
+  /// For elements that hold text: lists attributes other than those named, and child elements.
+  void expect_text(std::initializer_list<std::string_view> attributes) const;
+  /// That text, without blanks around it.
+  std::string content() const;
+  /// The numbers in it; `example` shows what to write if there is none, or not as many as wanted.
+  std::vector<double> content_numbers(std::size_t count, const std::string &example) const;
+
   [[noreturn]] void refuse(const std::string &what) const;
 
 private:
+  void expect_attributes(std::initializer_list<std::string_view> attributes) const;
   void read_numbers(const char *attribute, double *values, std::size_t count) const;
   double number_from(const char *attribute, std::string_view word) const;
 

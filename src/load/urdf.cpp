@@ -6,6 +6,7 @@
 
 #include "load/check.hpp"
 #include "load/given.hpp"
+#include "load/mesh_scales.hpp"
 #include "load/mimic.hpp"
 #include "load/urdf_values.hpp"
 #include "load/words.hpp"
@@ -90,6 +91,8 @@ robot_description urdf_reader::read() {
   check_tree(robot_);
   leaders_of(robot_);
   warn_of_links(robot_, check_inertias(robot_), options_.strict, "correct these inertias");
+  for (std::string &line : load::mesh_scale_warnings(root_.node()))
+    robot_.warnings.push_back(std::move(line));
   robot_.unused = unused_.lines();
   return std::move(robot_);
 }
@@ -98,9 +101,9 @@ void urdf_reader::check_root() const {
   const std::string tag = root_.tag();
   if (tag == "robot")
     return;
-  std::string mend = "give a URDF file";
+  std::string mend = "give a URDF or SDF file";
   if (tag == "mujoco")
-    mend = "this looks like MJCF, not URDF";
+    mend = "this is MJCF, which ksl.load reads in Python, and Model.to_urdf writes as URDF";
   if (tag == "sdf")
     mend = "this looks like SDF: convert it to URDF first";
   if (tag.substr(0, 6) == "xacro:")
@@ -385,8 +388,9 @@ robot_description read_urdf(const std::string &path, const urdf_options &options
 }
 
 robot_description read_urdf_text(const std::string &text, const std::string &name, const urdf_options &options) {
-  const load::xml_file file(text, name);
-  return urdf_reader(file, options).read();
+  return read_urdf(load::xml_file(text, name), options);
 }
+
+robot_description read_urdf(const load::xml_file &file, const urdf_options &options) { return urdf_reader(file, options).read(); }
 
 } // namespace ksl

@@ -185,9 +185,22 @@ private:
     write_numbers(
         node, "limit",
         {{"lower", joint.lower}, {"upper", joint.upper}, {"effort", joint.effort}, {"velocity", joint.velocity}});
+    if (joint.mimic) {
+      pugi::xml_node mimic = node.append_child("mimic");
+      set(mimic, "joint", joint.mimic->joint);
+      set(mimic, "multiplier", words({joint.mimic->multiplier}));
+      set(mimic, "offset", words({joint.mimic->offset}));
+    }
     const auto unless_zero = [](double x) { return x == 0 ? std::nullopt : optional_number(x); };
     write_numbers(node, "dynamics",
-                  {{"damping", unless_zero(joint.damping)}, {"friction", unless_zero(joint.friction)}});
+                  {{"damping", unless_zero(joint.damping)},
+                   {"friction", unless_zero(joint.friction)},
+                   {"friction_width", joint.friction_width},
+                   {"armature", unless_zero(joint.armature)},
+                   {"rotor_inertia", unless_zero(joint.rotor_inertia)},
+                   {"gear_ratio", joint.gear_ratio == 1 ? std::nullopt : optional_number(joint.gear_ratio)},
+                   {"spring_stiffness", unless_zero(joint.spring_stiffness)},
+                   {"spring_reference", unless_zero(joint.spring_rest)}});
   }
 
   /// An element with those attributes that have a number; none if none has.

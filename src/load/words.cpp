@@ -13,13 +13,6 @@ namespace {
 
 constexpr std::string_view blanks = " \t\r\n";
 
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(blanks);
-  if (first == text.npos)
-    return {};
-  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
-}
-
 /// Levenshtein distance: how many letters must be changed, inserted or deleted to turn a into b.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
@@ -81,6 +74,13 @@ std::string shown(double number) {
   char digits[40];
   const auto end = std::to_chars(digits, digits + sizeof digits, number, std::chars_format::general, 6).ptr;
   return std::string(digits, end);
+}
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(blanks);
+  if (first == text.npos)
+    return {};
+  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
 }
 
 std::optional<double> number_in(std::string_view text) {

@@ -29,6 +29,9 @@ std::string shown(double number);
 /// The finite number in a text that contains nothing else, except blanks around it and a leading plus.
 std::optional<double> number_in(std::string_view text);
 
+/// The text without blanks around it.
+std::string_view trimmed(std::string_view text);
+
 /// Splits a text at blanks.
 std::vector<std::string_view> split(std::string_view text);
 

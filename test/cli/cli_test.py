@@ -579,6 +579,19 @@ def test_info_says_what_is_not_used(tmp_path):
 
 
 @pytest.mark.parametrize("isa", ["", "x86-64-v2"])
+def test_info_of_sdf_and_mjcf(tmp_path):
+    body = "<link name='l'><inertial><mass>3</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>"
+    models = "".join(f"<model name='{name}'>{body}</model>" for name in ("one", "two"))
+    (tmp_path / "two.sdf").write_text(f"<sdf version='1.9'><world name='w'><gravity>0 0 -2</gravity>{models}</world></sdf>")
+    p = run("info", tmp_path / "two.sdf")
+    assert p.returncode == 2 and "--model NAME" in p.stderr
+    p = run("info", tmp_path / "two.sdf", "--model", "two")
+    assert p.returncode == 0 and "gravity (0, 0, -2)" in p.stdout and "floating_base, floating" in p.stdout
+    (tmp_path / "pole.xml").write_text("<mujoco><worldbody><body name='p'><joint name='hinge'/><geom size='0.1'/></body></worldbody></mujoco>")
+    p = run("info", tmp_path / "pole.xml")
+    assert p.returncode == 0 and "hinge, revolute" in p.stdout and "geom (1)" in p.stdout, p.stderr
+
+
 def test_info_of_the_processor(isa):
     if isa and os.uname().machine != "x86_64":
         isa = "neon" if os.uname().machine == "aarch64" else "generic"

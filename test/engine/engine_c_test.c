@@ -213,6 +213,40 @@ static void test_options(const char *path) {
   CHECK_REFUSED(ksl_model_load(path, &options, &m), KSL_BAD_ARGUMENT, "gravity");
 }
 
+/* An SDF file with two models in a world that has its own gravity. */
+static void test_sdf(const char *folder) {
+  char path[4096];
+  snprintf(path, sizeof path, "%s/two.sdf", folder);
+  FILE *f = fopen(path, "w");
+  CHECK(f != NULL);
+  if (!f)
+    return;
+  fputs("<sdf version='1.9'><world name='w'><gravity>0 0 -2</gravity>", f);
+  for (const char *name = "ab"; *name; ++name)
+    fprintf(f, "<model name='%c'><link name='l'><inertial><mass>3</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia>"
+               "</inertial></link></model>", *name);
+  fputs("</world></sdf>", f);
+  fclose(f);
+  ksl_model_options_t options = ksl_model_options();
+  ksl_model_t *m = NULL;
+  ksl_data_t *d = NULL;
+  CHECK_REFUSED(ksl_model_load(path, &options, &m), KSL_BAD_DESCRIPTION, "several models, a, b");
+  options.model_name = "b";
+  const double q[7] = {0, 0, 0, 0, 0, 0, 1}, zero[6] = {0};
+  double tau[6];
+  for (int own = 0; own < 2; ++own) {
+    options.file_gravity = own;
+    CHECK(ksl_model_load(path, &options, &m) == KSL_OK && ksl_data_create(m, &d) == KSL_OK);
+    if (!m || !d)
+      return;
+    CHECK(ksl_model_joint(m, "floating_base") == 0 && ksl_model_nv(m) == 6);
+    CHECK(ksl_inverse_dynamics(m, d, q, zero, zero, NULL, tau) == KSL_OK);
+    CHECK(close_to(tau[2], own ? 6 : 3 * 9.81));
+    ksl_data_free(d);
+    ksl_model_free(m);
+  }
+}
+
 static void test_masses(const char *folder) {
   char path[4096];
   snprintf(path, sizeof path, "%s/light.urdf", folder);
@@ -416,6 +450,7 @@ int main(int argc, char **argv) {
   test_options(path);
   test_payload(path);
   test_masses(argv[2]);
+  test_sdf(argv[2]);
   test_files(argv[2], path);
   test_sample_robot(sample);
   test_dynamics(sample);

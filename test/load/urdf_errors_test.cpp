@@ -82,7 +82,7 @@ TEST_CASE("no XML") {
 
 TEST_CASE("no URDF") {
   check_all({
-      {"root", "<html/>", {"r.urdf:1:", "<html>, expected <robot>", "give a URDF file"}},
+      {"root", "<html/>", {"r.urdf:1:", "<html>, expected <robot>", "give a URDF or SDF file"}},
       {"MJCF", "\n<mujoco/>", {"r.urdf:2:", "<mujoco>, expected <robot>", "MJCF"}},
       {"SDF", "<sdf/>", {"r.urdf:1:", "<sdf>", "convert"}},
       {"xacro",

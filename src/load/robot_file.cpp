@@ -1,0 +1,25 @@
+#include "load/robot_file.hpp"
+
+#include "load/sdf.hpp"
+#include "load/urdf.hpp"
+#include "load/words.hpp"
+
+namespace ksl {
+
+robot_description read_robot(const std::string &path, const file_options &options) {
+  return read_robot_text(load::bytes_of_file(path), path, options);
+}
+
+robot_description read_robot_text(const std::string &text, const std::string &name, const file_options &options) {
+  const load::xml_file file(text, name);
+  const std::string root = file.root().name();
+  if (root == "sdf")
+    return read_sdf(file, {options.model, options.mimic_independent, options.strict, options.floating_base});
+  if (!options.model.empty())
+    load::refuse(name, 0, "model " + load::quoted(options.model) + " is asked for, but only SDF files hold several; leave that option out");
+  robot_description robot = read_urdf(file, {options.mimic_independent, options.strict});
+  robot.floating_base = options.floating_base;
+  return robot;
+}
+
+} // namespace ksl

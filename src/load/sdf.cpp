@@ -1,0 +1,574 @@
+// Reads SDF 1.7 to 1.10: http://sdformat.org/spec, with frames as "Pose frame semantics" there has them, and <drake:joint> as
+// Drake's documentation of SDF describes it.
+#include "load/sdf.hpp"
+
+#include "ksl/engine/joints.hpp"
+
+#include "load/check.hpp"
+#include "load/given.hpp"
+#include "load/mesh_scales.hpp"
+#include "load/mimic.hpp"
+#include "load/sdf_frames.hpp"
+#include "load/words.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace ksl {
+
+namespace {
+
+using load::element;
+using load::listed;
+using load::quoted;
+using load::sdf::frame_graph;
+
+const std::string own_frame = "__model__";
+
+class sdf_reader {
+public:
+  sdf_reader(const load::xml_file &file, const sdf_options &options)
+      : file_(file), options_(options), root_(file, unused_, file.root(), {"file", ""}) {}
+
+  robot_description read();
+
+private:
+  /// A link, joint or frame, to be read when all frames are known.
+  struct part {
+    std::string scope, name; ///< "arm::", "arm::hand"
+    element at;
+  };
+
+  element in_file(pugi::xml_node node, const std::string &kind, const std::string &name) const {
+    return {file_, unused_, node, {kind, name}};
+  }
+  std::string name_of(pugi::xml_node node) const;
+  void check_version();
+  pugi::xml_node chosen_model();
+  void collect_model(pugi::xml_node node, const std::string &scope, const std::string &name, const std::string &full_name);
+  std::string collect_part(pugi::xml_node child, const std::string &scope);
+  void check_content(const element &model);
+  void read_link(const part &link);
+  void read_frame(const part &frame);
+  void read_joint(const part &joint);
+  joint_kind kind_of(const element &joint);
+  std::string end_of(const part &joint, const char *tag) const;
+  void read_motion(const part &joint, joint_description &out);
+  vec3<double> axis_in(const part &joint, const char *tag, vec3<double> &given) const;
+  double pitch_in(const element &joint, double &metres_a_revolution) const;
+  void read_limit(const element &axis, joint_description &out);
+  void read_dynamics(const element &axis, const std::string &scope, joint_description &out);
+  void read_mimic(const element &mimic, const std::string &scope, joint_description &out);
+  void connect(joint_description joint, const std::string &parent, const std::string &child, const std::string &frame);
+  void add_floating();
+  void warn();
+  int add_link(const std::string &name);
+  int weld(const std::string &name, int parent, int child, const SE3<double> &pose);
+  std::string free_joint_name(const std::string &name) const;
+
+  const load::xml_file &file_;
+  const sdf_options &options_;
+  mutable load::unused_list unused_;
+  element root_;
+  robot_description robot_;
+  frame_graph frames_;
+  std::vector<part> links_, joints_, other_frames_;
+  std::vector<std::pair<std::string, element>> placed_; ///< models with a placement frame, outer ones first
+  std::map<std::string, int> link_index_;
+  std::set<int> carried_;
+  std::vector<std::string> without_inertia_, incomplete_inertia_, without_weight_;
+  std::map<std::string, std::vector<std::string>> drake_joints_; ///< what is said of a type: the names of its joints
+};
+
+bool is_drake(const element &joint) { return joint.tag() == "drake:joint"; }
+
+bool is_identity(const SE3<double> &X) {
+  const double off[] = {X.R.m00 - 1, X.R.m11 - 1, X.R.m22 - 1, X.R.m01, X.R.m02, X.R.m10, X.R.m12, X.R.m20, X.R.m21, X.t.x, X.t.y, X.t.z};
+  // poses that cancel leave a few roundings
+  return std::all_of(std::begin(off), std::end(off), [](double x) { return std::fabs(x) <= 1e-12; });
+}
+
+robot_description sdf_reader::read() {
+  check_version();
+  const pugi::xml_node model = chosen_model();
+  robot_.name = name_of(model);
+  robot_.file = file_.name();
+  if (!file_.guessed_encoding().empty())
+    robot_.warnings.push_back(file_.guessed_encoding());
+  collect_model(model, "", robot_.name, own_frame);
+  for (auto each = placed_.rbegin(); each != placed_.rend(); ++each) // what an inner model is placed by may place an outer one
+    frames_.place_by(each->first, each->second.text("placement_frame"), each->second);
+
+  add_link("world");
+  for (const part &link : links_)
+    read_link(link);
+  for (const part &frame : other_frames_)
+    read_frame(frame);
+  for (const part &joint : joints_)
+    read_joint(joint);
+  add_floating();
+  warn();
+  leaders_of(robot_);
+  check_tree(robot_);
+  warn_of_links(robot_, check_inertias(robot_), options_.strict, "correct these inertias");
+  for (std::string &line : load::mesh_scale_warnings(model))
+    robot_.warnings.push_back(std::move(line));
+  robot_.unused = unused_.lines();
+  return std::move(robot_);
+}
+
+void sdf_reader::check_version() {
+  const std::string version = root_.text("version");
+  for (const char *known : {"1.7", "1.8", "1.9", "1.10"})
+    if (version == known)
+      return;
+  const std::string said = version.empty() ? "no version" : "version " + quoted(version);
+  if (version == "1.11" || version == "1.12")
+    robot_.warnings.push_back("SDF " + said + " is newer than 1.10, and read as that");
+  else
+    root_.refuse("<sdf> has " + said + ", expected 1.7 to 1.10; gz sdf -p FILE writes an older file as the newest version");
+}
+
+/// The only model that isn't static, or the one that an option names.
+pugi::xml_node sdf_reader::chosen_model() {
+  root_.expect({"version"}, {"model", "world", "actor", "light"});
+  element holder = root_;
+  if (const element world = root_.child("world")) {
+    holder = world;
+    world.expect({"name"}, {"model", "gravity", "physics", "light", "scene", "plugin", "gui", "state", "population", "wind", "atmosphere",
+                            "magnetic_field", "spherical_coordinates", "road", "audio", "actor", "frame", "include", "joint"});
+    for (const char *tag : {"include", "joint"})
+      if (const pugi::xml_node found = world.node().child(tag))
+        file_.refuse(found, "<" + std::string(tag) + "> in <world> is not read; put the robot in a <model> of its own (gz sdf -p FILE expands includes)");
+    if (const element gravity = world.child("gravity")) {
+      gravity.expect_text({});
+      const auto g = gravity.content_numbers(3, "0 0 -9.81");
+      robot_.gravity = {g[0], g[1], g[2]};
+    }
+  }
+  std::vector<std::string> names, all;
+  pugi::xml_node model;
+  for (const pugi::xml_node each : holder.node().children("model")) {
+    const bool is_static = load::sdf::flag_in(in_file(each, "model", each.attribute("name").value()), "static", false);
+    all.push_back(name_of(each));
+    if (options_.model.empty() ? is_static : all.back() != options_.model) {
+      unused_.in_robot(is_static ? "model " + all.back() + ", static" : "model " + all.back());
+      continue;
+    }
+    if (is_static)
+      file_.refuse(each, "model " + all.back() + " is static, so nothing in it moves; write <static>false</static>");
+    model = each;
+    names.push_back(all.back());
+  }
+  if (names.size() == 1)
+    return model;
+  if (!options_.model.empty())
+    root_.refuse("no model " + quoted(options_.model) + " in <" + holder.tag() + ">" +
+                 load::suggestion(options_.model, all, all.empty() ? "there is none" : "name one of " + listed(all)));
+  if (names.empty())
+    root_.refuse("no <model> that moves in <" + holder.tag() + ">; a robot is a <model> with links");
+  root_.refuse("several models, " + listed(names) + "; say which: --model NAME on the command line, model=\"NAME\" in Python");
+}
+
+std::string sdf_reader::name_of(pugi::xml_node node) const {
+  const std::string name = node.attribute("name").value();
+  if (name.empty())
+    file_.refuse(node, "<" + std::string(node.name()) + "> has no name; write <" + node.name() + " name=\"...\">");
+  if (name == "world" || name.find("::") != name.npos || (name.size() > 3 && name.substr(0, 2) == "__" && name.substr(name.size() - 2) == "__"))
+    file_.refuse(node, "<" + std::string(node.name()) + "> is called " + quoted(name) +
+                           ", a name that SDF reserves; choose one without ::, without __ around it, and not world");
+  return name;
+}
+
+/// Adds the frames of a model and of all in it.  The model's own frame is already named, in the scope that it is in.
+void sdf_reader::collect_model(pugi::xml_node node, const std::string &scope, const std::string &name, const std::string &full_name) {
+  const element model = in_file(node, "model", name);
+  check_content(model);
+  const bool outermost = full_name == own_frame;
+  const std::string inner = outermost ? "" : scope + name + "::";
+  const auto pose = load::sdf::pose_in(model);
+  if (outermost && !pose.relative_to.empty() && pose.relative_to != "world")
+    model.refuse("its pose is relative to " + quoted(pose.relative_to) + ", but only world is read here; give the pose in the world");
+
+  std::string canonical = node.attribute("canonical_link").value();
+  for (const pugi::xml_node child : node.children()) {
+    const std::string tag = child.name();
+    if (tag == "model") {
+      const std::string nested = name_of(child);
+      collect_model(child, inner, nested, inner + nested + "::" + own_frame);
+    } else if (tag == "link" || tag == "frame" || tag == "joint" || tag == "drake:joint") {
+      const std::string part = collect_part(child, inner);
+      if (tag == "link" && canonical.empty())
+        canonical = part;
+    }
+  }
+  if (canonical.empty()) // the first nested model moves with it
+    if (const pugi::xml_node nested = node.child("model"))
+      canonical = nested.attribute("name").value();
+  if (canonical.empty())
+    model.refuse("no <link> in <model>; a model needs at least one, <link name=\"base\"/> for example");
+  frames_.found(inner, canonical, model, "canonical_link");
+  const std::string relative_to = outermost ? "world" : pose.relative_to.empty() ? own_frame : pose.relative_to;
+  frames_.add(full_name, {scope, relative_to, outermost ? canonical : name + "::" + canonical, pose.pose, model});
+  if (node.attribute("placement_frame") && model.text("placement_frame") != own_frame)
+    placed_.insert(placed_.begin(), {full_name, model});
+}
+
+/// Adds the frame of a link, joint or frame, and notes it.  Returns its name.
+std::string sdf_reader::collect_part(pugi::xml_node child, const std::string &scope) {
+  const std::string tag = child.name(), name = name_of(child), kind = tag == "drake:joint" ? "joint" : tag;
+  const element at = in_file(child, kind, scope + name);
+  const auto pose = load::sdf::pose_in(at);
+  std::string usual = own_frame, attached_to;
+  if (kind == "joint") {
+    usual = attached_to = end_of({scope, scope + name, at}, "child");
+  } else if (kind == "frame") {
+    attached_to = at.text("attached_to").empty() ? own_frame : at.text("attached_to");
+    usual = attached_to;
+  }
+  frames_.add(scope + name, {scope, pose.relative_to.empty() ? usual : pose.relative_to, attached_to, pose.pose, at});
+  (kind == "link" ? links_ : kind == "joint" ? joints_ : other_frames_).push_back({scope, scope + name, at});
+  return name;
+}
+
+/// Lists what a model holds and KSL doesn't use.  Refuses what would be links or joints to another reader.
+void sdf_reader::check_content(const element &model) {
+  model.expect({"name", "canonical_link", "placement_frame"},
+               {"link", "joint", "drake:joint", "frame", "model", "pose", "static", "include", "plugin", "gripper", "self_collide",
+                "allow_auto_disable", "enable_wind"});
+  for (const pugi::xml_node child : model.node().children()) {
+    const std::string tag = child.name(), local = tag.substr(tag.find(':') == tag.npos ? 0 : tag.find(':') + 1);
+    if (tag == "include")
+      file_.refuse(child, model.where().words() + ": <include> is not read; gz sdf -p FILE writes the file with everything in it");
+    if (local == "joint" && tag != "joint" && tag != "drake:joint")
+      file_.refuse(child, model.where().words() + ": <" + tag + "> is a joint that KSL doesn't know; write <joint name=\"...\" type=\"...\">, or <drake:joint>");
+    for (const char *known : {"plugin", "gripper", "self_collide", "allow_auto_disable", "enable_wind"})
+      if (tag == known)
+        unused_.in_robot(tag);
+  }
+}
+
+int sdf_reader::add_link(const std::string &name) {
+  const int index = static_cast<int>(robot_.links.size());
+  link_description out;
+  out.name = name;
+  robot_.links.push_back(std::move(out));
+  link_index_.emplace(name, index);
+  return index;
+}
+
+void sdf_reader::read_link(const part &link) {
+  link.at.expect({"name"}, {"pose", "inertial", "visual", "collision", "gravity", "sensor", "light", "battery", "audio_source", "audio_sink",
+                            "particle_emitter", "projector", "enable_wind", "self_collide", "kinematic", "must_be_base_link", "velocity_decay"});
+  link_description &out = robot_.links[static_cast<std::size_t>(add_link(link.name))];
+  out.at = {link.at.line()};
+  for (const pugi::xml_node child : link.at.node().children())
+    for (const char *tag : {"sensor", "light", "battery", "audio_source", "audio_sink", "particle_emitter", "projector", "enable_wind", "self_collide",
+                            "kinematic", "must_be_base_link", "velocity_decay"})
+      if (child.name() == std::string_view(tag))
+        unused_.in_link(tag);
+  for (const char *tag : {"visual", "collision"})
+    if (link.at.node().child(tag)) {
+      unused_.in_link(tag);
+      out.has_geometry = true;
+    }
+  if (!load::sdf::flag_in(link.at, "gravity", true))
+    without_weight_.push_back(link.name);
+  out.has_inertial = true;
+  std::vector<std::string> missing;
+  if (const element inertial = link.at.child("inertial")) {
+    out.given = load::sdf::inertia_in(inertial, missing);
+    if (inertial.child("fluid_added_mass"))
+      unused_.in_link("fluid_added_mass");
+    if (!missing.empty())
+      incomplete_inertia_.push_back(link.name + " (" + listed(missing) + ")");
+  } else {
+    out.given = given_inertia{1, {0, 0, 0}, {}, {1, 1, 1, 0, 0, 0}};
+    without_inertia_.push_back(link.name);
+  }
+  out.inertia = load::inertia_of(*out.given);
+}
+
+/// A frame is a massless link that is welded to the link it moves with.
+void sdf_reader::read_frame(const part &frame) {
+  frame.at.expect({"name", "attached_to"}, {"pose"});
+  const std::string link = frames_.link_of(frame.name);
+  const SE3<double> pose = frames_.relative(link, frame.name);
+  const int parent = link_index_.at(link);
+  weld(frame.name + "_joint", parent, add_link(frame.name), pose);
+}
+
+int sdf_reader::weld(const std::string &name, int parent, int child, const SE3<double> &pose) {
+  joint_description out;
+  out.name = free_joint_name(name);
+  out.parent = parent, out.child = child;
+  out.placement = pose;
+  carried_.insert(child);
+  robot_.joints.push_back(std::move(out));
+  return child;
+}
+
+/// A name that no joint of the file has.
+std::string sdf_reader::free_joint_name(const std::string &name) const {
+  std::string other = name;
+  const auto has = [&](const std::string &n) { return std::any_of(joints_.begin(), joints_.end(), [&](const part &j) { return j.name == n; }); };
+  while (has(other))
+    other += "_";
+  return other;
+}
+
+/// The name in <parent> or <child>; in a <drake:joint> also in <drake:parent> or <drake:child>.
+std::string sdf_reader::end_of(const part &joint, const char *tag) const {
+  std::string name = load::sdf::text_in(joint.at, tag);
+  if (name.empty() && is_drake(joint.at))
+    name = load::sdf::text_in(joint.at, ("drake:" + std::string(tag)).c_str());
+  if (name.empty())
+    joint.at.refuse("no <" + std::string(tag) + "> with a name in it; add <" + tag + ">...</" + tag + ">");
+  return name;
+}
+
+joint_kind sdf_reader::kind_of(const element &joint) {
+  const std::string type = joint.text("type");
+  if (is_drake(joint)) {
+    if (type == "planar") {
+      drake_joints_["<drake:joint> type planar, an extension of SDF; v is along the child's axes, Drake's along the parent's"].push_back(joint.where().name);
+      return joint_kind::planar;
+    }
+    joint.refuse("<drake:joint> type " + quoted(type) + " is unknown, expected planar; other types are written as <joint>");
+  }
+  std::vector<std::string> names;
+  for (const auto &[name, kind] : {std::pair{"revolute", joint_kind::revolute}, {"continuous", joint_kind::continuous},
+                                   {"prismatic", joint_kind::prismatic}, {"fixed", joint_kind::fixed}, {"ball", joint_kind::spherical},
+                                   {"universal", joint_kind::universal}, {"revolute2", joint_kind::universal}, {"screw", joint_kind::helical}}) {
+    if (type == name)
+      return kind;
+    names.push_back(name);
+  }
+  if (type == "gearbox")
+    joint.refuse("a gearbox couples joints of other links, so its model is no tree; remove it, or make it a revolute joint");
+  const std::string known = listed(names, names.size());
+  if (type.empty())
+    joint.refuse("<joint> has no type; write type=\"...\" with one of " + known);
+  joint.refuse("joint type " + quoted(type) + " is unknown, expected one of " + known + load::suggestion(type, names, "write one of these"));
+}
+
+void sdf_reader::read_joint(const part &joint) {
+  const element &at = joint.at;
+  at.expect({"name", "type"}, {"parent", "child", "drake:parent", "drake:child", "pose", "axis", "axis2", "screw_thread_pitch", "thread_pitch",
+                               "physics", "sensor", "gearbox_ratio", "gearbox_reference_body", "drake:damping"});
+  joint_description out;
+  out.name = joint.name;
+  out.at = {at.line()};
+  out.kind = kind_of(at);
+  for (const char *tag : {"physics", "sensor", "gearbox_ratio", "gearbox_reference_body", "drake:damping"})
+    if (at.node().child(tag))
+      unused_.in_joint(tag, "not used", out.name);
+  read_motion(joint, out);
+  const std::string child = frames_.link_of(joint.name);
+  if (child == "world")
+    at.refuse("its child is the world, which can only be a parent; exchange <parent> and <child>");
+  const std::string parent = frames_.link_of(frames_.found(joint.scope, end_of(joint, "parent"), at, "<parent>"));
+  if (options_.floating_base && parent == "world")
+    at.refuse("a floating base is asked for, but this joint connects link " + child + " with the world; remove the joint, or don't ask for that");
+  connect(std::move(out), parent, child, joint.name);
+}
+
+/// Axes, limits and pitch, as the kind needs them.
+void sdf_reader::read_motion(const part &joint, joint_description &out) {
+  const joint_kind_row row = row_of(out.kind);
+  const bool has_axis = row.has_axis && out.kind != joint_kind::planar;
+  const auto unless = [&](bool needed, const char *tag) {
+    if (!needed && joint.at.node().child(tag))
+      unused_.in_joint(tag, "no effect on a " + std::string(row.name) + " joint", out.name);
+  };
+  unless(has_axis, "axis"), unless(row.has_axis2, "axis2");
+  unless(row.has_pitch, "screw_thread_pitch"), unless(row.has_pitch, "thread_pitch");
+  if (has_axis)
+    out.axis = axis_in(joint, "axis", out.given.axis);
+  if (out.kind == joint_kind::planar)
+    out.axis = {0, 0, 1};
+  if (row.has_axis2)
+    out.axis2 = axis_in(joint, "axis2", out.given.axis2);
+  if (row.has_pitch)
+    out.pitch = pitch_in(joint.at, out.given.pitch);
+  for (const char *tag : {"axis", "axis2"})
+    if (const element axis = joint.at.child(tag); axis && has_axis) {
+      axis.expect({}, {"xyz", "limit", "dynamics", "mimic"});
+      read_limit(axis, out);
+      read_dynamics(axis, joint.scope, out);
+    }
+}
+
+/// The unit vector of an axis in the joint's frame, and the one that the file gives if it is in that frame.
+vec3<double> sdf_reader::axis_in(const part &joint, const char *tag, vec3<double> &given) const {
+  const element axis = joint.at.child(tag);
+  const std::string t = "<" + std::string(tag) + ">", example = t + "<xyz>0 0 1</xyz></" + tag + ">";
+  if (!axis)
+    joint.at.refuse("a " + joint.at.text("type") + " joint needs " + t + "; write " + example + " for example");
+  if (axis.node().child("use_parent_model_frame"))
+    axis.refuse("<use_parent_model_frame> was replaced in SDF 1.7; write <xyz expressed_in=\"__model__\">");
+  const element xyz = axis.child("xyz");
+  if (!xyz)
+    axis.refuse(t + " has no <xyz>; write " + example + " for example");
+  xyz.expect_text({"expressed_in"});
+  const auto n = xyz.content_numbers(3, "0 0 1");
+  vec3<double> u = {n[0], n[1], n[2]};
+  if (u.x == 0 && u.y == 0 && u.z == 0)
+    xyz.refuse("the axis is zero; give the direction of motion, <xyz>0 0 1</xyz> for example");
+  const std::string expressed_in = xyz.text("expressed_in");
+  if (expressed_in.empty()) {
+    given = u;
+    return load::direction_of(u);
+  }
+  const mat3x3<double> R = frames_.relative(joint.name, frames_.found(joint.scope, expressed_in, xyz, "expressed_in")).R;
+  u = load::direction_of(u);
+  return load::direction_of({R.m00 * u.x + R.m01 * u.y + R.m02 * u.z, R.m10 * u.x + R.m11 * u.y + R.m12 * u.z,
+                             R.m20 * u.x + R.m21 * u.y + R.m22 * u.z});
+}
+
+/// m/rad, positive for a right-handed screw.  <screw_thread_pitch> is metres a revolution, right-handed positive; the older
+/// <thread_pitch> is radians a metre, left-handed positive.
+double sdf_reader::pitch_in(const element &joint, double &metres_a_revolution) const {
+  const std::string mend = "write <screw_thread_pitch>0.005</screw_thread_pitch>, the advance along the axis in metres for each revolution";
+  const auto pitch = load::sdf::number_in(joint, "screw_thread_pitch"), older = load::sdf::number_in(joint, "thread_pitch");
+  if (pitch) {
+    if (older && !(std::fabs(load::pitch_of(*pitch) * *older + 1) <= 1e-3))
+      joint.refuse("its <screw_thread_pitch> and <thread_pitch> disagree; remove <thread_pitch>, which is in radians a metre, left-handed positive");
+    metres_a_revolution = *pitch;
+    return load::pitch_of(*pitch);
+  }
+  if (!older)
+    joint.refuse("a screw joint needs its pitch; " + mend);
+  if (*older == 0)
+    joint.refuse("its <thread_pitch> is zero, so it would advance without bound; " + mend);
+  return -1 / *older;
+}
+
+/// Joints with one coordinate have limits.  1e16, or −1 for an effort or a velocity, stands for no limit in older files.
+void sdf_reader::read_limit(const element &axis, joint_description &out) {
+  const element limit = axis.child("limit");
+  if (!limit)
+    return;
+  const joint_kind_row row = row_of(out.kind);
+  if (row.nv != 1) {
+    unused_.in_joint("limit", "not used on a " + std::string(row.name) + " joint", out.name);
+    return;
+  }
+  limit.expect({}, {"lower", "upper", "effort", "velocity", "stiffness", "dissipation"});
+  for (const char *tag : {"stiffness", "dissipation"})
+    if (limit.node().child(tag))
+      unused_.in_joint("limit " + std::string(tag), "not used", out.name);
+  const auto read = [&](const char *tag) {
+    const optional_number x = load::sdf::number_in(limit, tag);
+    return x && std::fabs(*x) >= 1e16 ? std::nullopt : x;
+  };
+  const auto positive = [](const optional_number &x) { return x && *x < 0 ? std::nullopt : x; };
+  out.effort = positive(read("effort"));
+  out.velocity = positive(read("velocity"));
+  const optional_number lower = read("lower"), upper = read("upper");
+  if (!row.has_limits) {
+    if (lower || upper)
+      unused_.in_joint("limit lower, upper", "no effect on a " + std::string(row.name) + " joint", out.name);
+    return;
+  }
+  out.lower = lower, out.upper = upper;
+  if (lower && upper && *lower > *upper)
+    limit.refuse("lower limit " + load::shown(*lower) + " is above upper limit " + load::shown(*upper) + "; exchange or correct them");
+}
+
+/// position = multiplier × (the other's − reference) + offset; SDF has it since version 1.11.
+void sdf_reader::read_mimic(const element &mimic, const std::string &scope, joint_description &out) {
+  if (options_.mimic_independent)
+    return unused_.in_joint("mimic", "the coupling is not applied: each has a coordinate of its own", out.name);
+  mimic.expect({"joint", "axis"}, {"multiplier", "offset", "reference"});
+  if (mimic.text("joint").empty())
+    mimic.refuse("<mimic> names no joint; write <mimic joint=\"...\">");
+  const auto read = [&](const char *tag, double otherwise) { return load::sdf::number_in(mimic, tag).value_or(otherwise); };
+  const double multiplier = read("multiplier", 1);
+  out.mimic = {scope + mimic.text("joint"), multiplier, read("offset", 0) - multiplier * read("reference", 0), {mimic.line()}};
+}
+
+void sdf_reader::read_dynamics(const element &axis, const std::string &scope, joint_description &out) {
+  if (const element mimic = axis.child("mimic"))
+    read_mimic(mimic, scope, out);
+  const element dynamics = axis.child("dynamics");
+  if (!dynamics && axis.tag() == "axis")
+    return;
+  dynamics.expect({}, {"damping", "friction", "spring_reference", "spring_stiffness"});
+  const auto read = [&](const char *tag) { return dynamics ? load::sdf::number_in(dynamics, tag).value_or(0) : 0; };
+  const double damping = read("damping"), friction = read("friction"), stiffness = read("spring_stiffness");
+  if (row_of(out.kind).nv == 1) {
+    out.damping = damping, out.friction = friction;
+    out.spring_stiffness = stiffness, out.spring_rest = read("spring_reference");
+    return;
+  }
+  // of two axes: a joint has one number for all its coordinates
+  if (stiffness != 0)
+    unused_.in_joint("spring_stiffness", "only joints with one coordinate have springs", out.name);
+  if (axis.tag() == "axis") {
+    out.damping = damping, out.friction = friction;
+  } else if (damping != out.damping || friction != out.friction) {
+    unused_.in_joint("dynamics", "not used, since those of its axes differ", out.name);
+    out.damping = out.friction = 0;
+  }
+}
+
+/// Adds a joint between two links.  Where its frame is not that of its child, it carries a massless link at its frame, and the child
+/// is welded to that.
+void sdf_reader::connect(joint_description joint, const std::string &parent, const std::string &child, const std::string &frame) {
+  const int parent_index = link_index_.at(parent), child_index = link_index_.at(child);
+  const SE3<double> in_child = frames_.relative(child, frame);
+  const bool at_child = is_identity(in_child);
+  joint.parent = parent_index;
+  joint.placement = frames_.relative(parent, at_child ? child : frame);
+  if (at_child) {
+    joint.child = child_index;
+    carried_.insert(child_index);
+    robot_.joints.push_back(std::move(joint));
+    return;
+  }
+  std::string name = joint.name + "_frame";
+  while (link_index_.count(name))
+    name += "_";
+  joint.child = add_link(name);
+  const int carrier = joint.child;
+  carried_.insert(carrier);
+  robot_.joints.push_back(std::move(joint));
+  weld(name + "_joint", carrier, child_index, frames_.relative(frame, child));
+}
+
+/// Links that no joint carries are free.
+void sdf_reader::add_floating() {
+  std::vector<std::string> free;
+  for (const part &link : links_)
+    if (!carried_.count(link_index_.at(link.name)))
+      free.push_back(link.name);
+  for (const std::string &name : free) {
+    joint_description out;
+    out.kind = joint_kind::floating;
+    out.name = free_joint_name(free.size() == 1 ? "floating_base" : name + "_floating");
+    out.parent = 0, out.child = link_index_.at(name);
+    out.placement = frames_.relative("world", name);
+    robot_.joints.push_back(std::move(out));
+  }
+}
+
+void sdf_reader::warn() {
+  std::vector<std::string> lines;
+  if (!without_inertia_.empty())
+    lines.push_back("link " + listed(without_inertia_) + ": no <inertial>, which means 1 kg and 1 kg m² in SDF; write the mass that it has");
+  if (!incomplete_inertia_.empty())
+    lines.push_back("link " + listed(incomplete_inertia_) + ": missing in <inertial>, which means 1 kg or 1 kg m² in SDF; write the number");
+  warn_of_links(robot_, lines, options_.strict, "write these inertias");
+  if (!without_weight_.empty())
+    robot_.warnings.push_back("link " + listed(without_weight_) + ": <gravity> is false, but gravity acts on all links");
+  for (const auto &[what, joints] : drake_joints_)
+    robot_.warnings.push_back(load::one_line("joint " + listed(joints) + ": " + what));
+}
+
+} // namespace
+
+robot_description read_sdf(const load::xml_file &file, const sdf_options &options) { return sdf_reader(file, options).read(); }
+
+} // namespace ksl

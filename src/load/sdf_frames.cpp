@@ -1,0 +1,103 @@
+#include "load/sdf_frames.hpp"
+
+#include "load/words.hpp"
+
+#include <algorithm>
+
+namespace ksl::load::sdf {
+
+namespace {
+
+const std::string own_frame = "__model__";
+
+} // namespace
+
+SE3<double> product(const SE3<double> &a, const SE3<double> &b) {
+  SE3<double> out;
+  algebra<double>::product_dd(&a, &b, &out);
+  return out;
+}
+
+SE3<double> inverse(const SE3<double> &a) {
+  SE3<double> out;
+  algebra<double>::SE3_inverted(&a, &out);
+  return out;
+}
+
+void frame_graph::add(const std::string &full_name, frame f) {
+  const auto [entry, is_new] = frames_.try_emplace(full_name, std::move(f));
+  if (!is_new)
+    f.where.refuse("the name is given twice in its model, first in line " + std::to_string(entry->second.where.line()) +
+                   "; rename one of these links, joints, frames or models");
+  names_.push_back(full_name);
+}
+
+void frame_graph::place_by(const std::string &model, const std::string &placement_frame, const element &where) {
+  const std::string scope = model.substr(0, model.size() - own_frame.size());
+  const SE3<double> in_model = relative(model, found(scope, placement_frame, where, "placement_frame"));
+  SE3<double> &pose = frames_.find(model)->second.pose;
+  pose = product(pose, inverse(in_model));
+}
+
+std::string frame_graph::found(const std::string &scope, const std::string &name, const element &where, const std::string &role) const {
+  if (name == "world")
+    return name;
+  for (const std::string &full_name : {scope + name, scope + name + "::" + own_frame})
+    if (frames_.count(full_name))
+      return full_name;
+  std::vector<std::string> names; // as they are written in this scope
+  for (const std::string &each : names_)
+    if (each.substr(0, scope.size()) == scope && each.find(own_frame) == each.npos)
+      names.push_back(each.substr(scope.size()));
+  where.refuse(role + " names " + quoted(name) + ", which is no link, joint, frame or model here" +
+               suggestion(name, names, "name one of " + listed(names)));
+}
+
+/// The frames from this one to the world, each relative to the next.
+std::vector<std::string> frame_graph::chain(const std::string &from) const {
+  std::vector<std::string> all = {from};
+  while (all.back() != "world") {
+    const frame &f = at(all.back());
+    if (all.size() > frames_.size())
+      f.where.refuse("its pose is relative to itself, by way of " + quoted(f.relative_to) + "; correct one relative_to");
+    all.push_back(found(f.scope, f.relative_to, f.where, "relative_to"));
+  }
+  return all;
+}
+
+SE3<double> frame_graph::relative(const std::string &in, const std::string &of) const {
+  // only as far as their first common frame: then a pose that the file gives is not changed by rounding
+  const auto of_chain = chain(of), in_chain = chain(in);
+  auto meet = of_chain.begin();
+  while (std::find(in_chain.begin(), in_chain.end(), *meet) == in_chain.end())
+    ++meet;
+  const auto down = [&](const std::vector<std::string> &names) {
+    SE3<double> pose{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}};
+    bool first = true;
+    for (const std::string &name : names) {
+      if (name == *meet)
+        break;
+      pose = first ? at(name).pose : product(at(name).pose, pose);
+      first = false;
+    }
+    return pose;
+  };
+  if (*meet == in)
+    return down(of_chain);
+  return product(inverse(down(in_chain)), down(of_chain));
+}
+
+std::string frame_graph::link_of(const std::string &full_name) const {
+  std::string name = full_name;
+  for (std::size_t steps = 0; name != "world"; ++steps) {
+    const frame &f = at(name);
+    if (f.attached_to.empty())
+      break;
+    if (steps > frames_.size())
+      f.where.refuse("it is attached to itself, by way of " + quoted(f.attached_to) + "; correct one attached_to");
+    name = found(f.scope, f.attached_to, f.where, "attached_to");
+  }
+  return name;
+}
+
+} // namespace ksl::load::sdf

@@ -1,0 +1,49 @@
+// The frames of an SDF model, and where they are: http://sdformat.org/tutorials?tut=pose_frame_semantics.
+#pragma once
+
+#include "load/element.hpp"
+#include "load/sdf_values.hpp"
+
+#include <map>
+
+namespace ksl::load::sdf {
+
+/// Frames by full name: "arm::hand" is frame hand of the nested model arm, "arm::__model__" that model's own frame, and "world"
+/// the one that all poses lead to.
+class frame_graph {
+public:
+  struct frame {
+    std::string scope;       ///< what precedes the names below: "" or "arm::"
+    std::string relative_to; ///< the frame in which `pose` is
+    std::string attached_to; ///< the frame that it moves with; empty for links
+    SE3<double> pose;
+    element where;           ///< for messages
+  };
+
+  /// Adds a frame.  Refuses a name that exists.
+  void add(const std::string &full_name, frame f);
+
+  /// Moves a model so that a frame of it is where the model itself has been put.
+  void place_by(const std::string &model, const std::string &placement_frame, const element &where);
+
+  /// The full name of what `name` means in a scope.  `role` says in messages what it is named for: "relative_to".
+  std::string found(const std::string &scope, const std::string &name, const element &where, const std::string &role) const;
+
+  /// Pose of one frame in another, by full names.
+  SE3<double> relative(const std::string &in, const std::string &of) const;
+
+  /// The link that a frame moves with, or "world".
+  std::string link_of(const std::string &full_name) const;
+
+private:
+  std::vector<std::string> chain(const std::string &from) const;
+  const frame &at(const std::string &full_name) const { return frames_.find(full_name)->second; }
+
+  std::map<std::string, frame> frames_;
+  std::vector<std::string> names_; ///< in the order of the file
+};
+
+SE3<double> product(const SE3<double> &a, const SE3<double> &b);
+SE3<double> inverse(const SE3<double> &a);
+
+} // namespace ksl::load::sdf

@@ -1,0 +1,347 @@
+// SDF files: where frames are, what joints become, and each way in which a file can be wrong.
+#include "refusal.hpp"
+
+#include "load/robot_file.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+using namespace ksl;
+using ksl::test::check_message;
+
+namespace {
+
+robot_description read(const std::string &text, const file_options &options = {}) { return read_robot_text(text, "r.sdf", options); }
+
+std::string refusal(const std::string &text, const file_options &options = {}) {
+  return test::refusal_of([&] { read(text, options); });
+}
+
+/// A model that holds `inside`, from line 3 on.
+std::string model(const std::string &inside, const std::string &attributes = "", const std::string &version = "1.10") {
+  return "<sdf version=\"" + version + "\">\n<model name=\"m\" " + attributes + ">\n" + inside + "\n</model>\n</sdf>\n";
+}
+
+const std::string inertial = "<inertial><mass>2</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial>";
+
+std::string link(const std::string &name, const std::string &inside = "") {
+  return "<link name=\"" + name + "\">" + inside + inertial + "</link>\n";
+}
+std::string pose(const std::string &numbers, const std::string &relative_to = "") {
+  return "<pose" + (relative_to.empty() ? "" : " relative_to=\"" + relative_to + "\"") + ">" + numbers + "</pose>";
+}
+/// A joint from a to b, in line 5 of a model with these links, that holds `inside`.
+std::string joint(const std::string &inside, const std::string &type = "revolute", const std::string &in_b = "") {
+  return model(link("a") + link("b", in_b) + "<joint name=\"j\" type=\"" + type + "\"><parent>a</parent><child>b</child>" + inside + "</joint>");
+}
+const std::string about_z = "<axis><xyz>0 0 1</xyz></axis>";
+
+const joint_description &joint_named(const robot_description &robot, const std::string &name) {
+  const auto found = std::find_if(robot.joints.begin(), robot.joints.end(), [&](const joint_description &j) { return j.name == name; });
+  REQUIRE(found != robot.joints.end());
+  return *found;
+}
+std::string link_name(const robot_description &robot, int i) { return robot.links[static_cast<std::size_t>(i)].name; }
+
+void check_vector(const vec3<double> &found, double x, double y, double z) {
+  CHECK(found.x == doctest::Approx(x).epsilon(1e-14));
+  CHECK(found.y == doctest::Approx(y).epsilon(1e-14));
+  CHECK(found.z == doctest::Approx(z).epsilon(1e-14));
+}
+
+/// One line of the unused contents, or of the warnings, says all of this.
+void check_said(const std::vector<std::string> &lines, std::initializer_list<const char *> parts) {
+  const bool found = std::any_of(lines.begin(), lines.end(), [&](const std::string &line) {
+    return std::all_of(parts.begin(), parts.end(), [&](const char *part) { return line.find(part) != line.npos; });
+  });
+  std::string all;
+  for (const std::string &line : lines)
+    all += line + "\n";
+  CAPTURE(all);
+  CHECK(found);
+}
+
+struct wrong_text {
+  const char *title;
+  std::string text;
+  std::initializer_list<const char *> says;
+};
+
+void check_all(const std::vector<wrong_text> &cases) {
+  for (const wrong_text &each : cases) {
+    CAPTURE(each.title);
+    check_message(refusal(each.text), each.says);
+  }
+}
+
+} // namespace
+
+TEST_CASE("a model floats on the world unless a joint connects it") {
+  const auto robot = read(joint(about_z));
+  CHECK(robot.name == "m");
+  CHECK(robot.links[0].name == "world");
+  const auto &free = joint_named(robot, "floating_base");
+  CHECK(free.kind == joint_kind::floating);
+  CHECK(link_name(robot, free.child) == "a");
+
+  const auto two = read(model(link("a", pose("1 2 3 0 0 0")) + link("b")));
+  CHECK(link_name(two, joint_named(two, "a_floating").child) == "a");
+  check_vector(joint_named(two, "a_floating").placement.t, 1, 2, 3);
+  CHECK(joint_named(two, "b_floating").kind == joint_kind::floating);
+
+  const std::string held = "<joint name=\"j\" type=\"fixed\"><parent>world</parent><child>a</child></joint>";
+  const auto fixed = read(model(link("a") + held));
+  CHECK(fixed.joints.size() == 1);
+  file_options floating;
+  floating.floating_base = true;
+  CHECK(read(model(link("a")), floating).joints.size() == 1);
+  check_message(refusal(model(link("a") + held), floating), {"r.sdf:4: joint j: a floating base is asked for", "link a", "remove the joint"});
+}
+
+TEST_CASE("poses are relative to what the file says") {
+  const double quarter = 1.5707963267948966;
+  const std::string turned = "1 0 0 0 0 1.5707963267948966";
+  const auto robot = read(model(link("a", pose(turned)) + link("b", pose("0 2 0 0 0 0", "a")) + link("c", pose("0 0 3 0 0 0", "f")) +
+                                "<frame name=\"f\" attached_to=\"b\">" + pose("0 0 1 0 0 0") + "</frame>" +
+                                "<joint name=\"ab\" type=\"continuous\"><parent>a</parent><child>b</child>" + about_z + "</joint>" +
+                                "<joint name=\"bc\" type=\"continuous\"><parent>f</parent><child>c</child>" + about_z + "</joint>"));
+  check_vector(joint_named(robot, "floating_base").placement.t, 1, 0, 0);
+  const auto &ab = joint_named(robot, "ab").placement;
+  CHECK(ab.t.y == 2); // as the file gives it, to the last bit
+  CHECK(ab.R.m00 == 1);
+  const auto &bc = joint_named(robot, "bc");
+  CHECK(link_name(robot, bc.parent) == "b"); // that frame f moves with
+  check_vector(bc.placement.t, 0, 0, 4);
+  check_vector(joint_named(robot, "f_joint").placement.t, 0, 0, 1);
+
+  SUBCASE("of a model in the world, and by a placement frame") {
+    const std::string inside = pose("0 0 5 0 0 0") + link("a", pose("0 1 0 0 0 0"));
+    check_vector(joint_named(read(model(inside)), "floating_base").placement.t, 0, 1, 5);
+    check_vector(joint_named(read(model(inside, "placement_frame=\"a\"")), "floating_base").placement.t, 0, 0, 5);
+  }
+  SUBCASE("in degrees and as quaternions") {
+    const auto R = [](const std::string &given) { return joint_named(read(model(link("a", given))), "floating_base").placement.R; };
+    CHECK(R("<pose degrees=\"true\">0 0 0 0 0 90</pose>").m10 == doctest::Approx(1));
+    CHECK(R("<pose>0 0 0 0 0 " + std::to_string(quarter) + "</pose>").m10 == doctest::Approx(1));
+    CHECK(R("<pose rotation_format=\"quat_xyzw\">0 0 0 0 0 0.7071067811865476 0.7071067811865476</pose>").m10 == doctest::Approx(1));
+  }
+}
+
+TEST_CASE("a joint's frame that is not its child's is a massless link") {
+  const auto robot = read(joint(about_z + pose("0 0 -1 0 0 0"), "revolute", pose("0 0 3 0 0 0")));
+  const auto &j = joint_named(robot, "j");
+  CHECK(link_name(robot, j.child) == "j_frame");
+  check_vector(j.placement.t, 0, 0, 2);
+  const auto &weld = joint_named(robot, "j_frame_joint");
+  CHECK(link_name(robot, weld.child) == "b");
+  check_vector(weld.placement.t, 0, 0, 1);
+}
+
+TEST_CASE("axes are in the frame that the file says") {
+  const std::string turned = pose("0 0 0 0 0 1.5707963267948966");
+  const auto axis = [&](const std::string &xyz) { return joint_named(read(joint("<axis>" + xyz + "</axis>", "revolute", turned)), "j").axis; };
+  check_vector(axis("<xyz>2 0 0</xyz>"), 1, 0, 0);
+  check_vector(axis("<xyz expressed_in=\"__model__\">2 0 0</xyz>"), 0, -1, 0);
+  check_vector(axis("<xyz expressed_in=\"a\">0 1 0</xyz>"), 1, 0, 0);
+}
+
+TEST_CASE("types of joints") {
+  for (const auto &[type, kind] : {std::pair{"revolute", joint_kind::revolute}, {"continuous", joint_kind::continuous}, {"prismatic", joint_kind::prismatic},
+                                   {"fixed", joint_kind::fixed}, {"ball", joint_kind::spherical}})
+    CHECK(joint_named(read(joint(kind == joint_kind::fixed || kind == joint_kind::spherical ? "" : about_z, type)), "j").kind == kind);
+  for (const char *type : {"universal", "revolute2"}) {
+    const auto robot = read(joint(about_z + "<axis2><xyz>0 3 4</xyz></axis2>", type));
+    CHECK(joint_named(robot, "j").kind == joint_kind::universal);
+    check_vector(joint_named(robot, "j").axis2, 0, 0.6, 0.8);
+  }
+  const double turn = 6.283185307179586;
+  CHECK(*joint_named(read(joint(about_z + "<screw_thread_pitch>0.02</screw_thread_pitch>", "screw")), "j").pitch == doctest::Approx(0.02 / turn));
+  CHECK(*joint_named(read(joint(about_z + "<thread_pitch>-50</thread_pitch>", "screw")), "j").pitch == doctest::Approx(0.02)); // left-handed positive
+  const auto planar = read(model(link("a") + link("b") + "<drake:joint name=\"j\" type=\"planar\"><drake:parent>a</drake:parent><drake:child>b</drake:child></drake:joint>"));
+  CHECK(joint_named(planar, "j").kind == joint_kind::planar);
+  check_said(planar.warnings, {"joint j", "drake:joint", "Drake's along the parent's"});
+}
+
+TEST_CASE("limits and dynamics") {
+  const auto limited = [](const std::string &limit) { return joint_named(read(joint("<axis><xyz>0 0 1</xyz><limit>" + limit + "</limit></axis>")), "j"); };
+  const auto j = limited("<lower>-1</lower><upper>2</upper><effort>30</effort><velocity>4</velocity>");
+  CHECK(*j.lower == -1);
+  CHECK(*j.upper == 2);
+  CHECK(*j.effort == 30);
+  CHECK(*j.velocity == 4);
+  const auto free = limited("<lower>-1e16</lower><upper>inf</upper><effort>-1</effort><velocity>-1</velocity>");
+  CHECK(!free.lower);
+  CHECK(!free.upper);
+  CHECK(!free.effort);
+  CHECK(!free.velocity);
+  const auto robot = read(joint("<axis><xyz>0 0 1</xyz><dynamics><damping>0.5</damping><friction>0.25</friction><spring_stiffness>3</spring_stiffness>"
+                                "<spring_reference>0.1</spring_reference></dynamics></axis>"));
+  CHECK(joint_named(robot, "j").damping == 0.5);
+  CHECK(joint_named(robot, "j").friction == 0.25);
+  CHECK(joint_named(robot, "j").spring_stiffness == 3);
+  CHECK(joint_named(robot, "j").spring_rest == 0.1);
+}
+
+TEST_CASE("damping of two axes is used if it is the same") {
+  const auto axes = [](const std::string &first, const std::string &second) {
+    const auto axis = [](const std::string &xyz, const std::string &damping) {
+      return "<xyz>" + xyz + "</xyz>" + (damping.empty() ? "" : "<dynamics><damping>" + damping + "</damping></dynamics>");
+    };
+    return read(joint("<axis>" + axis("1 0 0", first) + "</axis><axis2>" + axis("0 1 0", second) + "</axis2>", "universal"));
+  };
+  CHECK(joint_named(axes("0.5", "0.5"), "j").damping == 0.5);
+  for (const auto &robot : {axes("0.5", "0.25"), axes("0.5", ""), axes("", "0.5")}) {
+    CHECK(joint_named(robot, "j").damping == 0);
+    check_said(robot.unused, {"joint j: dynamics", "differ"});
+  }
+  CHECK(axes("", "").unused.empty());
+}
+
+TEST_CASE("joints that mimic others") {
+  const std::string text =
+      model(link("a") + link("b") + link("c") + "<joint name=\"i\" type=\"continuous\"><parent>a</parent><child>b</child>" + about_z +
+            "</joint><joint name=\"j\" type=\"continuous\"><parent>b</parent><child>c</child><axis><xyz>0 0 1</xyz><mimic joint=\"i\">"
+            "<multiplier>2</multiplier><offset>3</offset><reference>0.5</reference></mimic></axis></joint>", "", "1.11");
+  const auto robot = read(text);
+  const auto &j = joint_named(robot, "j");
+  REQUIRE(j.mimic);
+  CHECK(j.mimic->joint == "i");
+  CHECK(j.mimic->multiplier == 2);
+  CHECK(j.mimic->offset == 2);
+  CHECK(!joint_named(read(text, {true, false, false, {}}), "j").mimic);
+}
+
+TEST_CASE("inertias: rotated, and missing") {
+  const auto robot = read(model("<link name=\"a\"><inertial><pose>1 0 0 0 0 1.5707963267948966</pose><mass>2</mass>"
+                                "<inertia><ixx>1</ixx><iyy>2</iyy><izz>2.5</izz><ixy>0.1</ixy></inertia></inertial></link>"));
+  const auto &I = robot.links[1].inertia;
+  CHECK(I.m == 2);
+  CHECK(I.h.x == 2);
+  CHECK(I.Ixx == doctest::Approx(2));
+  CHECK(I.Iyy == doctest::Approx(1 + 2));
+  CHECK(I.Ixy == doctest::Approx(-0.1));
+  CHECK(robot.warnings.empty());
+
+  const std::string without = model("<link name=\"a\"/><link name=\"b\"><inertial><mass>1</mass></inertial></link>");
+  const auto usual = read(without);
+  CHECK(usual.links[1].inertia.m == 1); // as the format says
+  CHECK(usual.links[1].inertia.Ixx == 1);
+  check_said(usual.warnings, {"link a: no <inertial>", "1 kg", "write"});
+  check_said(usual.warnings, {"link b (<inertia>)", "missing"});
+  file_options strict;
+  strict.strict = true;
+  check_message(refusal(without, strict), {"link a: no <inertial>"});
+}
+
+TEST_CASE("nested models") {
+  const std::string hand = "<model name=\"hand\">" + pose("0 0 1 0 0 0", "a") + link("palm", pose("0 0 2 0 0 0")) +
+                           "<frame name=\"tip\" attached_to=\"palm\"/></model>";
+  const auto robot = read(model(link("a", pose("5 0 0 0 0 0")) + hand +
+                                "<joint name=\"j\" type=\"continuous\"><parent>a</parent><child>hand::palm</child>" + about_z + "</joint>"));
+  const auto &j = joint_named(robot, "j");
+  CHECK(link_name(robot, j.child) == "hand::palm");
+  check_vector(j.placement.t, 0, 0, 3);
+  CHECK(link_name(robot, joint_named(robot, "hand::tip_joint").child) == "hand::tip");
+}
+
+TEST_CASE("worlds, and files with several models") {
+  const std::string ground = "<model name=\"ground\"><static>true</static><link name=\"g\"/></model>", one = "<model name=\"one\">" + link("a") + "</model>",
+                    two = "<model name=\"two\">" + link("b") + "</model>";
+  const auto world = [](const std::string &inside) { return "<sdf version=\"1.9\"><world name=\"w\"><gravity>0 0 -1.6</gravity><physics/>" + inside + "</world></sdf>"; };
+  const auto robot = read(world(ground + one));
+  CHECK(robot.name == "one");
+  CHECK(robot.gravity[2] == -1.6);
+  check_said(robot.unused, {"model ground, static"});
+  check_message(refusal(world(one + two)), {"several models, one, two", "model="});
+  file_options options;
+  options.model = "two";
+  CHECK(read(world(one + two), options).name == "two");
+  options.model = "twp";
+  check_message(refusal(world(one + two), options), {"no model \"twp\"", "did you mean \"two\"?"});
+  check_message(refusal(world(ground)), {"no <model> that moves"});
+  options.model = "ground";
+  check_message(refusal(world(ground), options), {"static"});
+  check_message(test::refusal_of([] { read_robot_text("<robot><link name=\"a\"/></robot>", "r.urdf", {false, false, false, "x"}); }), {"only SDF files"});
+}
+
+TEST_CASE("what is not used is listed") {
+  const auto robot = read(model("<plugin name=\"p\" filename=\"f\"/><what/>" + link("a", "<visual name=\"v\"/><sensor name=\"s\"/><gravity>false</gravity>") + link("b") +
+                                "<joint name=\"j\" type=\"continuous\"><parent>a</parent><child>b</child>" + about_z + "<physics/><odd/></joint>"));
+  check_said(robot.unused, {"plugin"});
+  check_said(robot.unused, {"unknown element <what>", "model m"});
+  check_said(robot.unused, {"unknown element <odd>", "joint j"});
+  check_said(robot.unused, {"visual (1 link)"});
+  check_said(robot.unused, {"sensor (1 link)"});
+  check_said(robot.unused, {"joint j: physics"});
+  check_said(robot.warnings, {"link a", "<gravity> is false"});
+}
+
+TEST_CASE("meshes that are used in two units") {
+  const auto visual = [](const std::string &scale) {
+    return "<visual name=\"v\"><geometry><mesh><uri>arm.stl</uri>" + (scale.empty() ? "" : "<scale>" + scale + "</scale>") + "</mesh></geometry></visual>";
+  };
+  check_said(read(model(link("a", visual("0.001 0.001 0.001") + visual("")))).warnings, {"link a: mesh \"arm.stl\"", "scale 0.001 and at scale 1", "other units"});
+  CHECK(read(model(link("a", visual("1 1 1") + visual("1 1 -2")))).warnings.empty());
+  const auto urdf = [](const std::string &scale) {
+    return read("<robot><link name=\"a\"><visual><geometry><mesh filename=\"arm.stl\"/></geometry></visual></link><link name=\"b\"><collision><geometry>"
+                "<mesh filename=\"arm.stl\" scale=\"" + scale + "\"/></geometry></collision></link><joint name=\"j\" type=\"fixed\"><parent link=\"a\"/>"
+                "<child link=\"b\"/></joint></robot>").warnings;
+  };
+  check_said(urdf("0.0254 0.0254 0.0254"), {"link b, a: mesh \"arm.stl\""});
+  CHECK(urdf("0.5 0.5 0.5").empty());
+}
+
+TEST_CASE("SDF files that are wrong") {
+  check_all({
+      {"old", model(link("a"), "", "1.5"), {"r.sdf:1:", "version \"1.5\"", "expected 1.7 to 1.10", "gz sdf"}},
+      {"no version", "<sdf>" + model(link("a")).substr(20), {"no version"}},
+      {"nothing", "<sdf version=\"1.9\"/>", {"no <model>"}},
+      {"no link", model(""), {"r.sdf:2: model m: no <link>"}},
+      {"no name", model("<link/>"), {"r.sdf:3: <link> has no name"}},
+      {"reserved name", model(link("world")), {"r.sdf:3:", "\"world\"", "reserves"}},
+      {"twice", model(link("a") + link("a")), {"r.sdf:4: link a: the name is given twice", "line 3", "rename"}},
+      {"include", model("<include><uri>model://x</uri></include>"), {"r.sdf:3:", "<include> is not read", "gz sdf -p"}},
+      {"unknown joint element", model(link("a") + "<x:joint name=\"j\"/>"), {"r.sdf:4:", "<x:joint> is a joint that KSL doesn't know"}},
+      {"unknown type", joint("", "hinge"), {"r.sdf:5: joint j: joint type \"hinge\" is unknown", "expected one of revolute"}},
+      {"misspelt type", joint("", "prismatc"), {"did you mean \"prismatic\"?"}},
+      {"gearbox", joint(about_z, "gearbox"), {"joint j: a gearbox couples", "remove it"}},
+      {"no type", model(link("a") + link("b") + "<joint name=\"j\"><parent>a</parent><child>b</child></joint>"), {"no type"}},
+      {"no child", model(link("a") + "<joint name=\"j\" type=\"fixed\"><parent>world</parent></joint>"), {"r.sdf:4: joint j: no <child>"}},
+      {"unknown parent", model(link("arm") + "<joint name=\"j\" type=\"fixed\"><parent>arn</parent><child>arm</child></joint>"),
+       {"joint j: <parent> names \"arn\"", "did you mean \"arm\"?"}},
+      {"child is the world", model(link("a") + "<joint name=\"j\" type=\"fixed\"><parent>a</parent><child>world</child></joint>"), {"exchange"}},
+      {"no axis", joint(""), {"joint j: a revolute joint needs <axis>", "<xyz>0 0 1</xyz>"}},
+      {"no xyz", joint("<axis/>"), {"<axis> has no <xyz>"}},
+      {"zero axis", joint("<axis><xyz>0 0 0</xyz></axis>"), {"the axis is zero"}},
+      {"axis of words", joint("<axis><xyz>0 0 up</xyz></axis>"), {"<xyz> holds \"up\""}},
+      {"axis of two", joint("<axis><xyz>0 1</xyz></axis>"), {"<xyz> needs 3 numbers, found 2"}},
+      {"unknown expressed_in", joint("<axis><xyz expressed_in=\"q\">0 0 1</xyz></axis>"), {"expressed_in names \"q\""}},
+      {"one axis of two", joint(about_z, "universal"), {"a universal joint needs <axis2>"}},
+      {"parallel axes", joint(about_z + "<axis2><xyz>0 0 1</xyz></axis2>", "universal"), {"joint j", "not parallel"}},
+      {"no pitch", joint(about_z, "screw"), {"a screw joint needs its pitch", "<screw_thread_pitch>"}},
+      {"zero thread_pitch", joint(about_z + "<thread_pitch>0</thread_pitch>", "screw"), {"<thread_pitch> is zero"}},
+      {"two pitches", joint(about_z + "<thread_pitch>3</thread_pitch><screw_thread_pitch>1</screw_thread_pitch>", "screw"), {"disagree"}},
+      {"limits", joint("<axis><xyz>0 0 1</xyz><limit><lower>2</lower><upper>1</upper></limit></axis>"), {"lower limit 2 is above upper limit 1"}},
+      {"old axis", joint("<axis><xyz>0 0 1</xyz><use_parent_model_frame>1</use_parent_model_frame></axis>"), {"expressed_in=\"__model__\""}},
+      {"old pose", model(link("a", "<pose frame=\"x\">0 0 0 0 0 0</pose>")), {"frame=\"x\"", "relative_to"}},
+      {"unknown frame", model(link("a", pose("0 0 0 0 0 0", "b"))), {"r.sdf:3: link a: relative_to names \"b\""}},
+      {"cycle", model(link("a", pose("0 0 0 0 0 0", "b")) + link("b", pose("0 0 0 0 0 0", "a"))), {"relative to itself", "correct one relative_to"}},
+      {"attached to itself", model(link("a") + "<frame name=\"f\" attached_to=\"g\"/><frame name=\"g\" attached_to=\"f\"/>"), {"frame ", "itself"}},
+      {"pose of five", model(link("a", pose("0 0 0 0 0"))), {"<pose> needs 6 numbers, found 5"}},
+      {"two poses", model(link("a", pose("") + pose(""))), {"a second <pose>"}},
+      {"pose format", model(link("a", "<pose rotation_format=\"matrix\">0</pose>")), {"rotation_format \"matrix\""}},
+      {"quaternion", model(link("a", "<pose rotation_format=\"quat_xyzw\">0 0 0 0 0 0 2</pose>")), {"length 2"}},
+      {"pose of an inertial", model("<link name=\"a\"><inertial>" + pose("0 0 0 0 0 0", "b") + "</inertial></link>"), {"link a", "relative_to"}},
+      {"computed inertia", model("<link name=\"a\"><inertial auto=\"true\"/></link>", "", "1.11"), {"collision geometry", "auto"}},
+      {"negative mass", model("<link name=\"a\"><inertial><mass>-1</mass></inertial></link>"), {"link a", "negative"}},
+      {"static", model("<static>1</static>" + link("a")), {"no <model> that moves"}},
+      {"loop", model(link("a") + link("b") + "<joint name=\"i\" type=\"fixed\"><parent>a</parent><child>b</child></joint>" +
+                     "<joint name=\"j\" type=\"fixed\"><parent>world</parent><child>b</child></joint>"),
+       {"b", "i", "j"}},
+      {"mimic", joint("<axis><xyz>0 0 1</xyz><mimic joint=\"i\"><multiplier>2</multiplier></mimic></axis>"), {"mimics joint \"i\"", "does not exist"}},
+      {"canonical link", model(link("a"), "canonical_link=\"x\""), {"\"x\""}},
+      {"drake", model(link("a") + "<drake:joint name=\"j\" type=\"ball\"><drake:child>a</drake:child><drake:parent>world</drake:parent></drake:joint>"),
+       {"<drake:joint> type \"ball\"", "planar"}},
+  });
+}

@@ -1,0 +1,216 @@
+"""MJCF read through MuJoCo, held against MuJoCo's own dynamics."""
+
+import pickle
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+import ksl
+from ksl import mjcf
+
+HERE = Path(__file__).parent
+CHAINS = HERE / "chains.xml"
+FILES = {"chains": CHAINS, "every kind": HERE.parent / "reference/read_mjcf.xml"}
+BODY = '<geom type="box" size="0.1 0.2 0.3"/>'
+
+
+def in_file(tmp_path: Path, inside: str, outside: str = "") -> Path:
+    path = tmp_path / "robot.xml"
+    path.write_text(f'<mujoco model="robot"><worldbody>{inside}</worldbody>{outside}</mujoco>')
+    return path
+
+
+@pytest.fixture(params=FILES.values(), ids=FILES)
+def pair(request) -> tuple[ksl.Model, mujoco.MjModel]:
+    return ksl.load(request.param), mujoco.MjModel.from_xml_path(str(request.param))
+
+
+@pytest.fixture
+def independent(pair) -> tuple[ksl.Model, mujoco.MjModel]:
+    """With a coordinate for each of MuJoCo's."""
+    return ksl.load(pair[0].file, mimic="independent"), pair[1]
+
+
+def random_states(mj: mujoco.MjModel, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    rng, start = np.random.default_rng(1), mujoco.MjData(mj).qpos
+    positions = []
+    for _ in range(n):
+        positions.append(start.copy())
+        mujoco.mj_integratePos(mj, positions[-1], rng.normal(size=mj.nv), 1.0)
+    return np.array(positions), *rng.normal(size=(2, n, mj.nv))
+
+
+def check(found, expected, tolerance=1e-13) -> None:
+    assert found.shape == expected.shape
+    assert np.abs(found - expected).max() < tolerance * max(1.0, np.abs(expected).max())
+
+
+def test_states_in_both_layouts(independent):
+    m, mj = independent
+    states = random_states(mj, 7)
+    back = mjcf.to_mujoco(m, *mjcf.from_mujoco(m, *states)[:3])
+    for found, expected in zip(back, states):
+        check(found, expected)
+    alone = mjcf.from_mujoco(m, states[0][0])
+    assert alone.q.shape == (m.nq,) and alone.v is alone.a is alone.tau is None
+
+
+def test_efforts_and_poses_are_those_of_mujoco(independent):
+    m, mj = independent
+    mj.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT | mujoco.mjtDisableBit.mjDSBL_SPRING | mujoco.mjtDisableBit.mjDSBL_DAMPER
+    d = mujoco.MjData(mj)
+    for qpos, qvel, qacc in zip(*random_states(mj, 5)):
+        d.qpos, d.qvel, d.qacc = qpos, qvel, qacc
+        mujoco.mj_inverse(mj, d)
+        q, v, a, _ = mjcf.from_mujoco(m, qpos, qvel, qacc)
+        ours = mjcf.to_mujoco(m, q, v, a, m.inverse_dynamics(q, v, a))
+        check(ours.tau + mj.dof_armature * qacc, d.qfrc_inverse)
+        names = [mj.body(i).name for i in range(mj.nbody) if mj.body(i).name]
+        poses = m.frame_poses(q, names)
+        check(poses[:, :3, 3], np.array([d.body(name).xpos for name in names]))
+        check(poses[:, :3, :3].reshape(-1, 9), np.array([d.body(name).xmat for name in names]))
+        for i in range(mj.nsite):
+            check(m.frame_pose(q, mj.site(i).name)[:3, 3], d.site_xpos[i])
+
+
+def test_mass_matrix_of_mujoco(independent):
+    """qvelᵀ M qvel, since M is in other coordinates where a joint is free or planar."""
+    m, mj = independent
+    d = mujoco.MjData(mj)
+    for qpos, qvel, _ in zip(*random_states(mj, 3)):
+        d.qpos, d.qvel = qpos, qvel
+        mujoco.mj_forward(mj, d)
+        full = np.empty((mj.nv, mj.nv))
+        mujoco.mj_fullM(mj, d, full)
+        q, v, *_ = mjcf.from_mujoco(m, qpos, qvel)
+        check(v @ m.mass_matrix(q) @ v, qvel @ (full - np.diag(mj.dof_armature)) @ qvel)
+
+
+def test_a_linear_coupling_is_a_mimic_joint(tmp_path):
+    m = ksl.load(CHAINS)
+    follower = m.joint("hip_x")
+    assert (follower.leader, follower.multiplier, follower.offset) == ("pole", 0.5, 0.1)
+    mj = mujoco.MjModel.from_xml_path(str(CHAINS))
+    qpos, qvel, qacc = random_states(mj, 1)
+    q, v, a, _ = mjcf.from_mujoco(m, qpos[0], qvel[0], qacc[0])
+    theirs = mjcf.to_mujoco(m, q, v, a, m.inverse_dynamics(q, v, a))
+    of = {name: int(mj.joint(name).dofadr[0]) for name in ("hip_x", "pole")}
+    assert theirs.v[of["hip_x"]] == 0.5 * theirs.v[of["pole"]] and theirs.tau[of["hip_x"]] == 0
+    # the leader's effort does the work of both
+    free = ksl.load(CHAINS, mimic="independent")
+    q, v, a, _ = mjcf.from_mujoco(free, theirs.q, theirs.v, theirs.a)
+    each = mjcf.to_mujoco(free, q, v, a, free.inverse_dynamics(q, v, a)).tau
+    each[of["pole"]] += 0.5 * each[of["hip_x"]]
+    each[of["hip_x"]] = 0
+    check(theirs.tau, each)
+
+
+def test_couplings_in_a_circle(tmp_path):
+    bodies = "".join(f'<body name="{n}"><joint name="{n}"/>{BODY}</body>' for n in "abc")
+    circle = "".join(f'<joint joint1="{y}" joint2="{x}"/>' for y, x in ("ab", "bc", "ca"))
+    curved = '<joint joint1="c" joint2="a" polycoef="0 1 1 0 0"/>'
+    m = ksl.load(in_file(tmp_path, bodies, f"<equality>{circle}{curved}</equality>"))
+    assert m.follower_names == ["a", "b"] and "equality joint (2)" in m.unused
+
+
+def test_joints_of_a_stack():
+    m = ksl.load(CHAINS, mimic="independent")
+    kinds = {name: m.joint(name).kind for name in m.joint_names}
+    assert kinds == {
+        "root": "floating", "hip_x": "revolute", "hip_y": "revolute", "hip_z": "revolute", "knee": "spherical", "foot_joint": "prismatic",
+        "foot_joint_": "revolute", "a1+b2": "universal", "cart": "planar", "pole": "revolute",
+    }  # fmt: skip
+    assert (m.joint("hip_x").lower, m.joint("hip_x").upper) == pytest.approx(np.radians([-30, 40]))
+    assert m.joint("hip_x").damping == 0.2 and m.joint("pole").friction == 0.1
+    assert list(m.gravity) == [0.3, -1.2, -9.3]
+    assert m.parent("toe") == "foot" and m.link("toe").mass == 0
+
+
+def test_warnings_of_the_compiler(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    same = '<joint axis="1 0 0"/>'
+    with pytest.warns(ksl.DescriptionWarning, match="MuJoCo's compiler says: Inertia matrix is too close to singular"):
+        ksl.load(in_file(tmp_path, f'<body name="b">{same}{same}{BODY}</body>'))
+    assert [path.name for path in tmp_path.iterdir()] == ["robot.xml"]  # no log
+
+
+def stack(tmp_path, *joints: str) -> list[str]:
+    m = ksl.load(in_file(tmp_path, f'<body name="b">{"".join(joints).replace("{}", "")}{BODY}</body>'))
+    return [m.joint(name).kind for name in m.joint_names]
+
+
+def test_a_kind_is_read_only_where_it_carries_everything(tmp_path):
+    hinge, slide = '<joint name="a" type="hinge" axis="1 0 0" {}/>', '<joint name="b" type="slide" axis="1 0 0" {}/>'
+    other = '<joint name="c" type="hinge" axis="0 1 0" {}/>'
+    assert stack(tmp_path, hinge, slide) == stack(tmp_path, slide, hinge) == ["cylindrical"]
+    assert stack(tmp_path, hinge, other) == ["universal"]
+    for said in ('range="-1 1"', 'stiffness="2"', 'damping="1"', 'pos="0.1 0 0"', 'ref="20"', 'actuatorfrcrange="-3 3"'):
+        assert stack(tmp_path, hinge.format(said), other) == ["revolute", "revolute"]
+    assert stack(tmp_path, hinge.format('damping="1"'), other.format('damping="1"')) == ["universal"]
+    assert stack(tmp_path, hinge.format('damping="1"'), slide.format('damping="1"')) == ["revolute", "prismatic"]
+    with pytest.warns(ksl.DescriptionWarning, match="singular"):
+        assert stack(tmp_path, hinge, hinge.replace('"a"', '"d"')) == ["revolute", "revolute"]
+    x, y, z = (f'<joint type="slide" name="{n}" axis="{n == "x":d} {n == "y":d} {n == "z":d}"/>' for n in "xyz")
+    assert stack(tmp_path, x, y, z) == ["translation"]
+    assert stack(tmp_path, y, x, z) == ["prismatic"] * 3
+    assert stack(tmp_path, x, y, '<joint axis="0 0 1"/>') == ["planar"]
+
+
+def test_physics_of_joints_is_carried():
+    text = ksl.load(CHAINS).to_urdf()
+    hip, pole = (text[text.index(f'joint name="{name}"') :].partition("</joint>")[0] for name in ("hip_z", "pole"))
+    assert 'damping="0.2"' in hip and 'armature="0.01"' in hip and 'spring_stiffness="3"' in hip and f'spring_reference="{float(np.radians(10))!r}"' in hip
+    assert 'friction="0.1"' in pole and "spring" not in pole
+
+
+def test_what_is_not_carried_is_listed():
+    said = "\n".join(ksl.load(CHAINS).unused)
+    for words in ("geom (9)", "actuator (1)"):
+        assert words in said
+    assert "equality" not in said
+
+
+def test_options(tmp_path):
+    path = in_file(tmp_path, f'<body name="b"><joint/>{BODY}</body>')
+    assert list(ksl.load(path, gravity=(0, 0, -1)).gravity) == [0, 0, -1]
+    assert ksl.load(path, payloads={"b": (2.0, (0, 0, 0))}).mass == pytest.approx(ksl.load(path).mass + 2)
+    with pytest.raises(ksl.DescriptionError, match="robot.xml: a floating base is asked for, but no body has a <freejoint>"):
+        ksl.load(path, floating_base=True)
+    assert mjcf.model_of(mujoco.MjModel.from_xml_path(str(path))).nv == 1
+
+
+def test_files_that_are_wrong(tmp_path):
+    with pytest.raises(ksl.DescriptionError, match="robot.xml: MuJoCo's compiler refuses the file: .*joint.*correct it there"):
+        ksl.load(in_file(tmp_path, f'<body><joint type="bell"/>{BODY}</body>'))
+    m = ksl.load(HERE.parent.parent / "examples/robots/ur5.urdf")
+    with pytest.raises(ValueError, match="no layout of MuJoCo"):
+        mjcf.to_mujoco(m, np.zeros(6))
+    m = ksl.load(CHAINS)
+    with pytest.raises(ValueError, match=r"q has shape \(3,\); expected \(…, 21\)"):
+        mjcf.to_mujoco(m, np.zeros(3))
+    with pytest.raises(ValueError, match="a is given without v"):
+        mjcf.from_mujoco(m, np.zeros(m.nq + 1), a=np.zeros(m.nv + 1))
+
+
+def test_a_pickle_keeps_the_layout():
+    m = ksl.load(CHAINS)
+    again, qpos = pickle.loads(pickle.dumps(m)), random_states(mujoco.MjModel.from_xml_path(str(CHAINS)), 1)[0]
+    assert (mjcf.from_mujoco(again, qpos).q == mjcf.from_mujoco(m, qpos).q).all()
+    assert again.joints == m.joints
+
+
+def test_without_the_package(tmp_path):
+    script = f"import sys; sys.modules['mujoco'] = None\nimport ksl\ntry:\n    ksl.load({str(CHAINS)!r})\nexcept ksl.DescriptionError as e:\n    print(e)"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60)
+    assert "chains.xml: this is MJCF" in done.stdout and "pip install 'ksl[mjcf]'" in done.stdout, done.stderr
+
+
+def test_no_warnings_that_the_file_does_not_deserve():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        ksl.load(CHAINS)
