@@ -53,7 +53,8 @@ algorithm and sparse factors (Featherstone, RBDA 2008, tables 6.2 and 6.3); O(nv
         "O(bodies).",
         python="""
 names: the joints (or the links that they carry) whose accelerations are given in a (…, nv); by default all.  Of the others, the efforts
-are given in tau (…, nv).  The remaining numbers in a and tau may have any value.  Returns (a, tau), complete.
+are given in tau (…, nv).  The remaining numbers in a and tau may have any value.  Returns (a, tau), complete.  A mimic joint that is
+named stands for its leader.
 q, v, external, out, threads: as in :meth:`inverse_dynamics`.  Articulated-body algorithm (Featherstone, RBDA 2008, section 9.2); O(bodies).
 """,
     ),
