@@ -21,6 +21,7 @@ using joint_numbers = std::tuple<std::optional<three>, std::optional<three>, ksl
                                  ksl::optional_number, std::array<double, 5>>;
 using dh_numbers = std::tuple<std::array<double, 4>, std::string, mass_numbers, joint_numbers>;
 using plain_values = nb::typed<nb::list, nb::any>;
+using physics_given = std::tuple<std::vector<std::string>, double>; // names, width of friction
 using payloads_given = std::vector<std::tuple<std::string, double, three>>;
 
 inline ksl::vec3<double> vector_of(const three &x) { return {x[0], x[1], x[2]}; }
@@ -45,8 +46,9 @@ inline ksl::joint_options options_of(const joint_numbers &given) {
 }
 
 inline ksl::model_options options_of(bool floating_base, const std::optional<three> &gravity,
-                                     const payloads_given &payloads) {
+                                     const payloads_given &payloads, const physics_given &physics) {
   ksl::model_options options;
+  options.physics = ksl::physics_named(std::get<0>(physics), std::get<1>(physics));
   options.floating_base = floating_base;
   options.gravity = gravity;
   for (const auto &[link, mass, point] : payloads)
@@ -95,10 +97,11 @@ inline void add_builder(nb::module_ &module) {
       .def(
           "build",
           [](const ksl::builder &b, bool floating_base, bool strict, std::optional<three> gravity,
-             const payloads_given &payloads, bool masses_optional) {
-            return b.build(options_of(floating_base, gravity, payloads), strict, masses_optional);
+             const payloads_given &payloads, bool masses_optional, const physics_given &physics) {
+            return b.build(options_of(floating_base, gravity, payloads, physics), strict, masses_optional);
           },
-          "floating_base"_a, "strict"_a, "gravity"_a.none(), "payloads"_a, "masses_optional"_a);
+          "floating_base"_a, "strict"_a, "gravity"_a.none(), "payloads"_a, "masses_optional"_a,
+          "physics"_a = physics_given{{}, ksl::physics_options().friction_width});
 }
 
 inline void add_surgery(nb::class_<ksl::model> &model) {
@@ -143,6 +146,18 @@ inline void add_surgery(nb::class_<ksl::model> &model) {
           },
           "name"_a, "link"_a, "pose"_a)
       .def("with_inertias", &with_inertias, "inertias"_a)
+      .def(
+          "with_physics",
+          [](const ksl::model &m, const physics_given &physics) {
+            ksl::model_options options;
+            options.physics = ksl::physics_named(std::get<0>(physics), std::get<1>(physics));
+            return ksl::model(m.description(), options);
+          },
+          "physics"_a)
+      .def_prop_ro("physics",
+                   [](const ksl::model &m) {
+                     return physics_given{ksl::names_of(m.description().physics), m.description().physics.friction_width};
+                   })
       .def("urdf_text", [](const ksl::model &m) { return ksl::urdf_text(m.description()); })
       .def("state", [](const ksl::model &m) { return plain_values(description_state::state_of(m.description())); })
       .def_static(

@@ -123,6 +123,8 @@ public:
       : row_(row), m_(m), external_(nb::borrow(external)) {
     if (row.needs_mass && m.massless_joint() >= 0)
       refuse(std::string(row.name) + ": " + m.massless_joint_text());
+    if (row.smooth_friction && m.exact_friction())
+      refuse(std::string(row.name) + ": " + ksl::model::exact_friction_text());
     inputs_.reserve(ksl::most_inputs);
     for (int i = 0; i < row.inputs; ++i)
       inputs_.push_back({nb::borrow(inputs[i]), row.input_name[i], ksl::length_of(row.input_list[i], m.nq(), m.nv())});

@@ -18,8 +18,8 @@ namespace {
 
 ksl::model load(const std::string &path, bool floating_base, bool mimic_independent, bool strict,
                 std::optional<std::array<double, 3>> gravity, const building::payloads_given &payloads, bool masses_optional,
-                const std::string &model_name) {
-  return ksl::load(path, building::options_of(floating_base, gravity, payloads), mimic_independent, strict, masses_optional, model_name);
+                const std::string &model_name, const building::physics_given &physics) {
+  return ksl::load(path, building::options_of(floating_base, gravity, payloads, physics), mimic_independent, strict, masses_optional, model_name);
 }
 
 /// What `ksl info` prints about a joint.  Limits that the file doesn't give are None.
@@ -58,6 +58,13 @@ nb::dict joint_dict(const ksl::model &m, const ksl::joint_row &j) {
     d["velocity"] = file.velocity;
     d["damping"] = file.damping;
     d["friction"] = file.friction;
+    d["friction_width"] = file.friction_width;
+    d["armature"] = file.armature;
+    d["rotor_inertia"] = file.rotor_inertia;
+    d["gear_ratio"] = file.gear_ratio;
+    d["spring_stiffness"] = file.spring_stiffness;
+    d["spring_rest"] = file.spring_rest;
+    d["is_rotor"] = file.is_rotor;
   }
   return d;
 }
@@ -198,5 +205,5 @@ NB_MODULE(_core, module) {
   building::add_builder(module);
 
   module.def("load", &load, "path"_a, "floating_base"_a, "mimic_independent"_a, "strict"_a, "gravity"_a.none(), "payloads"_a,
-             "masses_optional"_a, "model_name"_a);
+             "masses_optional"_a, "model_name"_a, "physics"_a);
 }

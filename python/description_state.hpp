@@ -32,16 +32,17 @@ template <class Go> void fields(Go &go, ksl::given_joint &j) { go(j.rotation, j.
 template <class Go> void fields(Go &go, ksl::link_description &l) {
   go(l.name, l.at, l.inertia, l.has_inertial, l.has_geometry, l.given);
 }
+template <class Go> void fields(Go &go, ksl::mimic_description &m) { go(m.joint, m.multiplier, m.offset, m.at); }
 template <class Go> void fields(Go &go, ksl::joint_description &j) {
   go(j.name, j.at, j.kind, j.parent, j.child, j.placement, j.axis, j.axis2, j.pitch, j.lower, j.upper, j.effort,
      j.velocity, j.damping, j.friction, j.friction_width, j.armature, j.rotor_inertia, j.gear_ratio,
-     j.spring_stiffness, j.spring_rest, j.mimic, j.given);
+     j.spring_stiffness, j.spring_rest, j.is_rotor, j.mimic, j.given);
 }
 template <class Go> void fields(Go &go, ksl::physics_options &p) {
-  go(p.damping, p.friction, p.armature, p.rotor, p.spring, p.exact_friction, p.friction_width);
+  go(p.damping, p.friction, p.armature, p.rotor, p.spring, p.rotor_bodies, p.exact_friction, p.friction_width);
 }
 template <class Go> void fields(Go &go, ksl::robot_description &r) {
-  go(r.name, r.file, r.links, r.joints, r.gravity, r.floating_base, r.physics, r.unused, r.warnings);
+  go(r.name, r.file, r.links, r.joints, r.gravity, r.physics, r.floating_base, r.unused, r.warnings);
 }
 
 template <class T> constexpr bool is_struct = requires(T &x, void (&go)(...)) { fields(go, x); };

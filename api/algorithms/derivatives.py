@@ -14,6 +14,7 @@ ROWS = (
             Result("dtau_da", ("nv", "nv"), "by a: the mass matrix"),
         ),
         form="sparse_results",
+        smooth_friction=True,
         summary="Derivatives of inverse_dynamics by q, v and a, each (…, nv, nv).",
         text="Derivatives {dtau_dq}, {dtau_dv}, {dtau_da} of the joint efforts that inverse dynamics gives for {q}, {v}, {a}, each "
         "row-major: element (i, k) is that of effort i by coordinate k.  By q is along q ⊕ s e_k with v and a held componentwise; "
@@ -40,6 +41,7 @@ Singh, Russell, Wensing, Efficient Analytical Derivatives of Rigid-Body Dynamics
             Result("da_dtau", ("nv", "nv"), "by tau: the inverse of the mass matrix"),
         ),
         needs_mass=True,
+        smooth_friction=True,
         summary="Derivatives of forward_dynamics by q, v and tau, each (…, nv, nv).",
         text="Derivatives {da_dq}, {da_dv}, {da_dtau} of the accelerations that forward dynamics gives for {q}, {v}, {tau}, each "
         "row-major: element (i, k) is that of acceleration i by coordinate k.  By q is along q ⊕ s e_k with v and tau held "

@@ -11,6 +11,7 @@ ROWS = (
         external="optional",
         coupled="solution",
         results=(Result("a", ("motion",), "accelerations, rad/s² or m/s²"),),
+        smooth_friction=True,
         summary="Accelerations (…, nv) under joint efforts tau (…, nv) at q (…, nq) and v (…, nv).",
         text="Accelerations {a} for {q}, {v} and joint efforts {tau}, under gravity and external wrenches, by the articulated-body "
         "algorithm (Featherstone, RBDA 2008, table 7.1).  O(bodies).",
@@ -30,6 +31,7 @@ acceleration is not determined.
         coupled="solution",
         external="optional",
         results=(Result("a", ("motion",), "accelerations, rad/s² or m/s²"),),
+        smooth_friction=True,
         summary="The same as forward_dynamics, through the mass matrix: a = M⁻¹ (tau − bias).",
         text="Accelerations {a} for {q}, {v} and joint efforts {tau}, under gravity and external wrenches, by the mass matrix, its factors and "
         "the bias (Featherstone, RBDA 2008, section 6.1).  O(nv × depth²).",
@@ -47,6 +49,7 @@ algorithm and sparse factors (Featherstone, RBDA 2008, tables 6.2 and 6.3); O(nv
         external="optional",
         request="links",
         results=(Result("a_out", ("motion",), "accelerations of all joints"), Result("tau_out", ("nv",), "efforts of all joints")),
+        smooth_friction=True,
         summary="Accelerations and efforts of all joints, where the accelerations of some are given, and the efforts of the others.",
         text="Accelerations {a_out} and efforts {tau_out} of all joints for {q} and {v}, under gravity and external wrenches.  Of the joints that "
         "carry the links named, the accelerations {a} are given, and of the others the efforts {tau} (Featherstone, RBDA 2008, section 9.2).  "

@@ -56,6 +56,7 @@ O(bodies + n² depth + n³).
             Result("pseudo_inverse", ("nv", "6 links"), "dynamically consistent pseudo-inverse of the Jacobian"),
             RANK,
         ),
+        smooth_friction=True,
         summary="Inertia, bias force, dynamically consistent pseudo-inverse and rank of frames, for q (…, nq) and v (…, nv).",
         text="Dynamics at n frames for {q} and {v}, under gravity and external wrenches: F = inertia x'' + bias for wrenches F on the frames, "
         "no efforts, and rates x'' of the numbers of their twists.  {inertia}; {bias} = inertia (J M⁻¹ b − (rate of J) v), b the bias of the "

@@ -44,6 +44,7 @@ class Algorithm:
     form: how results are stored from lanes to rows, a struct of src/engine/forms.hpp.
     elements: of the forms symmetric_matrix and upper_triangle, the function that computes the upper triangle alone, without zeros.
     needs_mass: is the call refused if a joint can move without moving any mass.
+    smooth_friction: is the call refused if dry friction is exact, for it solves or differentiates the law of friction.
     variant_of: the algorithm that computes this one, with zeros for the inputs that this one doesn't have.
     coupled: how it is computed for robots with mimic joints (src/engine/coupled.hpp): by "projection", which holds for all that is a
     function of positions and motions and is written whole; as the "solution" of M a = tau − bias, for forward dynamics; as
@@ -69,6 +70,7 @@ class Algorithm:
     elements: str = ""
     workspace: str = ""
     needs_mass: bool = False
+    smooth_friction: bool = False
     variant_of: str = ""
     faces: tuple[str, ...] = ("c++", "c", "python")
     called: Mapping[str, str] = field(default_factory=dict)

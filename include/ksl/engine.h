@@ -37,6 +37,16 @@ typedef struct ksl_payload_t {
   double point[3];  /**< in the link's frame, m */
 } ksl_payload_t;
 
+/** Which physics of joints a model has, besides that of rigid bodies.  All zeros is none: efforts are the transmitted ones of the
+    textbook.  docs/conventions.md has the laws. */
+typedef struct ksl_physics_t {
+  bool damping, friction, armature, rotor, spring;
+  bool rotor_bodies;     /**< rotors are bodies that turn with the joint's parent link, instead of inertia of its coordinate */
+  bool exact_friction;   /**< F sign(v), instead of the smooth law; for inverse dynamics only: what solves or differentiates the law
+                              of friction is refused */
+  double friction_width; /**< of the smooth law, rad/s or m/s, for joints that have none of their own; 0: 0.01 */
+} ksl_physics_t;
+
 /** How a file is made into a model.  Initialise it with ksl_model_options(). */
 typedef struct ksl_model_options_t {
   bool floating_base;     /**< the root link floats: first joint floating_base (floating_root if the file has one of that name),
@@ -49,10 +59,11 @@ typedef struct ksl_model_options_t {
   const ksl_payload_t *payloads; /**< (payloads_n), read by ksl_model_load alone; several may be on one link */
   bool file_gravity;      /**< a gravity that an SDF file gives replaces `gravity` */
   const char *model_name; /**< which model of an SDF file with several; NULL: the only one that is not static */
+  ksl_physics_t physics;
 } ksl_model_options_t;
 
 /** Fixed base, mimic joints coupled, not strict, masses needed, gravity (0, 0, −9.81), no payload; that of the file, if it gives
-    one, instead of this gravity. */
+    one, instead of this gravity; no physics of joints. */
 KSL_EXPORT ksl_model_options_t ksl_model_options(void);
 
 /** Reads a URDF or an SDF file, as its root element says; options may be NULL.  Free the model with ksl_model_free. */
@@ -84,6 +95,9 @@ KSL_EXPORT int ksl_model_leader(const ksl_model_t *model, int joint, double *mul
     contents that KSL doesn't use; NULL after the last. */
 KSL_EXPORT const char *ksl_model_warning(const ksl_model_t *model, int i);
 KSL_EXPORT const char *ksl_model_unused(const ksl_model_t *model, int i);
+
+/** The physics of joints that a model has. */
+KSL_EXPORT ksl_physics_t ksl_model_physics(const ksl_model_t *model);
 
 /** Index by name, −1 for none. */
 KSL_EXPORT int ksl_model_joint(const ksl_model_t *model, const char *name);

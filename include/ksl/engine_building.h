@@ -95,6 +95,9 @@ KSL_EXPORT ksl_status_t ksl_model_subtree(const ksl_model_t *model, int link, ks
 KSL_EXPORT ksl_status_t ksl_model_with_frame(const ksl_model_t *model, const char *name, int link,
                                              const ksl_SE3_t *pose, ksl_model_t **made);
 
+/** The same robot with this physics of joints, instead of its own; NULL: none. */
+KSL_EXPORT ksl_status_t ksl_model_with_physics(const ksl_model_t *model, const ksl_physics_t *physics, ksl_model_t **made);
+
 /** Other inertias for n links: parameters (n, 10), m, m c, Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the link's origin, in its
    axes. The structure is copied, not built again. */
 KSL_EXPORT ksl_status_t ksl_model_with_parameters(const ksl_model_t *model, int n, const int *links,

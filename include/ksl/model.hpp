@@ -33,6 +33,12 @@ struct model_options {
   std::optional<physics_options> physics; ///< none: those of the description
 };
 
+/// The physics of these names: damping, friction, exact friction, armature, rotor, rotor bodies, spring; or all, which is the five
+/// without exact friction and rotor bodies.  Throws description_error, naming the known ones, for any other.
+KSL_EXPORT physics_options physics_named(const std::vector<std::string> &names, double friction_width = physics_options().friction_width);
+/// Their names.
+KSL_EXPORT std::vector<std::string> names_of(const physics_options &options);
+
 /// An inertia about the origin of a link, in its axes, that replaces the link's own.
 struct link_inertia {
   int link; ///< index into model::links()
@@ -122,8 +128,11 @@ public:
   int find_joint(const std::string &name) const;
   int find_link(const std::string &name) const;
 
-  /// Is dry friction discontinuous at rest?  Forward dynamics and derivatives are then undefined.
+  /// Is dry friction discontinuous at rest?  Forward dynamics and derivatives of efforts are then undefined: C and Python refuse
+  /// them; in C++ they are those of a very narrow smooth law, which no integrator and no optimiser can use.
   bool exact_friction() const { return description_.physics.friction && description_.physics.exact_friction; }
+  /// A sentence that says so, and how to mend it.
+  static std::string exact_friction_text();
 
   /// All that the model is made of, in file order, payloads included: model(m.description()) is a copy of m.
   const robot_description &description() const { return description_; }

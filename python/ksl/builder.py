@@ -128,6 +128,8 @@ class Builder:
         gravity: Sequence[float] | None = None,
         payloads: Mapping[str, tuple[float, Sequence[float]]] | None = None,
         masses: Literal["optional"] | None = None,
+        physics: str | Iterable[str] | None = None,
+        friction_width: float = 0.01,
     ) -> Model:
         """The model of what has been added, with the options of :func:`ksl.load`; `gravity` None is the builder's own.
 
@@ -136,7 +138,7 @@ class Builder:
         if masses is not None:
             one_of(masses, "masses", "optional")
         own = None if gravity is None else list(three_numbers(gravity, "gravity"))
-        core = self._core.build(floating_base, strict, own, given.payload_points(payloads), masses is not None)
+        core = self._core.build(floating_base, strict, own, given.payload_points(payloads), masses is not None, given.physics(physics, friction_width))
         for line in core.warnings:
             warnings.warn(line, DescriptionWarning, stacklevel=2)
         return Model(core)

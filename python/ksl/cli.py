@@ -55,6 +55,8 @@ FloatingBase = Annotated[bool, typer.Option("--floating-base", help="The root li
 Mimic = Annotated[str, typer.Option(metavar="coupled|independent", help="Joints that mimic another follow it, or have a coordinate of their own.")]
 Strict = Annotated[bool, typer.Option("--strict", help="An inertia that no rigid body can have, or a moving link with geometry and no mass, is an error.")]
 Gravity = Annotated[str, typer.Option(metavar="X,Y,Z", help="Gravity in world axes, m/s²; otherwise that of the file, or 0,0,-9.81.")]
+Physics = Annotated[str, typer.Option("--physics", metavar="NAMES", help="Physics of joints, separated by commas: damping, friction or exact friction, armature, rotor or rotor bodies, spring; or all.")]
+FrictionWidth = Annotated[float, typer.Option("--friction-width", metavar="SPEED", help="Where smooth friction has 0.71 of its full strength, rad/s or m/s, for joints without one of their own.")]
 ModelName = Annotated[str, typer.Option("--model", metavar="NAME", help="Which model of an SDF file that has several.")]
 
 
@@ -129,13 +131,16 @@ def read_model(
     payloads: Mapping[str, tuple[float, Sequence[float]]] | None = None,
     masses: Literal["optional"] | None = None,
     name: str = "",
+    physics: str = "",
+    friction_width: float = 0.01,
 ) -> Model:
     how = cast(Literal["coupled", "independent"], mimic)  # load refuses other words
     given_gravity = numbers(gravity, "--gravity", 3) if gravity else None
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", DescriptionWarning)
         try:
-            model = load(robot, floating_base, how, strict, given_gravity, payloads, masses, name or None)
+            on = [word.strip() for word in physics.split(",")] if physics else None
+            model = load(robot, floating_base, how, strict, given_gravity, payloads, masses, name or None, on, friction_width)
         except ValueError as e:
             absent = [link for link in payloads or {} if str(e).endswith(f"no link {link} to carry the payload")]
             if absent:
@@ -162,6 +167,7 @@ def info(
     strict: Strict = False,
     gravity: Gravity = "",
     model_name: ModelName = "",
+    physics: Physics = "",
     cpu: Annotated[bool, typer.Option("--cpu", help="Say which instruction set the kernels use here.")] = False,
 ) -> None:
     """Print a robot's tree, joints, limits, masses, gravity, degrees of freedom, and what its file holds that is not used."""
@@ -176,7 +182,7 @@ def info(
     elif robot is None:
         fail("info needs a robot file, or --cpu")
     if robot is not None:
-        print_info(read_model(robot, floating_base, mimic, strict, gravity, masses="optional", name=model_name), console(200))
+        print_info(read_model(robot, floating_base, mimic, strict, gravity, masses="optional", name=model_name, physics=physics), console(200))
 
 
 @app.command()
@@ -197,6 +203,8 @@ def loads(
     strict: Strict = False,
     gravity: Gravity = "",
     model_name: ModelName = "",
+    physics: Physics = "",
+    friction_width: FrictionWidth = 0.01,
 ) -> None:
     """Compute the wrench through every joint along a motion and write wrenches.parquet, summary.csv and report.html.
 
@@ -218,7 +226,8 @@ def loads(
         fail(f"--on-link {max(on_link, key=on_link.count)} is given more than once; a link carries one payload")
     values = [numbers(p, "--payload", 1, 4) for p in payload]
     end_on_signals()
-    model = read_model(robot, floating_base, mimic, strict, gravity, {link: (p[0], p[1:] or [0, 0, 0]) for link, p in zip(on_link, values)}, name=model_name)
+    loaded = {link: (p[0], p[1:] or [0, 0, 0]) for link, p in zip(on_link, values)}
+    model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, friction_width=friction_width)
     point = numbers(at, "--at", 3) if "," in at else at
     try:
         model._request(on, point, axes, order, "total", [])

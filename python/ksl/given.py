@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,9 @@ from ksl.requests import three_numbers
 
 Mass = tuple[float, list[float], list[float]]
 """Mass, centre of mass, inertia about it by rows."""
+
+Physics = tuple[list[str], float]
+"""Names of the physics of joints, and the width of friction."""
 
 
 def number(x: Any, what: str) -> float:
@@ -56,6 +59,15 @@ def mass(of: str, kilograms: float, center_of_mass: ArrayLike, inertia: ArrayLik
 
 def direction(x: ArrayLike | None, what: str) -> list[float] | None:
     return None if x is None else list(three_numbers(x, what))
+
+
+def physics(names: str | Iterable[str] | None, friction_width: float) -> Physics:
+    """Names of the physics of joints.  The compiled code refuses unknown ones, and a width that is no speed."""
+    given = [] if names is None else [names] if isinstance(names, str) else list(names)
+    for name in given:
+        if not isinstance(name, str):
+            raise ValueError(f"physics={names!r}: expected names, for example ('damping', 'friction'), or 'all'")
+    return given, number(friction_width, "friction_width")
 
 
 def payload_points(payloads: Mapping[str, tuple[float, Sequence[float]]] | None) -> list[tuple[str, float, list[float]]]:

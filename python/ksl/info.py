@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from rich.console import Console
 from rich.table import Table
@@ -18,7 +20,8 @@ def print_info(model: Mechanism, console: Console) -> None:
     of_followers = f"mimic joints {following}, " if following else ""
     console.print(Text(f"{model.name} ({model.file})", style="bold"))
     console.print(f"degrees of freedom {model.nv} (nq {model.nq}), moving joints {moving}, {of_followers}fixed joints {len(model.joints) - moving - following}, links {len(model.links)}")
-    console.print(f"total mass {mass:.6g} kg, gravity ({', '.join(f'{g:g}' for g in model.gravity)}) m/s²\n")
+    console.print(f"total mass {mass:.6g} kg, gravity ({', '.join(f'{g:g}' for g in model.gravity)}) m/s²")
+    console.print(f"physics of joints: {', '.join(model.physics) or 'none; --physics applies what joints have'}\n" if model.physics or _given(model.joints) else "")
     console.print(_tree(model))
     console.print()
     console.print(_joint_table(model))
@@ -62,11 +65,24 @@ def _following(joint: Joint) -> str:
     return f"{joint.multiplier:.6g} × {joint.leader}{offset}"
 
 
+PHYSICS = {
+    "damping": "damping", "friction": "friction", "friction width": "friction_width", "armature": "armature", "rotor": "rotor_inertia",
+    "stiffness": "spring_stiffness", "rest": "spring_rest",
+}  # fmt: skip
+
+
+def _given(joints: Sequence[Joint]) -> list[tuple[str, str]]:
+    """Headings and attributes of the physics that any joint has."""
+    given = [(title, name) for title, name in PHYSICS.items() if any(getattr(j, name) for j in joints)]
+    at = [name for _, name in given].index("rotor_inertia") + 1 if ("rotor", "rotor_inertia") in given else 0
+    return [*given[:at], ("gear ratio", "gear_ratio"), *given[at:]] if at else given
+
+
 def _joint_table(model: Mechanism) -> Table:
     table = Table(title=f"Joints, in the order of q, then {'the mimic joints and ' if model.follower_names else ''}the fixed ones", title_justify="left")
-    losses = any(j.damping or j.friction for j in model.joints)
+    given = _given(model.joints)
     headings = ["joint", "kind", "parent → child", "q", "v", "axis", "lower", "upper", "effort", "velocity"]
-    for heading in headings + (["damping", "friction"] if losses else []):
+    for heading in headings + [title for title, _ in given]:
         table.add_column(heading, justify="left" if heading in ("joint", "kind", "parent → child", "axis") else "right")
     for j in model.joints:
         axis = " ".join(f"{x:.4g}" for x in j.axis) if j.has_axis else ""
@@ -77,7 +93,7 @@ def _joint_table(model: Mechanism) -> Table:
         table.add_row(
             Text(j.name), j.kind, Text(f"{j.parent or 'ground'} → {j.child}"), _span(j.q_index, j.nq) or _following(j), _span(j.v_index, j.nv), axis,
             *(_number(x) for x in (j.lower, j.upper, j.effort, j.velocity)),
-            *(_number(x or None) for x in ((j.damping, j.friction) if losses else ())),
+            *(_number(getattr(j, name) or None) for _, name in given),
         )
     return table
 

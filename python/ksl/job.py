@@ -18,9 +18,9 @@ from rich.text import Text
 from ksl._core import __version__
 from ksl.errors import MotionError
 from ksl.loads import Block, Curves, LoadCase, Placement, TableWriter, exceeded_limits
-from ksl.mechanism import Joint
+from ksl.mechanism import Joint, Mechanism
 from ksl.output import staged
-from ksl.quantities import JointLoads, PowerBalance, summarise, unit
+from ksl.quantities import EFFORT_PARTS, JointLoads, PowerBalance, summarise, unit
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -91,7 +91,8 @@ def _check_block(case: LoadCase, motion_file: str, block: Block) -> None:
         if not np.isfinite(x).all():
             sample, joint, _ = np.argwhere(~np.isfinite(x))[0]
             raise _overflow(motion_file, case.model.joints[joint].name, f"sample {block.rows.start + sample + 1} (time {block.time[sample]:.9g})", "wrench")
-    for what, x in (("effort", block.tau), ("power", power)):
+    parts = [] if block.parts is None else [(name, block.parts[:, i]) for i, name in enumerate(EFFORT_PARTS)]
+    for what, x in (("effort", block.tau), ("power", power), *parts):
         if not np.isfinite(x).all():
             sample, column = np.argwhere(~np.isfinite(x))[0]
             joint = next(j.name for j in case.model.joints if j.v_index <= column < j.v_index + j.nv)
@@ -143,8 +144,14 @@ def _balance_line(balance: PowerBalance | None) -> str:
         return "power balance: no power but round-off: nothing moves, or what moves takes no power"
     return (
         f"power balance: largest residual {abs(balance.residual).max():.3g} W, {balance.relative_residual:.2g} of the largest power "
-        "(drive + external against the rate of change of energy)"
+        f"(drive + external{'' if balance.dissipation is None else ' − dissipation'} against the rate of change of energy)"
     )
+
+
+def _physics(model: Mechanism) -> str:
+    """What is on, and the width of friction where its smooth law is."""
+    width = f" (smooth, width {model.friction_width:g} rad/s or m/s unless the file gives another)" if "friction" in model.physics else ""
+    return ", ".join(name + width if name == "friction" else name for name in model.physics) + ": the effort is the motor's"
 
 
 def _write_report(path: Path, case: LoadCase, motion_file: str, curves: Curves, balance: PowerBalance | None, rows: list[SummaryRow], notes: list[str]) -> None:
@@ -158,6 +165,7 @@ def _write_report(path: Path, case: LoadCase, motion_file: str, curves: Curves, 
         ("gravity", f"({', '.join(f'{g:g}' for g in m.gravity)}) m/s² in world axes"),
         ("wrenches", f"on the {p.on} side of the joint, moments about {p.point}; here resolved along and across each joint's axis"),
         ("effort and power", "of each joint's drive, whatever point and side are chosen"),
+        *([("physics of joints", _physics(case.model))] if case.model.physics else []),
         ("in the table", f"axes {p.axes}, order {p.order}"),
         ("external wrenches", ", ".join(case.external) or "none"),
         ("made by", f"KSL {__version__}"),
@@ -181,6 +189,7 @@ def _print_summary(console: Console, rows: list[SummaryRow], loads: list[JointLo
     for title, chosen, columns in (
         (f"Wrench on the {placement.on} side, moments about {placement.point}", with_axis, wrench),
         ("Drive", driven, drive),
+        ("What the effort consists of", [row for row in driven if "transmitted_peak" in row], [(q, part) for q in EFFORT_PARTS for part in ("peak", "rms")]),
         ("Coupling: what moves the mimic joints", coupled, [("coupling", "peak"), ("coupling", "rms"), ("coupling", "peak_time"), ("speed", "peak"), ("speed", "peak_time")]),
         ("Joints without one coordinate: magnitudes of the same wrench", [row for row in rows if "force_peak" in row], whole),
     ):

@@ -15,7 +15,7 @@ from ksl.calls import Calls
 from ksl.errors import MotionError
 from ksl.mechanism import Joint, Mechanism
 from ksl.motion import SPLINE_SAMPLES, Motion, complete, derivative
-from ksl.quantities import JointLoads, PowerBalance, joint_loads, power_round_off, unit
+from ksl.quantities import EFFORT_PARTS, JointLoads, PowerBalance, joint_loads, power_round_off, unit
 from ksl.states import Array, Order, Point, Side, items_of
 
 if TYPE_CHECKING:
@@ -69,7 +69,8 @@ class LoadCase:
         m = self.motion
         tau, *wrenches = self.model._with_reactions(m.q[rows], m.v[rows], m.a[rows], external, tuple(wanted))
         coupling = self._coupling(wrenches.pop()) if self.model.follower_names else np.empty((len(m.time[rows]), 0))
-        return Block(rows, m.time[rows], m.v[rows], tau, wrenches[0], wrenches[1], wrenches[-1] if len(wrenches) > 2 else wrenches[0], coupling)
+        parts = self.model.effort_parts(m.q[rows], m.v[rows], m.a[rows], external) if self.model.physics else None
+        return Block(rows, m.time[rows], m.v[rows], tau, wrenches[0], wrenches[1], wrenches[-1] if len(wrenches) > 2 else wrenches[0], coupling, parts)
 
     def _coupling(self, wrenches: Array) -> Array:
         """Efforts (n, followers) from the coupling part (n, followers, 6) of their wrenches, which is h* Sᵀ f."""
@@ -93,6 +94,8 @@ class Block:
     """The total at the placement's point and side, but in the joint's axes, linear first."""
     coupling: Array
     """(n, followers): the effort of the coupling of each mimic joint, N m or N, in the order of `Model.follower_names`."""
+    parts: Array | None
+    """(n, 5, nv): what `tau` consists of, in the order of `EFFORT_PARTS`; None for models without physics of joints."""
 
 
 class TableWriter:
@@ -108,8 +111,8 @@ class TableWriter:
         self._v_index = np.array([j.v_index for j in model.joints])[self._driven]
         self._following = [j for j in model.joints if j.leader is not None]
         self._mechanism = model
-        names = COMPONENTS[placement.order]
-        numbers = ["time", *names, *(f"constraint_{c}" for c in names), "effort", "speed", "power", *(["coupling"] if self._following else [])]
+        names, parts = COMPONENTS[placement.order], EFFORT_PARTS if model.physics else ()
+        numbers = ["time", *names, *(f"constraint_{c}" for c in names), "effort", "speed", "power", *(["coupling"] if self._following else []), *parts]
         words = pa.dictionary(pa.int16(), pa.string())
         self.schema = pa.schema(
             [pa.field("time", pa.float64()), pa.field("joint", words)]
@@ -120,6 +123,7 @@ class TableWriter:
 
     def _description(self, model: Mechanism) -> dict[str, str]:
         p = self._placement
+        effort = "motor effort of the joint's drive, the sum of its parts" if model.physics else "transmitted effort of the joint's drive"
         return {
             "version": __version__,
             "robot": model.name,
@@ -128,7 +132,8 @@ class TableWriter:
             "at": p.point,
             "axes": p.axes,
             "order": p.order,
-            "effort": "transmitted effort of the joint's drive, the same for every `on`, `at` and `axes`",
+            "effort": f"{effort}, the same for every `on`, `at` and `axes`",
+            **({"physics": ", ".join(model.physics)} if model.physics else {}),
             **({"coupling": "effort by which its leader moves a mimic joint, which has no drive"} if self._following else {}),
             "units": "s, N, N m; effort N m or N, speed rad/s or m/s, power W",
         }
@@ -147,6 +152,8 @@ class TableWriter:
         moving = self._driven | self._follows
         columns += [self._of(self._driven, effort), self._of(moving, speeds[:, moving]), self._of(self._driven, effort * speed)]
         columns += [self._of(self._follows, block.coupling)] if self._following else []
+        if block.parts is not None:
+            columns += [self._of(self._driven, block.parts[:, i, self._v_index]) for i in range(len(EFFORT_PARTS))]
         columns += [self._words([w], np.zeros(n * joints, dtype=np.int16)) for w in (self._placement.on, self._placement.point, self._placement.axes)]
         return pa.Table.from_arrays(columns, schema=self.schema)
 
@@ -171,13 +178,15 @@ class Curves:
     def __post_init__(self) -> None:
         n = len(self.case.motion.time)
         self._drive, self._largest_effort = np.empty(n), 0.0
+        self._dissipation = np.empty(n) if self.case.model.physics else None
         model, motion = self.case.model, self.case.motion
         for joint in model.joints:
             empty = joint_loads(joint, np.empty((0, 6)), None, None)
             speed = model._velocity_of(joint, motion.v) if joint.one_coordinate else None
             effort = np.empty(n) if joint.one_coordinate and joint.leader is None else None
             coupling = np.empty(n) if joint.leader is not None else None
-            self.loads.append(JointLoads(joint, {name: np.empty(n) for name in empty.wrench}, speed, effort, coupling))
+            parts = {name: np.empty(n) for name in EFFORT_PARTS} if model.physics and effort is not None else {}
+            self.loads.append(JointLoads(joint, {name: np.empty(n) for name in empty.wrench}, speed, effort, coupling, parts))
 
     def add(self, block: Block) -> None:
         """Adds the samples `block.rows`; each sample must be added once, in any order."""
@@ -190,7 +199,11 @@ class Curves:
                 collected.effort[block.rows] = block.tau[:, collected.joint.v_index]
             if collected.coupling is not None:
                 collected.coupling[block.rows] = block.coupling[:, followers[collected.joint.name]]
+            for k, part_of_effort in enumerate(collected.parts.values()):
+                part_of_effort[block.rows] = block.parts[:, k, collected.joint.v_index]
         self._drive[block.rows] = np.sum(block.tau * block.v, axis=1)
+        if self._dissipation is not None:
+            self._dissipation[block.rows] = np.sum((block.parts[:, 1] + block.parts[:, 2]) * block.v, axis=1)
         self._largest_effort = max(self._largest_effort, float(np.max(np.abs(block.tau), initial=0.0)))
 
     def power_balance(self) -> PowerBalance | None:
@@ -202,7 +215,7 @@ class Curves:
         energy = kinetic + potential
         supplied = self.case.model.external_power(motion.q, motion.v, external) if external else np.zeros(len(motion.time))
         round_off = power_round_off(motion.time, energy, motion.q, self._largest_effort)
-        return PowerBalance(self._drive, supplied, energy, derivative(motion.time, energy), round_off)
+        return PowerBalance(self._drive, supplied, energy, derivative(motion.time, energy), round_off, self._dissipation)
 
 
 def wrench_table(
@@ -225,7 +238,8 @@ def wrench_table(
     Columns: time, joint, fx fy fz tx ty tz of the total and constraint_fx … of the constraint part (N, N m); effort,
     speed, power of the drives of joints with one coordinate, the same for every on, at and axes; on, at, axes.  Robots with
     mimic joints have a column `coupling` before these three: the effort by which its leader moves a mimic joint, which has no
-    drive.  Raises MotionError.
+    drive.  Models with physics of joints have the parts of the effort there: transmitted, damping, friction, rotor, spring.
+    Raises MotionError.
     """
     import pyarrow as pa
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -48,7 +49,23 @@ class Joint:
     effort: float | None = None
     velocity: float | None = None
     damping: float = 0.0
+    """Of each coordinate, N m s/rad or N s/m.  Damping, and what follows, has no effect unless the physics of the model names it."""
     friction: float = 0.0
+    """Dry friction of each coordinate, N m or N."""
+    friction_width: float | None = None
+    """Of its smooth law, rad/s or m/s; None is that of the model."""
+    armature: float = 0.0
+    """Inertia that each coordinate feels besides that of the links, kg m² or kg."""
+    rotor_inertia: float = 0.0
+    """Of the motor's rotor about its own axis, kg m²."""
+    gear_ratio: float = 1.0
+    """Turns of the rotor for each of the joint; rad/m where the joint slides."""
+    spring_stiffness: float = 0.0
+    """N m/rad or N/m."""
+    spring_rest: float = 0.0
+    """Position where the spring is slack, rad or m."""
+    is_rotor: bool = False
+    """Whether it carries the rotor of its leader: with the physics "rotor bodies", JOINT_rotor."""
     leader: str | None = None
     """The joint that a mimic joint follows: its position is multiplier × that of the leader + offset.  None for other joints."""
     multiplier: float = 0.0
@@ -83,6 +100,11 @@ class Link:
         return (self.mass, *self.first_moment, xx, xy, yy, zx, yz, zz)
 
 
+def _joint(row: Mapping[str, Any]) -> Joint:
+    fields: dict[str, Any] = {k: tuple(x) if k in ("axis", "axis2") else x for k, x in row.items()}
+    return Joint(**fields)
+
+
 class Mechanism:
     """Joints and links of a model, by name and in order; immutable."""
 
@@ -93,15 +115,19 @@ class Mechanism:
         self.nq: int = core.nq
         """Length of q."""
         self.nv: int = core.nv
+        """Length of v, a and tau."""
         self.tree_rows: list[int] = core.tree_rows
         """Where the rows of :meth:`mass_matrix_tree` begin, and where they end: nv + 1 numbers."""
         self.tree_columns: list[int] = core.tree_columns
         """In which columns its elements are."""
-        """Length of v, a and tau."""
         self.gravity: Array = np.array(core.gravity)
         """m/s², in world axes; read-only."""
         self.gravity.setflags(write=False)
-        self.joints: tuple[Joint, ...] = tuple(Joint(**{k: tuple(x) if k in ("axis", "axis2") else x for k, x in row.items()}) for row in core.joints)
+        self.physics: tuple[str, ...] = tuple(core.physics[0])
+        """Which physics of joints the model has, besides that of rigid bodies: names as `physics=` of :func:`ksl.load` takes them."""
+        self.friction_width: float = core.physics[1]
+        """Of the smooth law of friction, for joints that have none of their own; rad/s or m/s."""
+        self.joints: tuple[Joint, ...] = tuple(_joint(row) for row in core.joints)
         """All joints: the moving ones in the order of q, then the mimic joints that follow them, then the fixed ones, `base` last."""
         self.unused: tuple[str, ...] = tuple(core.unused)
         """Contents of the file that KSL doesn't use, a line for each kind."""

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from ksl import _core, given
 from ksl.errors import DescriptionWarning
 from ksl.inverse_kinematics import InverseKinematicsCalls
+from ksl.quantities import EFFORT_PARTS
 from ksl.requests import one_of, three_numbers
 from ksl.states import Array, External, Order
 from ksl.surgery import Surgery
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 Layout = Mapping[str, Any]
 """Where the numbers of each joint are in MuJoCo's arrays, for models read from MJCF; :mod:`ksl.mjcf` has its contents."""
 
-_Arguments = tuple[str, bool, bool, bool, list[float] | None, list[tuple[str, float, list[float]]], bool, str]
+_Arguments = tuple[str, bool, bool, bool, list[float] | None, list[tuple[str, float, list[float]]], bool, str, given.Physics]
 """Arguments of `_core.load`, from which a model is made."""
 
 
@@ -60,6 +61,38 @@ class Model(Surgery, InverseKinematicsCalls):
         import hashlib
 
         return hashlib.sha256(repr((self.joints, self.links)).encode()).hexdigest()
+
+    def with_physics(self, physics: str | Iterable[str] | None, friction_width: float = 0.01) -> Model:
+        """The same robot with this physics of joints, instead of its own.
+
+        physics: names of what the file or the builder gives for joints and efforts are to include; None is none.
+
+        * "damping": damping · v;
+        * "friction": dry friction F by the smooth law F v / √(v² + w²), w being the joint's `friction_width` or else the one given here,
+          rad/s or m/s; "exact friction": F sign(v), zero at rest, for inverse dynamics only: what solves or differentiates it is refused;
+        * "armature": armature · a;
+        * "rotor": the same with the inertia of the rotor times the gear ratio squared; "rotor bodies": each rotor is a body `JOINT_rotor` on
+          the joint's parent link, about whose axis it turns `gear_ratio` times as fast as the joint, with gyroscopic effects;
+        * "spring": stiffness · (q − rest);
+        * "all": damping, friction, armature, rotor and spring.
+
+        Efforts of inverse and forward dynamics are then those of the motors; :meth:`effort_parts` splits them.  Mass matrix, energies
+        and derivatives follow.  What the robot has and the model doesn't apply is listed in `unused`.
+        """
+        return Model(self._core.with_physics(given.physics(physics, friction_width)), layout=self._layout)
+
+    def effort_part(
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, part: str = "motor", external: External | None = None, threads: int | None = None
+    ) -> Array:
+        """One part (…, nv) of the efforts of motors, N m or N.
+
+        part: "motor" is the whole, :meth:`inverse_dynamics`; "transmitted" the effort Sᵀ f along the joint's motion; "damping", "friction",
+        "rotor" (armature and rotor) and "spring" what these need, zero unless the physics of the model names them.
+        q, v, a, external, threads: as in :meth:`inverse_dynamics`.
+        """
+        if one_of(part, "part", "motor", *EFFORT_PARTS) == "motor":
+            return self.inverse_dynamics(q, v, a, external, threads=threads)
+        return self.effort_parts(q, v, a, external, threads=threads)[..., EFFORT_PARTS.index(part), :]
 
     def section_wrench(
         self,
@@ -123,6 +156,8 @@ def load(
     payloads: Mapping[str, tuple[float, Sequence[float]]] | None = None,
     masses: Literal["optional"] | None = None,
     model: str | None = None,
+    physics: str | Iterable[str] | None = None,
+    friction_width: float = 0.01,
 ) -> Model:
     """Reads a robot file: URDF, SDF, or MJCF, which needs the extra `ksl[mjcf]`.  Its root element says which it is.
 
@@ -136,6 +171,7 @@ def load(
     payloads: {link name: (mass in kg, point in the link's frame in m)}: point masses fixed to links.
     masses: None refuses a robot none of whose moving links has a mass; "optional" accepts it, for kinematics.
     model: which model of an SDF file that has several; None is the only one that is not static.
+    physics, friction_width: which physics of joints the model has, as :meth:`Model.with_physics` takes them; none by default.
     Raises :class:`DescriptionError`, which names file, line, link or joint, what is wrong and how to mend it.
     """
     one_of(mimic, "mimic", "coupled", "independent")
@@ -147,8 +183,10 @@ def load(
         from ksl import mjcf
 
         loaded = mjcf._load(file, floating_base, mimic == "independent", strict, given_gravity, payloads, masses)
+        if physics is not None:
+            loaded = loaded.with_physics(physics, friction_width)
     else:
-        options = (floating_base, mimic == "independent", strict, given_gravity, loads, masses is not None, model or "")
+        options = (floating_base, mimic == "independent", strict, given_gravity, loads, masses is not None, model or "", given.physics(physics, friction_width))
         loaded = Model(_core.load(file, *options), (os.path.abspath(file), *options))
     for line in loaded.warnings:
         warnings.warn(line, DescriptionWarning, stacklevel=2)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from ksl.mechanism import Joint
 from ksl.states import Array
+
+EFFORT_PARTS = ("transmitted", "damping", "friction", "rotor", "spring")
+"""What the efforts of motors consist of, in the order of `Model.effort_parts`."""
 
 UNITS = {
     "axial_force": "N",
@@ -18,12 +21,12 @@ UNITS = {
     "moment": "N m",
     "power": "W",
 }
-"""Units of all quantities but effort, coupling and speed, whose units depend on the kind of joint: see `unit`."""
+"""Units of all quantities but effort, its parts, coupling and speed, whose units depend on the kind of joint: see `unit`."""
 
 
 def unit(quantity: str, joint: Joint) -> str:
     """Unit of a quantity for a joint."""
-    if quantity in ("effort", "coupling"):
+    if quantity in ("effort", "coupling", *EFFORT_PARTS):
         return "N m" if joint.has_angle else "N"
     if quantity == "speed":
         return f"{joint.unit}/s"
@@ -42,39 +45,48 @@ class JointLoads:
     speed: Array | None
     """Speed of joints with one coordinate, rad/s or m/s."""
     effort: Array | None
-    """Effort of the drive, N m or N: the transmitted effort Sᵀ f of the joint, and of the mimic joints that it leads.  Independent of
-    the chosen point, side and axes.  Mimic joints have none."""
+    """Effort of the drive, N m or N: the transmitted effort Sᵀ f of the joint, and of the mimic joints that it leads, and what the
+    physics of joints needs besides.  Independent of the chosen point, side and axes.  Mimic joints have none."""
     coupling: Array | None = None
     """Of mimic joints: the effort Sᵀ f, N m or N, by which the coupling with its leader moves the joint."""
+    parts: dict[str, Array] = field(default_factory=dict)
+    """What the effort consists of, by the names of `EFFORT_PARTS`; empty for models without physics of joints."""
 
     @property
     def power(self) -> Array | None:
-        """Power of the transmitted effort, W."""
+        """Power of the drive, W."""
         return None if self.effort is None or self.speed is None else self.effort * self.speed
 
 
 @dataclass(frozen=True)
 class PowerBalance:
-    """Drive power + power of external wrenches against the rate of change of mechanical energy, each (n), W."""
+    """Drive power + power of external wrenches − dissipation against the rate of change of energy, each (n), W."""
 
     drive: Array
     external: Array
     energy: Array
-    """Kinetic + potential, J."""
+    """Kinetic + potential, rotors and springs included where the physics of joints names them, J."""
     energy_rate: Array
     """Its derivative, from a spline through the samples: independent of the dynamics."""
     round_off: float = 0.0
     """Power that rounding errors alone may cause, W; see `power_round_off`."""
+    dissipation: Array | None = None
+    """What damping and friction turn into heat; None for models without physics of joints."""
+
+    @property
+    def supplied(self) -> Array:
+        """Drive + external − dissipation, (n), W."""
+        return self.drive + self.external - (0.0 if self.dissipation is None else self.dissipation)
 
     @property
     def residual(self) -> Array:
-        """Drive + external − energy rate, (n), W; zero if the efforts are those of the motion."""
-        return self.drive + self.external - self.energy_rate
+        """What is supplied less the energy rate, (n), W; zero if the efforts are those of the motion."""
+        return self.supplied - self.energy_rate
 
     @property
     def largest_power(self) -> float:
         """The largest power that enters the balance, W."""
-        return max(float(np.max(np.abs(x))) for x in (self.drive, self.external, self.energy_rate))
+        return max(float(np.max(np.abs(x))) for x in (self.drive, self.external, self.energy_rate, self.dissipation) if x is not None)
 
     @property
     def at_rest(self) -> bool:
@@ -142,13 +154,15 @@ def summarise(time: Array, loads: JointLoads) -> dict[str, float | str | None]:
     """One row of the summary: peaks (of the magnitude) with their times, time-weighted rms, work.
 
     Forces and moments are those of the wrench at the chosen point; effort, speed, power and work are the drive's.  A mimic
-    joint has no drive: its row has the effort of the coupling and the speed.
+    joint has no drive: its row has the effort of the coupling and the speed.  With physics of joints, the parts of the effort follow it.
     """
     row: dict[str, float | str | None] = {"joint": loads.joint.name, "kind": loads.joint.kind}
     for name, x in loads.wrench.items():
         row |= _peak(time, name, x) | {f"{name}_rms": rms(time, x)}
     if loads.effort is not None and loads.speed is not None and loads.power is not None:
         row |= _peak(time, "effort", loads.effort) | {"effort_rms": rms(time, loads.effort)}
+        for name, x in loads.parts.items():
+            row |= _peak(time, name, x) | {f"{name}_rms": rms(time, x)}
         row |= _peak(time, "speed", loads.speed)
         row |= _peak(time, "power", loads.power)
         positive, negative = work(time, loads.power)

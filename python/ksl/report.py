@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ksl.mechanism import Joint
-from ksl.quantities import JointLoads, PowerBalance, unit
+from ksl.quantities import EFFORT_PARTS, JointLoads, PowerBalance, unit
 from ksl.states import Array
 
 Row = Mapping[str, float | str | None]
@@ -49,6 +49,11 @@ LABELS = {
     "force": "force",
     "moment": "moment",
     "effort": "effort",
+    "transmitted": "transmitted",
+    "damping": "damping",
+    "friction": "friction",
+    "rotor": "rotor",
+    "spring": "spring",
     "coupling": "effort of the coupling",
     "speed": "speed",
     "power": "power",
@@ -168,7 +173,7 @@ class _Page:
             rows[_group(joints[str(row["joint"])])].append(row)
         tables = ""
         for title, group in rows.items():
-            for part, columns in _columns(joints[str(group[0]["joint"])]) if group else []:
+            for part, columns in _columns(joints[str(group[0]["joint"])], "transmitted_peak" in group[0]) if group else []:
                 tables += self._table(f"{title}{part}", group, columns)
         note = "Peaks are of the magnitude. Means (rms, mean) weigh each sample by the time it stands for. "
         note += "Forces and moments are those of the wrench at the chosen point; effort, speed, power and work are the drive's, whatever point is chosen."
@@ -211,14 +216,19 @@ class _Page:
         b = self.report.balance
         if b is None:
             return f'<section id="balance"><h2>Power balance</h2><p>Not checked: {TOO_FEW}.</p></section>'
+        lost, energy = ("", "mechanical energy") if b.dissipation is None else (" − dissipation by damping and friction", "energy, rotors and springs included")
         text = (
-            "Drive power + power of external wrenches = rate of change of mechanical energy, at every sample. The right side comes from "
+            f"Drive power + power of external wrenches{lost} = rate of change of {energy}, at every sample. The right side comes from "
             "a spline through the energies, not from the dynamics: the two sides agree only if the efforts belong to this motion. "
         )
         text += f"<strong>Here there is {AT_REST}.</strong>" if b.at_rest else self._residual(b)
         sides = {"rate of energy": b.energy_rate, "drive": b.drive}
         if np.any(b.external):
-            sides |= {"external": b.external, "drive + external": b.drive + b.external}
+            sides |= {"external": b.external}
+        if b.dissipation is not None:
+            sides |= {"dissipation": -b.dissipation}
+        if len(sides) > 2:
+            sides |= {" + ".join(list(sides)[1:]): b.supplied}
         residual = b.residual
         if b.at_rest:  # curves of rounding errors would look like results
             sides, residual = {name: np.zeros_like(x) for name, x in sides.items()}, np.zeros_like(residual)
@@ -268,6 +278,8 @@ class _Page:
         speed, effort, drive = _quiet(loads.speed), _quiet(loads.effort), "Drive force" if slides else "Drive torque"
         speed_label, effort_label = f"Speed, {unit('speed', joint)}", f"{drive}, {unit('effort', joint)}"
         (forces if slides else moments).append(_Panel(effort_label, {"drive": effort}, _near(joint.effort, effort, 1.5)))
+        parts = {name: _quiet(x) for name, x in loads.parts.items() if _peak(_quiet(x)) > 0}
+        split = self._time_chart(f"What the {drive.lower()} consists of", [_Panel(effort_label, {"drive": effort, **parts}, emphasis=True)]) if parts else ""
         html = self._time_chart("Forces, and drive force" if slides else "Forces", forces, dashed="limit of the effort")
         html += self._time_chart("Moments" if slides else "Moments, and drive torque", moments, dashed="limit of the effort")
         html += self._time_chart(
@@ -276,7 +288,7 @@ class _Page:
             dashed="limit of the speed",
         )
         limits = _near(joint.velocity, speed, 5), _near(joint.effort, effort, 5)
-        return html + self._path_chart(f"{drive} over speed", (speed_label, speed), (effort_label, effort), limits)
+        return html + split + self._path_chart(f"{drive} over speed", (speed_label, speed), (effort_label, effort), limits)
 
     # --------------------------------------------------------------------------------------------------------- charts
 
@@ -332,8 +344,8 @@ def _group(joint: Joint) -> str:
     return "Turning joints" if joint.has_angle else "Sliding joints"
 
 
-def _columns(joint: Joint) -> list[tuple[str, Groups]]:
-    """The tables of the summary for a joint and its group, each with the end of its title: the wrench, and the drive."""
+def _columns(joint: Joint, with_parts: bool) -> list[tuple[str, Groups]]:
+    """The tables of the summary for a joint and its group, each with the end of its title: the wrench, the drive, the parts of its effort."""
 
     def group(name: str, last: str | None = "rms") -> tuple[str, list[tuple[str, str]]]:
         columns = [("peak", f"{name}_peak"), ("at, s", f"{name}_peak_time"), *([(last, f"{name}_{last}")] if last else [])]
@@ -345,7 +357,9 @@ def _columns(joint: Joint) -> list[tuple[str, Groups]]:
     if joint.leader is not None:
         return [(": the wrench at the chosen point", wrench), (": the coupling", [group("coupling"), group("speed", None)])]
     work = ("work, J", [("positive", "work_positive"), ("negative", "work_negative")])
-    return [(": the wrench at the chosen point", wrench), (": the drive", [group("effort"), group("speed", None), group("power", "mean"), work])]
+    drive = [group("effort"), group("speed", None), group("power", "mean"), work]
+    parts = [(": what the drive's effort consists of", [group(name) for name in EFFORT_PARTS])] if with_parts else []
+    return [(": the wrench at the chosen point", wrench), (": the drive", drive), *parts]
 
 
 def _edge(column: int) -> str:

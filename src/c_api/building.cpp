@@ -166,6 +166,14 @@ ksl_status_t ksl_model_with_frame(const ksl_model_t *model, const char *name, in
   });
 }
 
+ksl_status_t ksl_model_with_physics(const ksl_model_t *model, const ksl_physics_t *physics, ksl_model_t **made) {
+  return made_from(model, made, [&] {
+    ksl::model_options options;
+    options.physics = ksl::c_api::physics_of(physics ? *physics : ksl_physics_t{});
+    return ksl::model(model->model.description(), options);
+  });
+}
+
 ksl_status_t ksl_model_with_parameters(const ksl_model_t *model, int n, const int *links, const double *parameters,
                                        ksl_model_t **made) {
   return made_from(model, made, [&] {

@@ -98,8 +98,7 @@ ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_vi
                         const joints_argument &joints, const rows_view<S> &wrenches) {
   return guarded([&] {
     require(m, "model and arrays must not be null");
-    if (row.needs_mass)
-      require_mass(m->model, row.name);
+    require_model_for(row, m->model);
     batch.frame = frame_options_of(frame);
     if (names_links(row.request))
       require_links(m, batch.links.n, batch.links.index);

@@ -55,18 +55,19 @@ inline void require_result(const void *out, int numbers, const char *name) {
     throw bad_argument(std::string(name) + " must not be null");
 }
 
-/// Checks that no joint can move without moving any mass.
-inline void require_mass(const model &m, const char *call) {
-  if (m.massless_joint() >= 0)
-    throw bad_argument(std::string(call) + ": " + m.massless_joint_text());
+/// Checks what a row needs of the model: that no joint can move without moving any mass, that friction has a derivative.
+inline void require_model_for(const algorithm_row &row, const model &m) {
+  if (row.needs_mass && m.massless_joint() >= 0)
+    throw bad_argument(std::string(row.name) + ": " + m.massless_joint_text());
+  if (row.smooth_friction && m.exact_friction())
+    throw bad_argument(std::string(row.name) + ": " + model::exact_friction_text());
 }
 
 /// Checks the arguments of a row for one state: the workspace, the results and the numbers.  Inputs that the row doesn't have
 /// are taken as zero.
 template <const algorithm_row &row, class S> void check_state(const ksl_model_t *m, ksl_data_t *d, state_view<S> &s) {
   const model &model = m->model;
-  if constexpr (row.needs_mass)
-    require_mass(m->model, row.name);
+  require_model_for(row, m->model);
   if constexpr (names_links(row.request))
     require_links(m, s.links.n, s.links.index);
   require(!links_are_few(row) || s.links.n <= static_cast<int>(model.links().size()), "links: at most as many as the model has");

@@ -5,6 +5,7 @@
 
 #include "load/robot_file.hpp"
 
+#include <cmath>
 #include <utility>
 
 namespace {
@@ -66,12 +67,24 @@ std::vector<ksl::payload> payloads_of(const ksl_model_options_t &options) {
 
 } // namespace
 
+ksl::physics_options ksl::c_api::physics_of(const ksl_physics_t &from) {
+  require(from.friction_width >= 0 && from.friction_width < HUGE_VAL, "friction_width must be a speed, or 0 for the default");
+  physics_options physics;
+  physics.damping = from.damping, physics.armature = from.armature, physics.spring = from.spring;
+  physics.friction = from.friction || from.exact_friction, physics.exact_friction = from.exact_friction;
+  physics.rotor = from.rotor || from.rotor_bodies, physics.rotor_bodies = from.rotor_bodies;
+  if (from.friction_width > 0)
+    physics.friction_width = from.friction_width;
+  return physics;
+}
+
 ksl::model_options ksl::c_api::options_of(const ksl_model_options_t &options) {
   require_finite(options.gravity, 3, "gravity");
   model_options made;
   made.floating_base = options.floating_base;
   made.gravity = {options.gravity[0], options.gravity[1], options.gravity[2]};
   made.payloads = payloads_of(options);
+  made.physics = physics_of(options.physics);
   return made;
 }
 
@@ -85,7 +98,7 @@ const char *ksl_instruction_set(void) {
   return name;
 }
 
-ksl_model_options_t ksl_model_options(void) { return {false, false, false, false, {0, 0, -9.81}, 0, nullptr, true, nullptr}; }
+ksl_model_options_t ksl_model_options(void) { return {false, false, false, false, {0, 0, -9.81}, 0, nullptr, true, nullptr, {}}; }
 
 ksl_status_t ksl_model_load(const char *path, const ksl_model_options_t *options, ksl_model_t **model) {
   return guarded([&] {
@@ -135,6 +148,13 @@ int ksl_model_leader(const ksl_model_t *m, int joint, double *multiplier, double
 
 const char *ksl_model_link_name(const ksl_model_t *m, int link) {
   return link < 0 || link >= ksl_model_links(m) ? nullptr : m->model.links()[static_cast<std::size_t>(link)].name.c_str();
+}
+
+ksl_physics_t ksl_model_physics(const ksl_model_t *m) {
+  if (!m)
+    return {};
+  const ksl::physics_options &p = m->model.description().physics;
+  return {p.damping, p.friction, p.armature, p.rotor, p.spring, p.rotor_bodies, p.exact_friction, p.friction_width};
 }
 
 int ksl_model_joint(const ksl_model_t *m, const char *name) { return m && name ? m->model.find_joint(name) : -1; }

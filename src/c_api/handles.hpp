@@ -26,6 +26,8 @@ namespace ksl::c_api {
 
 /// The options of a model, checked.
 model_options options_of(const ksl_model_options_t &options);
+/// Throws bad_argument for a width that is no speed.
+physics_options physics_of(const ksl_physics_t &from);
 
 /// The message of this thread's last failed call.
 inline std::string &last_message() {

@@ -77,6 +77,7 @@ struct algorithm_row {
   external_use external;
   request_kind request;
   bool needs_mass; ///< is it refused if a joint can move without moving any mass
+  bool smooth_friction; ///< is it refused if dry friction is exact, for it solves or differentiates the law of friction
   int results;     ///< besides reactions
   result_row result[most_results];
   const algorithm_kernels *kernel_table::*kernels = nullptr;

@@ -1,5 +1,6 @@
 #include "engine/joint_physics.hpp"
 
+#include "load/check.hpp"
 #include "load/unused.hpp"
 #include "load/words.hpp"
 
@@ -43,33 +44,154 @@ void list_if_off(load::unused_list &unused, const joint_description &j, const ph
       unused.in_joint(name, "read, not applied", j.name);
 }
 
+/// Is the joint's rotor a body?
+bool has_rotor_body(const joint_description &j, const physics_options &options) {
+  const joint_kind_row kind = row_of(j.kind);
+  return options.rotor && options.rotor_bodies && j.rotor_inertia != 0 && kind.nq == 1 && kind.nv == 1;
+}
+
 coordinate_physics<double> physics_of(const joint_description &j, const physics_options &options, int q_index) {
   coordinate_physics<double> c{};
-  c.armature = (options.armature ? j.armature : 0) + (options.rotor ? j.rotor_inertia * j.gear_ratio * j.gear_ratio : 0);
+  const double reflected = options.rotor && !has_rotor_body(j, options) ? j.rotor_inertia * j.gear_ratio * j.gear_ratio : 0;
+  c.armature = (options.armature ? j.armature : 0) + reflected;
   c.damping = options.damping ? j.damping : 0;
   c.friction = options.friction ? j.friction : 0;
   c.friction_width = options.exact_friction ? narrowest : j.friction_width.value_or(options.friction_width);
   c.stiffness = options.spring ? j.spring_stiffness : 0;
   c.rest = j.spring_rest;
   c.q_index = q_index;
+  c.is_rotor = j.is_rotor;
   return c;
 }
 
+/// Line of a description's unused contents that says what physics is off.
+bool is_off_line(const std::string &line) { return line.find("(read, not applied)") != line.npos; }
+
+void remove_rotors(robot_description &robot) {
+  std::vector<bool> goes(robot.links.size(), false);
+  for (const joint_description &j : robot.joints)
+    if (j.is_rotor)
+      goes[static_cast<std::size_t>(j.child)] = true;
+  if (std::find(goes.begin(), goes.end(), true) == goes.end())
+    return;
+  std::vector<int> index;
+  std::vector<link_description> links;
+  for (std::size_t l = 0; l < robot.links.size(); ++l) {
+    index.push_back(static_cast<int>(links.size()));
+    if (!goes[l])
+      links.push_back(std::move(robot.links[l]));
+  }
+  robot.links = std::move(links);
+  std::erase_if(robot.joints, [](const joint_description &j) { return j.is_rotor; });
+  for (joint_description &j : robot.joints)
+    j.parent = index[static_cast<std::size_t>(j.parent)], j.child = index[static_cast<std::size_t>(j.child)];
+}
+
+/// JOINT_rotor, or that name with underscores after it.
+std::string rotor_name(const robot_description &robot, const joint_description &j) {
+  std::string name = j.name + "_rotor";
+  const auto is_taken = [&](const auto &item) { return item.name == name; };
+  while (std::any_of(robot.links.begin(), robot.links.end(), is_taken) || std::any_of(robot.joints.begin(), robot.joints.end(), is_taken))
+    name += '_';
+  return name;
+}
+
+void add_rotor(robot_description &robot, const joint_description &j) {
+  const vec3<double> a = axis_of(j);
+  const double I = j.rotor_inertia;
+  link_description link;
+  joint_description joint;
+  link.name = joint.name = rotor_name(robot, j);
+  link.at = joint.at = j.at;
+  link.inertia = {0, {0, 0, 0}, I * a.x * a.x, I * a.y * a.y, I * a.z * a.z, I * a.x * a.y, I * a.y * a.z, I * a.z * a.x};
+  link.has_inertial = true;
+  joint.kind = joint_kind::continuous;
+  joint.parent = j.parent, joint.child = static_cast<int>(robot.links.size());
+  joint.placement = j.placement;
+  joint.axis = a;
+  joint.mimic = {j.name, j.gear_ratio, 0, j.at};
+  joint.is_rotor = true;
+  robot.links.push_back(std::move(link));
+  robot.joints.push_back(std::move(joint));
+}
+
+struct named_option {
+  const char *name;
+  bool physics_options::*option;
+};
+constexpr named_option named_options[] = {
+    {"damping", &physics_options::damping}, {"friction", &physics_options::friction}, {"exact friction", &physics_options::exact_friction},
+    {"armature", &physics_options::armature}, {"rotor", &physics_options::rotor}, {"rotor bodies", &physics_options::rotor_bodies},
+    {"spring", &physics_options::spring}};
+
 } // namespace
+
+physics_options physics_named(const std::vector<std::string> &names, double friction_width) {
+  physics_options options;
+  options.friction_width = friction_width;
+  if (!(friction_width > 0 && std::isfinite(friction_width)))
+    load::refuse({}, 0, "friction_width is " + load::shown(friction_width) + "; expected the speed at which friction has 0.71 of its full strength");
+  std::vector<std::string> known = {"all"};
+  for (const named_option &each : named_options)
+    known.push_back(each.name);
+  for (const std::string &name : names) {
+    const auto is_it = [&](const named_option &each) { return each.name == name; };
+    const auto found = std::find_if(std::begin(named_options), std::end(named_options), is_it);
+    if (found != std::end(named_options))
+      options.*found->option = true;
+    else if (name == "all")
+      options.damping = options.friction = options.armature = options.rotor = options.spring = true;
+    else
+      load::refuse({}, 0, "physics " + load::quoted(name) + " is unknown, expected some of " + load::listed(known, known.size()) +
+                              load::suggestion(name, known, "write some of these"));
+  }
+  options.friction |= options.exact_friction;
+  options.rotor |= options.rotor_bodies;
+  return options;
+}
+
+std::vector<std::string> names_of(const physics_options &options) {
+  std::vector<std::string> names;
+  for (const named_option &each : named_options) {
+    const bool is_refined = (each.option == &physics_options::friction && options.exact_friction) ||
+                            (each.option == &physics_options::rotor && options.rotor_bodies);
+    if (options.*each.option && !is_refined)
+      names.push_back(each.name);
+  }
+  return names;
+}
+
+robot_description with_rotors(robot_description robot) {
+  physics_options &options = robot.physics;
+  options.friction |= options.exact_friction;
+  options.rotor |= options.rotor_bodies;
+  if (!options.rotor_bodies) {
+    remove_rotors(robot);
+    return robot;
+  }
+  check_tree(robot);
+  for (std::size_t i = 0, given = robot.joints.size(); i < given; ++i) {
+    const joint_description j = robot.joints[i];
+    const auto is_its_rotor = [&](const joint_description &other) { return other.is_rotor && other.mimic && other.mimic->joint == j.name; };
+    if (has_rotor_body(j, options) && std::none_of(robot.joints.begin(), robot.joints.end(), is_its_rotor))
+      add_rotor(robot, j);
+  }
+  return robot;
+}
 
 std::vector<coordinate_physics<double>> joint_physics(robot_description &robot, const std::vector<joint_row> &joints, int nv) {
   const physics_options &options = robot.physics;
   load::unused_list unused;
+  std::erase_if(robot.unused, is_off_line); // the description of another model has them
   for (const joint_description &j : robot.joints) {
     check(robot, j);
     list_if_off(unused, j, options);
   }
   for (const std::string &line : unused.lines())
-    if (std::find(robot.unused.begin(), robot.unused.end(), line) == robot.unused.end()) // the description of another model has them
-      robot.unused.push_back(line);
+    robot.unused.push_back(line);
   if (!(options.damping || options.friction || options.armature || options.rotor || options.spring))
     return {};
-  std::vector<coordinate_physics<double>> all(static_cast<std::size_t>(nv), {0, 0, 0, 1, 0, 0, 0});
+  std::vector<coordinate_physics<double>> all(static_cast<std::size_t>(nv), {0, 0, 0, 1, 0, 0, 0, false});
   for (const joint_row &j : joints)
     for (int k = 0; k < row_of(j.kind).nv; ++k)
       all[static_cast<std::size_t>(j.v_index + k)] =

@@ -57,7 +57,7 @@ robot_description with_options(robot_description robot, const model_options &opt
   robot.physics = options.physics.value_or(robot.physics);
   for (const payload &p : options.payloads)
     add_payload(p, robot);
-  return robot;
+  return with_rotors(std::move(robot));
 }
 
 } // namespace
@@ -558,6 +558,11 @@ std::string model::massless_joint_text() const {
   const joint_row &joint = joints_[static_cast<std::size_t>(massless_joint_)];
   return "joint " + joint.name + " can move without moving any mass, so that its acceleration is not determined; give link " +
          links_[static_cast<std::size_t>(joint.link)].name + " or a link beyond it mass and inertia, or fix the joint";
+}
+
+std::string model::exact_friction_text() {
+  return "exact dry friction jumps at rest, so that accelerations under given efforts and derivatives are not determined; take the smooth "
+         "law, \"friction\", with a width";
 }
 
 std::vector<int> model::tree_columns() const {

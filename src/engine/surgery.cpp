@@ -141,8 +141,9 @@ void freeze(joint_description &joint, const std::vector<double> &q) {
   SE3<double> placement;
   A::product_dd(&joint.placement, &pose, &placement);
   const file_position at = joint.at;
+  const bool is_rotor = joint.is_rotor;
   joint = weld(joint.name, joint.parent, joint.child, placement);
-  joint.at = at;
+  joint.at = at, joint.is_rotor = is_rotor;
 }
 
 const frozen_joint *find_frozen(const std::vector<frozen_joint> &joints, const std::string &name) {

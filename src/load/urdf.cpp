@@ -1,5 +1,6 @@
 // Reads URDF 1.0 to 1.2: https://wiki.ros.org/urdf/XML, and versions 1.1 and 1.2 as urdfdom has them.  Two extensions are read,
-// with a warning: <joint> of any kind that the engine has, and <drake:joint> as Drake's documentation of URDF describes it.
+// with a warning: <joint> of any kind that the engine has, and <drake:joint> as Drake's documentation of URDF describes it.  Rotors are
+// read from attributes of <dynamics>, or as Drake has them.
 #include "load/urdf.hpp"
 
 #include "ksl/engine/joints.hpp"
@@ -11,6 +12,7 @@
 #include "load/urdf_values.hpp"
 #include "load/words.hpp"
 
+#include <algorithm>
 #include <map>
 #include <set>
 
@@ -48,6 +50,8 @@ private:
   void read_limit(const element &joint, joint_description &out);
   void read_dynamics(const element &joint, joint_description &out);
   void read_mimic(const element &joint, joint_description &out);
+  void read_transmission(pugi::xml_node node);
+  void read_rotor(const element &actuator, joint_description &out);
 
   const load::xml_file &file_;
   const urdf_options &options_;
@@ -82,6 +86,8 @@ robot_description urdf_reader::read() {
   for (const pugi::xml_node child : root_.node().children())
     if (child.name() == std::string_view("joint") || child.name() == std::string_view("drake:joint"))
       read_joint(child);
+  for (const pugi::xml_node transmission : root_.node().children("transmission"))
+    read_transmission(transmission);
   for (const pugi::xml_node other : root_.node().children())
     for (const char *tag : {"material", "transmission", "gazebo"})
       if (other.name() == std::string_view(tag))
@@ -379,6 +385,43 @@ void urdf_reader::read_mimic(const element &joint, joint_description &out) {
   if (mimic.text("joint").empty())
     mimic.refuse("<mimic> names no joint; write <mimic joint=\"...\"/>");
   out.mimic = {mimic.text("joint"), mimic.number("multiplier").value_or(1), mimic.number("offset").value_or(0), {mimic.line()}};
+}
+
+/// The rotor that Drake's documentation of URDF describes, <drake:rotor_inertia value="..."/> and <drake:gear_ratio value="..."/> in
+/// an <actuator> of a transmission for one joint.
+void urdf_reader::read_transmission(pugi::xml_node node) {
+  const element transmission(file_, unused_, node, {"robot", ""});
+  std::vector<pugi::xml_node> actuators;
+  for (const pugi::xml_node actuator : node.children("actuator"))
+    if (actuator.child("drake:rotor_inertia") || actuator.child("drake:gear_ratio"))
+      actuators.push_back(actuator);
+  if (actuators.empty())
+    return;
+  const element joint = transmission.child("joint"); // two are an error
+  const std::string name = joint ? joint.text("name") : "";
+  const auto is_it = [&](const joint_description &j) { return j.name == name; };
+  const auto found = std::find_if(robot_.joints.begin(), robot_.joints.end(), is_it);
+  if (found == robot_.joints.end())
+    transmission.refuse("its actuator has a rotor, and its joint " + quoted(name) + " does not exist; name the joint in <joint name=\"...\"/>");
+  if (actuators.size() > 1)
+    transmission.refuse("two actuators have rotors for joint " + quoted(name) + "; keep one");
+  read_rotor(element(file_, unused_, actuators.front(), {"joint", name}), *found);
+}
+
+/// Into a joint whose <dynamics> has no rotor, if it can have one.
+void urdf_reader::read_rotor(const element &actuator, joint_description &out) {
+  const auto value = [&](const char *tag) {
+    const element given = actuator.child(tag);
+    return given ? optional_number(given.required_number("value", "write value=\"...\"")) : std::nullopt;
+  };
+  const optional_number inertia = value("drake:rotor_inertia"), ratio = value("drake:gear_ratio");
+  const joint_kind_row kind = row_of(out.kind);
+  if (kind.nv == 0 || kind.is_free)
+    return unused_.in_joint("drake:rotor_inertia, drake:gear_ratio", "no effect on a " + std::string(kind.name) + " joint", out.name);
+  const bool has_rotor = out.rotor_inertia != 0 || out.gear_ratio != 1;
+  if (has_rotor && (inertia.value_or(0) != out.rotor_inertia || ratio.value_or(1) != out.gear_ratio))
+    return unused_.in_joint("drake:rotor_inertia, drake:gear_ratio", "differs from <dynamics>, which is used", out.name);
+  out.rotor_inertia = inertia.value_or(0), out.gear_ratio = ratio.value_or(1);
 }
 
 } // namespace

@@ -98,10 +98,16 @@ public:
     if (has_quaternions())
       set(root_, "version", "1.1");
     write_losses();
-    for (const link_description &link : robot_.links)
-      write_link(link);
+    std::vector<bool> is_rotor(robot_.links.size(), false); // a reader makes it from the numbers of its joint
     for (const joint_description &joint : robot_.joints)
-      write_joint(joint);
+      if (joint.is_rotor && joint.mimic)
+        is_rotor[static_cast<std::size_t>(joint.child)] = true;
+    for (std::size_t l = 0; l < robot_.links.size(); ++l)
+      if (!is_rotor[l])
+        write_link(robot_.links[l]);
+    for (const joint_description &joint : robot_.joints)
+      if (!is_rotor[static_cast<std::size_t>(joint.child)])
+        write_joint(joint);
     std::ostringstream out;
     document_.save(out, "  ", pugi::format_default, pugi::encoding_utf8);
     return out.str();

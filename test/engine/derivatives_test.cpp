@@ -154,7 +154,7 @@ ksl::reaction_request request_of(int turn, int links) {
   ksl::reaction_request r;
   r.at = frames[turn % 3], r.axes = frames[turn / 3 % 3];
   r.at_link = (7 * turn + 1) % links, r.axes_link = (5 * turn + 2) % links;
-  r.part = static_cast<ksl::wrench_part>(turn % 2 ? turn / 2 % 3 : 0);
+  r.part = static_cast<ksl::wrench_part>(turn % 2 ? turn / 2 % 4 : 0);
   if (turn % 4 == 1)
     r.offset[0] = 0.3, r.offset[1] = -0.2, r.offset[2] = 0.7;
   r.on = turn % 5 == 3 ? ksl::wrench_side::parent : ksl::wrench_side::child;

@@ -88,6 +88,7 @@ struct joint_description {
   double gear_ratio = 1;         ///< turns of the rotor for each of the joint; rad/m where the joint slides
   double spring_stiffness = 0;   ///< N m/rad or N/m; of joints with one coordinate
   double spring_rest = 0;        ///< position where the spring is slack, rad or m
+  bool is_rotor = false;         ///< does it carry the rotor of the joint that it mimics (physics_options::rotor_bodies)
   std::optional<mimic_description> mimic; ///< of joints with one coordinate
   given_joint given;
 };
@@ -95,6 +96,8 @@ struct joint_description {
 /// Which physics of joints a model has, besides that of rigid bodies.  None by default: the quantities of the textbook.
 struct physics_options {
   bool damping = false, friction = false, armature = false, rotor = false, spring = false;
+  /// Rotors are bodies, which turn with the joint's parent link, instead of inertia of the joint's coordinate (with_rotors).
+  bool rotor_bodies = false;
   /// Dry friction has full strength at any speed but zero, instead of the smooth law.  For inverse dynamics only.
   bool exact_friction = false;
   double friction_width = 0.01; ///< of the smooth law, rad/s or m/s; for joints that have none of their own

@@ -64,6 +64,7 @@ template <class T> struct coordinate_physics {
   T friction, friction_width; ///< N m or N; rad/s or m/s
   T stiffness, rest;          ///< of a spring, N m/rad or N/m, and the position where it is slack
   int q_index;                ///< where the coordinate's position is in q, if it has a spring
+  bool is_rotor;              ///< does it move a rotor, which is a body; what it transmits is then the rotor's part
 };
 
 /// All arrays of a mechanism; bodies and links in topological order, parents first.

@@ -328,7 +328,7 @@ KSL_LANES coscrew<T> set_part_of_reaction(const model_view<scalar_of<T>> &model,
     return wrench_by<P>{express(by.q), express(by.v), express(by.a)};
   });
   if constexpr (only_turns(K))
-    if (b.ends_universal && part != wrench_part::coupling)
+    if (b.ends_universal && part != wrench_part::coupling) // a universal joint follows no other
       add_rate_of_split(w, b, part, expressed(body, d.f), D, out);
   return express(d.f);
 }

@@ -29,7 +29,7 @@ template <class T, class S> KSL_LANES tensor_rotation<T> spread(const tensor_rot
 }
 
 template <class T, class S> coordinate_physics<T> spread(const coordinate_physics<S> &c) {
-  return {T(c.armature), T(c.damping), T(c.friction), T(c.friction_width), T(c.stiffness), T(c.rest), c.q_index};
+  return {T(c.armature), T(c.damping), T(c.friction), T(c.friction_width), T(c.stiffness), T(c.rest), c.q_index, c.is_rotor};
 }
 
 template <class T, class S> body<T> spread(const body<S> &b) {

@@ -14,6 +14,7 @@ struct operational_space_algorithm {
       .external = external_use::optional,
       .request = request_kind::frames,
       .needs_mass = false,
+      .smooth_friction = true,
       .results = 4,
       .result = {{"inertia", 2, {extent::twists, extent::twists}}, {"bias", 1, {extent::twists}}, {"pseudo_inverse", 2, {extent::nv, extent::twists}}, {"rank", 0, {}}},
   };

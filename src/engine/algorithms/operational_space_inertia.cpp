@@ -14,6 +14,7 @@ struct operational_space_inertia_algorithm {
       .external = external_use::none,
       .request = request_kind::frames,
       .needs_mass = false,
+      .smooth_friction = false,
       .results = 2,
       .result = {{"inertia", 2, {extent::twists, extent::twists}}, {"rank", 0, {}}},
   };

@@ -14,6 +14,7 @@ struct operational_space_inertia_inverse_algorithm {
       .external = external_use::none,
       .request = request_kind::frames,
       .needs_mass = false,
+      .smooth_friction = false,
       .results = 1,
       .result = {{"inverse", 2, {extent::twists, extent::twists}}},
   };
