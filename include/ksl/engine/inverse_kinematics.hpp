@@ -340,6 +340,8 @@ private:
   int numbers() const { return coupling_.followers > 0 ? coupling_.nq : model_.nq; }
   int at(int i) const { return coupling_.followers > 0 ? coupling_.in_q[i] : i; }
   int user_index(int expanded) const {
+    if (coupling_.followers == 0)
+      return expanded;
     int i = 0;
     while (at(i) < expanded) // numbers keep their order
       ++i;
