@@ -101,7 +101,7 @@ inline void add_builder(nb::module_ &module) {
             return b.build(options_of(floating_base, gravity, payloads, physics), strict, masses_optional);
           },
           "floating_base"_a, "strict"_a, "gravity"_a.none(), "payloads"_a, "masses_optional"_a,
-          "physics"_a = physics_given{{}, ksl::physics_options().friction_width});
+          "physics"_a = physics_given(std::vector<std::string>(), ksl::physics_options().friction_width));
 }
 
 inline void add_surgery(nb::class_<ksl::model> &model) {

@@ -27,7 +27,6 @@ template <class Go> void fields(Go &go, ksl::spatial_inertia<double> &I) {
 template <class Go> void fields(Go &go, ksl::file_position &at) { go(at.line); }
 template <class Go> void fields(Go &go, ksl::given_rotation &r) { go(r.by, r.numbers); }
 template <class Go> void fields(Go &go, ksl::given_inertia &I) { go(I.mass, I.center_of_mass, I.axes, I.moments); }
-template <class Go> void fields(Go &go, ksl::mimic_description &m) { go(m.joint, m.multiplier, m.offset, m.at); }
 template <class Go> void fields(Go &go, ksl::given_joint &j) { go(j.rotation, j.axis, j.axis2, j.pitch); }
 template <class Go> void fields(Go &go, ksl::link_description &l) {
   go(l.name, l.at, l.inertia, l.has_inertial, l.has_geometry, l.given);

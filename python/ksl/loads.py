@@ -185,7 +185,7 @@ class Curves:
             speed = model._velocity_of(joint, motion.v) if joint.one_coordinate else None
             effort = np.empty(n) if joint.one_coordinate and joint.leader is None else None
             coupling = np.empty(n) if joint.leader is not None else None
-            parts = {name: np.empty(n) for name in EFFORT_PARTS} if model.physics and effort is not None else {}
+            parts: dict[str, Array] = {name: np.empty(n) for name in EFFORT_PARTS} if model.physics and effort is not None else {}
             self.loads.append(JointLoads(joint, {name: np.empty(n) for name in empty.wrench}, speed, effort, coupling, parts))
 
     def add(self, block: Block) -> None:
@@ -199,10 +199,11 @@ class Curves:
                 collected.effort[block.rows] = block.tau[:, collected.joint.v_index]
             if collected.coupling is not None:
                 collected.coupling[block.rows] = block.coupling[:, followers[collected.joint.name]]
-            for k, part_of_effort in enumerate(collected.parts.values()):
-                part_of_effort[block.rows] = block.parts[:, k, collected.joint.v_index]
+            if block.parts is not None:
+                for k, part_of_effort in enumerate(collected.parts.values()):
+                    part_of_effort[block.rows] = block.parts[:, k, collected.joint.v_index]
         self._drive[block.rows] = np.sum(block.tau * block.v, axis=1)
-        if self._dissipation is not None:
+        if self._dissipation is not None and block.parts is not None:
             self._dissipation[block.rows] = np.sum((block.parts[:, 1] + block.parts[:, 2]) * block.v, axis=1)
         self._largest_effort = max(self._largest_effort, float(np.max(np.abs(block.tau), initial=0.0)))
 

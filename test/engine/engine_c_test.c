@@ -431,6 +431,41 @@ static void test_unknown_instruction_set(const char *path) {
   ksl_model_free(m);
 }
 
+/* tau = m g l sin q + damping v + F v/|v| + N^2 I a of the pendulum, with and without its rotor as a body. */
+static void test_physics(void) {
+  const ksl_link_mass_t bob = {1.3, {0, 0, -0.7}, {{0}}};
+  const double y[3] = {0, 1, 0}, q = 0.8, v = 2.0, a = -1.7, g = 9.81, transmitted = 1.3 * 0.7 * (g * sin(q) + 0.7 * a);
+  ksl_joint_options_t pin = ksl_joint_options();
+  ksl_builder_t *b = NULL;
+  ksl_model_t *m = NULL, *exact = NULL;
+  ksl_data_t *d = NULL;
+  double tau = 0, parts[5];
+  pin.axis = y, pin.damping = 0.3, pin.friction = 1.5, pin.rotor_inertia = 1e-4, pin.gear_ratio = 50;
+  CHECK(ksl_builder_create("p", &b) == KSL_OK && ksl_builder_add_link(b, "ceiling", NULL) == KSL_OK);
+  CHECK(ksl_builder_add_link(b, "bob", &bob) == KSL_OK);
+  CHECK(ksl_builder_add_joint(b, "pin", "continuous", "ceiling", "bob", NULL, &pin) == KSL_OK);
+  for (int bodies = 0; bodies < 2; ++bodies) {
+    ksl_model_options_t options = ksl_model_options();
+    CHECK(!options.physics.damping && !options.physics.rotor);
+    options.physics.damping = true, options.physics.rotor = true, options.physics.rotor_bodies = bodies == 1;
+    CHECK(ksl_builder_build(b, &options, &m) == KSL_OK && ksl_data_create(m, &d) == KSL_OK);
+    CHECK(ksl_model_physics(m).damping && !ksl_model_physics(m).spring && ksl_model_physics(m).friction_width == 0.01);
+    CHECK(ksl_model_links(m) == 2 + bodies && ksl_model_nv(m) == 1);
+    CHECK(ksl_inverse_dynamics(m, d, &q, &v, &a, NULL, &tau) == KSL_OK);
+    CHECK(close_to(tau, transmitted + 0.3 * v + 0.25 * a));
+    CHECK(ksl_effort_parts(m, d, &q, &v, &a, NULL, parts) == KSL_OK);
+    CHECK(close_to(parts[0], transmitted) && close_to(parts[1], 0.6) && parts[2] == 0 && close_to(parts[3], 0.25 * a) && parts[4] == 0);
+    const ksl_physics_t physics = {.exact_friction = true};
+    CHECK(ksl_model_with_physics(m, &physics, &exact) == KSL_OK && ksl_model_links(exact) == 2);
+    ksl_data_free(d), d = NULL;
+    CHECK(ksl_data_create(exact, &d) == KSL_OK);
+    CHECK(ksl_inverse_dynamics(exact, d, &q, &v, &a, NULL, &tau) == KSL_OK && close_to(tau, transmitted + 1.5));
+    CHECK_REFUSED(ksl_forward_dynamics(exact, d, &q, &v, &a, NULL, &tau), KSL_BAD_ARGUMENT, "exact dry friction jumps at rest");
+    ksl_data_free(d), ksl_model_free(exact), ksl_model_free(m);
+  }
+  ksl_builder_free(b);
+}
+
 int main(int argc, char **argv) {
   if (argc != 3)
     return 1;
@@ -455,5 +490,6 @@ int main(int argc, char **argv) {
   test_sample_robot(sample);
   test_dynamics(sample);
   test_positions_and_energies(sample);
+  test_physics();
   return failures;
 }
