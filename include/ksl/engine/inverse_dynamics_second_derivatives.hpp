@@ -82,10 +82,8 @@ template <class T> struct tau_second_derivatives {
 
   KSL_LANES index at(index i, index k, index m) const { return (i * n + k) * n + m; }
   void clear_all() const {
-    T *const results[] = {by_qq, by_vv, by_qv, mass_by_q};
-    for (T *x : results)
-      for (index k = 0; k < n * n * n; ++k)
-        x[k] = T(0);
+    for (index k = 0; k < n * n * n; ++k)
+      by_qq[k] = by_vv[k] = by_qv[k] = mass_by_q[k] = T(0);
   }
 };
 
