@@ -134,6 +134,7 @@ by v_k and v_m; by q_k and v_m; by q_k and tau_m.  The first is the derivative a
 derivative along q ⊕ s e_k, with v and tau held componentwise.  It is symmetric in k and m unless both are of one joint
 with several coordinates.  External wrenches are held in their links' axes, and move with the links.
 out: four arrays, one for each derivative.
+Not for robots with mimic joints (ValueError).
 From those of inverse dynamics and the inverse of the mass matrix, analytic: after Singh, Russell, Wensing, On Second-Order
 Derivatives of Rigid-Body Dynamics: Theory & Implementation (T-RO 40, 2024); O(nv⁴).
 """,

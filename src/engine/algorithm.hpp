@@ -63,7 +63,7 @@ enum class coupled_by : unsigned char {
   hybrid,         ///< a and τ, where some of each are given
   jump,           ///< M⁻¹ Jᵀ impulses
   operational_inverse, operational_inertia, operational_space, ///< J M⁻¹ Jᵀ, and what follows from it
-  refusal         ///< not at all: a result in the layout of the tree
+  refusal         ///< not at all: where the layout is that of the tree, and second derivatives of solutions
 };
 
 constexpr int most_inputs = 4; ///< how many an algorithm can have

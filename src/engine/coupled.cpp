@@ -110,10 +110,14 @@ private:
 } // namespace
 
 void require_projection(const algorithm_row &row, const model &m) {
-  if (m.followers() && row.coupled == coupled_by::refusal)
-    throw std::invalid_argument(std::string(row.name) + " is not available for robots with mimic joints, whose mass matrix has other " +
-                                "zeros than those of the tree; use mass_matrix, or load the robot with mimic=\"independent\" " +
-                                "(mimic_independent in C and C++), which gives each joint a coordinate of its own");
+  if (!m.followers() || row.coupled != coupled_by::refusal)
+    return;
+  const result_row &first = row.result[0];
+  const bool of_tree = std::find(first.shape, first.shape + first.axes, extent::tree) != first.shape + first.axes;
+  throw std::invalid_argument(std::string(row.name) + " is not available for robots with mimic joints" +
+                              (of_tree ? ", whose mass matrix has other zeros than those of the tree; use mass_matrix, or load" : "; load") +
+                              " the robot with mimic=\"independent\" (mimic_independent in C and C++), which gives each joint a " +
+                              "coordinate of its own");
 }
 
 template <class S> std::size_t state_bytes(const algorithm_row &row, const model &m, const extents &asked) {

@@ -201,12 +201,12 @@ def test_operational_space(seed, options):
     close(bias, -times(inertia, rates), 1e-9, size * np.abs(rates).max(initial=1))
 
 
-def test_what_has_the_layout_of_the_tree_is_refused_in_words():
+def test_other_rows_are_refused_in_words():
     case = next(c for c in map(Case, range(40)) if c.p.m.follower_names)
     for row in ROWS.values():
         if row.coupled == "refusal":
-            assert all(result.shape == ("tree",) for result in row.results)
-            with pytest.raises(ValueError, match=f"{row.name} is not available for robots with mimic joints.*other zeros.*mass_matrix.*independent"):
+            why = ".*other zeros.*mass_matrix" if row.results[0].shape == ("tree",) else ""
+            with pytest.raises(ValueError, match=f"{row.name} is not available for robots with mimic joints{why}.*independent"):
                 case.results(row, "coupled")
 
 
