@@ -27,11 +27,11 @@ template <class Go> void fields(Go &go, ksl::spatial_inertia<double> &I) {
 template <class Go> void fields(Go &go, ksl::file_position &at) { go(at.line); }
 template <class Go> void fields(Go &go, ksl::given_rotation &r) { go(r.by, r.numbers); }
 template <class Go> void fields(Go &go, ksl::given_inertia &I) { go(I.mass, I.center_of_mass, I.axes, I.moments); }
-template <class Go> void fields(Go &go, ksl::mimic_description &m) { go(m.joint, m.multiplier, m.offset, m.at); }
 template <class Go> void fields(Go &go, ksl::given_joint &j) { go(j.rotation, j.axis, j.axis2, j.pitch); }
 template <class Go> void fields(Go &go, ksl::link_description &l) {
   go(l.name, l.at, l.inertia, l.has_inertial, l.has_geometry, l.given);
 }
+template <class Go> void fields(Go &go, ksl::mimic_description &m) { go(m.joint, m.multiplier, m.offset, m.at); }
 template <class Go> void fields(Go &go, ksl::joint_description &j) {
   go(j.name, j.at, j.kind, j.parent, j.child, j.placement, j.axis, j.axis2, j.pitch, j.lower, j.upper, j.effort,
      j.velocity, j.damping, j.friction, j.friction_width, j.armature, j.rotor_inertia, j.gear_ratio,
@@ -41,7 +41,7 @@ template <class Go> void fields(Go &go, ksl::physics_options &p) {
   go(p.damping, p.friction, p.armature, p.rotor, p.spring, p.rotor_bodies, p.exact_friction, p.friction_width);
 }
 template <class Go> void fields(Go &go, ksl::robot_description &r) {
-  go(r.name, r.file, r.links, r.joints, r.gravity, r.floating_base, r.physics, r.unused, r.warnings);
+  go(r.name, r.file, r.links, r.joints, r.gravity, r.physics, r.floating_base, r.unused, r.warnings);
 }
 
 template <class T> constexpr bool is_struct = requires(T &x, void (&go)(...)) { fields(go, x); };

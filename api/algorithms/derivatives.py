@@ -1,4 +1,4 @@
-"""First derivatives of dynamics."""
+"""First and second derivatives of dynamics."""
 
 from algorithms.row import Algorithm, Result
 
@@ -78,6 +78,64 @@ All arguments as in :meth:`reactions`, whose components in the requested axes ar
 these axes and the point move.  By q is along q ⊕ s e_k (:meth:`integrate`), with v and a held componentwise.
 External wrenches are held in their links' axes, and move with the links.
 out: three arrays, one for each derivative.  After Singh, Russell, Wensing (RA-L 7(2), 2022); O(joints × nv).
+""",
+    ),
+    Algorithm(
+        name="inverse_dynamics_second_derivatives",
+        header="inverse_dynamics_second_derivatives.hpp",
+        inputs=("q", "v", "a"),
+        external="optional",
+        results=(
+            Result("d2tau_dqdq", ("nv", "nv", "nv"), "second derivative of the efforts by q"),
+            Result("d2tau_dvdv", ("nv", "nv", "nv"), "by v"),
+            Result("d2tau_dqdv", ("nv", "nv", "nv"), "by q and v"),
+            Result("dM_dq", ("nv", "nv", "nv"), "derivative of the mass matrix by q, or of the efforts by a and q"),
+        ),
+        form="sparse_results",
+        summary="Second derivatives of inverse_dynamics by q, v, q and v, a and q, each (…, nv, nv, nv).",
+        text="Second derivatives {d2tau_dqdq}, {d2tau_dvdv}, {d2tau_dqdv}, {dM_dq} of the joint efforts that inverse dynamics gives for "
+        "{q}, {v}, {a}, each row-major.  Element (i, k, m) is that of effort i by q_k and q_m; by v_k and v_m; by q_k and v_m; by a_k "
+        "and q_m, which is dM_ik/dq_m.  The first is the derivative along q ⊕ s e_m of the derivative along q ⊕ s e_k, with v and a "
+        "held componentwise; it is symmetric in k and m unless both are of one joint with several coordinates.  External wrenches are "
+        "held in their links' axes, and move with the links (after Singh, Russell, Wensing, T-RO 40, 2024).  O(nv × depth²), besides "
+        "writing 4 nv³ numbers.",
+        python="""
+q, v, a, external, threads: as in :meth:`inverse_dynamics`.  Element (i, k, m) is that of effort i by q_k and q_m; by v_k
+and v_m; by q_k and v_m; by a_k and q_m, which is dM_ik/dq_m.  The first is the derivative along q ⊕ s e_m
+(:meth:`integrate`) of the derivative along q ⊕ s e_k, with v and a held componentwise.  It is symmetric in k and m unless
+both are of one joint with several coordinates.  External wrenches are held in their links' axes, and move with the links.
+out: four arrays, one for each derivative.
+After Singh, Russell, Wensing, On Second-Order Derivatives of Rigid-Body Dynamics: Theory & Implementation (T-RO 40, 2024),
+analytic; O(nv × depth²), besides writing 4 nv³ numbers.
+""",
+    ),
+    Algorithm(
+        name="forward_dynamics_second_derivatives",
+        header="forward_dynamics_second_derivatives.hpp",
+        inputs=("q", "v", "tau"),
+        coupled="refusal",
+        external="optional",
+        results=(
+            Result("d2a_dqdq", ("nv", "nv", "nv"), "second derivative of the accelerations by q"),
+            Result("d2a_dvdv", ("nv", "nv", "nv"), "by v"),
+            Result("d2a_dqdv", ("nv", "nv", "nv"), "by q and v"),
+            Result("d2a_dqdtau", ("nv", "nv", "nv"), "by q and tau: derivative of the inverse of the mass matrix"),
+        ),
+        needs_mass=True,
+        summary="Second derivatives of forward_dynamics by q, v, q and v, q and tau, each (…, nv, nv, nv).",
+        text="Second derivatives {d2a_dqdq}, {d2a_dvdv}, {d2a_dqdv}, {d2a_dqdtau} of the accelerations that forward dynamics gives for "
+        "{q}, {v}, {tau}, each row-major.  Element (i, k, m) is that of acceleration i by q_k and q_m; by v_k and v_m; by q_k and v_m; "
+        "by q_k and tau_m.  The first is the derivative along q ⊕ s e_m of the derivative along q ⊕ s e_k, with v and tau held "
+        "componentwise; it is symmetric in k and m unless both are of one joint with several coordinates.  External wrenches are held "
+        "in their links' axes, and move with the links (after Singh, Russell, Wensing, T-RO 40, 2024).  O(nv⁴).",
+        python="""
+q, v, tau, external, threads: as in :meth:`forward_dynamics`.  Element (i, k, m) is that of acceleration i by q_k and q_m;
+by v_k and v_m; by q_k and v_m; by q_k and tau_m.  The first is the derivative along q ⊕ s e_m (:meth:`integrate`) of the
+derivative along q ⊕ s e_k, with v and tau held componentwise.  It is symmetric in k and m unless both are of one joint
+with several coordinates.  External wrenches are held in their links' axes, and move with the links.
+out: four arrays, one for each derivative.
+From those of inverse dynamics and the inverse of the mass matrix, analytic: after Singh, Russell, Wensing, On Second-Order
+Derivatives of Rigid-Body Dynamics: Theory & Implementation (T-RO 40, 2024); O(nv⁴).
 """,
     ),
 )

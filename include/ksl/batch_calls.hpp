@@ -310,6 +310,30 @@ KSL_EXPORT void forward_dynamics_derivatives_batch(const model &m, const batch_v
 template <class S>
 KSL_EXPORT void reactions_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
+/// Second derivatives d2tau_dqdq (nv, nv, nv), d2tau_dvdv (nv, nv, nv), d2tau_dqdv (nv, nv, nv), dM_dq (nv, nv, nv) of
+/// the joint efforts that inverse dynamics gives for q (nq), v (nv), a (nv), each row-major.  Element (i, k, m) is that
+/// of effort i by q_k and q_m; by v_k and v_m; by q_k and v_m; by a_k and q_m, which is dM_ik/dq_m.  The first is the
+/// derivative along q ⊕ s e_m of the derivative along q ⊕ s e_k, with v and a held componentwise; it is symmetric in k
+/// and m unless both are of one joint with several coordinates.  External wrenches are held in their links' axes, and
+/// move with the links (after Singh, Russell, Wensing, T-RO 40, 2024).  O(nv × depth²), besides writing 4 nv³ numbers.
+/// Reads batch.q, batch.v, batch.a, batch.external; writes d2tau_dqdq into batch.result[0] (rows of nv × nv × nv),
+/// d2tau_dvdv into batch.result[1] (rows of nv × nv × nv), d2tau_dqdv into batch.result[2] (rows of nv × nv × nv),
+/// dM_dq into batch.result[3] (rows of nv × nv × nv).
+template <class S>
+KSL_EXPORT void inverse_dynamics_second_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Second derivatives d2a_dqdq (nv, nv, nv), d2a_dvdv (nv, nv, nv), d2a_dqdv (nv, nv, nv), d2a_dqdtau (nv, nv, nv) of
+/// the accelerations that forward dynamics gives for q (nq), v (nv), tau (nv), each row-major.  Element (i, k, m) is
+/// that of acceleration i by q_k and q_m; by v_k and v_m; by q_k and v_m; by q_k and tau_m.  The first is the
+/// derivative along q ⊕ s e_m of the derivative along q ⊕ s e_k, with v and tau held componentwise; it is symmetric in
+/// k and m unless both are of one joint with several coordinates.  External wrenches are held in their links' axes, and
+/// move with the links (after Singh, Russell, Wensing, T-RO 40, 2024).  O(nv⁴).  Reads batch.q, batch.v, batch.tau,
+/// batch.external; writes d2a_dqdq into batch.result[0] (rows of nv × nv × nv), d2a_dvdv into batch.result[1] (rows of
+/// nv × nv × nv), d2a_dqdv into batch.result[2] (rows of nv × nv × nv), d2a_dqdtau into batch.result[3] (rows of nv ×
+/// nv × nv).
+template <class S>
+KSL_EXPORT void forward_dynamics_second_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
 /// Regressor Y (nv, links, 10) of inverse dynamics for q (nq), v (nv) and a (nv): summed over all links with their
 /// parameters it is the joint efforts under gravity, without external wrenches (Atkeson, An, Hollerbach, IJRR 5,
 /// 1986).  A link has ten parameters: mass, mass × centroid, Ixx Ixy Iyy Ixz Iyz Izz about its origin, in its axes.

@@ -834,6 +834,74 @@ KSL_EXPORT ksl_status_t ksl_reactions_derivatives_external_batchf(
     float *by_v, ptrdiff_t by_v_stride, int joints_n, const int *joints, const ksl_reaction_options_t *options,
     float *by_a, ptrdiff_t by_a_stride, int threads);
 
+/** Second derivatives d2tau_dqdq (nv, nv, nv), d2tau_dvdv (nv, nv, nv), d2tau_dqdv (nv, nv, nv), dM_dq (nv, nv, nv)
+    of the joint efforts that inverse dynamics gives for q (nq), v (nv), a (nv), each row-major.  Element (i, k, m)
+    is that of effort i by q_k and q_m; by v_k and v_m; by q_k and v_m; by a_k and q_m, which is dM_ik/dq_m.  The
+    first is the derivative along q ⊕ s e_m of the derivative along q ⊕ s e_k, with v and a held componentwise; it is
+    symmetric in k and m unless both are of one joint with several coordinates.  External wrenches are held in their
+    links' axes, and move with the links (after Singh, Russell, Wensing, T-RO 40, 2024).  O(nv × depth²), besides
+    writing 4 nv³ numbers.  external may be NULL: no wrench. */
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_second_derivatives(
+    const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *a,
+    const ksl_external_t *external, double *d2tau_dqdq, double *d2tau_dvdv, double *d2tau_dqdv, double *dM_dq);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_second_derivativesf(
+    const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *a,
+    const ksl_externalf_t *external, float *d2tau_dqdq, float *d2tau_dvdv, float *d2tau_dqdv, float *dM_dq);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_second_derivatives_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *a, ptrdiff_t a_stride, double *d2tau_dqdq, ptrdiff_t d2tau_dqdq_stride, double *d2tau_dvdv,
+    ptrdiff_t d2tau_dvdv_stride, double *d2tau_dqdv, ptrdiff_t d2tau_dqdv_stride, double *dM_dq, ptrdiff_t dM_dq_stride,
+    int threads);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_second_derivatives_external_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *a, ptrdiff_t a_stride, const ksl_external_rows_t *external, double *d2tau_dqdq,
+    ptrdiff_t d2tau_dqdq_stride, double *d2tau_dvdv, ptrdiff_t d2tau_dvdv_stride, double *d2tau_dqdv,
+    ptrdiff_t d2tau_dqdv_stride, double *dM_dq, ptrdiff_t dM_dq_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_second_derivatives_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *a, ptrdiff_t a_stride, float *d2tau_dqdq, ptrdiff_t d2tau_dqdq_stride, float *d2tau_dvdv,
+    ptrdiff_t d2tau_dvdv_stride, float *d2tau_dqdv, ptrdiff_t d2tau_dqdv_stride, float *dM_dq, ptrdiff_t dM_dq_stride,
+    int threads);
+KSL_EXPORT ksl_status_t ksl_inverse_dynamics_second_derivatives_external_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *a, ptrdiff_t a_stride, const ksl_external_rowsf_t *external, float *d2tau_dqdq,
+    ptrdiff_t d2tau_dqdq_stride, float *d2tau_dvdv, ptrdiff_t d2tau_dvdv_stride, float *d2tau_dqdv,
+    ptrdiff_t d2tau_dqdv_stride, float *dM_dq, ptrdiff_t dM_dq_stride, int threads);
+
+/** Second derivatives d2a_dqdq (nv, nv, nv), d2a_dvdv (nv, nv, nv), d2a_dqdv (nv, nv, nv), d2a_dqdtau (nv, nv, nv)
+    of the accelerations that forward dynamics gives for q (nq), v (nv), tau (nv), each row-major.  Element (i, k, m)
+    is that of acceleration i by q_k and q_m; by v_k and v_m; by q_k and v_m; by q_k and tau_m.  The first is the
+    derivative along q ⊕ s e_m of the derivative along q ⊕ s e_k, with v and tau held componentwise; it is symmetric
+    in k and m unless both are of one joint with several coordinates.  External wrenches are held in their links'
+    axes, and move with the links (after Singh, Russell, Wensing, T-RO 40, 2024).  O(nv⁴).  external may be NULL: no
+    wrench. */
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_second_derivatives(
+    const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *tau,
+    const ksl_external_t *external, double *d2a_dqdq, double *d2a_dvdv, double *d2a_dqdv, double *d2a_dqdtau);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_second_derivativesf(
+    const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *tau,
+    const ksl_externalf_t *external, float *d2a_dqdq, float *d2a_dvdv, float *d2a_dqdv, float *d2a_dqdtau);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_second_derivatives_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *tau, ptrdiff_t tau_stride, double *d2a_dqdq, ptrdiff_t d2a_dqdq_stride, double *d2a_dvdv,
+    ptrdiff_t d2a_dvdv_stride, double *d2a_dqdv, ptrdiff_t d2a_dqdv_stride, double *d2a_dqdtau,
+    ptrdiff_t d2a_dqdtau_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_second_derivatives_external_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *tau, ptrdiff_t tau_stride, const ksl_external_rows_t *external, double *d2a_dqdq,
+    ptrdiff_t d2a_dqdq_stride, double *d2a_dvdv, ptrdiff_t d2a_dvdv_stride, double *d2a_dqdv, ptrdiff_t d2a_dqdv_stride,
+    double *d2a_dqdtau, ptrdiff_t d2a_dqdtau_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_second_derivatives_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *tau, ptrdiff_t tau_stride, float *d2a_dqdq, ptrdiff_t d2a_dqdq_stride, float *d2a_dvdv,
+    ptrdiff_t d2a_dvdv_stride, float *d2a_dqdv, ptrdiff_t d2a_dqdv_stride, float *d2a_dqdtau,
+    ptrdiff_t d2a_dqdtau_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_forward_dynamics_second_derivatives_external_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *tau, ptrdiff_t tau_stride, const ksl_external_rowsf_t *external, float *d2a_dqdq,
+    ptrdiff_t d2a_dqdq_stride, float *d2a_dvdv, ptrdiff_t d2a_dvdv_stride, float *d2a_dqdv, ptrdiff_t d2a_dqdv_stride,
+    float *d2a_dqdtau, ptrdiff_t d2a_dqdtau_stride, int threads);
+
 /** Regressor Y (nv, links, 10) of inverse dynamics for q (nq), v (nv) and a (nv): summed over all links with their
     parameters it is the joint efforts under gravity, without external wrenches (Atkeson, An, Hollerbach, IJRR 5,
     1986).  A link has ten parameters: mass, mass × centroid, Ixx Ixy Iyy Ixz Iyz Izz about its origin, in its axes.

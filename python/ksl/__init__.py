@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING
 from ksl._core import __version__
 from ksl.builder import Builder
 from ksl.errors import DescriptionError, DescriptionWarning, FrameError, MotionError, QuaternionWarning
+from ksl.loading import load
 from ksl.mechanism import Joint, Link
-from ksl.model import Model, load
+from ksl.model import Model
 
 if TYPE_CHECKING:
     from ksl.spatial import Acceleration, Inertia, Momentum, Pose, Twist, Wrench

@@ -650,6 +650,54 @@ class Calls(Requests):
         """
         return self._core.reactions_derivatives(q, v, a, None, external, self._request(on, at, axes, order, part, joints), out, threads)
 
+    def inverse_dynamics_second_derivatives(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        external: External | None = None,
+        out: tuple[Array,
+        Array,
+        Array,
+        Array] | None = None,
+        threads: int | None = None,
+    ) -> tuple[Array, Array, Array, Array]:
+        """Second derivatives of inverse_dynamics by q, v, q and v, a and q, each (…, nv, nv, nv).
+
+        q, v, a, external, threads: as in :meth:`inverse_dynamics`.  Element (i, k, m) is that of effort i by q_k and q_m; by v_k
+        and v_m; by q_k and v_m; by a_k and q_m, which is dM_ik/dq_m.  The first is the derivative along q ⊕ s e_m
+        (:meth:`integrate`) of the derivative along q ⊕ s e_k, with v and a held componentwise.  It is symmetric in k and m unless
+        both are of one joint with several coordinates.  External wrenches are held in their links' axes, and move with the links.
+        out: four arrays, one for each derivative.
+        After Singh, Russell, Wensing, On Second-Order Derivatives of Rigid-Body Dynamics: Theory & Implementation (T-RO 40, 2024),
+        analytic; O(nv × depth²), besides writing 4 nv³ numbers.
+        """
+        return self._core.inverse_dynamics_second_derivatives(q, v, a, None, external, None, out, threads)
+
+    def forward_dynamics_second_derivatives(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        tau: ArrayLike,
+        external: External | None = None,
+        out: tuple[Array,
+        Array,
+        Array,
+        Array] | None = None,
+        threads: int | None = None,
+    ) -> tuple[Array, Array, Array, Array]:
+        """Second derivatives of forward_dynamics by q, v, q and v, q and tau, each (…, nv, nv, nv).
+
+        q, v, tau, external, threads: as in :meth:`forward_dynamics`.  Element (i, k, m) is that of acceleration i by q_k and q_m;
+        by v_k and v_m; by q_k and v_m; by q_k and tau_m.  The first is the derivative along q ⊕ s e_m (:meth:`integrate`) of the
+        derivative along q ⊕ s e_k, with v and tau held componentwise.  It is symmetric in k and m unless both are of one joint
+        with several coordinates.  External wrenches are held in their links' axes, and move with the links.
+        out: four arrays, one for each derivative.
+        From those of inverse dynamics and the inverse of the mass matrix, analytic: after Singh, Russell, Wensing, On Second-Order
+        Derivatives of Rigid-Body Dynamics: Theory & Implementation (T-RO 40, 2024); O(nv⁴).
+        """
+        return self._core.forward_dynamics_second_derivatives(q, v, tau, None, external, None, out, threads)
+
     def inverse_dynamics_regressor(
         self, q: ArrayLike, v: ArrayLike, a: ArrayLike, links: Iterable[str] | None = None, out: Array | None = None, threads: int | None = None
     ) -> Array:

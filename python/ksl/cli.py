@@ -19,7 +19,8 @@ from typer.core import TyperGroup
 
 from ksl._core import __version__
 from ksl.errors import DescriptionWarning
-from ksl.model import Model, load
+from ksl.loading import load
+from ksl.model import Model
 from ksl.states import Order, Side
 
 

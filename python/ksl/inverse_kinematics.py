@@ -88,7 +88,11 @@ class InverseKinematicsCalls(Requests):
         if not (position > 0 and orientation > 0 and iterations > 0 and starts > 0):
             raise ValueError(f"tolerance={tolerance!r}, iterations={iterations!r}, starts={starts!r}; expected positive numbers")
         n = int(np.prod(leading))
-        rows = lambda x, own: np.ascontiguousarray(np.broadcast_to(x, leading + own), np.float32 if single else np.float64).reshape(n, int(np.prod(own)))
+
+        def rows(x: Array, own: tuple[int, ...]) -> Array:
+            broadcast: Array = np.ascontiguousarray(np.broadcast_to(x, leading + own), np.float32 if single else np.float64)
+            return broadcast.reshape(n, int(np.prod(own)))
+
         q, error, end, used, begun = self._core.inverse_kinematics(
             frames, rows(poses, axes), None if start is None else rows(start, (self.nq,)), float(position), float(orientation),
             iterations, starts, seed % 2**64, limits, threads,

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -99,6 +100,11 @@ class Link:
         return (self.mass, *self.first_moment, xx, xy, yy, zx, yz, zz)
 
 
+def _joint(row: Mapping[str, Any]) -> Joint:
+    fields: dict[str, Any] = {k: tuple(x) if k in ("axis", "axis2") else x for k, x in row.items()}
+    return Joint(**fields)
+
+
 class Mechanism:
     """Joints and links of a model, by name and in order; immutable."""
 
@@ -109,11 +115,11 @@ class Mechanism:
         self.nq: int = core.nq
         """Length of q."""
         self.nv: int = core.nv
+        """Length of v, a and tau."""
         self.tree_rows: list[int] = core.tree_rows
         """Where the rows of :meth:`mass_matrix_tree` begin, and where they end: nv + 1 numbers."""
         self.tree_columns: list[int] = core.tree_columns
         """In which columns its elements are."""
-        """Length of v, a and tau."""
         self.gravity: Array = np.array(core.gravity)
         """m/s², in world axes; read-only."""
         self.gravity.setflags(write=False)
@@ -121,7 +127,7 @@ class Mechanism:
         """Which physics of joints the model has, besides that of rigid bodies: names as `physics=` of :func:`ksl.load` takes them."""
         self.friction_width: float = core.physics[1]
         """Of the smooth law of friction, for joints that have none of their own; rad/s or m/s."""
-        self.joints: tuple[Joint, ...] = tuple(Joint(**{k: tuple(x) if k in ("axis", "axis2") else x for k, x in row.items()}) for row in core.joints)
+        self.joints: tuple[Joint, ...] = tuple(_joint(row) for row in core.joints)
         """All joints: the moving ones in the order of q, then the mimic joints that follow them, then the fixed ones, `base` last."""
         self.unused: tuple[str, ...] = tuple(core.unused)
         """Contents of the file that KSL doesn't use, a line for each kind."""

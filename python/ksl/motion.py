@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ksl._core import QUATERNION_ROUNDING, QUATERNION_TOLERANCE
 from ksl.errors import MotionError
@@ -186,7 +187,7 @@ def _contradictions(joint: Joint, time: Array, q: Array, v: Array, given_v: Arra
     return lines
 
 
-def _largest_contradiction(time: Array, given: Array, found: Array, in_metres: Array, floor: float) -> tuple[int, int] | None:
+def _largest_contradiction(time: Array, given: Array, found: Array, in_metres: NDArray[np.bool_], floor: float) -> tuple[int, int] | None:
     """Sample and column at which given rates differ most from the derivatives, or None if the difference is not significant.
 
     Means over windows are compared, not samples: noise of the positions and corners of the rates, both large in the
@@ -229,8 +230,7 @@ def _rates_in_plane(time: Array, q: Array) -> tuple[Array, Array]:
     """Velocity of a planar joint in the child's axes and its componentwise derivative, from splines through its position."""
     q1, q2 = derivative(time, q), derivative(time, q, 2)
     sine, cosine, w = np.sin(q[:, 2]), np.cos(q[:, 2]), q1[:, 2]
-    turned = lambda x: (cosine * x[:, 0] + sine * x[:, 1], cosine * x[:, 1] - sine * x[:, 0])
-    (vx, vy), (ax, ay) = turned(q1), turned(q2)
+    (vx, vy), (ax, ay) = ((cosine * x[:, 0] + sine * x[:, 1], cosine * x[:, 1] - sine * x[:, 0]) for x in (q1, q2))
     return np.column_stack([vx, vy, w]), np.column_stack([ax + w * vy, ay - w * vx, q2[:, 2]])
 
 

@@ -12,8 +12,8 @@ from ksl.requests import one_of, three_numbers
 from ksl.states import Array, External, Order, items_of
 
 if TYPE_CHECKING:
+    from ksl.calls import Calls
     from ksl.mechanism import Link
-    from ksl.model import Model
 
 Share = float | Literal["body"] | tuple[float, Sequence[float], ArrayLike]
 """How much of a link is beyond a section: a fraction of its inertia; "body", all or nothing, by its centroid; or
@@ -21,7 +21,7 @@ mass, first moment and inertia (3, 3) about the link's origin."""
 
 
 def section_wrench(
-    m: Model,
+    m: Calls,
     q: ArrayLike,
     v: ArrayLike,
     a: ArrayLike,
@@ -71,7 +71,7 @@ def section_wrench(
     return wrench if order == "lin_ang" else np.roll(wrench, 3, axis=-1)
 
 
-def _neutral(m: Model) -> Array:
+def _neutral(m: Calls) -> Array:
     q = np.zeros(m.nq)
     for j in m.joints:
         if j.nv and j.quaternion is not None:
@@ -108,7 +108,7 @@ def _inertia_beyond(link: Link, share: Share, n: Array, at: Array) -> Array:
     return share * whole
 
 
-def _inertial_wrench(m: Model, q: Array, v: Array, a: Array, name: str, inertia: Array) -> Array:
+def _inertial_wrench(m: Calls, q: Array, v: Array, a: Array, name: str, inertia: Array) -> Array:
     """I (a − g) + v ×* I v, in the link's frame (Featherstone, RBDA (2008), eq. (5.9))."""
     twist, acceleration = m.frame_velocity(q, v, name), m.frame_acceleration(q, v, a, name)
     R = m.frame_pose(q, name)[..., :3, :3]
@@ -116,4 +116,5 @@ def _inertial_wrench(m: Model, q: Array, v: Array, a: Array, name: str, inertia:
     momentum = twist @ inertia.T
     linear, angular = twist[..., :3], twist[..., 3:]
     bias = [np.cross(angular, momentum[..., :3]), np.cross(angular, momentum[..., 3:]) + np.cross(linear, momentum[..., :3])]
-    return acceleration @ inertia.T + np.concatenate(bias, axis=-1)
+    wrench: Array = acceleration @ inertia.T + np.concatenate(bias, axis=-1)
+    return wrench

@@ -270,6 +270,18 @@ template <class S> void reactions_derivatives_batch(const model &m, const batch_
 template void reactions_derivatives_batch(const model &, const batch_view<double> &, int);
 template void reactions_derivatives_batch(const model &, const batch_view<float> &, int);
 
+template <class S> void inverse_dynamics_second_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::inverse_dynamics_second_derivatives, m, batch, threads);
+}
+template void inverse_dynamics_second_derivatives_batch(const model &, const batch_view<double> &, int);
+template void inverse_dynamics_second_derivatives_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void forward_dynamics_second_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::forward_dynamics_second_derivatives, m, batch, threads);
+}
+template void forward_dynamics_second_derivatives_batch(const model &, const batch_view<double> &, int);
+template void forward_dynamics_second_derivatives_batch(const model &, const batch_view<float> &, int);
+
 template <class S> void inverse_dynamics_regressor_batch(const model &m, const batch_view<S> &batch, int threads) {
   compute_batch(rows::inverse_dynamics_regressor, m, batch, threads);
 }

@@ -1506,6 +1506,126 @@ ksl_status_t ksl_reactions_derivatives_external_batchf(const ksl_model_t *model,
                            external, threads, nullptr, {joints_n, joints, options});
 }
 
+ksl_status_t ksl_inverse_dynamics_second_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                     const double *v, const double *a, const ksl_external_t *external,
+                                                     double *d2tau_dqdq, double *d2tau_dvdv, double *d2tau_dqdv,
+                                                     double *dM_dq) {
+  return state_call<rows::inverse_dynamics_second_derivatives, double>(
+      model, data, {.q = q, .v = v, .a = a, .result = {d2tau_dqdq, d2tau_dvdv, d2tau_dqdv, dM_dq}}, external);
+}
+
+ksl_status_t ksl_inverse_dynamics_second_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                      const float *v, const float *a, const ksl_externalf_t *external,
+                                                      float *d2tau_dqdq, float *d2tau_dvdv, float *d2tau_dqdv,
+                                                      float *dM_dq) {
+  return state_call<rows::inverse_dynamics_second_derivatives, float>(
+      model, data, {.q = q, .v = v, .a = a, .result = {d2tau_dqdq, d2tau_dvdv, d2tau_dqdv, dM_dq}}, external);
+}
+
+ksl_status_t ksl_inverse_dynamics_second_derivatives_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                           ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                           const double *a, ptrdiff_t a_stride, double *d2tau_dqdq,
+                                                           ptrdiff_t d2tau_dqdq_stride, double *d2tau_dvdv,
+                                                           ptrdiff_t d2tau_dvdv_stride, double *d2tau_dqdv,
+                                                           ptrdiff_t d2tau_dqdv_stride, double *dM_dq,
+                                                           ptrdiff_t dM_dq_stride, int threads) {
+  return batch_call<double>(rows::inverse_dynamics_second_derivatives, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{d2tau_dqdq, d2tau_dqdq_stride}, {d2tau_dvdv, d2tau_dvdv_stride}, {d2tau_dqdv, d2tau_dqdv_stride}, {dM_dq, dM_dq_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_inverse_dynamics_second_derivatives_external_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *a, ptrdiff_t a_stride, const ksl_external_rows_t *external, double *d2tau_dqdq,
+    ptrdiff_t d2tau_dqdq_stride, double *d2tau_dvdv, ptrdiff_t d2tau_dvdv_stride, double *d2tau_dqdv,
+    ptrdiff_t d2tau_dqdv_stride, double *dM_dq, ptrdiff_t dM_dq_stride, int threads) {
+  return batch_call<double>(rows::inverse_dynamics_second_derivatives, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{d2tau_dqdq, d2tau_dqdq_stride}, {d2tau_dvdv, d2tau_dvdv_stride}, {d2tau_dqdv, d2tau_dqdv_stride}, {dM_dq, dM_dq_stride}}},
+                            external, threads);
+}
+
+ksl_status_t ksl_inverse_dynamics_second_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                            ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                            const float *a, ptrdiff_t a_stride, float *d2tau_dqdq,
+                                                            ptrdiff_t d2tau_dqdq_stride, float *d2tau_dvdv,
+                                                            ptrdiff_t d2tau_dvdv_stride, float *d2tau_dqdv,
+                                                            ptrdiff_t d2tau_dqdv_stride, float *dM_dq,
+                                                            ptrdiff_t dM_dq_stride, int threads) {
+  return batch_call<float>(rows::inverse_dynamics_second_derivatives, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{d2tau_dqdq, d2tau_dqdq_stride}, {d2tau_dvdv, d2tau_dvdv_stride}, {d2tau_dqdv, d2tau_dqdv_stride}, {dM_dq, dM_dq_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_inverse_dynamics_second_derivatives_external_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *a, ptrdiff_t a_stride, const ksl_external_rowsf_t *external, float *d2tau_dqdq,
+    ptrdiff_t d2tau_dqdq_stride, float *d2tau_dvdv, ptrdiff_t d2tau_dvdv_stride, float *d2tau_dqdv,
+    ptrdiff_t d2tau_dqdv_stride, float *dM_dq, ptrdiff_t dM_dq_stride, int threads) {
+  return batch_call<float>(rows::inverse_dynamics_second_derivatives, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{d2tau_dqdq, d2tau_dqdq_stride}, {d2tau_dvdv, d2tau_dvdv_stride}, {d2tau_dqdv, d2tau_dqdv_stride}, {dM_dq, dM_dq_stride}}},
+                           external, threads);
+}
+
+ksl_status_t ksl_forward_dynamics_second_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                     const double *v, const double *tau, const ksl_external_t *external,
+                                                     double *d2a_dqdq, double *d2a_dvdv, double *d2a_dqdv,
+                                                     double *d2a_dqdtau) {
+  return state_call<rows::forward_dynamics_second_derivatives, double>(
+      model, data, {.q = q, .v = v, .tau = tau, .result = {d2a_dqdq, d2a_dvdv, d2a_dqdv, d2a_dqdtau}}, external);
+}
+
+ksl_status_t ksl_forward_dynamics_second_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                      const float *v, const float *tau, const ksl_externalf_t *external,
+                                                      float *d2a_dqdq, float *d2a_dvdv, float *d2a_dqdv,
+                                                      float *d2a_dqdtau) {
+  return state_call<rows::forward_dynamics_second_derivatives, float>(
+      model, data, {.q = q, .v = v, .tau = tau, .result = {d2a_dqdq, d2a_dvdv, d2a_dqdv, d2a_dqdtau}}, external);
+}
+
+ksl_status_t ksl_forward_dynamics_second_derivatives_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                           ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                           const double *tau, ptrdiff_t tau_stride, double *d2a_dqdq,
+                                                           ptrdiff_t d2a_dqdq_stride, double *d2a_dvdv,
+                                                           ptrdiff_t d2a_dvdv_stride, double *d2a_dqdv,
+                                                           ptrdiff_t d2a_dqdv_stride, double *d2a_dqdtau,
+                                                           ptrdiff_t d2a_dqdtau_stride, int threads) {
+  return batch_call<double>(rows::forward_dynamics_second_derivatives, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .tau = {tau, tau_stride}, .result = {{d2a_dqdq, d2a_dqdq_stride}, {d2a_dvdv, d2a_dvdv_stride}, {d2a_dqdv, d2a_dqdv_stride}, {d2a_dqdtau, d2a_dqdtau_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_forward_dynamics_second_derivatives_external_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *tau, ptrdiff_t tau_stride, const ksl_external_rows_t *external, double *d2a_dqdq,
+    ptrdiff_t d2a_dqdq_stride, double *d2a_dvdv, ptrdiff_t d2a_dvdv_stride, double *d2a_dqdv, ptrdiff_t d2a_dqdv_stride,
+    double *d2a_dqdtau, ptrdiff_t d2a_dqdtau_stride, int threads) {
+  return batch_call<double>(rows::forward_dynamics_second_derivatives, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .tau = {tau, tau_stride}, .result = {{d2a_dqdq, d2a_dqdq_stride}, {d2a_dvdv, d2a_dvdv_stride}, {d2a_dqdv, d2a_dqdv_stride}, {d2a_dqdtau, d2a_dqdtau_stride}}},
+                            external, threads);
+}
+
+ksl_status_t ksl_forward_dynamics_second_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                            ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                            const float *tau, ptrdiff_t tau_stride, float *d2a_dqdq,
+                                                            ptrdiff_t d2a_dqdq_stride, float *d2a_dvdv,
+                                                            ptrdiff_t d2a_dvdv_stride, float *d2a_dqdv,
+                                                            ptrdiff_t d2a_dqdv_stride, float *d2a_dqdtau,
+                                                            ptrdiff_t d2a_dqdtau_stride, int threads) {
+  return batch_call<float>(rows::forward_dynamics_second_derivatives, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .tau = {tau, tau_stride}, .result = {{d2a_dqdq, d2a_dqdq_stride}, {d2a_dvdv, d2a_dvdv_stride}, {d2a_dqdv, d2a_dqdv_stride}, {d2a_dqdtau, d2a_dqdtau_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_forward_dynamics_second_derivatives_external_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *tau, ptrdiff_t tau_stride, const ksl_external_rowsf_t *external, float *d2a_dqdq,
+    ptrdiff_t d2a_dqdq_stride, float *d2a_dvdv, ptrdiff_t d2a_dvdv_stride, float *d2a_dqdv, ptrdiff_t d2a_dqdv_stride,
+    float *d2a_dqdtau, ptrdiff_t d2a_dqdtau_stride, int threads) {
+  return batch_call<float>(rows::forward_dynamics_second_derivatives, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .tau = {tau, tau_stride}, .result = {{d2a_dqdq, d2a_dqdq_stride}, {d2a_dvdv, d2a_dvdv_stride}, {d2a_dqdv, d2a_dqdv_stride}, {d2a_dqdtau, d2a_dqdtau_stride}}},
+                           external, threads);
+}
+
 ksl_status_t ksl_inverse_dynamics_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q,
                                             const double *v, const double *a, int n, const int *links, double *Y) {
   return state_call<rows::inverse_dynamics_regressor, double>(

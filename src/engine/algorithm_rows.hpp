@@ -46,6 +46,8 @@ struct kernel_table {
   const algorithm_kernels *inverse_dynamics_derivatives;
   const algorithm_kernels *forward_dynamics_derivatives;
   const algorithm_kernels *reactions_derivatives;
+  const algorithm_kernels *inverse_dynamics_second_derivatives;
+  const algorithm_kernels *forward_dynamics_second_derivatives;
   const algorithm_kernels *inverse_dynamics_regressor;
   const algorithm_kernels *reactions_regressor;
   const algorithm_kernels *energy_regressor;
@@ -618,6 +620,35 @@ constexpr algorithm_row reactions_derivatives = {
     .kernels = &kernel_table::reactions_derivatives,
 };
 
+constexpr algorithm_row inverse_dynamics_second_derivatives = {
+    .name = "inverse_dynamics_second_derivatives",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .input_name = {"q", "v", "a"},
+    .external = external_use::optional,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .smooth_friction = false,
+    .results = 4,
+    .result = {{"d2tau_dqdq", 3, {extent::nv, extent::nv, extent::nv}}, {"d2tau_dvdv", 3, {extent::nv, extent::nv, extent::nv}}, {"d2tau_dqdv", 3, {extent::nv, extent::nv, extent::nv}}, {"dM_dq", 3, {extent::nv, extent::nv, extent::nv}}},
+    .kernels = &kernel_table::inverse_dynamics_second_derivatives,
+};
+
+constexpr algorithm_row forward_dynamics_second_derivatives = {
+    .name = "forward_dynamics_second_derivatives",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::tau},
+    .input_name = {"q", "v", "tau"},
+    .external = external_use::optional,
+    .request = request_kind::none,
+    .needs_mass = true,
+    .smooth_friction = false,
+    .results = 4,
+    .result = {{"d2a_dqdq", 3, {extent::nv, extent::nv, extent::nv}}, {"d2a_dvdv", 3, {extent::nv, extent::nv, extent::nv}}, {"d2a_dqdv", 3, {extent::nv, extent::nv, extent::nv}}, {"d2a_dqdtau", 3, {extent::nv, extent::nv, extent::nv}}},
+    .kernels = &kernel_table::forward_dynamics_second_derivatives,
+    .coupled = coupled_by::refusal,
+};
+
 constexpr algorithm_row inverse_dynamics_regressor = {
     .name = "inverse_dynamics_regressor",
     .inputs = 3,
@@ -895,6 +926,8 @@ constexpr const algorithm_row *all[] = {
     &inverse_dynamics_derivatives,
     &forward_dynamics_derivatives,
     &reactions_derivatives,
+    &inverse_dynamics_second_derivatives,
+    &forward_dynamics_second_derivatives,
     &inverse_dynamics_regressor,
     &gravity_torque_regressor,
     &reactions_regressor,

@@ -258,6 +258,21 @@ void reactions_derivatives(const model &m, data &d, const S *q, const S *v, cons
 }
 
 template <class S>
+void inverse_dynamics_second_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *d2tau_dqdq,
+                                         S *d2tau_dvdv, S *d2tau_dqdv, S *dM_dq, const external_wrenches<S> &external) {
+  compute<S>(rows::inverse_dynamics_second_derivatives, m, d, {
+      .q = q, .v = v, .a = a, .external = external, .result = {d2tau_dqdq, d2tau_dvdv, d2tau_dqdv, dM_dq}});
+}
+
+template <class S>
+void forward_dynamics_second_derivatives(const model &m, data &d, const S *q, const S *v, const S *tau, S *d2a_dqdq,
+                                         S *d2a_dvdv, S *d2a_dqdv, S *d2a_dqdtau,
+                                         const external_wrenches<S> &external) {
+  compute<S>(rows::forward_dynamics_second_derivatives, m, d, {
+      .q = q, .v = v, .tau = tau, .external = external, .result = {d2a_dqdq, d2a_dvdv, d2a_dqdv, d2a_dqdtau}});
+}
+
+template <class S>
 void inverse_dynamics_regressor(const model &m, data &d, const S *q, const S *v, const S *a, int n, const int *links,
                                 S *Y) {
   compute<S>(rows::inverse_dynamics_regressor, m, d, {.q = q, .v = v, .a = a, .links = {n, links}, .result = {Y}});
@@ -456,6 +471,18 @@ template void reactions_derivatives<double>(const model &, data &, const double 
 template void reactions_derivatives<float>(const model &, data &, const float *, const float *, const float *, float *,
                                            float *, const reaction_request &, float *,
                                            const external_wrenches<float> &);
+template void inverse_dynamics_second_derivatives<double>(const model &, data &, const double *, const double *,
+                                                          const double *, double *, double *, double *, double *,
+                                                          const external_wrenches<double> &);
+template void inverse_dynamics_second_derivatives<float>(const model &, data &, const float *, const float *,
+                                                         const float *, float *, float *, float *, float *,
+                                                         const external_wrenches<float> &);
+template void forward_dynamics_second_derivatives<double>(const model &, data &, const double *, const double *,
+                                                          const double *, double *, double *, double *, double *,
+                                                          const external_wrenches<double> &);
+template void forward_dynamics_second_derivatives<float>(const model &, data &, const float *, const float *,
+                                                         const float *, float *, float *, float *, float *,
+                                                         const external_wrenches<float> &);
 template void inverse_dynamics_regressor<double>(const model &, data &, const double *, const double *, const double *,
                                                  int, const int *, double *);
 template void inverse_dynamics_regressor<float>(const model &, data &, const float *, const float *, const float *, int,

@@ -45,6 +45,8 @@
   extern "C" const ksl::algorithm_kernels ksl_kernels_inverse_dynamics_derivatives_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_forward_dynamics_derivatives_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_reactions_derivatives_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_inverse_dynamics_second_derivatives_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_forward_dynamics_second_derivatives_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_inverse_dynamics_regressor_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_reactions_regressor_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_energy_regressor_##set; \
@@ -96,6 +98,8 @@
     .inverse_dynamics_derivatives = &ksl_kernels_inverse_dynamics_derivatives_##set, \
     .forward_dynamics_derivatives = &ksl_kernels_forward_dynamics_derivatives_##set, \
     .reactions_derivatives = &ksl_kernels_reactions_derivatives_##set, \
+    .inverse_dynamics_second_derivatives = &ksl_kernels_inverse_dynamics_second_derivatives_##set, \
+    .forward_dynamics_second_derivatives = &ksl_kernels_forward_dynamics_second_derivatives_##set, \
     .inverse_dynamics_regressor = &ksl_kernels_inverse_dynamics_regressor_##set, \
     .reactions_regressor = &ksl_kernels_reactions_regressor_##set, \
     .energy_regressor = &ksl_kernels_energy_regressor_##set, \

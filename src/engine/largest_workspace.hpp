@@ -12,6 +12,7 @@
 #include "ksl/engine/forward_dynamics.hpp"
 #include "ksl/engine/forward_dynamics_by_mass_matrix.hpp"
 #include "ksl/engine/forward_dynamics_derivatives.hpp"
+#include "ksl/engine/forward_dynamics_second_derivatives.hpp"
 #include "ksl/engine/forward_kinematics.hpp"
 #include "ksl/engine/frame_jacobian.hpp"
 #include "ksl/engine/frame_motion.hpp"
@@ -19,6 +20,7 @@
 #include "ksl/engine/inverse_dynamics.hpp"
 #include "ksl/engine/inverse_dynamics_derivatives.hpp"
 #include "ksl/engine/inverse_dynamics_regressor.hpp"
+#include "ksl/engine/inverse_dynamics_second_derivatives.hpp"
 #include "ksl/engine/manifold.hpp"
 #include "ksl/engine/mass_matrix.hpp"
 #include "ksl/engine/mass_matrix_factor.hpp"
@@ -76,6 +78,8 @@ inline std::size_t largest_workspace(const model_view<double> &m) {
       workspace_bytes<inverse_dynamics_derivatives_workspace<double>>(m),
       workspace_bytes<forward_dynamics_derivatives_workspace<double>>(m),
       workspace_bytes<reactions_derivatives_workspace<double>>(m),
+      workspace_bytes<inverse_dynamics_second_derivatives_workspace<double>>(m),
+      workspace_bytes<forward_dynamics_second_derivatives_workspace<double>>(m),
       workspace_bytes<inverse_dynamics_regressor_workspace<double>>(m),
       workspace_bytes<reactions_regressor_workspace<double>>(m),
       workspace_bytes<energy_regressor_workspace<double>>(m),

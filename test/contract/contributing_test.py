@@ -34,11 +34,14 @@ int main() {
   bodies[0].kind = joint_kind::fixed, bodies[0].parent = -1, bodies[0].is_base = bodies[0].has_children = true;
   bodies[0].v_end = 2;
   bodies[1].kind = joint_kind::xy_table, bodies[1].placement = turned;
-  bodies[1].nv = bodies[1].v_end = 2, bodies[1].chain_start = 1;
+  bodies[1].nv = bodies[1].v_end = 2, bodies[1].chain_start = bodies[1].line_start = 1;
   double inertia[16 * 10] = {};
-  body_at<double>(1).put<spatial_inertia>({2, {0, 0, 0}, 1, 1, 1, 0, 0, 0}, inertia);
+  const spatial_inertia<double> augmented[2] = {{}, {2, {0, 0, 0}, 1, 1, 1, 0, 0, 0}};
+  body_at<double>(1).put<spatial_inertia>(augmented[1], inertia);
   const double none[32] = {};
-  const model_view<double> model = {2, 0, 2, 2, 3, {0, -9.81, 0}, bodies, nullptr, inertia, none, none, 2, 0};
+  const model_view<double> model = {.bodies = 2, .nq = 2, .nv = 2, .pose_numbers = 3, .longest_path = 2, .tree_elements = 3,
+                                    .gravity = {0, -9.81, 0}, .body = bodies, .inertia = inertia, .augmented = augmented,
+                                    .theta0_sine = none, .theta0_cosine = none, .first_angle = 2, .angles_end = 0};
   const double q[2] = {4, 5}, v[2] = {1, 2}, rest[2] = {0, 0};
   double tau[2], a[2], M[4];
   inverse_dynamics<double>(model, *owned_workspace<inverse_dynamics_workspace<double>>(model), q, v, rest, {}, tau);
@@ -73,13 +76,14 @@ int main() {
     b.no_offset = true;
   }
   bodies[0].kind = joint_kind::fixed, bodies[0].parent = -1, bodies[0].angle_index = -1;
-  bodies[1].kind = joint_kind::revolute, bodies[1].nv = 1, bodies[1].chain_start = 1;
+  bodies[1].kind = joint_kind::revolute, bodies[1].nv = 1, bodies[1].chain_start = bodies[1].line_start = 1;
   double inertia[16 * 10] = {};
   body_at<double>(1).put<spatial_inertia>({2, {1, 0, 0}, 0, 0.5, 0.5, 0, 0, 0}, inertia); // m, m c, m (c·c 1 − c cᵀ)
   double sine[32] = {}, cosine[32];
   for (double &c : cosine)
     c = 1;
-  const model_view<double> view = {2, 0, 1, 1, 0, {0, 0, 0}, bodies, nullptr, inertia, sine, cosine, 0, 1};
+  const model_view<double> view = {.bodies = 2, .nq = 1, .nv = 1, .longest_path = 1, .tree_elements = 1, .body = bodies,
+                                   .inertia = inertia, .theta0_sine = sine, .theta0_cosine = cosine, .first_angle = 0, .angles_end = 1};
   const double q = 0.3, v = 4;
   double p[6];
   momentum<double>(view, *owned_workspace<momentum_workspace<double>>(view), &q, &v, p);

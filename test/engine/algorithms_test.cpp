@@ -1600,6 +1600,94 @@ TEST_CASE("reactions_derivatives: C++ and C, one state and batches, in float") {
   faces::agree<float>(ksl::rows::reactions_derivatives, cpp, c, cpp_batch, c_batch);
 }
 
+TEST_CASE("inverse_dynamics_second_derivatives: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::inverse_dynamics_second_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0], s.result[1], s.result[2],
+                                             s.result[3], s.external);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_inverse_dynamics_second_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, s.a, &s.c_external, s.result[0],
+                                                  s.result[1], s.result[2], s.result[3]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::inverse_dynamics_second_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_inverse_dynamics_second_derivatives_external_batch(
+        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+        s.batch.a.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
+        s.batch.result[1].stride, s.batch.result[2].first, s.batch.result[2].stride, s.batch.result[3].first,
+        s.batch.result[3].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::inverse_dynamics_second_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("inverse_dynamics_second_derivatives: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::inverse_dynamics_second_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0], s.result[1], s.result[2],
+                                             s.result[3], s.external);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_inverse_dynamics_second_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, &s.c_external, s.result[0],
+                                                   s.result[1], s.result[2], s.result[3]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::inverse_dynamics_second_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_inverse_dynamics_second_derivatives_external_batchf(
+        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+        s.batch.a.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
+        s.batch.result[1].stride, s.batch.result[2].first, s.batch.result[2].stride, s.batch.result[3].first,
+        s.batch.result[3].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::inverse_dynamics_second_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("forward_dynamics_second_derivatives: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::forward_dynamics_second_derivatives(s.r.m, s.r.d, s.q, s.v, s.tau, s.result[0], s.result[1], s.result[2],
+                                             s.result[3], s.external);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_forward_dynamics_second_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, s.tau, &s.c_external, s.result[0],
+                                                  s.result[1], s.result[2], s.result[3]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::forward_dynamics_second_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_forward_dynamics_second_derivatives_external_batch(
+        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+        s.batch.tau.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
+        s.batch.result[1].stride, s.batch.result[2].first, s.batch.result[2].stride, s.batch.result[3].first,
+        s.batch.result[3].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::forward_dynamics_second_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("forward_dynamics_second_derivatives: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::forward_dynamics_second_derivatives(s.r.m, s.r.d, s.q, s.v, s.tau, s.result[0], s.result[1], s.result[2],
+                                             s.result[3], s.external);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_forward_dynamics_second_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, s.tau, &s.c_external, s.result[0],
+                                                   s.result[1], s.result[2], s.result[3]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::forward_dynamics_second_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_forward_dynamics_second_derivatives_external_batchf(
+        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+        s.batch.tau.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
+        s.batch.result[1].stride, s.batch.result[2].first, s.batch.result[2].stride, s.batch.result[3].first,
+        s.batch.result[3].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::forward_dynamics_second_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
 TEST_CASE("inverse_dynamics_regressor: C++ and C, one state and batches, in double") {
   const auto cpp = [](faces::one<double> &s) {
     ksl::inverse_dynamics_regressor(s.r.m, s.r.d, s.q, s.v, s.a, 3, s.r.links.data(), s.result[0]);

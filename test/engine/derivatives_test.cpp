@@ -1,6 +1,6 @@
 // Analytic derivatives against dual numbers through the very algorithms that they are the derivatives of, with every kind of joint,
 // on random trees.
-#include "robots.hpp"
+#include "random_trees.hpp"
 
 #include "ksl/dual.hpp"
 #include "ksl/engine/inverse_dynamics_derivatives.hpp"
@@ -16,57 +16,10 @@
 namespace {
 
 using T = ksl::dual<1>;
-template <class N> using numbers = std::vector<N>;
-
-struct state {
-  numbers<double> q, v, a, push;
-  numbers<int> pushed;
-
-  ksl::external_wrenches<double> external() const { return {static_cast<int>(pushed.size()), pushed.data(), push.data()}; }
-};
-
-numbers<double> random_numbers(int n, std::mt19937 &random) {
-  std::normal_distribution<double> normal;
-  numbers<double> x(static_cast<std::size_t>(n));
-  for (double &y : x)
-    y = normal(random);
-  return x;
-}
-
-state random_state(const ksl::model &m, std::mt19937 &random) {
-  const int last = m.view().links - 1;
-  state s = {random_numbers(m.nq(), random), random_numbers(m.nv(), random), random_numbers(m.nv(), random),
-             random_numbers(18, random), {last, last / 2, 0}};
-  robots::normalize_quaternions(m, s.q.data());
-  return s;
-}
-
-/// A tree of bodies on joints of all kinds.
-ksl::model random_tree(int bodies, std::mt19937 &random) {
-  const auto below = [&](std::size_t n) { return std::uniform_int_distribution<std::size_t>(0, n - 1)(random); };
-  const auto vector = [&] {
-    const numbers<double> x = random_numbers(3, random);
-    return ksl::vec3<double>{x[0], x[1], x[2]};
-  };
-  ksl::robot_description r;
-  r.name = "random tree";
-  r.links = {robots::link("link0")};
-  for (int i = 1; i < bodies; ++i) {
-    const std::string number = std::to_string(i);
-    r.links.push_back(robots::link(("link" + number).c_str(), robots::solid(1, vector(), 1, 1.2, 0.9)));
-    const ksl::joint_kind kind = ksl::joint_kinds[below(std::size(ksl::joint_kinds))];
-    const int parent = below(3) ? i - 1 : static_cast<int>(below(static_cast<std::size_t>(i)));
-    ksl::vec3<double> axis = vector();
-    ksl::algebra<double>::vec3_normalize(&axis);
-    r.joints.push_back(robots::joint(("joint" + number).c_str(), kind, parent, i, vector(), axis));
-    r.joints.back().pitch = 0.3;
-    r.joints.back().axis2 = vector();
-    ksl::algebra<double>::vec3_normalize(&r.joints.back().axis2);
-  }
-  ksl::model_options options;
-  options.floating_base = below(2) == 0;
-  return ksl::model(r, options);
-}
+using robots::numbers;
+using robots::random_state;
+using robots::random_tree;
+using robots::state;
 
 /// What is computed from q, v and a.
 template <class Compute> struct function {
@@ -154,7 +107,7 @@ ksl::reaction_request request_of(int turn, int links) {
   ksl::reaction_request r;
   r.at = frames[turn % 3], r.axes = frames[turn / 3 % 3];
   r.at_link = (7 * turn + 1) % links, r.axes_link = (5 * turn + 2) % links;
-  r.part = static_cast<ksl::wrench_part>(turn % 2 ? turn / 2 % 3 : 0);
+  r.part = static_cast<ksl::wrench_part>(turn % 2 ? turn / 2 % 4 : 0);
   if (turn % 4 == 1)
     r.offset[0] = 0.3, r.offset[1] = -0.2, r.offset[2] = 0.7;
   r.on = turn % 5 == 3 ? ksl::wrench_side::parent : ksl::wrench_side::child;

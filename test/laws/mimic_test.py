@@ -1,5 +1,6 @@
 """Mimic joints against the dense projection of the same robot with independent joints."""
 
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -117,3 +118,12 @@ def test_results_may_be_written_over_arguments():
     assert m.inverse_dynamics(q, v, a, out=a) is a and np.array_equal(a, expected)
     expected = m.forward_dynamics(q, v, expected)
     assert np.isfinite(expected).all() and np.array_equal(m.forward_dynamics(q, v, a, out=v), expected)
+
+
+def test_a_pickle_of_a_changed_model_keeps_its_followers():
+    m = load_text((Path(__file__).parents[1] / "engine/coupled.urdf").read_text())
+    m = m.with_payload(m.link_names[-1], 0.5)
+    again = pickle.loads(pickle.dumps(m))
+    q, v, a = random_states(m, np.random.default_rng(0), 1)
+    assert m.follower_names and again.joints == m.joints
+    assert np.array_equal(again.inverse_dynamics(q, v, a), m.inverse_dynamics(q, v, a))

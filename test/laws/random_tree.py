@@ -132,3 +132,44 @@ class Case:
     def load(self) -> float:
         """The largest number in any wrench: what errors are measured by."""
         return max(1.0, max(float(np.abs(self.witness.in_joint_frame(j.child)).max()) for j in self.m.joints))
+
+
+def random_poses(rng: np.random.Generator, n: int) -> np.ndarray:
+    """(n, 4, 4): anywhere; a quarter turned by right angles, a quarter none at all."""
+    poses = np.tile(np.eye(4), (n, 1, 1))
+    poses[:, :3, :3] = np.linalg.qr(rng.normal(size=(n, 3, 3)))[0]
+    poses[:, :3, :3] *= np.linalg.det(poses[:, :3, :3])[:, None, None]
+    poses[:, :3, 3] = rng.uniform(-0.5, 0.5, (n, 3))
+    right_angles = np.eye(3)[:, [1, 2, 0]]
+    for pose, choice in zip(poses, rng.integers(4, size=n)):
+        if choice == 0:
+            pose[:] = np.eye(4)
+        elif choice == 1:
+            pose[:3, :3] = np.linalg.matrix_power(right_angles, int(rng.integers(3)))
+    return poses
+
+
+def random_model(rng: np.random.Generator, bodies: int, kinds: tuple[str, ...] = KINDS, massless: float = 0.15, **options) -> ksl.Model:
+    """The same sort of tree from the builder, which takes far less time than a file.  massless: the share of links without mass."""
+    b = ksl.Builder("random")
+    masses, points = rng.uniform(0.1, 1.0, (bodies, 4)), rng.normal(size=(bodies, 4, 3)) * 0.1
+    center = (masses[..., None] * points).sum(axis=1) / masses.sum(axis=1)[:, None]
+    arm = points - center[:, None]
+    inertia = np.einsum("bp,bpi,bpi->b", masses, arm, arm)[:, None, None] * np.eye(3) - np.einsum("bp,bpi,bpj->bij", masses, arm, arm)
+    for i, empty in enumerate(rng.random(bodies) < massless):
+        b.add_link(f"link{i}") if empty else b.add_link(f"link{i}", masses[i].sum(), center[i], inertia[i])
+    chances = np.array([1.0 if k == "floating" else 4.0 for k in kinds])
+    chosen, poses, directions = rng.choice(kinds, size=bodies, p=chances / chances.sum()), random_poses(rng, bodies), rng.normal(size=(bodies, 3))
+    for i in range(1, bodies):
+        kind, given = str(chosen[i]), {}
+        if kind not in WITHOUT_AXIS:
+            given["axis"] = EXACT_AXES[rng.integers(6)] if rng.random() < 0.5 else directions[i]
+        if kind == "universal":
+            given["axis2"] = second_axis(rng, given["axis"])
+        if kind == "helical":
+            given["pitch"] = rng.normal() * 0.05
+        parent = i - 1 if rng.random() < 0.6 else int(rng.integers(i))
+        b.add_joint(f"joint{bodies - i}", kind, f"link{parent}", f"link{i}", poses[i], **given)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ksl.DescriptionWarning)
+        return b.build(masses="optional", **options)

@@ -198,7 +198,7 @@ def test_unknown_keywords_are_said_with_kept_requests_too(arm):
     arm.reactions(q, v, a, at=(1, 2, 3))  # equals the complex numbers below
     bad = [
         ({"on": "both"}, "on='both'; expected one of 'child', 'parent'"),
-        ({"part": ["total"]}, "part=['total']; expected one of 'total', 'constraint', 'actuation'"),
+        ({"part": ["total"]}, "part=['total']; expected one of 'total', 'constraint', 'actuation', 'coupling'"),
         ({"order": None}, "order=None; expected one of 'lin_ang', 'ang_lin'"),
         ({"at": (1 + 0j, 2, 3)}, "at needs three finite numbers, found ((1+0j), 2, 3)"),
         ({"at": np.array([1, 2, 3 + 0j])}, "at needs three finite numbers, found array([1.+0.j, 2.+0.j, 3.+0.j])"),

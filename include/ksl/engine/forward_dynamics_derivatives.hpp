@@ -18,7 +18,7 @@ template <class T> struct forward_dynamics_derivatives_workspace {
   padded_matrix<T> W;     ///< M⁻¹; with plain numbers
   array_of<T> a;          ///< accelerations
   array_of<T> dtau;       ///< derivatives of inverse dynamics: by q, by v, by a
-  array_of<int> related;  ///< the coordinates that carry one body or are carried by it, its own included; with other scalars
+  array_of<int> related;  ///< the coordinates that carry one body or are carried by it, its own included; of some columns
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     forward.lay_out(memory, model);
@@ -30,76 +30,83 @@ template <class T> struct forward_dynamics_derivatives_workspace {
   }
 };
 
-/// Columns [column, column + registers) of row `row` of out = −W X.
-template <int registers, class T>
-KSL_LANES void multiply_columns(const padded_matrix<T> &W, const T *X, index n, index row, index column, T *out) {
-  using P = native_pack<T>;
-  constexpr index lanes = native_lanes<T>;
-  P sum[registers];
-  for (int b = 0; b < registers; ++b)
-    sum[b] = P(T(0));
-  for (index k = 0; k < n; ++k) {
-    const P factor(W[row][k]);
-    for (int b = 0; b < registers; ++b) {
-      P x;
-      body_lanes::read(X + k * n + column + b * lanes, x);
-      sum[b] = sum[b] - factor * x;
-    }
-  }
-  for (int b = 0; b < registers; ++b)
-    store_first<T>(sum[b], out + row * n + column + b * lanes, static_cast<int>(n - column - b * lanes));
-}
-
-/// out = −W X, X without gaps.
-template <class T> void negative_product(const padded_matrix<T> &W, const T *X, index n, T *out) {
-  constexpr index lanes = native_lanes<T>;
-  for (index row = 0; row < n; ++row) {
-    index column = 0;
-    for (; column + 4 * lanes <= n; column += 4 * lanes)
-      multiply_columns<4>(W, X, n, row, column, out);
-    for (; column < n; column += lanes)
-      multiply_columns<1>(W, X, n, row, column, out);
-  }
-}
-
-/// Rows [row, row + rows) of one column of both products −W X and −W Y, summed over the related coordinates.
-template <int rows, class T>
-KSL_LANES void multiply_related(const T *W, const T *X, const T *Y, index n, index row, index column, const array_of<int> &related,
-                                index terms, T *X_out, T *Y_out) {
-  T x_sum[rows], y_sum[rows];
+/// Rows [row, row + rows) of both products −W X and −W Y, summed over the related coordinates: as many columns as P has lanes.
+/// The rows of W begin at distances of `pitch`.
+template <class P, int rows, class T>
+KSL_LANES void multiply_related(const T *W, index pitch, const T *X, const T *Y, index n, index row, index column,
+                                const array_of<int> &related, index terms, T *X_out, T *Y_out) {
+  P x_sum[rows], y_sum[rows];
   for (int b = 0; b < rows; ++b)
-    x_sum[b] = y_sum[b] = T(0);
+    x_sum[b] = y_sum[b] = P(T(0));
   for (index t = 0; t < terms; ++t) {
     const index k = related[t];
-    const T x = X[k * n + column], y = Y[k * n + column];
+    P x, y;
+    body_lanes::read(X + k * n + column, x);
+    body_lanes::read(Y + k * n + column, y);
     for (int b = 0; b < rows; ++b) {
-      const T &w = W[(row + b) * n + k];
+      const P w(W[(row + b) * pitch + k]);
       x_sum[b] = x_sum[b] - w * x;
       y_sum[b] = y_sum[b] - w * y;
     }
   }
-  for (int b = 0; b < rows; ++b)
-    X_out[(row + b) * n + column] = x_sum[b], Y_out[(row + b) * n + column] = y_sum[b];
+  for (int b = 0; b < rows; ++b) {
+    const index at = (row + b) * n + column;
+    if constexpr (is_number<T>) {
+      store_first<T>(x_sum[b], X_out + at, static_cast<int>(n - column));
+      store_first<T>(y_sum[b], Y_out + at, static_cast<int>(n - column));
+    } else {
+      X_out[at] = x_sum[b], Y_out[at] = y_sum[b];
+    }
+  }
 }
 
-/// The products −W X and −W Y, where an element of X or Y is zero unless one of its coordinates carries the other.  Zeros are left
-/// out; otherwise the sums are those of negative_product, to the bit.
-template <class T>
-void negative_products(const model_view<scalar_of<T>> &model, const array_of<int> &related, const T *W, const T *X, const T *Y, T *X_out,
-                       T *Y_out) {
-  const index n = model.nv;
+/// All rows of these columns.  Sums of several rows hide each other's latency.
+template <class P, class T>
+KSL_LANES void multiply_columns(const T *W, index pitch, const T *X, const T *Y, index n, index column, const array_of<int> &related,
+                                index terms, T *X_out, T *Y_out) {
+  index row = 0;
+  for (; row + 4 <= n; row += 4)
+    multiply_related<P, 4>(W, pitch, X, Y, n, row, column, related, terms, X_out, Y_out);
+  if (row + 2 <= n) {
+    multiply_related<P, 2>(W, pitch, X, Y, n, row, column, related, terms, X_out, Y_out);
+    row += 2;
+  }
+  if (row < n)
+    multiply_related<P, 1>(W, pitch, X, Y, n, row, column, related, terms, X_out, Y_out);
+}
+
+/// Lists the coordinates that carry any of the columns [column, end) or are carried by one, in order, and returns their number.
+template <class S> KSL_LANES index list_related(const model_view<S> &model, index column, index end, const array_of<int> &related) {
+  index terms = 0, carried = 0; // coordinates before `carried` that come after the columns are carried by one of them
   for (int i = 1; i < model.bodies; ++i) {
-    const body<scalar_of<T>> &b = model.body[i];
-    for_each_ancestor(model, i, 0, [&](index ancestor, index place) KSL_INLINED { related[place] = static_cast<int>(ancestor); });
-    index terms = b.ancestors;
-    for (int k = b.v_index; k < b.v_end; ++k)
-      related[terms++] = k;
-    for (index column = b.v_index; column < b.v_index + b.nv; ++column) {
-      index row = 0;
-      for (; row + 4 <= n; row += 4)
-        multiply_related<4>(W, X, Y, n, row, column, related, terms, X_out, Y_out);
-      for (; row < n; ++row)
-        multiply_related<1>(W, X, Y, n, row, column, related, terms, X_out, Y_out);
+    const body<S> &b = model.body[i];
+    if (b.v_index < end && b.v_index + b.nv > column && b.v_end > carried)
+      carried = b.v_end;
+    if ((b.v_index < end && b.v_end > column) || b.v_index < carried)
+      for (int k = b.v_index; k < b.v_index + b.nv; ++k)
+        related[terms++] = k;
+  }
+  return terms;
+}
+
+/// The products −W X and −W Y, where an element of X or Y is zero unless one of its coordinates carries the other.  With plain
+/// numbers, columns are in lanes.  Zeros that are left out don't change the sums, which begin with +0.
+template <class T>
+void negative_products(const model_view<scalar_of<T>> &model, const array_of<int> &related, const T *W, index pitch, const T *X,
+                       const T *Y, T *X_out, T *Y_out) {
+  const index n = model.nv;
+  if constexpr (is_number<T>) {
+    constexpr index lanes = native_lanes<T>;
+    for (index column = 0; column < n; column += lanes) {
+      const index terms = list_related(model, column, column + lanes, related);
+      multiply_columns<native_pack<T>>(W, pitch, X, Y, n, column, related, terms, X_out, Y_out);
+    }
+  } else {
+    for (int i = 1; i < model.bodies; ++i) {
+      const body<scalar_of<T>> &b = model.body[i];
+      const index terms = list_related(model, b.v_index, b.v_index + b.nv, related);
+      for (index column = b.v_index; column < b.v_index + b.nv; ++column)
+        multiply_columns<T>(W, pitch, X, Y, n, column, related, terms, X_out, Y_out);
     }
   }
 }
@@ -118,11 +125,10 @@ void forward_dynamics_derivatives(const model_view<scalar_of<T>> &model, const f
   if constexpr (is_number<T>) {
     invert_factorised(model, w.forward.factor, w.W);
     w.W.store(da_dtau);
-    negative_product(w.W, by_q, model.nv, da_dq);
-    negative_product(w.W, by_v, model.nv, da_dv);
+    negative_products(model, w.related, w.W[0], w.W.pitch(), by_q, by_v, da_dq, da_dv);
   } else {
     invert_factorised(model, w.forward.factor, da_dtau);
-    negative_products(model, w.related, da_dtau, by_q, by_v, da_dq, da_dv);
+    negative_products(model, w.related, da_dtau, model.nv, by_q, by_v, da_dq, da_dv);
   }
 }
 

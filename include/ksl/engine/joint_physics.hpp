@@ -31,6 +31,12 @@ template <class T, class S> KSL_LANES T friction_slope(const T &v, const S &widt
   return T(width * width) / (square * math<T>::sqrt(square));
 }
 
+/// The same, differentiated twice: −3 w² v / (v² + w²)^(5/2).
+template <class T, class S> KSL_LANES T friction_curvature(const T &v, const S &width) {
+  const T square = v * v + T(width * width);
+  return T(S(-3) * width * width) / square * (v / square) / math<T>::sqrt(square); // in this order nothing underflows
+}
+
 /// Effort of a coordinate's spring.
 template <class T, class S> KSL_LANES T spring_effort(const coordinate_physics<S> &c, const T *q) {
   return c.stiffness == S(0) ? T(0) : T(c.stiffness) * (q[c.q_index] - T(c.rest));
@@ -59,6 +65,16 @@ void add_physics_derivatives(const model_view<scalar_of<T>> &model, const T *v, 
     dtau_dq[at] = dtau_dq[at] + T(c.stiffness);
     dtau_dv[at] = dtau_dv[at] + (T(c.damping) + T(c.friction) * friction_slope(v[k], c.friction_width));
     dtau_da[at] = dtau_da[at] + T(c.armature);
+  }
+}
+
+/// Adds what joints contribute to second derivatives of efforts by v, (nv, nv, nv): the rest is linear.
+template <class T> void add_physics_second_derivatives(const model_view<scalar_of<T>> &model, const T *v, T *d2tau_dvdv) {
+  const std::ptrdiff_t n = model.nv;
+  for (std::ptrdiff_t k = 0; k < n; ++k) {
+    const coordinate_physics<scalar_of<T>> &c = model.physics[k];
+    T &x = d2tau_dvdv[(k * n + k) * n + k];
+    x = x + T(c.friction) * friction_curvature(v[k], c.friction_width);
   }
 }
 

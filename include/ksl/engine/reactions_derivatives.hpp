@@ -193,8 +193,23 @@ template <class T> struct reaction_rows_of_joint {
     });
   }
   /// The wrench by coordinate k of q, or several in lanes.
-  template <class P> KSL_LANES coscrew<P> get_by_q(int k) const {
-    const T *const lin = by_q + (angular_first ? 3 * n : 0) + k, *const ang = by_q + (angular_first ? 0 : 3 * n) + k;
+  template <class P> KSL_LANES coscrew<P> get_by_q(int k) const { return get_one<P>(by_q, k); }
+  /// Replaces the wrenches x of the coordinates [first, end), in all three results, by step(x).
+  template <class Step> KSL_LANES void change(int first, int end, Step step) const {
+    T *const results[] = {by_q, by_v, by_a};
+    for (T *rows : results)
+      if constexpr (is_number<T>) {
+        for (int k = first; k < end; k += native_lanes<T>)
+          put_one(step(get_one<native_pack<T>>(rows, k)), rows, k, end - k);
+      } else {
+        for (int k = first; k < end; ++k)
+          put_one(step(get_one<T>(rows, k)), rows, k, 1);
+      }
+  }
+
+private:
+  template <class P> KSL_LANES coscrew<P> get_one(const T *rows, int k) const {
+    const T *const lin = rows + (angular_first ? 3 * n : 0) + k, *const ang = rows + (angular_first ? 0 : 3 * n) + k;
     coscrew<P> f;
     if constexpr (is_number<T>) {
       const int left = static_cast<int>(n - k);
@@ -207,8 +222,6 @@ template <class T> struct reaction_rows_of_joint {
       algebra<P>::coscrew_invert(&f);
     return f;
   }
-
-private:
   template <class P> KSL_LANES void put(int k, int valid, const wrench_by<P> &x) const {
     put_one(x.q, by_q, k, valid);
     put_one(x.v, by_v, k, valid);
@@ -308,29 +321,43 @@ template <class P, class T> struct rotation_in_lanes {
   }
 };
 
-/// The same for a part of the wrench: it is split in the axes of body i, in which the joint's motion is constant.
-template <joint_kind K, class T>
-KSL_LANES coscrew<T> set_part_of_reaction(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w, int i,
-                                          const subtree_dynamics<T> &d, coordinate_run carried, wrench_part part,
-                                          const SE3<T> &frame, const reaction_rows_of_joint<T> &out) {
+/// Derivatives of the wrench through a joint in any frame, for the dynamics d of the bodies beyond it.
+template <class T>
+void set_reaction_in(const SE3<T> &frame, const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w, int body,
+                     const subtree_dynamics<T> &d, coordinate_run carried, const reaction_rows_of_joint<T> &out) {
+  const auto dynamics = [&]<class P>() KSL_INLINED { return in_all_lanes<P, subtree_dynamics>(d); };
+  set_reaction(model, w, body, dynamics, carried, out, [&]<class P>(const wrench_by<P> &by) KSL_INLINED {
+    return expressed(in_all_lanes<P, SE3>(frame), by);
+  });
+}
+
+/// The same for a part of the wrench: the whole wrench in the axes of body i, in which the joint's motion is constant, is split and
+/// then moved to the requested frame.  Returns the part itself.
+template <class T>
+coscrew<T> set_part_of_reaction(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w, int i,
+                                const subtree_dynamics<T> &d, coordinate_run carried, wrench_part part, const SE3<T> &frame,
+                                const reaction_rows_of_joint<T> &out) {
   const ksl::body<scalar_of<T>> &b = model.body[i];
   const SE3<T> body = {w.rotation[i], w.origin[i]};
+  const coscrew<T> whole = expressed(body, d.f);
   SE3<T> D; // of the body in the requested frame
+  coscrew<T> found;
   algebra<T>::product_dinvd(&frame, &body, &D);
-  const auto express = [&]<class P>(const coscrew<P> &f) KSL_INLINED {
-    const SE3<P> there = in_all_lanes<P, SE3>(D);
-    coscrew<P> x = part_through<K>(b, rotation_in_lanes<P, T>{w.pose}, part, expressed(in_all_lanes<P, SE3>(body), f));
-    algebra<P>::product_CoAdc(&there, &x, &x);
-    return x;
-  };
-  const auto dynamics = [&]<class P>() KSL_INLINED { return in_all_lanes<P, subtree_dynamics>(d); };
-  set_reaction(model, w, i, dynamics, carried, out, [&]<class P>(const wrench_by<P> &by) KSL_INLINED {
-    return wrench_by<P>{express(by.q), express(by.v), express(by.a)};
+  set_reaction_in(body, model, w, i, d, carried, out);
+  by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
+    const auto split = [&]<class P>(const coscrew<P> &f) KSL_INLINED {
+      const SE3<P> there = in_all_lanes<P, SE3>(D);
+      coscrew<P> x = part_through<K>(b, rotation_in_lanes<P, T>{w.pose}, part, f);
+      algebra<P>::product_CoAdc(&there, &x, &x);
+      return x;
+    };
+    out.change(carried.first, carried.end, split);
+    for_carriers(model, i, [&](int first, int end) { out.change(first, end, split); });
+    found = split(whole);
   });
-  if constexpr (only_turns(K))
-    if (b.ends_universal)
-      add_rate_of_split(w, b, part, expressed(body, d.f), D, out);
-  return express(d.f);
+  if (b.ends_universal && part != wrench_part::coupling) // a universal joint follows no other
+    add_rate_of_split(w, b, part, whole, D, out);
+  return found;
 }
 
 /// Adds x ×* f to the derivatives by q, f in the requested frame.  x is the twist of a body for each coordinate that carries it:
@@ -378,10 +405,7 @@ coscrew<T> set_reaction_of_ground(const model_view<scalar_of<T>> &model, const r
     if (b.parent > 0 || b.v_index < carried.first || b.v_end > carried.end)
       continue;
     const SE3<T> frame = requested_frame(model, w.wrenches, request, link, i);
-    const auto unused = [&]<class P>() KSL_INLINED { return in_all_lanes<P, subtree_dynamics>(w.link[link]); };
-    set_reaction(model, w.wrenches, 0, unused, {b.v_index, b.v_end}, out, [&]<class P>(const wrench_by<P> &by) KSL_INLINED {
-      return expressed(in_all_lanes<P, SE3>(frame), by);
-    });
+    set_reaction_in(frame, model, w.wrenches, 0, w.link[link], {b.v_index, b.v_end}, out);
   }
   return expressed(requested_frame(model, w.wrenches, request, link, 0), w.link[link].f);
 }
@@ -393,7 +417,7 @@ void set_requested_reaction(const model_view<scalar_of<T>> &model, const reactio
   const ksl::link<scalar_of<T>> &l = model.link[link];
   const bool moves = l.carried_by_moving_joint && l.body > 0;
   out.clear(0, model.nv);
-  if (request.part == wrench_part::actuation && !moves)
+  if ((request.part == wrench_part::actuation || request.part == wrench_part::coupling) && !moves)
     return;
   coscrew<T> f;
   if (l.body == 0) {
@@ -402,15 +426,10 @@ void set_requested_reaction(const model_view<scalar_of<T>> &model, const reactio
     const subtree_dynamics<T> d = moves ? w.wrenches.subtree.get(last_coordinate(model, l.body)) : w.link[link];
     const SE3<T> frame = requested_frame(model, w.wrenches, request, link, tree_of(model, l.body));
     if (request.part == wrench_part::total || !moves) {
-      const auto dynamics = [&]<class P>() KSL_INLINED { return in_all_lanes<P, subtree_dynamics>(d); };
-      set_reaction(model, w.wrenches, l.body, dynamics, carried_by(model, link), out, [&]<class P>(const wrench_by<P> &by) KSL_INLINED {
-        return expressed(in_all_lanes<P, SE3>(frame), by);
-      });
+      set_reaction_in(frame, model, w.wrenches, l.body, d, carried_by(model, link), out);
       f = expressed(frame, d.f);
     } else {
-      by_kind(model.body[l.body].kind, [&]<joint_kind K>() KSL_INLINED {
-        f = set_part_of_reaction<K>(model, w.wrenches, l.body, d, carried_by(model, link), request.part, frame, out);
-      });
+      f = set_part_of_reaction(model, w.wrenches, l.body, d, carried_by(model, link), request.part, frame, out);
     }
   }
   if (!moves_with_joint(request))

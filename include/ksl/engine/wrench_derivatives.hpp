@@ -89,6 +89,28 @@ template <class T> KSL_LANES screw<T> several_rates(const screw<T> &velocity, co
   return rate;
 }
 
+/// The K of 2 B for an inertia I, about the common point, that moves with a twist (v, ω).
+template <class T> KSL_LANES mat3x3<T> moment_of_momentum(const spatial_inertia<T> &I, const screw<T> &twist) {
+  const vec3<T> &v = twist.lin, &w = twist.ang;
+  // Q = Σ m ṙ rᵀ = v hᵀ + ω̃ E with E = Σ m r rᵀ; all times −2
+  const T two = T(2), xx = I.Ixx - I.Iyy - I.Izz, yy = I.Iyy - I.Izz - I.Ixx, zz = I.Izz - I.Ixx - I.Iyy; // −2 E
+  const T xy = two * I.Ixy, yz = two * I.Iyz, zx = two * I.Izx;
+  const vec3<T> h = {-two * I.h.x, -two * I.h.y, -two * I.h.z};
+  mat3x3<T> K;
+  K.m00 = v.x * h.x + (w.y * zx - w.z * xy);
+  K.m10 = v.y * h.x + (w.z * xx - w.x * zx);
+  K.m20 = v.z * h.x + (w.x * xy - w.y * xx);
+  K.m01 = v.x * h.y + (w.y * yz - w.z * yy);
+  K.m11 = v.y * h.y + (w.z * xy - w.x * yz);
+  K.m21 = v.z * h.y + (w.x * yy - w.y * xy);
+  K.m02 = v.x * h.z + (w.y * zz - w.z * yz);
+  K.m12 = v.y * h.z + (w.z * zx - w.x * zz);
+  K.m22 = v.z * h.z + (w.x * yz - w.y * zx);
+  const T x = K.m00, y = K.m11, z = K.m22; // K = 2 (tr Q 1 − Q)
+  K.m00 = -(y + z), K.m11 = -(z + x), K.m22 = -(x + y);
+  return K;
+}
+
 /// Inertia, momentum and wrench of a body, for its own inertia in its own axes.
 template <class T> KSL_LANES subtree_dynamics<T> body_dynamics(const spatial_inertia<T> &own, const mat3x3<T> &R,
                                                                const vec3<T> &origin, const body_twist<T> &m) {
@@ -104,22 +126,7 @@ template <class T> KSL_LANES subtree_dynamics<T> body_dynamics(const spatial_ine
   A::axpy_vv(I.m, &v, &p);
   A::add_vv(&p, &p, &d.twice_p);
 
-  // Q = Σ m ṙ rᵀ = v hᵀ + ω̃ E with E = Σ m r rᵀ; all times −2
-  const T two = T(2), xx = I.Ixx - I.Iyy - I.Izz, yy = I.Iyy - I.Izz - I.Ixx, zz = I.Izz - I.Ixx - I.Iyy; // −2 E
-  const T xy = two * I.Ixy, yz = two * I.Iyz, zx = two * I.Izx;
-  const vec3<T> h = {-two * I.h.x, -two * I.h.y, -two * I.h.z};
-  mat3x3<T> &K = d.K;
-  K.m00 = v.x * h.x + (w.y * zx - w.z * xy);
-  K.m10 = v.y * h.x + (w.z * xx - w.x * zx);
-  K.m20 = v.z * h.x + (w.x * xy - w.y * xx);
-  K.m01 = v.x * h.y + (w.y * yz - w.z * yy);
-  K.m11 = v.y * h.y + (w.z * xy - w.x * yz);
-  K.m21 = v.z * h.y + (w.x * yy - w.y * xy);
-  K.m02 = v.x * h.z + (w.y * zz - w.z * yz);
-  K.m12 = v.y * h.z + (w.z * zx - w.x * zz);
-  K.m22 = v.z * h.z + (w.x * yz - w.y * zx);
-  const T x = K.m00, y = K.m11, z = K.m22; // K = 2 (tr Q 1 − Q)
-  K.m00 = -(y + z), K.m11 = -(z + x), K.m22 = -(x + y);
+  d.K = moment_of_momentum(I, m.velocity);
 
   body_motion<T> at_point = {w, m.acceleration.ang, {}}; // of the body's point at the common point
   A::cross_vv(&w, &v, &at_point.acceleration);

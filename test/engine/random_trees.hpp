@@ -1,0 +1,68 @@
+// Random trees of bodies on joints of all kinds, and random states of robots.
+#pragma once
+
+#include "robots.hpp"
+
+#include "ksl/engine/external_wrenches.hpp"
+
+#include <cmath>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace robots {
+
+template <class N> using numbers = std::vector<N>;
+
+/// Where a robot is, how it moves, and what pushes.
+struct state {
+  numbers<double> q, v, a, push;
+  numbers<int> pushed;
+
+  ksl::external_wrenches<double> external() const { return {static_cast<int>(pushed.size()), pushed.data(), push.data()}; }
+};
+
+inline numbers<double> random_numbers(int n, std::mt19937 &random) {
+  std::normal_distribution<double> normal;
+  numbers<double> x(static_cast<std::size_t>(n));
+  for (double &y : x)
+    y = normal(random);
+  return x;
+}
+
+inline state random_state(const ksl::model &m, std::mt19937 &random) {
+  const int last = m.view().links - 1;
+  state s = {random_numbers(m.nq(), random), random_numbers(m.nv(), random), random_numbers(m.nv(), random),
+             random_numbers(18, random), {last, last / 2, 0}};
+  normalize_quaternions(m, s.q.data());
+  return s;
+}
+
+/// A tree of bodies on joints of all kinds.
+inline ksl::model random_tree(int bodies, std::mt19937 &random) {
+  const auto below = [&](std::size_t n) { return std::uniform_int_distribution<std::size_t>(0, n - 1)(random); };
+  const auto vector = [&] {
+    const numbers<double> x = random_numbers(3, random);
+    return ksl::vec3<double>{x[0], x[1], x[2]};
+  };
+  ksl::robot_description r;
+  r.name = "random tree";
+  r.links = {link("link0", solid(2, {0.1, -0.2, 0.3}, 1.5, 1, 1.2))}; // a floating base needs an inertia
+  for (int i = 1; i < bodies; ++i) {
+    const std::string number = std::to_string(i);
+    r.links.push_back(link(("link" + number).c_str(), solid(1, vector(), 1, 1.2, 0.9)));
+    const ksl::joint_kind kind = ksl::joint_kinds[below(std::size(ksl::joint_kinds))];
+    const int parent = below(3) ? i - 1 : static_cast<int>(below(static_cast<std::size_t>(i)));
+    ksl::vec3<double> axis = vector();
+    ksl::algebra<double>::vec3_normalize(&axis);
+    r.joints.push_back(joint(("joint" + number).c_str(), kind, parent, i, vector(), axis));
+    r.joints.back().pitch = 0.3;
+    r.joints.back().axis2 = vector();
+    ksl::algebra<double>::vec3_normalize(&r.joints.back().axis2);
+  }
+  ksl::model_options options;
+  options.floating_base = below(2) == 0;
+  return ksl::model(r, options);
+}
+
+} // namespace robots
