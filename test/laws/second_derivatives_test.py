@@ -5,8 +5,6 @@ import pytest
 from projection import random_projection
 from random_tree import load_text, random_external, random_states, random_tree
 
-import ksl
-
 STEP = 1e-6
 PHYSICS = """<robot name="arm"><link name="a"/>
 <link name="b"><inertial><origin xyz="0.1 0.2 0.3"/><mass value="2"/><inertia ixx="1" iyy="1.2" izz="0.9" ixy="0" iyz="0" ixz="0"/></inertial></link>
@@ -55,7 +53,7 @@ def test_mimic_joints(seed):
 
 
 def test_physics_of_joints():
-    m = load_text(PHYSICS, physics=ksl.Physics(damping=True, friction=True, friction_width=0.5))
+    m = load_text(PHYSICS, physics=["damping", "friction"], friction_width=0.5)
     q, v, a = np.array([[0.3, -1.2], [0.2, -0.4], [1.0, 2.0]])
     check_efforts(m, q, v, a, None)
     check(m, m.forward_dynamics_derivatives, m.forward_dynamics_second_derivatives, q, v, a, None, 1e-6)

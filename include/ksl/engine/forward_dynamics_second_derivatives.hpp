@@ -38,7 +38,8 @@ template <class T> struct forward_dynamics_second_derivatives_workspace {
 template <class T>
 void multiply_in_place(const forward_dynamics_second_derivatives_workspace<T> &w, index n, index width, T *X) {
   using P = lanes_of_coordinates<T>;
-  constexpr index registers = w.column_registers, lanes = static_cast<index>(sizeof(P) / sizeof(T)), block = registers * lanes;
+  constexpr index registers = forward_dynamics_second_derivatives_workspace<T>::column_registers;
+  constexpr index lanes = static_cast<index>(sizeof(P) / sizeof(T)), block = registers * lanes;
   T *const columns = &w.columns[0];
   for (index first = 0; first < width; first += block) {
     const index count = width - first < block ? width - first : block;
@@ -122,7 +123,8 @@ void forward_dynamics_second_derivatives(const model_view<scalar_of<T>> &model, 
   forward_dynamics_derivatives(model, w.first, q, v, tau, external, &w.da_dq[0], &w.da_dv[0], &w.M_inverse[0]);
   inverse_dynamics_second_derivatives(model, w.second, q, v, &w.first.a[0], external, d2a_dqdq, d2a_dvdv, d2a_dqdv, d2a_dqdtau);
   add_products_of_first_derivatives(w, n, d2a_dqdq, d2a_dqdv, d2a_dqdtau);
-  for (T *x : {d2a_dqdq, d2a_dvdv, d2a_dqdv, d2a_dqdtau})
+  T *const results[] = {d2a_dqdq, d2a_dvdv, d2a_dqdv, d2a_dqdtau};
+  for (T *x : results)
     multiply_in_place(w, n, n * n, x);
 }
 

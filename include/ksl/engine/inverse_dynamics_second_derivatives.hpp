@@ -21,8 +21,6 @@
 #include "ksl/engine/inverse_dynamics_derivatives.hpp"
 #include "ksl/engine/subtree_rates.hpp"
 
-#include <type_traits>
-
 namespace ksl {
 
 /// Of an outermost coordinate z and a coordinate u on the path to its joint: how efforts change with both.
@@ -84,9 +82,8 @@ template <class T> struct tau_second_derivatives {
 
   KSL_LANES index at(index i, index k, index m) const { return (i * n + k) * n + m; }
   void clear_all() const {
-    for (T *x : {by_qq, by_vv, by_qv, mass_by_q})
-      for (index k = 0; k < n * n * n; ++k)
-        x[k] = T(0);
+    for (index k = 0; k < n * n * n; ++k)
+      by_qq[k] = by_vv[k] = by_qv[k] = mass_by_q[k] = T(0);
   }
 };
 
