@@ -92,6 +92,7 @@ out: three arrays, one for each derivative.  After Singh, Russell, Wensing (RA-L
             Result("dM_dq", ("nv", "nv", "nv"), "derivative of the mass matrix by q, or of the efforts by a and q"),
         ),
         form="sparse_results",
+        smooth_friction=True,
         summary="Second derivatives of inverse_dynamics by q, v, q and v, a and q, each (…, nv, nv, nv).",
         text="Second derivatives {d2tau_dqdq}, {d2tau_dvdv}, {d2tau_dqdv}, {dM_dq} of the joint efforts that inverse dynamics gives for "
         "{q}, {v}, {a}, each row-major.  Element (i, k, m) is that of effort i by q_k and q_m; by v_k and v_m; by q_k and v_m; by a_k "
@@ -122,6 +123,7 @@ analytic; O(nv × depth²), besides writing 4 nv³ numbers.
             Result("d2a_dqdtau", ("nv", "nv", "nv"), "by q and tau: derivative of the inverse of the mass matrix"),
         ),
         needs_mass=True,
+        smooth_friction=True,
         summary="Second derivatives of forward_dynamics by q, v, q and v, q and tau, each (…, nv, nv, nv).",
         text="Second derivatives {d2a_dqdq}, {d2a_dvdv}, {d2a_dqdv}, {d2a_dqdtau} of the accelerations that forward dynamics gives for "
         "{q}, {v}, {tau}, each row-major.  Element (i, k, m) is that of acceleration i by q_k and q_m; by v_k and v_m; by q_k and v_m; "

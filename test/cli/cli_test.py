@@ -579,6 +579,19 @@ def test_info_says_what_is_not_used(tmp_path):
 
 
 @pytest.mark.parametrize("isa", ["", "x86-64-v2"])
+def test_physics_of_joints(two, tmp_path):
+    robot, motion = two
+    robot.write_text(SLIDE.replace("</joint>", "<dynamics damping='0.5' friction='2'/></joint>"))
+    p = run("loads", robot, motion, "-o", tmp_path / "out", "--physics", "damping, friction", "--friction-width", "0.1")
+    assert p.returncode == 0 and "What the effort consists of" in p.stdout and "drive + external − dissipation" in p.stdout, p.stderr
+    assert "not applied" not in p.stdout
+    row = summary(tmp_path / "out")["slide"]
+    assert math.isclose(float(row["damping_peak"]), 0.5 * float(row["speed_peak"]), rel_tol=1e-12)
+    assert "physics of joints: none" in run("info", robot).stdout
+    p = run("loads", robot, motion, "-o", tmp_path / "none", "--physics", "dampin")
+    assert p.returncode == 2 and 'did you mean "damping"?' in p.stderr and not (tmp_path / "none").exists()
+
+
 def test_info_of_sdf_and_mjcf(tmp_path):
     body = "<link name='l'><inertial><mass>3</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>"
     models = "".join(f"<model name='{name}'>{body}</model>" for name in ("one", "two"))

@@ -78,6 +78,13 @@ def test_parts_follow_their_laws():
         m.effort_part(Q, V, A, "motors")
 
 
+def test_efforts_may_be_written_over_any_argument():
+    m = arm().build(physics="all")
+    for i in range(3):
+        given = [Q.copy(), V.copy(), A.copy()]
+        np.testing.assert_array_equal(m.inverse_dynamics(*given, out=given[i]), m.inverse_dynamics(Q, V, A))
+
+
 def test_exact_friction_is_for_inverse_dynamics_only():
     m = arm().build(physics=["exact friction", "damping"])
     np.testing.assert_array_equal(m.effort_part(Q, V, A, "friction"), [1.5, -0.4])
@@ -88,6 +95,8 @@ def test_exact_friction_is_for_inverse_dynamics_only():
         "forward_dynamics_by_mass_matrix": lambda: m.forward_dynamics_by_mass_matrix(Q, V, A),
         "inverse_dynamics_derivatives": lambda: m.inverse_dynamics_derivatives(Q, V, A),
         "forward_dynamics_derivatives": lambda: m.forward_dynamics_derivatives(Q, V, A),
+        "inverse_dynamics_second_derivatives": lambda: m.inverse_dynamics_second_derivatives(Q, V, A),
+        "forward_dynamics_second_derivatives": lambda: m.forward_dynamics_second_derivatives(Q, V, A),
         "operational_space": lambda: m.operational_space(Q, V, ["lower"]),
     }
     for name, call in calls.items():
