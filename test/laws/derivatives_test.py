@@ -32,7 +32,7 @@ def case(seed: int, heavy: bool = False):
     """A robot, every third with mimic joints, and a state."""
     rng = np.random.default_rng(seed)
     bodies, options = int(rng.integers(2, 12)), {"floating_base": bool(rng.integers(2))}
-    if seed % 3 or heavy:  # derivatives of forward dynamics are refused for mimic joints
+    if seed % 3:
         m = random_model(rng, bodies, massless=0.0 if heavy else 0.15, **options)
     else:
         m = load_text(with_mimics(random_tree(rng, bodies + 4), rng), **options)
