@@ -54,8 +54,6 @@ nb::tuple solve_inverse_kinematics(const ksl::model &m, const std::vector<ksl::w
 inline nb::tuple inverse_kinematics(const ksl::model &m, const wanted_frames &frames, nb::handle target, nb::handle start, double position_tolerance,
                                     double orientation_tolerance, int iterations, int starts, std::uint64_t seed, bool limits,
                                     nb::handle threads) {
-  if (m.followers() > 0)
-    refuse("inverse kinematics doesn't take mimic joints; load the model with mimic=\"independent\"");
   std::vector<ksl::wanted_frame> wanted;
   for (const auto &[link, position, orientation] : frames)
     wanted.push_back({link, position, orientation});

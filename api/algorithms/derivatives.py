@@ -33,7 +33,7 @@ Singh, Russell, Wensing, Efficient Analytical Derivatives of Rigid-Body Dynamics
         name="forward_dynamics_derivatives",
         header="forward_dynamics_derivatives.hpp",
         inputs=("q", "v", "tau"),
-        coupled="refusal",
+        coupled="solution_derivatives",
         external="optional",
         results=(
             Result("da_dq", ("nv", "nv"), "derivative of the accelerations by q"),

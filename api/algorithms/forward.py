@@ -45,7 +45,7 @@ algorithm and sparse factors (Featherstone, RBDA 2008, tables 6.2 and 6.3); O(nv
         header="hybrid_dynamics.hpp",
         needs_mass=True,
         inputs=("q", "v", "a", "tau"),
-        coupled="refusal",
+        coupled="hybrid",
         external="optional",
         request="links",
         results=(Result("a_out", ("motion",), "accelerations of all joints"), Result("tau_out", ("nv",), "efforts of all joints")),
@@ -56,7 +56,8 @@ algorithm and sparse factors (Featherstone, RBDA 2008, tables 6.2 and 6.3); O(nv
         "O(bodies).",
         python="""
 names: the joints (or the links that they carry) whose accelerations are given in a (…, nv); by default all.  Of the others, the efforts
-are given in tau (…, nv).  The remaining numbers in a and tau may have any value.  Returns (a, tau), complete.
+are given in tau (…, nv).  The remaining numbers in a and tau may have any value.  Returns (a, tau), complete.  A mimic joint that is
+named stands for its leader.
 q, v, external, out, threads: as in :meth:`inverse_dynamics`.  Articulated-body algorithm (Featherstone, RBDA 2008, section 9.2); O(bodies).
 """,
     ),
@@ -65,7 +66,7 @@ q, v, external, out, threads: as in :meth:`inverse_dynamics`.  Articulated-body 
         header="solve_mass_matrix.hpp",
         needs_mass=True,
         inputs=("q",),
-        coupled="refusal",
+        coupled="jump",
         external="required",
         results=(Result("dv", ("motion",), "jump of the joint velocities"),),
         summary="Jump (…, nv) of the joint velocities that impulses on links cause.",

@@ -45,10 +45,14 @@ without it.  For solvers that read one triangle: ``scipy.linalg.cho_factor(M)``,
         summary="The elements (…, tree) of the mass matrix that aren't zero by the shape of the tree.",
         text="The elements {M} of the lower triangle of the mass matrix that aren't zero by the shape of the tree, row by row, for {q}: "
         "of each row those in the columns of the joints on the path from the ground, the diagonal last.  Composite-rigid-body "
-        "algorithm (Featherstone, RBDA 2008, table 6.2 and section 6.5); O(bodies × depth).",
+        "algorithm (Featherstone, RBDA 2008, table 6.2 and section 6.5); O(bodies × depth).  Not for models with mimic joints, whose mass "
+        "matrix has other zeros.",
         python="""
 q, out, threads: as in :meth:`inverse_dynamics`.  Compressed sparse rows of the lower triangle:
 ``scipy.sparse.csr_matrix((M, m.tree_columns, m.tree_rows))``.  Featherstone, RBDA 2008, table 6.2 and section 6.5.
+
+Not for robots with mimic joints (ValueError): a leader and its followers may be on different branches, so that the mass matrix has
+other zeros than those of the tree.
 """,
     ),
     Algorithm(
@@ -60,10 +64,12 @@ q, out, threads: as in :meth:`inverse_dynamics`.  Compressed sparse rows of the 
         results=(Result("LD", ("tree",), "elements of L, with D on the diagonal"),),
         summary="Factors (…, tree) of the mass matrix that are as sparse as the tree: M = Lᵀ D L.",
         text="Factors {LD} of the mass matrix M = Lᵀ D L for {q}, L a unit lower triangle and D diagonal: the elements of L in the layout of "
-        "mass_matrix_tree, with D on the diagonal (Featherstone, RBDA 2008, section 6.5, table 6.3).  O(nv × depth²).",
+        "mass_matrix_tree, with D on the diagonal (Featherstone, RBDA 2008, section 6.5, table 6.3).  O(nv × depth²).  Not for models "
+        "with mimic joints.",
         python="""
 q, out, threads: as in :meth:`inverse_dynamics`.  The layout is that of :meth:`mass_matrix_tree`, with D instead of the ones on the
 diagonal of L.  Featherstone, RBDA 2008, section 6.5 and table 6.3; O(nv × depth²).
+Not for robots with mimic joints, as :meth:`mass_matrix_tree`.
 """,
     ),
     Algorithm(

@@ -48,7 +48,8 @@ class Algorithm:
     variant_of: the algorithm that computes this one, with zeros for the inputs that this one doesn't have.
     coupled: how it is computed for robots with mimic joints (src/engine/coupled.hpp): by "projection", which holds for all that is a
     function of positions and motions and is written whole; as the "solution" of M a = tau − bias, for forward dynamics; as
-    "product", M⁻¹ tau; as "inverse", M⁻¹; as the "upper_triangle" of M; or not at all, "refusal".
+    "product", M⁻¹ tau; as "inverse", M⁻¹; as the "upper_triangle" of M; as "solution_derivatives", "hybrid", "jump" or one of the
+    "operational" quantities, from M, its factors and Jacobians; or not at all, "refusal", which is for results in the layout of the tree.
     faces: the languages for which a call is generated.  Other calls are written by hand, or are private.
     text: one sentence for C, C++ and the reference; {tau}, {q} … stand for names with shapes.
     python: the docstring of the method, after its first line.

@@ -90,14 +90,15 @@ KSL_EXPORT void mass_matrix_upper_batch(const model &m, const batch_view<S> &bat
 
 /// The elements M (tree) of the lower triangle of the mass matrix that aren't zero by the shape of the tree, row by
 /// row, for q (nq): of each row those in the columns of the joints on the path from the ground, the diagonal last.
-/// Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2 and section 6.5); O(bodies × depth).  Reads
-/// batch.q; writes M into batch.result[0] (rows of tree).
+/// Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2 and section 6.5); O(bodies × depth).  Not for
+/// models with mimic joints, whose mass matrix has other zeros.  Reads batch.q; writes M into batch.result[0] (rows of
+/// tree).
 template <class S>
 KSL_EXPORT void mass_matrix_tree_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Factors LD (tree) of the mass matrix M = Lᵀ D L for q (nq), L a unit lower triangle and D diagonal: the elements of
 /// L in the layout of mass_matrix_tree, with D on the diagonal (Featherstone, RBDA 2008, section 6.5, table 6.3).  O(nv
-/// × depth²).  Reads batch.q; writes LD into batch.result[0] (rows of tree).
+/// × depth²).  Not for models with mimic joints.  Reads batch.q; writes LD into batch.result[0] (rows of tree).
 template <class S>
 KSL_EXPORT void mass_matrix_factor_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 

@@ -79,14 +79,14 @@ KSL_EXPORT void mass_matrix_upper(const model &m, data &d, const S *q, S *M);
 
 /// The elements M (tree) of the lower triangle of the mass matrix that aren't zero by the shape of the tree, row by
 /// row, for q (nq): of each row those in the columns of the joints on the path from the ground, the diagonal last.
-/// Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2 and section 6.5); O(bodies × depth).  No
-/// allocation.
+/// Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2 and section 6.5); O(bodies × depth).  Not for
+/// models with mimic joints, whose mass matrix has other zeros.  No allocation.
 template <class S>
 KSL_EXPORT void mass_matrix_tree(const model &m, data &d, const S *q, S *M);
 
 /// Factors LD (tree) of the mass matrix M = Lᵀ D L for q (nq), L a unit lower triangle and D diagonal: the elements of
 /// L in the layout of mass_matrix_tree, with D on the diagonal (Featherstone, RBDA 2008, section 6.5, table 6.3).  O(nv
-/// × depth²).  No allocation.
+/// × depth²).  Not for models with mimic joints.  No allocation.
 template <class S>
 KSL_EXPORT void mass_matrix_factor(const model &m, data &d, const S *q, S *LD);
 

@@ -286,7 +286,8 @@ KSL_EXPORT ksl_status_t ksl_mass_matrix_upper_batchf(const ksl_model_t *model, s
 
 /** The elements M (tree) of the lower triangle of the mass matrix that aren't zero by the shape of the tree, row by
     row, for q (nq): of each row those in the columns of the joints on the path from the ground, the diagonal last.
-    Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2 and section 6.5); O(bodies × depth). */
+    Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2 and section 6.5); O(bodies × depth).  Not for
+    models with mimic joints, whose mass matrix has other zeros. */
 KSL_EXPORT ksl_status_t ksl_mass_matrix_tree(const ksl_model_t *model, ksl_data_t *data, const double *q, double *M);
 KSL_EXPORT ksl_status_t ksl_mass_matrix_treef(const ksl_model_t *model, ksl_data_t *data, const float *q, float *M);
 KSL_EXPORT ksl_status_t ksl_mass_matrix_tree_batch(const ksl_model_t *model, size_t n, const double *q,
@@ -296,7 +297,7 @@ KSL_EXPORT ksl_status_t ksl_mass_matrix_tree_batchf(const ksl_model_t *model, si
 
 /** Factors LD (tree) of the mass matrix M = Lᵀ D L for q (nq), L a unit lower triangle and D diagonal: the elements
     of L in the layout of mass_matrix_tree, with D on the diagonal (Featherstone, RBDA 2008, section 6.5, table
-    6.3).  O(nv × depth²). */
+    6.3).  O(nv × depth²).  Not for models with mimic joints. */
 KSL_EXPORT ksl_status_t ksl_mass_matrix_factor(const ksl_model_t *model, ksl_data_t *data, const double *q, double *LD);
 KSL_EXPORT ksl_status_t ksl_mass_matrix_factorf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *LD);
 KSL_EXPORT ksl_status_t ksl_mass_matrix_factor_batch(const ksl_model_t *model, size_t n, const double *q,

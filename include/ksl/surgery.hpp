@@ -20,7 +20,8 @@ struct frozen_joint {
   std::vector<double> q;
 };
 
-/// These joints become fixed ones at these positions; their names and the links are kept.
+/// These joints become fixed ones at these positions; their names and the links are kept.  Followers (mimic joints) become fixed with
+/// their leaders, where these hold them, and not alone.
 KSL_EXPORT robot_description with_frozen_joints(const robot_description &robot,
                                                 const std::vector<frozen_joint> &joints);
 
@@ -36,6 +37,7 @@ KSL_EXPORT robot_description merged(const robot_description &robot, const robot_
                                     const std::string &prefix = "");
 
 /// The links that a link carries, and itself as the root, which is fixed unless it is that of a robot that floats.
+/// A follower among them needs its leader there.
 KSL_EXPORT robot_description subtree(const robot_description &robot, const std::string &link);
 
 /// Adds a frame: a massless link welded to another by a joint NAME_joint.

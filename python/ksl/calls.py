@@ -139,7 +139,8 @@ class Calls(Requests):
         """Accelerations and efforts of all joints, where the accelerations of some are given, and the efforts of the others.
 
         names: the joints (or the links that they carry) whose accelerations are given in a (…, nv); by default all.  Of the others, the efforts
-        are given in tau (…, nv).  The remaining numbers in a and tau may have any value.  Returns (a, tau), complete.
+        are given in tau (…, nv).  The remaining numbers in a and tau may have any value.  Returns (a, tau), complete.  A mimic joint that is
+        named stands for its leader.
         q, v, external, out, threads: as in :meth:`inverse_dynamics`.  Articulated-body algorithm (Featherstone, RBDA 2008, section 9.2); O(bodies).
         """
         return self._core.hybrid_dynamics(q, v, a, tau, external, self._links_of(names), out, threads)
@@ -173,6 +174,9 @@ class Calls(Requests):
 
         q, out, threads: as in :meth:`inverse_dynamics`.  Compressed sparse rows of the lower triangle:
         ``scipy.sparse.csr_matrix((M, m.tree_columns, m.tree_rows))``.  Featherstone, RBDA 2008, table 6.2 and section 6.5.
+
+        Not for robots with mimic joints (ValueError): a leader and its followers may be on different branches, so that the mass matrix has
+        other zeros than those of the tree.
         """
         return self._core.mass_matrix_tree(q, None, None, None, None, None, out, threads)
 
@@ -181,6 +185,7 @@ class Calls(Requests):
 
         q, out, threads: as in :meth:`inverse_dynamics`.  The layout is that of :meth:`mass_matrix_tree`, with D instead of the ones on the
         diagonal of L.  Featherstone, RBDA 2008, section 6.5 and table 6.3; O(nv × depth²).
+        Not for robots with mimic joints, as :meth:`mass_matrix_tree`.
         """
         return self._core.mass_matrix_factor(q, None, None, None, None, None, out, threads)
 

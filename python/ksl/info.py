@@ -65,17 +65,23 @@ def _following(joint: Joint) -> str:
     return f"{joint.multiplier:.6g} × {joint.leader}{offset}"
 
 
-PHYSICS = {
-    "damping": "damping", "friction": "friction", "friction width": "friction_width", "armature": "armature", "rotor": "rotor_inertia",
-    "stiffness": "spring_stiffness", "rest": "spring_rest",
-}  # fmt: skip
+PHYSICS = (
+    (("damping", "damping"), ("friction", "friction")),
+    (("friction width", "friction_width"),),
+    (("armature", "armature"),),
+    (("rotor", "rotor_inertia"), ("gear ratio", "gear_ratio")),
+    (("stiffness", "spring_stiffness"), ("rest", "spring_rest")),
+)
+"""Headings and attributes of the physics of joints, in groups that are shown together."""
 
 
 def _given(joints: Sequence[Joint]) -> list[tuple[str, str]]:
-    """Headings and attributes of the physics that any joint has."""
-    given = [(title, name) for title, name in PHYSICS.items() if any(getattr(j, name) for j in joints)]
-    at = [name for _, name in given].index("rotor_inertia") + 1 if ("rotor", "rotor_inertia") in given else 0
-    return [*given[:at], ("gear ratio", "gear_ratio"), *given[at:]] if at else given
+    """The groups that any joint has."""
+
+    def has(group: tuple[tuple[str, str], ...]) -> bool:
+        return any(getattr(j, name) for _, name in group for j in joints if name not in ("gear_ratio", "spring_rest"))
+
+    return [each for group in PHYSICS if has(group) for each in group]
 
 
 def _joint_table(model: Mechanism) -> Table:
@@ -93,7 +99,7 @@ def _joint_table(model: Mechanism) -> Table:
         table.add_row(
             Text(j.name), j.kind, Text(f"{j.parent or 'ground'} → {j.child}"), _span(j.q_index, j.nq) or _following(j), _span(j.v_index, j.nv), axis,
             *(_number(x) for x in (j.lower, j.upper, j.effort, j.velocity)),
-            *(_number(getattr(j, name) or None) for _, name in given),
+            *(_number((name != "gear_ratio" or j.rotor_inertia) and getattr(j, name) or None) for _, name in given),
         )
     return table
 

@@ -59,7 +59,7 @@ class InverseKinematicsCalls(Requests):
         iterations: at most, from each start.  starts: at most.  seed: of the random starts.
         threads: as in :meth:`inverse_dynamics`; results don't depend on it, nor on which other targets there are.
 
-        Robots with mimic joints are refused; `mimic="independent"` loads them without the coupling.
+        Mimic joints move with their leaders, whose range is such that all keep their limits.
         Never raises for a target that is not reached: the result says so, and why.  Damped least squares (Levenberg 1944,
         Marquardt 1963; damping as Sugihara, IEEE Trans. Robotics 27 (2011) 984).  About 15 iterations a target, O(depth) each.
         """

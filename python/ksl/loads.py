@@ -185,7 +185,7 @@ class Curves:
             speed = model._velocity_of(joint, motion.v) if joint.one_coordinate else None
             effort = np.empty(n) if joint.one_coordinate and joint.leader is None else None
             coupling = np.empty(n) if joint.leader is not None else None
-            parts = {name: np.empty(n) for name in EFFORT_PARTS} if model.physics and effort is not None else {}
+            parts: dict[str, Array] = {name: np.empty(n) for name in EFFORT_PARTS} if model.physics and effort is not None else {}
             self.loads.append(JointLoads(joint, {name: np.empty(n) for name in empty.wrench}, speed, effort, coupling, parts))
 
     def add(self, block: Block) -> None:

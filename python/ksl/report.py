@@ -226,9 +226,9 @@ class _Page:
         if np.any(b.external):
             sides |= {"external": b.external}
         if b.dissipation is not None:
-            sides |= {"dissipation": -b.dissipation}
+            sides |= {"− dissipation": -b.dissipation}
         if len(sides) > 2:
-            sides |= {" + ".join(list(sides)[1:]): b.supplied}
+            sides |= {" + ".join(list(sides)[1:]).replace("+ −", "−"): b.supplied}
         residual = b.residual
         if b.at_rest:  # curves of rounding errors would look like results
             sides, residual = {name: np.zeros_like(x) for name, x in sides.items()}, np.zeros_like(residual)

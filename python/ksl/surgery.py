@@ -43,7 +43,8 @@ class Surgery(Calls):
         """These joints become fixed at these positions.
 
         joints: {name: q}, a number, or as many as the joint has in q.  Names and links are kept, reactions through the joints are still
-        available.  A `floating_base` that is frozen puts the root where it is, on a massless link `world`.
+        available.  A `floating_base` that is frozen puts the root where it is, on a massless link `world`.  Mimic joints are frozen with
+        their leaders, where these hold them; one alone is refused.
         """
         frozen = [(name, [float(x) for x in given.numbers(q, f"joint {name}: its position").ravel()]) for name, q in joints.items()]
         return self._made(self._core.with_frozen_joints(frozen))
@@ -63,7 +64,8 @@ class Surgery(Calls):
         return self._made(self._core.merged(other._core, parent_link, given.pose(pose, "pose"), prefix))
 
     def subtree(self: S, link: str) -> S:
-        """What a link carries, and itself as the root.  The root is fixed unless it is that of a robot that floats."""
+        """What a link carries, and itself as the root.  The root is fixed unless it is that of a robot that floats.
+        A mimic joint that would be without its leader is refused."""
         return self._made(self._core.subtree(link))
 
     def with_frame(self: S, name: str, link: str, pose: ArrayLike | None = None) -> S:

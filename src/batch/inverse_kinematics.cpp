@@ -21,11 +21,12 @@ template <class S> void inverse_kinematics(const model &m, const inverse_kinemat
                                            const inverse_kinematics_batch<S> &batch, int threads) {
   const inverse_kinematics_kernel<S> solve = kernel<S>();
   const model_view<S> view = m.view_in<S>();
+  const coupling_view<S> coupling = m.coupling_in<S>();
   const partition parts(batch.n, targets_each, targets_each, threads);
-  const std::size_t bytes = solve(view, options, batch, 0, 0, nullptr);
+  const std::size_t bytes = solve(view, coupling, options, batch, 0, 0, nullptr);
   std::byte *memory = scratch(bytes * parts.threads);
   on_threads(parts, [&](std::size_t first, std::size_t end, std::size_t seat) {
-    solve(view, options, batch, first, end, memory + bytes * seat);
+    solve(view, coupling, options, batch, first, end, memory + bytes * seat);
   });
 }
 template void inverse_kinematics(const model &, const inverse_kinematics_options &, const inverse_kinematics_batch<double> &, int);

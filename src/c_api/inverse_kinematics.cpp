@@ -23,7 +23,6 @@ ksl_status_t solve(const ksl_model_t *m, int frames_n, const ksl_wanted_frame_t 
   return guarded([&] {
     require(m && frames_n > 0 && frames, "model and frames must not be null, and there must be a frame");
     require(batch.n == 0 || (batch.target.first && batch.q.first), "targets and q must not be null");
-    require(m->model.followers() == 0, "inverse kinematics doesn't take mimic joints: load the model with mimic_independent");
     inverse_kinematics_options options = options_of(given);
     std::vector<wanted_frame> wanted;
     for (int f = 0; f < frames_n; ++f) {

@@ -59,7 +59,11 @@ enum class coupled_by : unsigned char {
   product,        ///< M⁻¹ τ
   inverse,        ///< M⁻¹
   upper_triangle, ///< of M; the elements below the diagonal are not written
-  refusal         ///< not at all
+  solution_derivatives, ///< of a by q, v and τ
+  hybrid,         ///< a and τ, where some of each are given
+  jump,           ///< M⁻¹ Jᵀ impulses
+  operational_inverse, operational_inertia, operational_space, ///< J M⁻¹ Jᵀ, and what follows from it
+  refusal         ///< not at all: a result in the layout of the tree
 };
 
 constexpr int most_inputs = 4; ///< how many an algorithm can have

@@ -145,7 +145,7 @@ constexpr algorithm_row hybrid_dynamics = {
     .results = 2,
     .result = {{"a_out", 1, {extent::motion}}, {"tau_out", 1, {extent::nv}}},
     .kernels = &kernel_table::hybrid_dynamics,
-    .coupled = coupled_by::refusal,
+    .coupled = coupled_by::hybrid,
 };
 
 constexpr algorithm_row velocity_jump = {
@@ -160,7 +160,7 @@ constexpr algorithm_row velocity_jump = {
     .results = 1,
     .result = {{"dv", 1, {extent::motion}}},
     .kernels = &kernel_table::velocity_jump,
-    .coupled = coupled_by::refusal,
+    .coupled = coupled_by::jump,
 };
 
 constexpr algorithm_row mass_matrix = {
@@ -418,7 +418,7 @@ constexpr algorithm_row operational_space_inertia_inverse = {
     .results = 1,
     .result = {{"inverse", 2, {extent::twists, extent::twists}}},
     .kernels = &kernel_table::operational_space_inertia_inverse,
-    .coupled = coupled_by::refusal,
+    .coupled = coupled_by::operational_inverse,
 };
 
 constexpr algorithm_row operational_space_inertia = {
@@ -433,7 +433,7 @@ constexpr algorithm_row operational_space_inertia = {
     .results = 2,
     .result = {{"inertia", 2, {extent::twists, extent::twists}}, {"rank", 0, {}}},
     .kernels = &kernel_table::operational_space_inertia,
-    .coupled = coupled_by::refusal,
+    .coupled = coupled_by::operational_inertia,
 };
 
 constexpr algorithm_row operational_space = {
@@ -448,7 +448,7 @@ constexpr algorithm_row operational_space = {
     .results = 4,
     .result = {{"inertia", 2, {extent::twists, extent::twists}}, {"bias", 1, {extent::twists}}, {"pseudo_inverse", 2, {extent::nv, extent::twists}}, {"rank", 0, {}}},
     .kernels = &kernel_table::operational_space,
-    .coupled = coupled_by::refusal,
+    .coupled = coupled_by::operational_space,
 };
 
 constexpr algorithm_row energy = {
@@ -603,7 +603,7 @@ constexpr algorithm_row forward_dynamics_derivatives = {
     .results = 3,
     .result = {{"da_dq", 2, {extent::nv, extent::nv}}, {"da_dv", 2, {extent::nv, extent::nv}}, {"da_dtau", 2, {extent::nv, extent::nv}}},
     .kernels = &kernel_table::forward_dynamics_derivatives,
-    .coupled = coupled_by::refusal,
+    .coupled = coupled_by::solution_derivatives,
 };
 
 constexpr algorithm_row reactions_derivatives = {

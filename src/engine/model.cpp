@@ -4,6 +4,7 @@
 
 #include "engine/canonical_axes.hpp"
 #include "engine/algorithm_rows.hpp"
+#include "engine/coupled.hpp"
 #include "engine/joint_physics.hpp"
 #include "engine/largest_workspace.hpp"
 #include "engine/massless_joint.hpp"
@@ -392,16 +393,17 @@ private:
     }
   }
 
-  /// Limits of joints with one coordinate; a follower's are its leader's.
+  /// Limits of joints with one coordinate, in the expanded mechanism.
   void add_limits() {
     const auto n = static_cast<std::size_t>(m_.expanded_nq_);
     m_.double_.lower.assign(n, -INFINITY), m_.double_.upper.assign(n, INFINITY);
     for (const joint_row &j : m_.joints_) {
       const joint_kind_row kind = row_of(j.kind);
-      if (j.description < 0 || j.q_index < 0 || !kind.has_limits || kind.nq != 1)
+      if (j.description < 0 || !kind.has_limits || kind.nq != 1)
         continue;
       const joint_description &given = m_.description_.joints[static_cast<std::size_t>(j.description)];
-      const auto k = static_cast<std::size_t>(m_.in_q_[static_cast<std::size_t>(j.q_index)]);
+      const int body = m_.double_.links[static_cast<std::size_t>(j.link)].body;
+      const auto k = static_cast<std::size_t>(m_.double_.bodies[static_cast<std::size_t>(body)].q_index);
       m_.double_.lower[k] = given.lower.value_or(-INFINITY), m_.double_.upper[k] = given.upper.value_or(INFINITY);
     }
   }
@@ -577,30 +579,23 @@ std::vector<int> model::tree_columns() const {
 
 namespace {
 
-/// Room for what engine/coupled.cpp expands of one state: inputs and results of the algorithm with the most numbers, and the
-/// mass matrix, zeros and biases of forward dynamics.
-std::size_t coupling_bytes(const model &m) {
+/// What engine/coupled.cpp needs for one state of any algorithm, with a request for each link and joint.
+std::size_t coupled_bytes(const model &m) {
   if (m.followers() == 0)
     return 0;
   const model_view<double> view = m.view();
-  const extents all = {view.nq, view.nv, view.links, static_cast<int>(m.joints().size()), view.tree_elements, view.links};
-  int most = 0;
-  for (const algorithm_row *row : rows::all) {
-    int numbers = 0;
-    for (int i = 0; i < row->inputs; ++i)
-      numbers += length_of(row->input_list[i], all.nq, all.nv);
-    for (int r = 0; r < row->results; ++r)
-      numbers += numbers_of(row->result[r], all);
-    most = std::max(most, numbers);
-  }
-  constexpr int arrays = most_inputs + most_results + 4, line = 64; // each begins on a line of its own
-  return sizeof(double) * static_cast<std::size_t>(most + view.nv * (view.nv + 2)) + arrays * line;
+  const extents all = {m.nq(), m.nv(), view.links, static_cast<int>(m.joints().size()), view.tree_elements, view.links};
+  std::size_t most = 0;
+  for (const algorithm_row *row : rows::all)
+    if (row->coupled != coupled_by::refusal)
+      most = std::max({most, coupled::state_bytes<double>(*row, m, all), coupled::state_bytes<float>(*row, m, all)});
+  return most;
 }
 
 } // namespace
 
 data::data(const model &m)
-    : bytes_(largest_workspace(m.view()) + coupling_bytes(m)), memory_(::operator new(bytes_, alignment)), zero_(static_cast<std::size_t>(m.nv())),
+    : bytes_(std::max(largest_workspace(m.view()), coupled_bytes(m))), memory_(::operator new(bytes_, alignment)), zero_(static_cast<std::size_t>(m.nv())),
       zero_single_(zero_.size()) {
 #ifndef NDEBUG
   std::fill_n(static_cast<double *>(memory_.get()), bytes_ / sizeof(double), std::numeric_limits<double>::quiet_NaN());

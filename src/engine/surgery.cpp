@@ -146,19 +146,33 @@ void freeze(joint_description &joint, const std::vector<double> &q) {
   joint.at = at, joint.is_rotor = is_rotor;
 }
 
-/// Followers of joints that are frozen are frozen, too, where these hold them.
-std::vector<frozen_joint> with_followers(const robot_description &robot, std::vector<frozen_joint> joints) {
+const frozen_joint *find_frozen(const std::vector<frozen_joint> &joints, const std::string &name) {
+  const auto found = std::find_if(joints.begin(), joints.end(), [&](const frozen_joint &f) { return f.joint == name; });
+  return found == joints.end() ? nullptr : &*found;
+}
+
+/// The joints that follow one that is frozen are frozen with it, where it holds them.  A follower alone can't be frozen: neither would
+/// its leader move then.
+std::vector<frozen_joint> with_followers(const robot_description &robot, const std::vector<frozen_joint> &joints) {
   const std::vector<leader_of_joint> leaders = leaders_of(robot);
-  for (std::size_t i = 0, given = joints.size(); i < given; ++i)
-    for (std::size_t j = 0; j < leaders.size(); ++j) {
-      const frozen_joint leader = joints[i];
-      if (leaders[j].joint < 0 || robot.joints[index(leaders[j].joint)].name != leader.joint || leader.q.size() != 1)
-        continue;
-      const auto is_it = [&](const frozen_joint &other) { return other.joint == robot.joints[j].name; };
-      if (std::none_of(joints.begin(), joints.end(), is_it))
-        joints.push_back({robot.joints[j].name, {leaders[j].multiplier * leader.q[0] + leaders[j].offset}});
-    }
-  return joints;
+  std::vector<frozen_joint> out = joints;
+  for (std::size_t j = 0; j < leaders.size(); ++j) {
+    if (leaders[j].joint < 0)
+      continue;
+    const std::string &name = robot.joints[j].name, &leader = robot.joints[index(leaders[j].joint)].name;
+    const frozen_joint *const own = find_frozen(joints, name), *const frozen = find_frozen(joints, leader);
+    if (own && !frozen)
+      refuse("joint " + name + " follows joint " + leader + ", and can't be frozen alone; freeze " + leader + ", which freezes both");
+    if (!frozen || frozen->q.size() != 1) // which is refused when the leader is frozen
+      continue;
+    const double q = leaders[j].multiplier * frozen->q[0] + leaders[j].offset;
+    if (!own)
+      out.push_back({name, {q}});
+    else if (own->q.size() == 1 && !(std::fabs(own->q[0] - q) <= 1e-9 * std::max(1.0, std::fabs(q))))
+      refuse("joint " + name + ": frozen at " + load::shown(own->q[0]) + ", but joint " + leader + ", which it follows, holds it at " +
+             load::shown(q) + "; leave it out");
+  }
+  return out;
 }
 
 /// The joint that the model adds for a floating base, described as those of the file, on a link of its own.
@@ -251,6 +265,8 @@ robot_description merged(const robot_description &robot, const robot_description
     if (has_name(out.joints, joint.name))
       refuse("both robots have a joint named " + quoted(joint.name) + "; give a prefix for the names of the second");
     joint.at = {};
+    if (joint.mimic)
+      joint.mimic->at = {};
     joint.parent += links, joint.child += links;
     out.joints.push_back(std::move(joint));
   }
@@ -279,7 +295,20 @@ robot_description subtree(const robot_description &robot, const std::string &lin
       new_index[l] = static_cast<int>(out.links.size());
       out.links.push_back(robot.links[l]);
     }
-  for (joint_description joint : robot.joints) {
+  const std::vector<leader_of_joint> leaders = leaders_of(robot);
+  const auto is_inside = [&](const joint_description &joint) { return new_index[index(joint.parent)] >= 0 && new_index[index(joint.child)] >= 0; };
+  for (std::size_t j = 0; j < robot.joints.size(); ++j) {
+    joint_description joint = robot.joints[j];
+    if (leaders[j].joint >= 0 && is_inside(joint)) { // the joint that it names may be a follower, and left behind
+      const joint_description &leader = robot.joints[index(leaders[j].joint)];
+      if (!is_inside(leader))
+        refuse("joint " + joint.name + " follows joint " + leader.name + ", which link " + quoted(link) +
+               " doesn't carry; take a link that carries both, or load the robot with mimic=\"independent\"");
+      const auto named = std::find_if(robot.joints.begin(), robot.joints.end(),
+                                      [&](const joint_description &other) { return other.name == joint.mimic->joint; });
+      if (!is_inside(*named))
+        joint.mimic = {leader.name, leaders[j].multiplier, leaders[j].offset, joint.mimic->at};
+    }
     joint.parent = new_index[index(joint.parent)], joint.child = new_index[index(joint.child)];
     if (joint.parent >= 0 && joint.child >= 0)
       out.joints.push_back(std::move(joint));

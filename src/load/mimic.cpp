@@ -12,8 +12,12 @@ namespace {
 
 using load::quoted;
 
-constexpr const char *independent =
-    "mimic=\"independent\" in Python, or --mimic independent on the command line, gives each joint a coordinate of its own";
+/// The way out for a robot that was read from a file.
+std::string or_independent(const robot_description &robot) {
+  return robot.file.empty() ? ""
+                            : "; mimic=\"independent\" in Python, or --mimic independent on the command line, gives each joint a "
+                              "coordinate of its own";
+}
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
@@ -31,7 +35,7 @@ void check_coordinates(const robot_description &robot, const joint_description &
   if (kind.nq != 1 || kind.nv != 1)
     refuse(robot, follower,
            who + " is a " + kind.name + " joint, with " + std::to_string(kind.nv) +
-               " coordinates; a mimic joint and the joint that it mimics have one each: " + independent);
+               " coordinates; a mimic joint and the joint that it mimics have one each" + or_independent(robot));
 }
 
 /// The index of the joint that a follower names.
@@ -43,7 +47,7 @@ int named_leader(const robot_description &robot, const joint_description &follow
     for (const joint_description &joint : robot.joints)
       names.push_back(joint.name);
     refuse(robot, follower, "it mimics joint " + quoted(name) + ", which does not exist" +
-                                load::suggestion(name, names, "correct the name") + "; " + independent);
+                                load::suggestion(name, names, "correct the name") + or_independent(robot));
   }
   const joint_description &leader = robot.joints[index(found->second)];
   if (!std::isfinite(follower.mimic->multiplier) || !std::isfinite(follower.mimic->offset))

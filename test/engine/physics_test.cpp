@@ -9,6 +9,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <vector>
 
 namespace {
@@ -134,4 +135,24 @@ TEST_CASE("what is off is listed, and values that no joint can have are refused"
   refused([](auto &j) { j.friction_width = 0; },
           "joint \"elbow\": friction_width is 0; expected the speed at which friction has 0.71 of its full strength");
   refused([](auto &j) { j.kind = ksl::joint_kind::spherical; }, "joint \"elbow\": a spring on a spherical joint; only joints with one coordinate can have one");
+}
+
+TEST_CASE("motor efforts may be written over any input") {
+  const ksl::model m(arm(), all_physics());
+  ksl::data d(m);
+  double expected[2];
+  ksl::inverse_dynamics(m, d, q, v, a, expected);
+  const double *const inputs[3] = {q, v, a};
+  for (int i = 0; i < 3; ++i) {
+    double x[3][2];
+    for (int j = 0; j < 3; ++j)
+      std::copy(inputs[j], inputs[j] + 2, x[j]);
+    ksl::inverse_dynamics(m, d, x[0], x[1], x[2], x[i]);
+    CHECK(x[i][0] == expected[0]);
+    CHECK(x[i][1] == expected[1]);
+  }
+  double found[2];
+  ksl::forward_dynamics_by_mass_matrix(m, d, q, v, expected, found);
+  CHECK(found[0] == doctest::Approx(a[0]).epsilon(1e-13));
+  CHECK(found[1] == doctest::Approx(a[1]).epsilon(1e-13));
 }

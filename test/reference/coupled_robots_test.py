@@ -48,8 +48,29 @@ def test_coupled_robots_are_projections_of_independent_ones(name):
     q, v, a = coupled.random(rng, size=2), rng.normal(size=(2, coupled.nv)), rng.normal(size=(2, coupled.nv))
     M = coupled.mass_matrix(q)
     if np.linalg.cond(M).max() < 1e12:
-        found = coupled.forward_dynamics(q, v, coupled.inverse_dynamics(q, v, a))
+        tau = coupled.inverse_dynamics(q, v, a)
+        found = coupled.forward_dynamics(q, v, tau)
         assert np.abs(found - a).max() < 1e-13 * np.linalg.cond(M).max()
+        by_q, by_v, by_a = coupled.inverse_dynamics_derivatives(q, v, a)
+        for x, of_tau in zip(coupled.forward_dynamics_derivatives(q, v, tau), (-by_q, -by_v, np.eye(coupled.nv)), strict=True):
+            size = np.abs(M).max() * np.abs(x).max() + np.abs(of_tau).max()
+            assert np.abs(by_a @ x - of_tau).max() < 1e-12 * size * np.linalg.cond(M).max() ** 0.5
+
+
+@pytest.mark.parametrize("name", sorted(set(ROBOTS) - {WRONG}))
+def test_derivatives_of_coupled_robots_are_limits_of_differences(name):
+    m, rng = load(name), np.random.default_rng(2)
+    q, v, a, w = m.random(rng), *rng.normal(size=(3, m.nv))
+    joints, h = m.joint_names[:1] + m.follower_names, 1e-6
+    ahead, behind = m.integrate(q, h * w), m.integrate(q, -h * w)
+
+    def check(found, of):
+        quotient = (of(ahead) - of(behind)) / (2 * h)
+        assert np.abs(found @ w - quotient).max() <= 1e-7 * max(1, np.abs(quotient).max(), np.abs(of(q)).max())
+
+    check(m.inverse_dynamics_derivatives(q, v, a)[0], lambda x: m.inverse_dynamics(x, v, a))
+    for part in ("total", "actuation", "coupling"):
+        check(m.reactions_derivatives(q, v, a, joints=joints, part=part)[0], lambda x: m.reactions(x, v, a, joints=joints, part=part))  # noqa: B023
 
 
 def test_a_leader_that_does_not_exist_is_named():

@@ -15,8 +15,6 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-constexpr int column_registers = 4; ///< in which columns of a product are summed at a time
-
 template <class T> struct forward_dynamics_second_derivatives_workspace {
   forward_dynamics_derivatives_workspace<T> first;
   inverse_dynamics_second_derivatives_workspace<T> second;
@@ -33,13 +31,15 @@ template <class T> struct forward_dynamics_second_derivatives_workspace {
     columns.lay_out(memory, model.nv * column_registers * static_cast<int>(sizeof(lanes_of_coordinates<T>) / sizeof(T)));
     subtree_end.lay_out(memory, model.nv);
   }
+  static constexpr int column_registers = 4;
 };
 
 /// X = −W X, where X has nv rows of `width` numbers.
 template <class T>
 void multiply_in_place(const forward_dynamics_second_derivatives_workspace<T> &w, index n, index width, T *X) {
   using P = lanes_of_coordinates<T>;
-  constexpr index registers = column_registers, lanes = static_cast<index>(sizeof(P) / sizeof(T)), block = registers * lanes;
+  constexpr index registers = forward_dynamics_second_derivatives_workspace<T>::column_registers;
+  constexpr index lanes = static_cast<index>(sizeof(P) / sizeof(T)), block = registers * lanes;
   T *const columns = &w.columns[0];
   for (index first = 0; first < width; first += block) {
     const index count = width - first < block ? width - first : block;

@@ -15,10 +15,12 @@ template <class T> struct inverse_dynamics_workspace {
   pose_workspace<T> pose;
   per_body<body_motion, T> motion; ///< of each body, in its frame
   per_body<coscrew, T> wrench;     ///< through its joint, about its origin and in its axes; body 0: between ground and root
+  array_of<T> besides;             ///< what motors supply besides the transmitted efforts, if the model has physics of joints
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     pose.lay_out(memory, model);
     memory.lay_out(model.bodies, motion, wrench);
+    besides.lay_out(memory, model.physics ? model.nv : 0);
   }
 };
 
@@ -28,6 +30,8 @@ template <class T> struct inverse_dynamics_workspace {
 template <class T, class Receive>
 KSL_LANES void inverse_dynamics_by_joint(const model_view<scalar_of<T>> &model, const inverse_dynamics_workspace<T> &w, const T *q,
                                          const T *v, const T *dv, const external_wrenches<T> &external, T *tau, Receive receive) {
+  if (model.physics) // now, since tau may be one of the inputs
+    efforts_besides(model, q, v, dv, &w.besides[0]);
   sines_and_cosines(model, w.pose, q);
   w.motion.set(0, ground_motion<T>(model));
   const auto move = [&](int i) KSL_INLINED {
@@ -58,8 +62,8 @@ KSL_LANES void inverse_dynamics_by_joint(const model_view<scalar_of<T>> &model, 
       add_wrench(w.wrench, b.parent, f);
     });
   }
-  if (model.physics)
-    add_joint_physics(model, q, v, dv, tau);
+  for (int k = 0; model.physics && k < model.nv; ++k)
+    tau[k] = tau[k] + w.besides[k];
 }
 
 template <class T>

@@ -21,8 +21,6 @@
 #include "ksl/engine/inverse_dynamics_derivatives.hpp"
 #include "ksl/engine/subtree_rates.hpp"
 
-#include <type_traits>
-
 namespace ksl {
 
 /// Of an outermost coordinate z and a coordinate u on the path to its joint: how efforts change with both.

@@ -5,9 +5,13 @@
 // cross are held there.  Where a start doesn't lead to the target, another one is drawn.
 //
 // Each lane of a pack has a target of its own.  When it is done, it takes the next, so that no lane waits for the slowest.
+//
+// Where joints follow others (coupling.hpp), positions are those of the expanded mechanism.  Columns of followers are added to those
+// of their leaders, Ĵ G, whose limits are such that followers keep theirs.
 #pragma once
 
 #include "ksl/engine/batch_view.hpp"
+#include "ksl/engine/coupling.hpp"
 #include "ksl/engine/frame_jacobian.hpp"
 #include "ksl/engine/positive_definite.hpp"
 
@@ -61,7 +65,8 @@ template <class P> struct inverse_kinematics_workspace {
   scalar_of<P> *per_metre; ///< (frames) weight of positions
   P *matrix, *solution;   ///< (size, size), (size): the smaller of coordinates and 6 frames
   int *coordinate;        ///< (nv) the coordinate's row in `columns`; −1: it moves no frame
-  int *body;              ///< the bodies that move the frames
+  bool *leads;            ///< (nv) do others follow the coordinate
+  int *body;              ///< the bodies that move the frames, and those whose followers do
   int coordinates, bodies;
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<P>> &model, int frames) {
@@ -74,7 +79,7 @@ template <class P> struct inverse_kinematics_workspace {
     per_metre = memory.take<scalar_of<P>>(frames);
     const int size = model.nv < 6 * frames ? model.nv : 6 * frames;
     matrix = memory.take<P>(size * size), solution = memory.take<P>(size);
-    coordinate = memory.take<int>(model.nv);
+    coordinate = memory.take<int>(model.nv), leads = memory.take<bool>(model.nv);
     body = memory.take<int>(model.bodies);
   }
 };
@@ -93,13 +98,26 @@ template <class P> KSL_LANES vec3<P> half_sine_vector(const mat3x3<P> &R) {
   return {scale * (R.m21 - R.m12), scale * (R.m02 - R.m20), scale * (R.m10 - R.m01)};
 }
 
+/// Adds the columns of followers to those of their leaders, and clears them: no step of their own reduces the error.
+template <class P>
+void fold_followers(const coupling_view<scalar_of<P>> &coupling, const inverse_kinematics_workspace<P> &w, int rows) {
+  for (int i = 0; i < coupling.followers; ++i) {
+    const follower<scalar_of<P>> &f = coupling.follower[i];
+    if (w.coordinate[f.v] < 0)
+      continue;
+    P *const own = w.columns + w.coordinate[f.v] * rows, *const leader = w.columns + w.coordinate[f.leader_v] * rows;
+    for (int r = 0; r < rows; ++r)
+      leader[r] = leader[r] + P(f.multiplier) * own[r], own[r] = P(0);
+  }
+}
+
 /// Errors of all frames at w.q, weighted, and their Jacobian, both in the frames' axes.
-template <class P> pose_errors<P> errors_and_columns(const model_view<scalar_of<P>> &model, const inverse_kinematics_workspace<P> &w,
-                                                     const inverse_kinematics_options &options) {
+template <class P> pose_errors<P> errors_and_columns(const model_view<scalar_of<P>> &model, const coupling_view<scalar_of<P>> &coupling,
+                                                     const inverse_kinematics_workspace<P> &w, const inverse_kinematics_options &options) {
   using A = algebra<P>;
   pose_errors<P> largest = {P(0), P(0), P(0)};
   const int rows = 6 * options.frames_n;
-  if (options.frames_n > 1) // coordinates that don't move all of the frames
+  if (options.frames_n > 1 || coupling.followers > 0) // coordinates that don't move all of the frames
     for (int i = 0; i < w.coordinates * rows; ++i)
       w.columns[i] = P(0);
   for (int f = 0; f < options.frames_n; ++f) {
@@ -129,6 +147,7 @@ template <class P> pose_errors<P> errors_and_columns(const model_view<scalar_of<
     for (int r = 0; r < 6; ++r)
       largest.cost = largest.cost + e[r] * e[r];
   }
+  fold_followers(coupling, w, rows);
   return largest;
 }
 
@@ -159,7 +178,8 @@ void hold_at_limits(const model_view<scalar_of<P>> &model, const inverse_kinemat
           const P above = math<P>::select(q >= w.upper[b.q_index + c], larger(slope, zero), zero);
           P free = math<P>::select(above - below > zero, zero, one);
           if constexpr (only_turns(K)) // with a whole turn between the limits it goes on at the other one
-            free = math<P>::select(w.upper[b.q_index] - w.lower[b.q_index] >= P(scalar_of<P>(whole_turn)), one, free);
+            if (!w.leads[b.v_index])
+              free = math<P>::select(w.upper[b.q_index] - w.lower[b.q_index] >= P(scalar_of<P>(whole_turn)), one, free);
           for (int r = 0; r < rows; ++r)
             column[r] = free * column[r];
         }
@@ -213,9 +233,18 @@ template <class P> P step_of(const inverse_kinematics_workspace<P> &w, int rows,
   return x;
 }
 
+/// Positions of followers, from those of their leaders.
+template <class P> void place_followers(const coupling_view<scalar_of<P>> &coupling, P *q) {
+  for (int i = 0; i < coupling.followers; ++i) {
+    const follower<scalar_of<P>> &f = coupling.follower[i];
+    q[f.q] = P(f.multiplier) * q[f.leader_q] + P(f.offset);
+  }
+}
+
 /// Moves w.q by a damped step, in the lanes where `active` is one; where it is zero q stays.
-template <class P> void improve(const model_view<scalar_of<P>> &model, const inverse_kinematics_workspace<P> &w,
-                                const inverse_kinematics_options &options, const P &cost, const P &active) {
+template <class P> void improve(const model_view<scalar_of<P>> &model, const coupling_view<scalar_of<P>> &coupling,
+                                const inverse_kinematics_workspace<P> &w, const inverse_kinematics_options &options, const P &cost,
+                                const P &active) {
   constexpr double damping = 0.2, longest = 1; // of the squared error; rad or m
   const int rows = 6 * options.frames_n;
   if (options.limits)
@@ -245,11 +274,13 @@ template <class P> void improve(const model_view<scalar_of<P>> &model, const inv
       P moved[joint<K>::nq];
       joint<K>::integrate(w.q + b.q_index, w.step + b.v_index, moved);
       if constexpr (only_turns(K))
-        moved[0] = options.limits ? within_turns(moved[0], w.lower[b.q_index], w.upper[b.q_index]) : moved[0];
+        if (!w.leads[b.v_index]) // a turn of a leader is none of its followers
+          moved[0] = options.limits ? within_turns(moved[0], w.lower[b.q_index], w.upper[b.q_index]) : moved[0];
       for (int c = 0; c < joint<K>::nq; ++c)
         w.q[b.q_index + c] = options.limits ? smaller(larger(moved[c], w.lower[b.q_index + c]), w.upper[b.q_index + c]) : moved[c];
     });
   }
+  place_followers(coupling, w.q);
 }
 
 /// A random number in [0, 1) for a key: SplitMix64 (Steele, Lea, Flood 2014).
@@ -275,8 +306,9 @@ public:
   using S = scalar_of<P>;
   static constexpr int lanes = static_cast<int>(sizeof(P) / sizeof(S));
 
-  inverse_kinematics_solver(const model_view<S> &model, const inverse_kinematics_options &options, const inverse_kinematics_batch<S> &batch)
-      : model_(model), options_(options), batch_(batch) {}
+  inverse_kinematics_solver(const model_view<S> &model, const coupling_view<S> &coupling, const inverse_kinematics_options &options,
+                            const inverse_kinematics_batch<S> &batch)
+      : model_(model), coupling_(coupling), options_(options), batch_(batch) {}
 
   void lay_out(arena &memory) { w_.lay_out(memory, model_, options_.frames_n); }
 
@@ -286,7 +318,7 @@ public:
     for (int l = 0; l < lanes && next < end; ++l)
       take(l, next++);
     for (int busy = 1; busy > 0;) {
-      const pose_errors<P> errors = errors_and_columns(model_, w_, options_);
+      const pose_errors<P> errors = errors_and_columns(model_, coupling_, w_, options_);
       P moves = P(0);
       busy = 0;
       for (int l = 0; l < lanes; ++l) {
@@ -299,11 +331,23 @@ public:
         busy += lane_[l].busy;
       }
       if (busy > 0)
-        improve(model_, w_, options_, errors.cost, moves);
+        improve(model_, coupling_, w_, options_, errors.cost, moves);
     }
   }
 
 private:
+  /// How many numbers a user's position has, and where number i is in the expanded one, and back.
+  int numbers() const { return coupling_.followers > 0 ? coupling_.nq : model_.nq; }
+  int at(int i) const { return coupling_.followers > 0 ? coupling_.in_q[i] : i; }
+  int user_index(int expanded) const {
+    if (coupling_.followers == 0)
+      return expanded;
+    int i = 0;
+    while (at(i) < expanded) // numbers keep their order
+      ++i;
+    return i;
+  }
+
   static S number(const P *x, int lane) { return reinterpret_cast<const S *>(x)[lane]; }
   static void set(P *x, int lane, S value) { reinterpret_cast<S *>(x)[lane] = value; }
 
@@ -312,7 +356,7 @@ private:
     for (int i = 0; i < model_.nq; ++i)
       w_.lower[i] = P(model_.lower[i]), w_.upper[i] = P(model_.upper[i]), w_.q[i] = P(S(0));
     for (int i = 0; i < model_.nv; ++i)
-      w_.coordinate[i] = -1, w_.step[i] = P(S(0));
+      w_.coordinate[i] = -1, w_.leads[i] = false, w_.step[i] = P(S(0));
     for (int f = 0; f < options_.frames_n; ++f) {
       w_.target[f] = ground_pose<P>(model_);
       double length = size_of(model_.link[options_.frames[f].link].pose.t);
@@ -323,6 +367,8 @@ private:
       }
       w_.per_metre[f] = S(options_.frames[f].position_weight * (length > 0 ? 20 / length : 1));
     }
+    for (int i = 0; i < coupling_.followers; ++i)
+      couple(coupling_.follower[i]);
     w_.coordinates = w_.bodies = 0;
     for (int i = 1; i < model_.bodies; ++i) {
       const body<S> &b = model_.body[i];
@@ -337,6 +383,27 @@ private:
       for (int c = b.v_index; c < end_in_v(b); ++c)
         w_.coordinate[c] = w_.coordinates++;
     }
+    place_followers(coupling_, w_.q); // leaders that don't move frames stay at zero, too
+  }
+
+  /// The leader moves what its follower moves, within limits that keep those of the follower; the follower has none of its own.
+  void couple(const follower<S> &f) {
+    if (w_.coordinate[f.v] == 0)
+      w_.coordinate[f.leader_v] = 0;
+    w_.leads[f.leader_v] = true;
+    const S from = (model_.lower[f.q] - f.offset) / f.multiplier, to = (model_.upper[f.q] - f.offset) / f.multiplier;
+    if (f.multiplier > 0)
+      limit(f.leader_q, from, to);
+    else if (f.multiplier < 0)
+      limit(f.leader_q, to, from);
+    w_.lower[f.q] = P(-S(1e30)), w_.upper[f.q] = P(S(1e30));
+  }
+
+  /// Narrows the limits of a number in q, unless nothing would be left of them.
+  void limit(int q, S from, S to) {
+    const S lower = number(w_.lower + q, 0), upper = number(w_.upper + q, 0), most = from > lower ? from : lower, least = to < upper ? to : upper;
+    if (most <= least)
+      w_.lower[q] = P(most), w_.upper[q] = P(least);
   }
 
   static double size_of(const vec3<S> &v) { return __builtin_sqrt(double(v.x * v.x + v.y * v.y + v.z * v.z)); }
@@ -352,8 +419,8 @@ private:
         set(reinterpret_cast<P *>(&w_.target[f]) + c, l, reinterpret_cast<const S *>(&D)[c]);
     }
     if (batch_.start.first)
-      for (int i = 0; i < model_.nq; ++i)
-        set(w_.q + i, l, row(batch_.start, state)[i]);
+      for (int i = 0; i < numbers(); ++i)
+        set(w_.q + at(i), l, row(batch_.start, state)[i]);
     begin_start(l, !batch_.start.first);
   }
 
@@ -362,6 +429,7 @@ private:
     lane.iterations = lane.since_progress = 0, lane.least = 1e300;
     if (random)
       draw(l);
+    place_followers(coupling_, w_.q);
     ++lane.start;
   }
 
@@ -383,13 +451,14 @@ private:
         S q[joint<K>::nq], step[joint<K>::nv];
         const bool given = batch_.start.first != nullptr;
         for (int c = 0; c < joint<K>::nq; ++c)
-          q[c] = given ? row(batch_.start, lane_[l].state)[b.q_index + c] : S(c == joint<K>::quaternion + 3 && joint<K>::quaternion >= 0);
+          q[c] = given && !b.follows ? row(batch_.start, lane_[l].state)[user_index(b.q_index + c)]
+                                     : S(c == joint<K>::quaternion + 3 && joint<K>::quaternion >= 0);
         for (int c = 0; c < joint<K>::nv; ++c)
           step[c] = S(pi * (2 * number_of(b.v_index + c) - 1));
         S drawn[joint<K>::nq];
         joint<K>::integrate(q, step, drawn);
         for (int c = 0; c < joint<K>::nq; ++c) {
-          const S lower = model_.lower[b.q_index + c], upper = model_.upper[b.q_index + c];
+          const S lower = number(w_.lower + b.q_index + c, l), upper = number(w_.upper + b.q_index + c, l);
           if (options_.limits && upper - lower < S(1e30)) {
             const bool all_round = only_turns(K) && lower < S(-pi) && upper > S(pi);
             const double from = all_round ? -pi : lower, to = all_round ? pi : upper;
@@ -431,7 +500,7 @@ private:
   bool held(int l) const {
     for (int k = 0; k < w_.bodies; ++k)
       for (int c = model_.body[w_.body[k]].q_index, n = 0; n < model_.body[w_.body[k]].nv; ++n, ++c)
-        if (options_.limits && (number(w_.q + c, l) <= model_.lower[c] || number(w_.q + c, l) >= model_.upper[c]))
+        if (options_.limits && (number(w_.q + c, l) <= number(w_.lower + c, l) || number(w_.q + c, l) >= number(w_.upper + c, l)))
           return true;
     return false;
   }
@@ -447,8 +516,8 @@ private:
     if (lane.start > 1 && how != inverse_kinematics_end::converged && !(cost < lane.best))
       return;
     lane.best = cost;
-    for (int i = 0; i < model_.nq; ++i)
-      row(batch_.q, k)[i] = number(w_.q + i, l);
+    for (int i = 0; i < numbers(); ++i)
+      row(batch_.q, k)[i] = number(w_.q + at(i), l);
     if (batch_.error.first) {
       row(batch_.error, k)[0] = S(__builtin_sqrt(position));
       row(batch_.error, k)[1] = S(__builtin_sqrt(orientation)); // 2 sin(θ/2)
@@ -458,6 +527,7 @@ private:
   }
 
   const model_view<S> &model_;
+  const coupling_view<S> coupling_; ///< without followers: nothing else of it is read
   const inverse_kinematics_options &options_;
   const inverse_kinematics_batch<S> &batch_;
   inverse_kinematics_workspace<P> w_;

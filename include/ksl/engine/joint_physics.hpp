@@ -47,12 +47,12 @@ template <class T, class S> KSL_LANES T passive_effort(const coordinate_physics<
   return T(c.damping) * v + T(c.friction) * friction_at(v, c.friction_width) + spring_effort(c, q);
 }
 
-/// Makes motor efforts of transmitted efforts tau (nv).
+/// What motors supply besides the transmitted efforts (nv).
 template <class T>
-void add_joint_physics(const model_view<scalar_of<T>> &model, const T *q, const T *v, const T *dv, T *tau) {
+void efforts_besides(const model_view<scalar_of<T>> &model, const T *q, const T *v, const T *dv, T *besides) {
   for (int k = 0; k < model.nv; ++k) {
     const coordinate_physics<scalar_of<T>> &c = model.physics[k];
-    tau[k] = tau[k] + (T(c.armature) * dv[k] + passive_effort(c, q, v[k]));
+    besides[k] = T(c.armature) * dv[k] + passive_effort(c, q, v[k]);
   }
 }
 

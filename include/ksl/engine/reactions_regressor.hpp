@@ -23,6 +23,8 @@ template <class T> struct reactions_regressor_workspace {
 /// the transpose of part_through (reactions.hpp).
 template <joint_kind K, class T>
 KSL_LANES screw<T> part_of_twist(const body<scalar_of<T>> &b, const pose_workspace<T> &pose, wrench_part part, const screw<T> &s) {
+  if (part == (b.follows ? wrench_part::actuation : wrench_part::coupling))
+    return {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
   T share[joint<K>::nv];
   for_each_coordinate<joint<K>::nv>([&](auto k) KSL_INLINED {
     T unit[joint<K>::nv];
@@ -39,11 +41,11 @@ KSL_LANES screw<T> part_of_twist(const body<scalar_of<T>> &b, const pose_workspa
       joint<joint_kind::universal>::move_first_drive(pose.rotation(b), constraint, actuation);
       held.ang = constraint.ang, driven.ang = actuation.ang;
     }
-  return part == wrench_part::actuation ? driven : held;
+  return part == wrench_part::constraint ? held : driven;
 }
 
 /// Twist s of a link's frame, in its axes: the part of it that acts on the requested part of the wrench through the joint that carries
-/// the link.  A fixed joint has no actuation.
+/// the link.  A fixed joint has neither actuation nor coupling.
 template <class T>
 inline screw<T> part_at_link(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose, const link<scalar_of<T>> &l,
                              wrench_part part, screw<T> s) {

@@ -1,0 +1,262 @@
+// Algorithms for models with followers that solve M x = y for several right-hand sides, or for a part of the coordinates: state by
+// state (coupled.cpp).  M = Gᵀ M̂ G is dense, since a leader and its followers may be anywhere in the tree.
+#pragma once
+
+#include "engine/coupled_projection.hpp"
+
+#include "engine/algorithm_rows.hpp"
+#include "ksl/engine/operational_space.hpp"
+#include "ksl/linalg.h"
+
+#include <limits>
+
+namespace ksl::coupled {
+
+inline int ldlt(double *A, int n) { return n > 0 ? ksl_linalg_ldlt_rmo(A, n) : 0; }
+inline int ldlt(float *A, int n) { return n > 0 ? ksl_linalg_ldlt_rmof(A, n) : 0; }
+inline int invert(double *A, int n) { return n > 0 ? ksl_linalg_symmetricMatrixInverse_rmo(A, n) : 0; }
+inline int invert(float *A, int n) { return n > 0 ? ksl_linalg_symmetricMatrixInverse_rmof(A, n) : 0; }
+inline void solve(const double *A, double *x, int n) {
+  if (n > 0)
+    ksl_linalg_ldlt_solve(A, x, x, n, n, 1);
+}
+inline void solve(const float *A, float *x, int n) {
+  if (n > 0)
+    ksl_linalg_ldlt_solvef(A, x, x, n, n, 1);
+}
+
+/// Computed state by state, in batches too?
+inline bool by_states(coupled_by how) { return how > coupled_by::upper_triangle && how < coupled_by::refusal; }
+
+/// Without gravity, and with no effort that motors add at rest.
+template <class S> model_view<S> weightless(const model &m) {
+  model_view<S> view = m.view_in<S>();
+  view.gravity = {S(0), S(0), S(0)};
+  view.physics = nullptr;
+  return view;
+}
+
+template <class S> struct systems {
+  const coupled_by what;
+  const model &m;
+  projection<S> inertia{rows::mass_matrix, m}, efforts{rows::inverse_dynamics, m};
+  projection<S> derivatives{rows::inverse_dynamics_derivatives, m};
+  projection<S> columns{rows::jacobian, m}, rates{rows::frame_accelerations, m};
+  projection<S> impulses{rows::inverse_dynamics, m, weightless<S>(m)};
+
+  std::size_t state_bytes(const extents &asked) const {
+    arena measure;
+    memory_of_state pieces;
+    pieces.lay_out(measure, *this, asked);
+    return measure.used();
+  }
+
+  void state(void *memory, const state_view<S> &given) const {
+    arena pieces(memory);
+    memory_of_state w;
+    w.lay_out(pieces, *this, extents_of(m, given));
+    std::fill_n(w.zero, m.nv(), S(0));
+    run(inertia, w, given, w.M);
+    switch (what) {
+    case coupled_by::solution_derivatives: return set_derivatives(w, given);
+    case coupled_by::hybrid: return set_hybrid(w, given);
+    case coupled_by::jump: return set_jump(w, given);
+    default: return set_operational(w, given);
+    }
+  }
+
+private:
+  static constexpr S nan = std::numeric_limits<S>::quiet_NaN();
+
+  struct memory_of_state {
+    S *M;              ///< (nv, nv)
+    S *x, *zero;       ///< (nv)
+    S *matrix;         ///< (nv, nv) of derivatives and of hybrid dynamics; by_q and by_v are two of them
+    S *J, *solved;     ///< (6 frames, nv) of frames, and the same rows times M⁻¹
+    S *square, *pivots; ///< (6 frames, 6 frames), (4 × 6 frames)
+    int *user;         ///< (expanded nv) which of the user's coordinates each coordinate is, or follows
+    bool *is_given;    ///< (nv)
+    void *rest;
+
+    void lay_out(arena &memory, const systems &of, const extents &asked) {
+      const int nv = of.m.nv(), all = of.m.view().nv;
+      const bool frames = of.what >= coupled_by::operational_inverse, hybrid = of.what == coupled_by::hybrid;
+      const int rows = frames ? 6 * asked.links : 0;
+      M = memory.take<S>(nv * nv), x = memory.take<S>(nv), zero = memory.take<S>(nv);
+      matrix = memory.take<S>(frames ? 0 : 2 * nv * nv);
+      J = memory.take<S>(rows * nv), solved = memory.take<S>(rows * nv);
+      square = memory.take<S>(rows * rows), pivots = memory.take<S>(4 * rows);
+      user = memory.take<int>(hybrid ? all : 0), is_given = memory.take<bool>(hybrid ? nv : 0);
+      std::size_t most = std::max(of.inertia.state_bytes(asked), of.efforts.state_bytes(asked));
+      if (of.what == coupled_by::solution_derivatives)
+        most = std::max(most, of.derivatives.state_bytes(asked));
+      if (frames)
+        most = std::max({most, of.columns.state_bytes(asked), of.rates.state_bytes(asked)});
+      rest = memory.take<std::byte>(static_cast<int>(most));
+    }
+  };
+
+  static void run(const projection<S> &p, const memory_of_state &w, state_view<S> s, S *out, S *second = nullptr, S *third = nullptr) {
+    s.result[0] = out, s.result[1] = second, s.result[2] = third;
+    p.state(w.rest, s);
+  }
+
+  /// τ − (efforts at the accelerations a), or minus those efforts alone, in w.x.
+  void missing_efforts(const memory_of_state &w, const state_view<S> &given, const S *a, const S *tau) const {
+    state_view<S> s = given;
+    s.a = a;
+    run(efforts, w, s, w.x);
+    for (int i = 0; i < m.nv(); ++i)
+      w.x[i] = tau ? tau[i] - w.x[i] : -w.x[i];
+  }
+
+  /// w.x = M⁻¹ w.x by factors, which replace M; NaN where nothing is determined.
+  void solve_in_place(const memory_of_state &w) const {
+    if (ldlt(w.M, m.nv()) != 0)
+      std::fill_n(w.x, m.nv(), nan);
+    else
+      solve(w.M, w.x, m.nv());
+  }
+
+  /// ∂a = −M⁻¹ ∂τ, ∂τ being that of inverse dynamics at the accelerations that solve the system.
+  void set_derivatives(const memory_of_state &w, const state_view<S> &given) const {
+    const int nv = m.nv();
+    S *const by_q = w.matrix, *const by_v = w.matrix + nv * nv, *const inverse = given.result[2];
+    missing_efforts(w, given, w.zero, given.tau);
+    solve_in_place(w);
+    state_view<S> s = given;
+    s.a = w.x;
+    run(derivatives, w, s, by_q, by_v, w.M); // the last one is M again
+    if (invert(w.M, nv) != 0)
+      std::fill_n(w.M, nv * nv, nan);
+    const S *const X[] = {by_q, by_v};
+    for (int which = 0; which < 2; ++which)
+      for (int i = 0; i < nv; ++i)
+        for (int k = 0; k < nv; ++k) {
+          S sum = 0;
+          for (int j = 0; j < nv; ++j)
+            sum -= w.M[i * nv + j] * X[which][j * nv + k];
+          given.result[which][i * nv + k] = sum;
+        }
+    std::copy_n(w.M, nv * nv, inverse);
+  }
+
+  /// Of which coordinates are the accelerations given?  A follower's is if its leader's is.
+  void find_given(const memory_of_state &w, const link_list &links) const {
+    const coupling_view<S> c = m.coupling_in<S>();
+    const model_view<S> view = m.view_in<S>();
+    for (int i = 0; i < c.nv; ++i)
+      w.user[c.in_v[i]] = i, w.is_given[i] = false;
+    for (int f = 0; f < c.followers; ++f)
+      w.user[c.follower[f].v] = w.user[c.follower[f].leader_v];
+    for (int k = 0; k < links.n; ++k) {
+      const body<S> *b = &view.body[view.link[links.index[k]].body];
+      for (int v = b->ends_universal ? b->v_index - 1 : b->v_index; v < b->v_index + b->nv; ++v)
+        w.is_given[w.user[v]] = true;
+    }
+  }
+
+  /// M_oo a_o = τ_o − (efforts of the accelerations that are given)_o, o the other coordinates.
+  void set_hybrid(const memory_of_state &w, const state_view<S> &given) const {
+    const int nv = m.nv();
+    find_given(w, given.links);
+    S *const a = w.zero, *const part = w.matrix, *const x = w.matrix + nv * nv;
+    for (int i = 0; i < nv; ++i)
+      a[i] = w.is_given[i] ? given.a[i] : S(0);
+    missing_efforts(w, given, a, nullptr);
+    int n = 0;
+    for (int i = 0; i < nv; ++i)
+      if (!w.is_given[i])
+        x[n++] = given.tau[i] + w.x[i];
+    int at = 0;
+    for (int i = 0; i < nv; ++i)
+      for (int k = 0; k < nv; ++k)
+        if (!w.is_given[i] && !w.is_given[k])
+          part[at++] = w.M[i * nv + k];
+    if (ldlt(part, n) != 0)
+      std::fill_n(x, n, nan);
+    else
+      solve(part, x, n);
+    S *const found = w.matrix; // which is read no more
+    for (int i = 0; i < nv; ++i) {
+      S sum = -w.x[i];
+      int k = 0;
+      for (int j = 0; j < nv; ++j)
+        if (!w.is_given[j])
+          sum += w.M[i * nv + j] * x[k++];
+      found[i] = w.is_given[i] ? sum : given.tau[i];
+    }
+    n = 0;
+    for (int i = 0; i < nv; ++i) {
+      given.result[1][i] = found[i];
+      given.result[0][i] = w.is_given[i] ? a[i] : x[n++];
+    }
+  }
+
+  /// M dv = Gᵀ Ĵᵀ impulses.  At rest and without weight, external wrenches are all that efforts balance.
+  void set_jump(const memory_of_state &w, const state_view<S> &given) const {
+    state_view<S> s = given;
+    s.v = s.a = w.zero;
+    run(impulses, w, s, w.x);
+    for (int i = 0; i < m.nv(); ++i)
+      w.x[i] = -w.x[i];
+    solve_in_place(w);
+    std::copy_n(w.x, m.nv(), given.result[0]);
+  }
+
+  /// J of all frames, the rows of J M⁻¹, and J M⁻¹ Jᵀ in w.square.  M is replaced by its factors.
+  void set_inverse(const memory_of_state &w, const state_view<S> &given) const {
+    const int nv = m.nv(), rows = 6 * given.links.n;
+    for (int f = 0; f < given.links.n; ++f) {
+      state_view<S> s = given;
+      s.links = {1, given.links.index + f};
+      run(columns, w, s, w.J + 6 * f * nv);
+    }
+    const bool determined = ldlt(w.M, nv) == 0;
+    std::copy_n(w.J, rows * nv, w.solved);
+    for (int i = 0; i < rows && determined; ++i)
+      solve(w.M, w.solved + i * nv, nv);
+    for (int i = 0; i < rows; ++i)
+      for (int k = 0; k <= i; ++k) {
+        S sum = 0;
+        for (int j = 0; j < nv; ++j)
+          sum += w.solved[i * nv + j] * w.J[k * nv + j];
+        w.square[i * rows + k] = w.square[k * rows + i] = determined ? sum : nan;
+      }
+  }
+
+  /// The definitions of ksl/engine/operational_space.hpp.
+  void set_operational(const memory_of_state &w, const state_view<S> &given) const {
+    const int nv = m.nv(), rows = 6 * given.links.n;
+    set_inverse(w, given);
+    S rank = 0;
+    if (what != coupled_by::operational_inverse)
+      rank = invert_semidefinite(rows, w.square, w.pivots);
+    if (what == coupled_by::operational_space) {
+      missing_efforts(w, given, w.zero, nullptr);
+      solve(w.M, w.x, nv); // the accelerations without efforts
+      state_view<S> s = given;
+      s.a = w.x, s.frame.kind = acceleration_kind::rate;
+      run(rates, w, s, w.pivots);
+      for (int i = 0; i < rows; ++i) {
+        S sum = 0;
+        for (int k = 0; k < rows; ++k)
+          sum -= w.square[i * rows + k] * w.pivots[k];
+        given.result[1][i] = sum;
+      }
+      for (int i = 0; i < nv; ++i)
+        for (int c = 0; c < rows; ++c) {
+          S sum = 0;
+          for (int k = 0; k < rows; ++k)
+            sum += w.solved[k * nv + i] * w.square[k * rows + c];
+          given.result[2][i * rows + c] = sum;
+        }
+      *given.result[3] = rank;
+    } else if (what == coupled_by::operational_inertia) {
+      *given.result[1] = rank;
+    }
+    std::copy_n(w.square, rows * rows, given.result[0]);
+  }
+};
+
+} // namespace ksl::coupled
