@@ -173,9 +173,9 @@ TEST_CASE("second derivatives of forward dynamics: every kind of joint") {
 
 TEST_CASE("second derivatives of forward dynamics: random trees") {
   std::mt19937 random(4);
-  for (int turn = 0; turn < 16; ++turn) {
+  for (int turn = 0; turn < 5; ++turn) {
     CAPTURE(turn);
-    const ksl::model m = random_tree(2 + turn % 9, random);
+    const ksl::model m = random_tree(2 + 2 * turn, random);
     if (m.nv() > 0)
       check_forward_dynamics(m, random_state(m, random));
   }
@@ -189,9 +189,9 @@ TEST_CASE("second derivatives of inverse dynamics: every kind of joint") {
 
 TEST_CASE("second derivatives of inverse dynamics: random trees") {
   std::mt19937 random(2);
-  for (int turn = 0; turn < 24; ++turn) {
+  for (int turn = 0; turn < 8; ++turn) {
     CAPTURE(turn);
-    const ksl::model m = random_tree(2 + turn % 12, random);
+    const ksl::model m = random_tree(2 + 3 * turn / 2, random);
     if (m.nv() > 0)
       check_inverse_dynamics(m, random_state(m, random));
   }
