@@ -77,7 +77,9 @@ std::string refused_mass(const ksl::link_mass &mass) {
 } // namespace
 
 TEST_CASE("builder: the copy of a robot has its bits") {
-  const ksl::model_options floating = {true, {{1, 2, 3}}, {}};
+  ksl::model_options floating;
+  floating.floating_base = true;
+  floating.gravity = {1, 2, 3};
   for (const char *file : {KSL_EVERY_KIND, KSL_EXAMPLES "/robots/panda.urdf"}) {
     const ksl::model read = ksl::load(file);
     check_same(read, told_of(read.description()).build());
@@ -89,8 +91,14 @@ TEST_CASE("builder: gravity and base are the model's own, and options come befor
   ksl::builder b("falling", {1, 2, 3});
   b.add_link("stone", {1, {}, {}});
   CHECK(b.build().view().gravity.y == 2);
-  CHECK(b.build({true, {{0, 0, -1}}, {}}).view().gravity.z == -1);
-  const ksl::model m = b.build({true, {}, {{"stone", 2, {0, 0, 1}}}});
+  ksl::model_options falling;
+  falling.floating_base = true;
+  falling.gravity = {0, 0, -1};
+  CHECK(b.build(falling).view().gravity.z == -1);
+  ksl::model_options options;
+  options.floating_base = true;
+  options.payloads = {{"stone", 2, {0, 0, 1}}};
+  const ksl::model m = b.build(options);
   CHECK(m.nv() == 6);
   const ksl::model again(m.description());
   CHECK((again.nv() == 6 && again.view().gravity.x == 1 && again.mass() == 3));
