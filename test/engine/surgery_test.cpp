@@ -111,7 +111,9 @@ TEST_CASE("surgery: subtrees, frames, payloads") {
          framed.mass() == every_kind().mass()));
   check_refused([&] { ksl::with_frame(described(), "tool", "tool", beside); }, {"frame \"tool\"", "another"});
   const ksl::model heavy(ksl::with_payload(described(), "tool", {2, {0.1, 0, 0}, {}}));
-  check_same(heavy, ksl::load(KSL_EVERY_KIND, {false, {}, {{"tool", 2, {0.1, 0, 0}}}}));
+  ksl::model_options with_tool;
+  with_tool.payloads = {{"tool", 2, {0.1, 0, 0}}};
+  check_same(heavy, ksl::load(KSL_EVERY_KIND, with_tool));
   check_refused([&] { ksl::with_payload(described(), "tool", {-2, {}, {}}); }, {"payload on tool", "negative"});
 }
 
