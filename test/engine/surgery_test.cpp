@@ -8,6 +8,12 @@ using namespace ksl::test;
 
 namespace {
 
+ksl::model_options floating() {
+  ksl::model_options options;
+  options.floating_base = true;
+  return options;
+}
+
 const ksl::model &every_kind() {
   static const ksl::model m = ksl::load(KSL_EVERY_KIND);
   return m;
@@ -34,7 +40,10 @@ const ksl::robot_description &described() { return every_kind().description(); }
 } // namespace
 
 TEST_CASE("surgery: the model of a model's description is a copy") {
-  const ksl::model m = ksl::load(KSL_EVERY_KIND, {true, {{1, 2, 3}}, {{"tool", 2, {0.1, 0, 0}}}});
+  ksl::model_options options = floating();
+  options.gravity = {1, 2, 3};
+  options.payloads = {{"tool", 2, {0.1, 0, 0}}};
+  const ksl::model m = ksl::load(KSL_EVERY_KIND, options);
   const ksl::model copy(m.description());
   check_same(m, copy);
   check_same(copy, ksl::model(copy.description()));
@@ -42,7 +51,7 @@ TEST_CASE("surgery: the model of a model's description is a copy") {
 }
 
 TEST_CASE("surgery: another root, and back again") {
-  const ksl::model arm = ksl::load(KSL_EXAMPLES "/robots/panda.urdf", {true, {}, {}});
+  const ksl::model arm = ksl::load(KSL_EXAMPLES "/robots/panda.urdf", floating());
   const std::string hand = arm.links().back().name, root = arm.links()[0].name;
   const ksl::model turned(ksl::with_root(arm.description(), hand));
   CHECK((turned.links()[0].name == hand && turned.nv() == arm.nv()));
@@ -67,7 +76,7 @@ TEST_CASE("surgery: frozen joints") {
       described(), {{"shoulder", {0.5}}, {"socket", {0, 0, 0.6, 0.8}}, {"free", {1, 2, 3, 0, 0, 0, 1}}}));
   CHECK(m.nv() == every_kind().nv() - 1 - 3 - 6);
   CHECK(ksl::row_of(m.joints()[static_cast<std::size_t>(m.find_joint("socket"))].kind).nv == 0);
-  const ksl::model stone(ksl::with_frozen_joints(ksl::load(KSL_EVERY_KIND, {true, {}, {}}).description(),
+  const ksl::model stone(ksl::with_frozen_joints(ksl::load(KSL_EVERY_KIND, floating()).description(),
                                                  {{"floating_base", {1, 2, 3, 0, 0, 0, 1}}}));
   CHECK((stone.nv() == every_kind().nv() && stone.links()[0].name == "world_"));
   check_refused(
