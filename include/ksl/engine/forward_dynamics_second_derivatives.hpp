@@ -28,7 +28,8 @@ template <class T> struct forward_dynamics_second_derivatives_workspace {
     first.lay_out(memory, model);
     second.lay_out(memory, model);
     memory.lay_out(model.nv * model.nv, da_dq, da_dv, M_inverse, M_by_q, product);
-    columns.lay_out(memory, model.nv * column_registers * static_cast<int>(sizeof(lanes_of_coordinates<T>) / sizeof(T)));
+    // room for the widest registers, since the library measures workspaces without knowing which it will have
+    columns.lay_out(memory, model.nv * column_registers * (is_number<T> ? padded(1) : 1));
     subtree_end.lay_out(memory, model.nv);
   }
   static constexpr int column_registers = 4;
