@@ -17,7 +17,7 @@ public:
   static constexpr int numbers = numbers_in<V<T>, T>;
 
   KSL_LANES void lay_out(arena &memory, int n) {
-    stride_ = is_number<T> ? before + padded(n + native_lanes_of - 1) : n;
+    stride_ = is_number<T> ? before + padded(n + native_lanes_of) : n;
     first_ = memory.take<T>(numbers * stride_) + (is_number<T> ? before : 0);
   }
 
