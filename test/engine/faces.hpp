@@ -236,6 +236,8 @@ void agree(const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_batch, CBat
       {KSL_IN_FRAME, KSL_IN_WORLD, KSL_ANGULAR_FIRST, KSL_SPATIAL, {0.3, -0.2, 0.1}}};
   using ksl::expressed_in;
   for (robot *r : {&floating, &every_kind, &coupled}) {
+    if (r->m.followers() > 0 && row.coupled == ksl::coupled_by::refusal)
+      continue;
     r->how = {}, r->c_how = nullptr;
     agree<S>(*r, row, cpp, c, cpp_batch, c_batch);
     if (row.request != ksl::request_kind::frame && row.request != ksl::request_kind::frames && row.request != ksl::request_kind::relative)
