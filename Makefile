@@ -29,14 +29,17 @@ demo: $(VENV)/.installed
 test: test-c test-python
 
 # C and C++: the same tests with gcc and with clang.  gcc's kernels are there: the Python module was made in build/gcc, too.
-# Compiling kernels takes most of the time.  So each instruction set is compiled by one of the compilers: gcc has the lowest and the
-# highest, clang the one between.
-TEST_SETS_gcc := x86_64_v2;x86_64_v4
+# Compiling kernels takes most of the time.  So gcc compiles them for the lowest instruction set, and clang for the next, with less
+# optimisation.  TEST_SETS_gcc="x86_64_v2;x86_64_v3;x86_64_v4" tests all that users get.
+TEST_SETS_gcc := x86_64_v2
 TEST_SETS_clang := x86_64_v3
+TEST_FLAGS_gcc := -O3 -DNDEBUG
+TEST_FLAGS_clang := -O1 -DNDEBUG
 test-c: $(VENV)/.tested
 	for compiler in gcc clang; do \
-	  case $$compiler in gcc) cxx=g++; sets='$(TEST_SETS_gcc)';; clang) cxx=clang++; sets='$(TEST_SETS_clang)';; esac; \
-	  CC=$$compiler CXX=$$cxx cmake -G Ninja -DCMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja -S . -B build/$$compiler -DKSL_TESTS=ON "-DKSL_INSTRUCTION_SETS=$$sets" \
+	  case $$compiler in gcc) cxx=g++; sets='$(TEST_SETS_gcc)'; flags='$(TEST_FLAGS_gcc)';; \
+	    clang) cxx=clang++; sets='$(TEST_SETS_clang)'; flags='$(TEST_FLAGS_clang)';; esac; \
+	  CC=$$compiler CXX=$$cxx cmake -G Ninja -DCMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja -S . -B build/$$compiler -DKSL_TESTS=ON "-DKSL_INSTRUCTION_SETS=$$sets" "-DCMAKE_CXX_FLAGS_RELEASE=$$flags" \
 	    -DPython3_EXECUTABLE=$(CURDIR)/$(BIN)/python >/dev/null && \
 	  cmake --build build/$$compiler -- --quiet && \
 	  ctest --test-dir build/$$compiler --output-on-failure -j $(CMAKE_BUILD_PARALLEL_LEVEL) || exit 1; \

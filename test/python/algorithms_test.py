@@ -32,6 +32,8 @@ UNTOUCHED = {
     "inverse_dynamics_derivatives": [False, True, True],  # held in axes that move with q
     "forward_dynamics_derivatives": [False, True, True],
     "reactions_derivatives": [False, True, True],
+    "inverse_dynamics_second_derivatives": [False, True, True, True],
+    "forward_dynamics_second_derivatives": [False, True, True, True],
 }
 """Which results external wrenches have no part in."""
 PRECISIONS = {np.float64: ("", ctypes.c_double), np.float32: ("f", ctypes.c_float)}
