@@ -12,6 +12,7 @@ SE3<double> joint_pose(const joint_description &joint, const std::vector<double>
   alone.joints = {joint};
   alone.joints[0].parent = 0, alone.joints[0].child = 1;
   alone.joints[0].mimic.reset(); // the joint that it follows is not here
+  alone.joints[0].is_rotor = false; // a rotor would be left out
   alone.joints[0].placement = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}};
   const model m(std::move(alone));
   data d(m);

@@ -143,7 +143,6 @@ def test_rotors_as_drake_writes_them(tmp_path):
         drake(tmp_path, joint="knee")
 
 
-@pytest.mark.xfail(strict=True, raises=ksl.DescriptionError, reason="a joint whose rotor is a body can't be frozen yet")
 def test_a_rotor_on_the_ground_is_reflected_inertia():
     """The first joint's parent doesn't turn, so that there is no other effect of its rotor."""
     bodies, reflected = (arm().build(physics=name).with_frozen_joints({"elbow": -1.9}) for name in ("rotor bodies", "rotor"))
