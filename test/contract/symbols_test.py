@@ -15,7 +15,6 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 LEVELS = ("x86-64-v2", "x86-64-v3", "x86-64-v4")
 BUILDS = {"release": ["-O3", "-DNDEBUG"], "debug": ["-O0", "-g0"]}
-COMPILED = (("g++", "release"), ("g++", "debug"), ("clang++", "release"))
 TABLES = {
     **{f"ksl_kernels_{file.stem}": ("ksl_kernels", f"src/engine/algorithms/{file.name}") for file in sorted((ROOT / "src/engine/algorithms").glob("*.cpp"))},
     "ksl_finite": ("ksl_kernels", "src/batch/finite.cpp"),
@@ -54,6 +53,9 @@ def built(compiler: str) -> Path | None:
     library = os.environ.get("KSL_LIBRARY")
     folder = Path(library).parent.parent / {"g++": "gcc", "clang++": "clang"}[compiler] if library else None
     return folder if folder and (folder / "libksl.a").exists() else None
+
+
+COMPILED = (("g++", "release"), ("g++", "debug"), *((("clang++", "release"),) if built("clang++") else ()))
 
 
 def levels(compiler: str, build: str) -> tuple[str, ...]:
