@@ -35,8 +35,13 @@ KSL_VECTOR_OF(float, 16, int)
 
 inline namespace KSL_ISA {
 
+#ifdef __OPTIMIZE__ // otherwise the code of whole algorithms would grow tenfold, and compile as slowly
 #define KSL_LANES __attribute__((always_inline)) inline
 #define KSL_INLINED __attribute__((always_inline)) ///< for lambdas: calls instead would make inner loops a tenth slower
+#else
+#define KSL_LANES inline
+#define KSL_INLINED
+#endif
 
 /// W numbers of type T; arithmetic is elementwise.
 template <class T, int W> struct pack {

@@ -25,7 +25,11 @@ struct unnamed;
 
 inline namespace KSL_ISA {
 
+#ifdef __OPTIMIZE__
 #define KSL_VALUE __attribute__((always_inline)) inline
+#else
+#define KSL_VALUE inline
+#endif
 
 /// Operations that screws and coscrews have in common, under one name.
 struct screw_operations {

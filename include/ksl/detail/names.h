@@ -134,8 +134,13 @@
 
 #elif KSL_NAMES == KSL_NAMES_TEMPLATE
 
-/* Types and the math functions are members of algebra<T>; an 8-lane function must not be left out of line. */
+/* Types and the math functions are members of algebra<T>; an 8-lane function must not be left out of line where the compiler
+   optimises. */
+#ifdef __OPTIMIZE__
 #define KSL_FN __attribute__((always_inline)) static inline
+#else
+#define KSL_FN static inline
+#endif
 #define KSL_HELPER KSL_FN
 #define KSL(name) name
 #define KSL_OF(type, name) type##_##name
