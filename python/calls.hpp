@@ -166,7 +166,7 @@ private:
         add(one);
     else if (row_.request == ksl::request_kind::reactions)
       add(request);
-    else if (row_.request != ksl::request_kind::none)
+    else if (row_.request != ksl::request_kind::none || !request.is_none()) // no links: in which order numbers are
       links_ = &nb::cast<const link_request &>(request);
     if (const int least = ksl::least_links(row_.request); least > 0 && link_count() != least)
       refuse(least == 1 ? "expected one link or joint" : "expected two links or joints");
@@ -260,11 +260,11 @@ private:
     if (link >= 0)
       return link;
     PyErr_Clear();
-    std::string known;
+    nb::list known;
     for (const ksl::link_description &l : m_.links())
-      known += (known.empty() ? "" : ", ") + l.name;
+      known.append(l.name);
     const ksl::robot_description &robot = m_.description();
-    refuse((robot.name.empty() ? robot.file : robot.name) + ": no link named " + nb::repr(name).c_str() + "; known: " + known);
+    refuse(text_of(nb::module_::import_("ksl.errors").attr("unknown_name")(robot.name.empty() ? robot.file : robot.name, "link", name, known)));
   }
 
   [[noreturn]] void refuse_leading_shapes() {

@@ -30,6 +30,25 @@ Singh, Russell, Wensing, Efficient Analytical Derivatives of Rigid-Body Dynamics
 """,
     ),
     Algorithm(
+        name="stiffness",
+        header="inverse_dynamics_derivatives.hpp",
+        inputs=("q",),
+        external="optional",
+        results=(Result("K", ("nv", "nv"), "derivative of the efforts that hold the pose by q"),),
+        variant_of="inverse_dynamics_derivatives",
+        smooth_friction=True,
+        summary="Stiffness (…, nv, nv) of a pose at rest: derivative of the efforts that hold it, :meth:`gravity_torque`, by q.",
+        text="Stiffness {K}, row-major, of the pose {q} at rest: the derivative along q ⊕ s e_k of the efforts that hold it, those of "
+        "gravity_torque.  External wrenches are held in their links' axes, and move with the links.  O(bodies × depth).",
+        python="""
+External wrenches are held in their links' axes, and move with the links.  The derivative is along q ⊕ s e_k.  Without external
+wrenches it is the second derivative of the potential energy, symmetric where joints have one axis each.  With drives of
+stiffness K the pose is stable if K plus it is positive definite.
+q, external, out, threads: as in :meth:`inverse_dynamics`.  The first of :meth:`inverse_dynamics_derivatives` with v = a = 0;
+O(bodies × depth).
+""",
+    ),
+    Algorithm(
         name="forward_dynamics_derivatives",
         header="forward_dynamics_derivatives.hpp",
         inputs=("q", "v", "tau"),
@@ -114,7 +133,7 @@ analytic; O(nv × depth²), besides writing 4 nv³ numbers.
         name="forward_dynamics_second_derivatives",
         header="forward_dynamics_second_derivatives.hpp",
         inputs=("q", "v", "tau"),
-        coupled="refusal",
+        coupled="solution_second_derivatives",
         external="optional",
         results=(
             Result("d2a_dqdq", ("nv", "nv", "nv"), "second derivative of the accelerations by q"),
@@ -136,7 +155,6 @@ by v_k and v_m; by q_k and v_m; by q_k and tau_m.  The first is the derivative a
 derivative along q ⊕ s e_k, with v and tau held componentwise.  It is symmetric in k and m unless both are of one joint
 with several coordinates.  External wrenches are held in their links' axes, and move with the links.
 out: four arrays, one for each derivative.
-Not for robots with mimic joints (ValueError).
 From those of inverse dynamics and the inverse of the mass matrix, analytic: after Singh, Russell, Wensing, On Second-Order
 Derivatives of Rigid-Body Dynamics: Theory & Implementation (T-RO 40, 2024); O(nv⁴).
 """,

@@ -122,17 +122,6 @@ class Model(Surgery, InverseKinematicsCalls):
 
         return section_wrench(self, q, v, a, name, point, normal, share, beyond, external, axes, order)
 
-    def stiffness(self, q: ArrayLike, external: External | None = None, threads: int | None = None) -> Array:
-        """Stiffness (…, nv, nv) of a pose at rest: derivative of the efforts that hold it, :meth:`gravity_torque`, by q.
-
-        q, external, threads: as in :meth:`inverse_dynamics`.  External wrenches are held in their links' axes, and move with
-        the links.  The derivative is along q ⊕ s e_k.  Without external wrenches it is the second derivative of the potential
-        energy, symmetric where joints have one axis each.  With drives of stiffness K the pose is stable if K plus it is
-        positive definite.  :meth:`inverse_dynamics_derivatives` with v = a = 0; O(bodies × depth).
-        """
-        rest = np.zeros(self.nv)
-        return self.inverse_dynamics_derivatives(q, rest, rest, external, threads=threads)[0]
-
     def loads(self, time: ArrayLike, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None, **options: Any) -> pyarrow.Table:
         """Every wrench along a motion, as a table with a row for each sample and joint; see :func:`ksl.loads.wrench_table`.
 

@@ -14,6 +14,7 @@ Side = Literal["child", "parent"]
 Order = Literal["lin_ang", "ang_lin"]
 Expressed = Literal["frame", "world"]
 Acceleration = Literal["spatial", "classical", "rate"]
+Triangle = Literal["both", "upper"]
 Part = Literal["total", "constraint", "actuation", "coupling"]
 Point = str | Sequence[float]
 """'joint', 'world', a link's name, or three numbers: an offset from the joint's origin in the joint's axes, m."""

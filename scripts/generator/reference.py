@@ -1,6 +1,6 @@
 """The reference page of all algorithms: docs/reference/dynamics.md."""
 
-from generator.rows import ALGORITHMS, DEFAULTS, MARK, Algorithm, has, kernels_of, sentence, shape
+from generator.rows import ALGORITHMS, DEFAULTS, MARK, ORDER, Algorithm, has, kernels_of, ordered, sentence, shape
 
 PAGE = """\
 # Dynamics
@@ -8,13 +8,13 @@ PAGE = """\
 <!-- {mark} -->
 
 Every algorithm, from C++ (`ksl/dynamics.hpp`, `ksl/batch.hpp`), C (`ksl/engine.h`) and Python (`ksl.Model`). Numbers are SI,
-six-vectors linear first. q has nq numbers; v, a and tau have nv.
+six-vectors linear first unless `order` says otherwise. q has nq numbers; v, a and tau have nv.
 
-* **C++**, one state: `NAME(model, data, inputs…, results…)`, S is double or float. Batches: `NAME_batch(model, batch, threads)`;
+* **C++**, one state: `NAME(model, data, inputs…, request…, results…, external)`, S is double or float. Batches: `NAME_batch(model, batch, threads)`;
   `batch_view` has pointers to the rows.
-* **C**, one state: `ksl_NAME(model, data, inputs…, external, results…)`. Batches: `ksl_NAME_batch(model, n, …, threads)`, with a
+* **C**, one state: `ksl_NAME(model, data, inputs…, external, request…, results…)`. Batches: `ksl_NAME_batch(model, n, …, threads)`, with a
   stride behind each array; where external wrenches are optional, `ksl_NAME_external_batch` takes them. The suffix `f` is
-  single precision.
+  single precision. (Where reactions are computed beside efforts, the request comes between the two.)
 * **Python**: `model.NAME(inputs…, external, …, out, threads)`, any leading shape.
 
 All languages give the same bits; a test compares them with each other.
@@ -57,6 +57,10 @@ def section(row: Algorithm) -> str:
         "reactions": "Request: joints. Part, side, point, axes and order of the wrenches are options.",
     }.get(row.request, "")
     lines += [request] if request else []
+    lines += [f"`order` is that of the six numbers, by default {ORDER}."] if ordered(row) else []
+    for keyword, rows in row.choices.items():
+        values = ", ".join(f'`"{value}"`: [{name}](#{name})' for value, name in rows.items())
+        lines += [f"In Python, `{keyword}` chooses: {values}."]
     lines += [f"By default: {DEFAULTS[row.request]}."] if row.request in DEFAULTS else []
     lines += [f"Computed by `{kernels_of(row).name}`."] if row.variant_of else []
     lines += [f"`{r.name}`{shape(r)}: {r.text}." for r in row.results]
