@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ksl import _core
+from ksl.errors import unknown_name
 from ksl.states import Array
 
 
@@ -279,5 +280,5 @@ class Mechanism:
 
     def _index(self, table: Mapping[str, int], name: str, what: str) -> int:
         if not isinstance(name, str) or name not in table:
-            raise ValueError(f"{self.name or self.file}: no {what} named {name!r}; known: {', '.join(table)}")
+            raise ValueError(unknown_name(self.name or self.file, what, name, table))
         return table[name]

@@ -4,6 +4,7 @@
 #include "ksl/surgery.hpp"
 #include "ksl/urdf.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 struct ksl_builder_t {
@@ -208,6 +209,53 @@ int ksl_model_joint_above(const ksl_model_t *m, int link) {
 int ksl_model_parent_link(const ksl_model_t *m, int link) {
   const int above = ksl_model_joint_above(m, link);
   return above < 0 ? -1 : m->model.joints()[static_cast<std::size_t>(above)].parent_link;
+}
+
+ksl_status_t ksl_model_joint_info(const ksl_model_t *m, int joint, ksl_joint_info_t *info) {
+  return guarded([&] {
+    require(m && info, "model and info must not be null");
+    require_joint(m, joint);
+    const ksl::joint_row &row = m->model.joints()[static_cast<std::size_t>(joint)];
+    const ksl::joint_kind_row kind = ksl::row_of(row.kind);
+    const bool moves = row.q_index >= 0;
+    *info = {kind.name, row.parent_link, row.link, row.q_index, row.v_index, moves ? kind.nq : 0, moves ? kind.nv : 0, kind.quaternion,
+             {row.axis.x, row.axis.y, row.axis.z}, {row.axis2.x, row.axis2.y, row.axis2.z}, row.pitch,
+             -HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL};
+    if (!kind.has_axis2)
+      info->axis2[0] = info->axis2[1] = info->axis2[2] = 0;
+    if (row.description < 0)
+      return;
+    const ksl::joint_description &given = m->model.description().joints[static_cast<std::size_t>(row.description)];
+    info->lower = given.lower.value_or(-HUGE_VAL), info->upper = given.upper.value_or(HUGE_VAL);
+    info->effort = given.effort.value_or(HUGE_VAL), info->velocity = given.velocity.value_or(HUGE_VAL);
+  });
+}
+
+ksl_status_t ksl_model_link_parameters(const ksl_model_t *m, int link, double *parameters) {
+  return guarded([&] {
+    require(m && parameters, "model and parameters must not be null");
+    ksl::c_api::require_links(m, 1, &link);
+    const ksl::spatial_inertia<double> &I = m->model.links()[static_cast<std::size_t>(link)].inertia;
+    const double ten[] = {I.m, I.h.x, I.h.y, I.h.z, I.Ixx, I.Ixy, I.Iyy, I.Izx, I.Iyz, I.Izz};
+    std::copy(ten, ten + 10, parameters);
+  });
+}
+
+namespace {
+
+int listed(const std::vector<int> &found, int *out) {
+  if (out)
+    std::copy(found.begin(), found.end(), out);
+  return static_cast<int>(found.size());
+}
+
+} // namespace
+
+int ksl_model_support(const ksl_model_t *m, int link, int *joints) {
+  return link < 0 || link >= ksl_model_links(m) ? -1 : listed(m->model.support(link), joints);
+}
+int ksl_model_subtree_links(const ksl_model_t *m, int joint, int *links) {
+  return joint < 0 || joint >= ksl_model_joints(m) ? -1 : listed(m->model.subtree_links(joint), links);
 }
 
 } // extern "C"
