@@ -116,6 +116,14 @@ void check_quaternions(const ksl::model &m, const ksl::rows_view<const S> &q, st
         return;
 }
 
+/// Warns where the method was called that a quaternion was normalised.
+inline void warn_of_quaternion(const std::string &which) {
+  const std::string text = which + " differs from unit length by more than 1e-6 and was normalised; give unit quaternions [qx qy qz qw]";
+  const nb::object category = nb::module_::import_("ksl.errors").attr("QuaternionWarning");
+  if (PyErr_WarnEx(category.ptr(), text.c_str(), 2) < 0)
+    nb::raise_python_error();
+}
+
 /// One call of an algorithm.
 class call {
 public:
@@ -488,11 +496,7 @@ private:
     std::string joints;
     for (const ksl::model::quaternion_in_q &quaternion : m_.quaternions())
       joints += (joints.empty() ? "" : ", ") + m_.joints()[static_cast<std::size_t>(quaternion.joint)].name;
-    const std::string text = std::string(row_.name) + ": a quaternion of state " + std::to_string(rough_state_.load()) + " (of " + joints +
-                             ") differs from unit length by more than 1e-6 and was normalised; give unit quaternions [qx qy qz qw]";
-    const nb::object category = nb::module_::import_("ksl.errors").attr("QuaternionWarning");
-    if (PyErr_WarnEx(category.ptr(), text.c_str(), 2) < 0) // 2: where the method was called
-      nb::raise_python_error();
+    warn_of_quaternion(std::string(row_.name) + ": a quaternion of state " + std::to_string(rough_state_.load()) + " (of " + joints + ")");
   }
 
   static constexpr std::size_t none = static_cast<std::size_t>(-1);

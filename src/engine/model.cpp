@@ -42,8 +42,12 @@ SE3<double> with_z(const vec3<double> &z) { return {frame_with_z(z), {0, 0, 0}};
 void add_payload(const payload &p, robot_description &robot) {
   const auto carries = [&](const link_description &l) { return l.name == p.link; };
   const auto l = std::find_if(robot.links.begin(), robot.links.end(), carries);
-  if (l == robot.links.end())
-    load::refuse(robot.file, 0, "no link " + p.link + " to carry the payload");
+  if (l == robot.links.end()) {
+    std::vector<std::string> names;
+    for (const link_description &link : robot.links)
+      names.push_back(link.name);
+    load::refuse(robot.file, 0, "no link " + p.link + " to carry the payload" + load::suggestion(p.link, names, "name one of " + load::listed(names)));
+  }
   const vec3<double> c = {p.point[0], p.point[1], p.point[2]};
   spatial_inertia<double> I;
   A::spatial_inertia_fromMassCentroid(p.mass, &c, 0, 0, 0, 0, 0, 0, &I);
