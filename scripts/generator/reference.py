@@ -23,7 +23,31 @@ All languages give the same bits; a test compares them with each other.
 |---|---|---|---|---|---|---|
 {rows}
 
-{sections}"""
+{sections}
+## Other calls
+
+Written by hand, with the same conventions. C has those with the suffix `f`, too, where numbers of a state enter.
+
+| what | C++ | C | Python |
+|---|---|---|---|
+| models | `ksl/dynamics.hpp`, `builder.hpp`, `surgery.hpp`, `urdf.hpp` | `ksl/engine.h`, `engine_building.h` | `ksl.load`, `ksl.Builder`, `Model.with_…` |
+| reactions of the state that inverse dynamics computed last | `reactions` | `ksl_reactions` | |
+| pose of one link | `frame_pose` | `ksl_frame_pose` | `frame_pose` |
+| neutral, random position | `neutral`, `random_position` | `ksl_neutral`, `ksl_random_position` | `neutral`, `random` |
+| inverse kinematics | `inverse_kinematics` | `ksl_inverse_kinematics` | `inverse_kinematics` |
+| wrench through a section of a link | `section_wrench` (`ksl/section.hpp`), one state | `ksl_section_wrench`, one state | `section_wrench` |
+| layout of tree-sparse matrices | `model::tree_rows`, `tree_columns` | `ksl_model_tree` | `tree_rows`, `tree_columns` |
+| one part of the efforts | `effort_parts` | `ksl_effort_parts` | `effort_part` |
+| joints: kind, indices, axes, limits | `model::joints`, `description` | `ksl_model_joint_info` | `joints`, `joint` |
+| inertial parameters of links | `model::links` | `ksl_model_link_parameters` | `parameters`, `link` |
+| joints on the way to the root, links carried | `model::support`, `subtree_links` | `ksl_model_support`, `ksl_model_subtree_links` | `support`, `subtree_links` |
+
+Quaternions that differ from unit length by more than 1e-6 are normalised: Python warns (`ksl.QuaternionWarning`), and in C
+`ksl_warning_message` says so after a call for one state. Beyond 1e-2 they are refused. C++ and batches in C check no numbers.
+
+In Python only: MJCF files (`ksl.mjcf`), identification, base parameters and the consistency of inertial parameters
+([identification](../identification.md)), tables of loads and reports ([loads](../loads.md)).
+"""
 
 SECTION = """\
 ## {name}
