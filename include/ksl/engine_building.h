@@ -23,7 +23,7 @@ typedef struct ksl_link_mass_t {
 typedef struct ksl_joint_options_t {
   const double *axis, *axis2; /**< (3), of any length, in the joint's frame; kinds that have them need them */
   double pitch;               /**< m/rad, positive for a right-handed screw; helical joints need it */
-  double lower, upper;        /**< rad or m */
+  double lower, upper;        /**< rad or m; of the first number of its position */
   double effort, velocity;    /**< N m or N; rad/s or m/s */
   double damping, friction;   /**< of each coordinate, N m s/rad or N s/m, and N m or N */
   const char *mimics;         /**< a joint that it follows: its position is multiplier × that joint's + offset; NULL: none */
@@ -32,6 +32,7 @@ typedef struct ksl_joint_options_t {
   double armature;            /**< inertia that each coordinate feels besides that of the links, kg m² or kg */
   double rotor_inertia, gear_ratio;     /**< of the motor's rotor, kg m²; its turns for each of the joint */
   double spring_stiffness, spring_rest; /**< N m/rad or N/m; rad or m; of joints with one coordinate */
+  double further_lower[2], further_upper[2]; /**< of the second and third number: cylindrical, universal, planar, translation */
 } ksl_joint_options_t;
 
 /** A row of a table of Denavit–Hartenberg parameters, m and rad.  theta is added to q of a joint that turns, d to q of
@@ -124,7 +125,7 @@ typedef struct ksl_joint_info_t {
   int quaternion;           /**< where, within them, a unit quaternion [qx qy qz qw] begins; −1: it has none */
   double axis[3], axis2[3]; /**< unit vectors in the joint's frame; zero for kinds without one; axis2 of universal joints */
   double pitch;             /**< m/rad, of helical joints */
-  double lower, upper;      /**< limits of the position, rad or m; infinite where there are none */
+  double lower[3], upper[3]; /**< limits of the numbers of its position, rad or m; infinite where there are none */
   double effort, velocity;  /**< limits, N m or N, rad/s or m/s; infinite where there are none */
 } ksl_joint_info_t;
 KSL_EXPORT ksl_status_t ksl_model_joint_info(const ksl_model_t *model, int joint, ksl_joint_info_t *info);

@@ -56,7 +56,7 @@ class InverseKinematicsCalls(Requests):
         that don't carry the frames keep its positions, or zero.
         weights: how much errors count: a number, or (position, orientation), or {name: either}.  What has weight zero may be
         anything.  With equal weights, a twentieth of the length of the chain that carries the frame counts as a radian.
-        limits: keep positions within the joints' limits, which joints with one coordinate have.  tolerance: of positions, m, and of orientations, rad.
+        limits: keep positions within the joints' limits (`Joint.limits`); a start beyond them begins at them.  tolerance: of positions, m, and of orientations, rad.
         iterations: at most, from each start.  starts: at most.  seed: of the random starts.
         threads: as in :meth:`inverse_dynamics`; results don't depend on it, nor on which other targets there are.
 

@@ -42,11 +42,14 @@ class Joint:
     has_angle: bool = False
     """Whether its position has an angle about the axis: all of these but prismatic joints."""
     has_limits: bool = False
-    """Whether its position can have bounds: joints with one coordinate, but not continuous ones."""
+    """Whether its position can have one pair of bounds: joints with one coordinate, but not continuous ones."""
     quaternion: int | None = None
     """Index, within its nq numbers, at which a unit quaternion [qx qy qz qw] begins: 0 for spherical joints, 3 for floating ones."""
     lower: float | None = None
+    """Limits of its position; of the first number of a joint with several."""
     upper: float | None = None
+    limits: tuple[tuple[float | None, float | None], ...] = ()
+    """Limits (lower, upper) of each number in q that can have some: not of quaternions and continuous joints; rad or m."""
     effort: float | None = None
     velocity: float | None = None
     damping: float = 0.0

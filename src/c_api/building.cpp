@@ -36,7 +36,9 @@ ksl::joint_options options_of(const ksl_joint_options_t &of) {
   const auto number = [](double x) { return std::isnan(x) ? std::nullopt : ksl::optional_number(x); };
   ksl::joint_options options = {vector(of.axis), vector(of.axis2), number(of.pitch), number(of.lower), number(of.upper),
                                 number(of.effort), number(of.velocity), of.damping, of.friction, {}, number(of.friction_width),
-                                of.armature, of.rotor_inertia, of.gear_ratio, of.spring_stiffness, of.spring_rest};
+                                of.armature, of.rotor_inertia, of.gear_ratio, of.spring_stiffness, of.spring_rest, {}};
+  for (std::size_t c = 0; c < 2; ++c)
+    options.further[c] = {number(of.further_lower[c]), number(of.further_upper[c])};
   if (of.mimics)
     options.mimic = {of.mimics, of.multiplier, of.offset, {}};
   return options;
@@ -66,7 +68,7 @@ template <class Make> ksl_status_t made_from(const ksl_model_t *model, ksl_model
 
 extern "C" {
 
-ksl_joint_options_t ksl_joint_options(void) { return {nullptr, nullptr, NAN, NAN, NAN, NAN, NAN, 0, 0, nullptr, 1, 0, NAN, 0, 0, 1, 0, 0}; }
+ksl_joint_options_t ksl_joint_options(void) { return {nullptr, nullptr, NAN, NAN, NAN, NAN, NAN, 0, 0, nullptr, 1, 0, NAN, 0, 0, 1, 0, 0, {NAN, NAN}, {NAN, NAN}}; }
 
 ksl_status_t ksl_builder_create(const char *name, ksl_builder_t **builder) {
   return guarded([&] {
@@ -220,13 +222,16 @@ ksl_status_t ksl_model_joint_info(const ksl_model_t *m, int joint, ksl_joint_inf
     const bool moves = row.q_index >= 0;
     *info = {kind.name, row.parent_link, row.link, row.q_index, row.v_index, moves ? kind.nq : 0, moves ? kind.nv : 0, kind.quaternion,
              {row.axis.x, row.axis.y, row.axis.z}, {row.axis2.x, row.axis2.y, row.axis2.z}, row.pitch,
-             -HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL};
+             {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}, {HUGE_VAL, HUGE_VAL, HUGE_VAL}, HUGE_VAL, HUGE_VAL};
     if (!kind.has_axis2)
       info->axis2[0] = info->axis2[1] = info->axis2[2] = 0;
     if (row.description < 0)
       return;
     const ksl::joint_description &given = m->model.description().joints[static_cast<std::size_t>(row.description)];
-    info->lower = given.lower.value_or(-HUGE_VAL), info->upper = given.upper.value_or(HUGE_VAL);
+    for (int c = 0; c < 3; ++c) {
+      const auto [lower, upper] = ksl::limits_of(given, c);
+      info->lower[c] = lower.value_or(-HUGE_VAL), info->upper[c] = upper.value_or(HUGE_VAL);
+    }
     info->effort = given.effort.value_or(HUGE_VAL), info->velocity = given.velocity.value_or(HUGE_VAL);
   });
 }

@@ -397,18 +397,23 @@ private:
     }
   }
 
-  /// Limits of joints with one coordinate, in the expanded mechanism.
+  /// Limits of the numbers of joints, in the expanded mechanism.
   void add_limits() {
     const auto n = static_cast<std::size_t>(m_.expanded_nq_);
     m_.double_.lower.assign(n, -INFINITY), m_.double_.upper.assign(n, INFINITY);
     for (const joint_row &j : m_.joints_) {
-      const joint_kind_row kind = row_of(j.kind);
-      if (j.description < 0 || !kind.has_limits || kind.nq != 1)
+      const int numbers = numbers_with_limits(row_of(j.kind));
+      if (j.description < 0 || numbers == 0)
         continue;
       const joint_description &given = m_.description_.joints[static_cast<std::size_t>(j.description)];
       const int body = m_.double_.links[static_cast<std::size_t>(j.link)].body;
-      const auto k = static_cast<std::size_t>(m_.double_.bodies[static_cast<std::size_t>(body)].q_index);
-      m_.double_.lower[k] = given.lower.value_or(-INFINITY), m_.double_.upper[k] = given.upper.value_or(INFINITY);
+      const ksl::body<double> &b = m_.double_.bodies[static_cast<std::size_t>(body)];
+      const auto first = static_cast<std::size_t>(b.ends_universal ? b.q_index - 1 : b.q_index);
+      for (int c = 0; c < numbers; ++c) {
+        const auto [lower, upper] = limits_of(given, c);
+        m_.double_.lower[first + static_cast<std::size_t>(c)] = lower.value_or(-INFINITY);
+        m_.double_.upper[first + static_cast<std::size_t>(c)] = upper.value_or(INFINITY);
+      }
     }
   }
 
@@ -425,16 +430,16 @@ private:
       for (int i = 0; i < 4; ++i)
         m_.position_ranges_[static_cast<std::size_t>(quaternion.q_index + i)] = {-1, 1};
     for (const joint_row &row : m_.joints_)
-      if (row_of(row.kind).has_limits && row.description >= 0)
-        limit_range(row, m_.description_.joints[static_cast<std::size_t>(row.description)]);
+      for (int c = 0; row.description >= 0 && c < numbers_with_limits(row_of(row.kind)); ++c)
+        limit_range(row, c, limits_of(m_.description_.joints[static_cast<std::size_t>(row.description)], c));
   }
 
-  /// Limits the range of a joint with one coordinate, or that of its leader, unless nothing would be left of it.  Followers come
-  /// after their leaders.
-  void limit_range(const joint_row &row, const joint_description &described) {
+  /// Limits the range of number c of a joint, or that of its leader, unless nothing would be left of it.  Followers come after their
+  /// leaders.
+  void limit_range(const joint_row &row, int c, const coordinate_limits &described) {
     const bool follows = row.leader >= 0;
     const joint_row &moved = follows ? m_.joints_[static_cast<std::size_t>(row.leader)] : row;
-    model::position_range &range = m_.position_ranges_[static_cast<std::size_t>(moved.q_index)];
+    model::position_range &range = m_.position_ranges_[static_cast<std::size_t>(moved.q_index + c)];
     const double width = range.upper - range.lower;
     if (!follows) { // where one limit is missing, the usual width beyond the other
       if (described.lower || described.upper)

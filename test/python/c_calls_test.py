@@ -155,7 +155,7 @@ def test_a_quaternion_that_is_normalised_is_warned_of(dtype):
 class JointInfo(ctypes.Structure):
     _fields_ = [
         ("kind", c_char_p), ("parent_link", c_int), ("link", c_int), ("q_index", c_int), ("v_index", c_int), ("nq", c_int), ("nv", c_int),
-        ("quaternion", c_int), ("axis", c_double * 3), ("axis2", c_double * 3), ("pitch", c_double), ("lower", c_double), ("upper", c_double),
+        ("quaternion", c_int), ("axis", c_double * 3), ("axis2", c_double * 3), ("pitch", c_double), ("lower", c_double * 3), ("upper", c_double * 3),
         ("effort", c_double), ("velocity", c_double),
     ]  # fmt: skip
 
@@ -169,7 +169,9 @@ def test_queries_are_those_of_python(robot):
         assert info.kind.decode() == j.kind and (info.parent_link, info.link) == (index(j.parent), index(j.child))
         assert (info.q_index, info.v_index, info.nq, info.nv) == (j.q_index, j.v_index, j.nq, j.nv)
         assert info.quaternion == (-1 if j.quaternion is None else j.quaternion) and tuple(info.axis) == j.axis and info.pitch == j.pitch
-        assert info.lower == (-np.inf if j.lower is None else j.lower) and info.upper == (np.inf if j.upper is None else j.upper)
+        given = [*j.limits, *[(None, None)] * 3][:3]
+        assert list(info.lower) == [-np.inf if x is None else x for x, _ in given]
+        assert list(info.upper) == [np.inf if x is None else x for _, x in given]
         assert info.effort == (np.inf if j.effort is None else j.effort) and info.velocity == (np.inf if j.velocity is None else j.velocity)
         links = (c_int * len(m.link_names))()
         n = c.ksl_model_subtree_links(robot.model, i, links)
