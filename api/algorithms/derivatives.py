@@ -81,6 +81,139 @@ out: three arrays, one for each derivative.  After Singh, Russell, Wensing (RA-L
 """,
     ),
     Algorithm(
+        name="frame_velocity_derivatives",
+        header="frame_motion_derivatives.hpp",
+        inputs=("q", "v"),
+        request="frame",
+        results=(Result("by_q", (6, "nv"), "derivative of the twist by q"), Result("by_v", (6, "nv"), "by v: the Jacobian")),
+        variant_of="frame_velocities_derivatives",
+        summary="Derivatives of frame_velocity by q and v, each (…, 6, nv).",
+        text="Derivatives {by_q} and {by_v} of the twist of a link's frame, for {q} and {v}: those of its components, row-major.  By q is "
+        "along q ⊕ s e_k with v held componentwise; by v is the Jacobian.  O(bodies).",
+        python="""
+All arguments as in :meth:`frame_velocity`, whose components in the requested axes are differentiated, whether or not
+these axes and the point move.  By q is along q ⊕ s e_k (:meth:`integrate`), with v held componentwise; by v is
+:meth:`jacobian`.  out: two arrays, one for each derivative.  O(bodies).
+""",
+    ),
+    Algorithm(
+        name="frame_velocities_derivatives",
+        header="frame_motion_derivatives.hpp",
+        inputs=("q", "v"),
+        request="frames",
+        results=(
+            Result("by_q", ("links", 6, "nv"), "derivative of the twists by q"),
+            Result("by_v", ("links", 6, "nv"), "by v: the Jacobians"),
+        ),
+        summary="Derivatives of frame_velocities by q and v, each (…, names, 6, nv).",
+        text="Derivatives {by_q} and {by_v} of the twists of links' frames, for {q} and {v}: those of their components, row-major.  By q is "
+        "along q ⊕ s e_k with v held componentwise; by v are the Jacobians.  A link may come twice (after Singh, Russell, Wensing, RA-L "
+        "7(2), 2022).  O(bodies + links × depth), besides writing 12 nv numbers for each link.",
+        python="""
+All arguments as in :meth:`frame_velocities`; the rest as in :meth:`frame_velocity_derivatives`.
+out: two arrays, one for each derivative.  After Singh, Russell, Wensing (RA-L 7(2), 2022);
+O(bodies + links × depth), besides writing 12 nv numbers for each link.
+""",
+    ),
+    Algorithm(
+        name="frame_acceleration_derivatives",
+        header="frame_motion_derivatives.hpp",
+        inputs=("q", "v", "a"),
+        request="frame",
+        keywords="kind",
+        results=(
+            Result("by_q", (6, "nv"), "derivative of the acceleration by q"),
+            Result("by_v", (6, "nv"), "by v"),
+            Result("by_a", (6, "nv"), "by a: the Jacobian"),
+        ),
+        variant_of="frame_accelerations_derivatives",
+        summary="Derivatives of frame_acceleration by q, v and a, each (…, 6, nv).",
+        text="Derivatives {by_q}, {by_v}, {by_a} of the acceleration of a link's frame, of the kind that the options say, for {q}, {v} and "
+        "{a}: those of its components, row-major.  By q is along q ⊕ s e_k with v and a held componentwise; by a is the Jacobian.  "
+        "O(bodies).",
+        python="""
+All arguments as in :meth:`frame_acceleration`, whose components in the requested axes are differentiated, whether or
+not these axes and the point move.  By q is along q ⊕ s e_k (:meth:`integrate`), with v and a held componentwise; by a is
+:meth:`jacobian`.  out: three arrays, one for each derivative.  O(bodies).
+""",
+    ),
+    Algorithm(
+        name="frame_accelerations_derivatives",
+        header="frame_motion_derivatives.hpp",
+        inputs=("q", "v", "a"),
+        request="frames",
+        keywords="kind",
+        results=(
+            Result("by_q", ("links", 6, "nv"), "derivative of the accelerations by q"),
+            Result("by_v", ("links", 6, "nv"), "by v"),
+            Result("by_a", ("links", 6, "nv"), "by a: the Jacobians"),
+        ),
+        summary="Derivatives of frame_accelerations by q, v and a, each (…, names, 6, nv).",
+        text="Derivatives {by_q}, {by_v}, {by_a} of the accelerations of links' frames, of the kind that the options say, for {q}, {v} and "
+        "{a}: those of their components, row-major.  By q is along q ⊕ s e_k with v and a held componentwise; by a are the Jacobians.  A "
+        "link may come twice (after Singh, Russell, Wensing, RA-L 7(2), 2022).  O(bodies + links × depth), besides writing 18 nv numbers "
+        "for each link.",
+        python="""
+All arguments as in :meth:`frame_accelerations`; the rest as in :meth:`frame_acceleration_derivatives`.
+out: three arrays, one for each derivative.  After Singh, Russell, Wensing (RA-L 7(2), 2022);
+O(bodies + links × depth), besides writing 18 nv numbers for each link.
+""",
+    ),
+    Algorithm(
+        name="energy_derivatives",
+        header="energy_derivatives.hpp",
+        inputs=("q", "v"),
+        results=(
+            Result("kinetic_by_q", ("nv",), "derivative of the kinetic energy by q"),
+            Result("kinetic_by_v", ("nv",), "by v: the joint momentum M v"),
+            Result("potential_by_q", ("nv",), "derivative of the potential energy by q"),
+        ),
+        summary="Derivatives of energy: of the kinetic energy by q and by v, of the potential energy by q, each (…, nv).",
+        text="Derivatives {kinetic_by_q} and {kinetic_by_v} of the kinetic energy, {potential_by_q} of the potential energy, for {q} and {v}.  "
+        "By q is along q ⊕ s e_k with v held componentwise; by v is M v; that of the potential energy is the effort that holds the "
+        "mechanism at rest.  O(bodies).",
+        python="""
+By q is along q ⊕ s e_k (:meth:`integrate`), with v held componentwise.  By v is M v; the potential energy's is
+:meth:`gravity_torque`.  It doesn't depend on v.  N m or N; by v N m s or N s.
+out: three arrays, one for each derivative.  q, v, threads: as in :meth:`inverse_dynamics`.  O(bodies).
+""",
+    ),
+    Algorithm(
+        name="centroidal_momentum_derivatives",
+        header="centroidal_momentum_derivatives.hpp",
+        inputs=("q", "v"),
+        results=(
+            Result("by_q", (6, "nv"), "derivative of the momentum by q"),
+            Result("by_v", (6, "nv"), "by v: the centroidal momentum matrix"),
+        ),
+        summary="Derivatives of centroidal_momentum by q and v, each (…, 6, nv).",
+        text="Derivatives {by_q} and {by_v} of the momentum about the centre of mass, in the world's axes, linear first, row-major, for {q} and "
+        "{v}.  By q is along q ⊕ s e_k with v held componentwise; by v is the centroidal momentum matrix.  O(bodies).",
+        python="""
+By q is along q ⊕ s e_k (:meth:`integrate`), with v held componentwise.  By v is :meth:`centroidal_momentum_matrix`.
+out: two arrays, one for each derivative.  q, v, threads: as in :meth:`inverse_dynamics`.  O(bodies).
+""",
+    ),
+    Algorithm(
+        name="centroidal_momentum_rate_derivatives",
+        header="centroidal_momentum_derivatives.hpp",
+        inputs=("q", "v", "a"),
+        results=(
+            Result("by_q", (6, "nv"), "derivative of the rate of the momentum by q"),
+            Result("by_v", (6, "nv"), "by v"),
+            Result("by_a", (6, "nv"), "by a: the centroidal momentum matrix"),
+        ),
+        summary="Derivatives of centroidal_momentum_rate by q, v and a, each (…, 6, nv).",
+        text="Derivatives {by_q}, {by_v}, {by_a} of the rate of the momentum about the centre of mass, in the world's axes, linear first, "
+        "row-major, for {q}, {v} and {a}.  By q is along q ⊕ s e_k with v and a held componentwise; by a is the centroidal momentum "
+        "matrix (after Carpentier and Mansard, RSS 2018).  O(bodies).",
+        python="""
+By q is along q ⊕ s e_k (:meth:`integrate`), with v and a held componentwise.  By a is :meth:`centroidal_momentum_matrix`.
+out: three arrays, one for each derivative.  q, v, a, threads: as in :meth:`inverse_dynamics`.
+After Carpentier and Mansard (RSS 2018); O(bodies).
+""",
+    ),
+    Algorithm(
         name="inverse_dynamics_second_derivatives",
         header="inverse_dynamics_second_derivatives.hpp",
         inputs=("q", "v", "a"),

@@ -291,6 +291,60 @@ KSL_EXPORT void reactions_derivatives(const model &m, data &d, const S *q, const
                                       const reaction_request &request, S *by_a,
                                       const external_wrenches<S> &external = {});
 
+/// Derivatives by_q (6, nv) and by_v (6, nv) of the twist of a link's frame, for q (nq) and v (nv): those of its
+/// components, row-major.  By q is along q ⊕ s e_k with v held componentwise; by v is the Jacobian.  O(bodies).
+/// frame_options by default: about the frame's origin, in its axes, linear first.  No allocation.
+template <class S>
+KSL_EXPORT void frame_velocity_derivatives(const model &m, data &d, const S *q, const S *v, S *by_q, int link,
+                                           const frame_options &how, S *by_v);
+
+/// Derivatives by_q (links, 6, nv) and by_v (links, 6, nv) of the twists of links' frames, for q (nq) and v (nv): those
+/// of their components, row-major.  By q is along q ⊕ s e_k with v held componentwise; by v are the Jacobians.  A link
+/// may come twice (after Singh, Russell, Wensing, RA-L 7(2), 2022).  O(bodies + links × depth), besides writing 12 nv
+/// numbers for each link.  frame_options by default: about the frame's origin, in its axes, linear first.  No
+/// allocation.
+template <class S>
+KSL_EXPORT void frame_velocities_derivatives(const model &m, data &d, const S *q, const S *v, S *by_q, int n,
+                                             const int *links, const frame_options &how, S *by_v);
+
+/// Derivatives by_q (6, nv), by_v (6, nv), by_a (6, nv) of the acceleration of a link's frame, of the kind that the
+/// options say, for q (nq), v (nv) and a (nv): those of its components, row-major.  By q is along q ⊕ s e_k with v and
+/// a held componentwise; by a is the Jacobian.  O(bodies).  frame_options by default: about the frame's origin, in its
+/// axes, linear first.  No allocation.
+template <class S>
+KSL_EXPORT void frame_acceleration_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *by_q,
+                                               S *by_v, int link, const frame_options &how, S *by_a);
+
+/// Derivatives by_q (links, 6, nv), by_v (links, 6, nv), by_a (links, 6, nv) of the accelerations of links' frames, of
+/// the kind that the options say, for q (nq), v (nv) and a (nv): those of their components, row-major.  By q is along q
+/// ⊕ s e_k with v and a held componentwise; by a are the Jacobians.  A link may come twice (after Singh, Russell,
+/// Wensing, RA-L 7(2), 2022).  O(bodies + links × depth), besides writing 18 nv numbers for each link.  frame_options
+/// by default: about the frame's origin, in its axes, linear first.  No allocation.
+template <class S>
+KSL_EXPORT void frame_accelerations_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *by_q,
+                                                S *by_v, int n, const int *links, const frame_options &how, S *by_a);
+
+/// Derivatives kinetic_by_q (nv) and kinetic_by_v (nv) of the kinetic energy, potential_by_q (nv) of the potential
+/// energy, for q (nq) and v (nv).  By q is along q ⊕ s e_k with v held componentwise; by v is M v; that of the
+/// potential energy is the effort that holds the mechanism at rest.  O(bodies).  No allocation.
+template <class S>
+KSL_EXPORT void energy_derivatives(const model &m, data &d, const S *q, const S *v, S *kinetic_by_q, S *kinetic_by_v,
+                                   S *potential_by_q);
+
+/// Derivatives by_q (6, nv) and by_v (6, nv) of the momentum about the centre of mass, in the world's axes, linear
+/// first, row-major, for q (nq) and v (nv).  By q is along q ⊕ s e_k with v held componentwise; by v is the centroidal
+/// momentum matrix.  O(bodies).  No allocation.
+template <class S>
+KSL_EXPORT void centroidal_momentum_derivatives(const model &m, data &d, const S *q, const S *v, S *by_q, S *by_v);
+
+/// Derivatives by_q (6, nv), by_v (6, nv), by_a (6, nv) of the rate of the momentum about the centre of mass, in the
+/// world's axes, linear first, row-major, for q (nq), v (nv) and a (nv).  By q is along q ⊕ s e_k with v and a held
+/// componentwise; by a is the centroidal momentum matrix (after Carpentier and Mansard, RSS 2018).  O(bodies).  No
+/// allocation.
+template <class S>
+KSL_EXPORT void centroidal_momentum_rate_derivatives(const model &m, data &d, const S *q, const S *v, const S *a,
+                                                     S *by_q, S *by_v, S *by_a);
+
 /// Second derivatives d2tau_dqdq (nv, nv, nv), d2tau_dvdv (nv, nv, nv), d2tau_dqdv (nv, nv, nv), dM_dq (nv, nv, nv) of
 /// the joint efforts that inverse dynamics gives for q (nq), v (nv), a (nv), each row-major.  Element (i, k, m) is that
 /// of effort i by q_k and q_m; by v_k and v_m; by q_k and v_m; by a_k and q_m, which is dM_ik/dq_m.  The first is the

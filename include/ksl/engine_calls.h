@@ -835,6 +835,139 @@ KSL_EXPORT ksl_status_t ksl_reactions_derivatives_external_batchf(
     float *by_v, ptrdiff_t by_v_stride, int joints_n, const int *joints, const ksl_reaction_options_t *options,
     float *by_a, ptrdiff_t by_a_stride, int threads);
 
+/** Derivatives by_q (6, nv) and by_v (6, nv) of the twist of a link's frame, for q (nq) and v (nv): those of its
+    components, row-major.  By q is along q ⊕ s e_k with v held componentwise; by v is the Jacobian.  O(bodies).
+    options may be NULL: about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_frame_velocity_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                       const double *v, double *by_q, int link,
+                                                       const ksl_frame_options_t *options, double *by_v);
+KSL_EXPORT ksl_status_t ksl_frame_velocity_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                        const float *v, float *by_q, int link,
+                                                        const ksl_frame_options_t *options, float *by_v);
+KSL_EXPORT ksl_status_t ksl_frame_velocity_derivatives_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    double *by_q, ptrdiff_t by_q_stride, int link, const ksl_frame_options_t *options, double *by_v,
+    ptrdiff_t by_v_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_frame_velocity_derivatives_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    float *by_q, ptrdiff_t by_q_stride, int link, const ksl_frame_options_t *options, float *by_v,
+    ptrdiff_t by_v_stride, int threads);
+
+/** Derivatives by_q (links, 6, nv) and by_v (links, 6, nv) of the twists of links' frames, for q (nq) and v (nv):
+    those of their components, row-major.  By q is along q ⊕ s e_k with v held componentwise; by v are the
+    Jacobians.  A link may come twice (after Singh, Russell, Wensing, RA-L 7(2), 2022).  O(bodies + links × depth),
+    besides writing 12 nv numbers for each link.  options may be NULL: about the frame's origin, in its axes, linear
+    first. */
+KSL_EXPORT ksl_status_t ksl_frame_velocities_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                         const double *v, double *by_q, int n, const int *links,
+                                                         const ksl_frame_options_t *options, double *by_v);
+KSL_EXPORT ksl_status_t ksl_frame_velocities_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                          const float *v, float *by_q, int n, const int *links,
+                                                          const ksl_frame_options_t *options, float *by_v);
+KSL_EXPORT ksl_status_t ksl_frame_velocities_derivatives_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    double *by_q, ptrdiff_t by_q_stride, int links_n, const int *links, const ksl_frame_options_t *options,
+    double *by_v, ptrdiff_t by_v_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_frame_velocities_derivatives_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    float *by_q, ptrdiff_t by_q_stride, int links_n, const int *links, const ksl_frame_options_t *options, float *by_v,
+    ptrdiff_t by_v_stride, int threads);
+
+/** Derivatives by_q (6, nv), by_v (6, nv), by_a (6, nv) of the acceleration of a link's frame, of the kind that the
+    options say, for q (nq), v (nv) and a (nv): those of its components, row-major.  By q is along q ⊕ s e_k with v
+    and a held componentwise; by a is the Jacobian.  O(bodies).  options may be NULL: about the frame's origin, in
+    its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_frame_acceleration_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                           const double *v, const double *a, double *by_q, double *by_v,
+                                                           int link, const ksl_frame_options_t *options, double *by_a);
+KSL_EXPORT ksl_status_t ksl_frame_acceleration_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                            const float *v, const float *a, float *by_q, float *by_v,
+                                                            int link, const ksl_frame_options_t *options, float *by_a);
+KSL_EXPORT ksl_status_t ksl_frame_acceleration_derivatives_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *a, ptrdiff_t a_stride, double *by_q, ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
+    int link, const ksl_frame_options_t *options, double *by_a, ptrdiff_t by_a_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_frame_acceleration_derivatives_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *a, ptrdiff_t a_stride, float *by_q, ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride,
+    int link, const ksl_frame_options_t *options, float *by_a, ptrdiff_t by_a_stride, int threads);
+
+/** Derivatives by_q (links, 6, nv), by_v (links, 6, nv), by_a (links, 6, nv) of the accelerations of links' frames,
+    of the kind that the options say, for q (nq), v (nv) and a (nv): those of their components, row-major.  By q is
+    along q ⊕ s e_k with v and a held componentwise; by a are the Jacobians.  A link may come twice (after Singh,
+    Russell, Wensing, RA-L 7(2), 2022).  O(bodies + links × depth), besides writing 18 nv numbers for each link.
+    options may be NULL: about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_frame_accelerations_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                            const double *v, const double *a, double *by_q,
+                                                            double *by_v, int n, const int *links,
+                                                            const ksl_frame_options_t *options, double *by_a);
+KSL_EXPORT ksl_status_t ksl_frame_accelerations_derivativesf(
+    const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *a, float *by_q,
+    float *by_v, int n, const int *links, const ksl_frame_options_t *options, float *by_a);
+KSL_EXPORT ksl_status_t ksl_frame_accelerations_derivatives_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *a, ptrdiff_t a_stride, double *by_q, ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
+    int links_n, const int *links, const ksl_frame_options_t *options, double *by_a, ptrdiff_t by_a_stride,
+    int threads);
+KSL_EXPORT ksl_status_t ksl_frame_accelerations_derivatives_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *a, ptrdiff_t a_stride, float *by_q, ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride,
+    int links_n, const int *links, const ksl_frame_options_t *options, float *by_a, ptrdiff_t by_a_stride, int threads);
+
+/** Derivatives kinetic_by_q (nv) and kinetic_by_v (nv) of the kinetic energy, potential_by_q (nv) of the potential
+    energy, for q (nq) and v (nv).  By q is along q ⊕ s e_k with v held componentwise; by v is M v; that of the
+    potential energy is the effort that holds the mechanism at rest.  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_energy_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                               const double *v, double *kinetic_by_q, double *kinetic_by_v,
+                                               double *potential_by_q);
+KSL_EXPORT ksl_status_t ksl_energy_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                const float *v, float *kinetic_by_q, float *kinetic_by_v,
+                                                float *potential_by_q);
+KSL_EXPORT ksl_status_t ksl_energy_derivatives_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                     ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                     double *kinetic_by_q, ptrdiff_t kinetic_by_q_stride,
+                                                     double *kinetic_by_v, ptrdiff_t kinetic_by_v_stride,
+                                                     double *potential_by_q, ptrdiff_t potential_by_q_stride,
+                                                     int threads);
+KSL_EXPORT ksl_status_t ksl_energy_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                      ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                      float *kinetic_by_q, ptrdiff_t kinetic_by_q_stride,
+                                                      float *kinetic_by_v, ptrdiff_t kinetic_by_v_stride,
+                                                      float *potential_by_q, ptrdiff_t potential_by_q_stride,
+                                                      int threads);
+
+/** Derivatives by_q (6, nv) and by_v (6, nv) of the momentum about the centre of mass, in the world's axes, linear
+    first, row-major, for q (nq) and v (nv).  By q is along q ⊕ s e_k with v held componentwise; by v is the
+    centroidal momentum matrix.  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                            const double *v, double *by_q, double *by_v);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_derivativesf(
+    const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, float *by_q, float *by_v);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_derivatives_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    double *by_q, ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_derivatives_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    float *by_q, ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride, int threads);
+
+/** Derivatives by_q (6, nv), by_v (6, nv), by_a (6, nv) of the rate of the momentum about the centre of mass, in the
+    world's axes, linear first, row-major, for q (nq), v (nv) and a (nv).  By q is along q ⊕ s e_k with v and a held
+    componentwise; by a is the centroidal momentum matrix (after Carpentier and Mansard, RSS 2018).  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate_derivatives(
+    const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *a, double *by_q,
+    double *by_v, double *by_a);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate_derivativesf(
+    const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *a, float *by_q,
+    float *by_v, float *by_a);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate_derivatives_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *a, ptrdiff_t a_stride, double *by_q, ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
+    double *by_a, ptrdiff_t by_a_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate_derivatives_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *a, ptrdiff_t a_stride, float *by_q, ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride,
+    float *by_a, ptrdiff_t by_a_stride, int threads);
+
 /** Second derivatives d2tau_dqdq (nv, nv, nv), d2tau_dvdv (nv, nv, nv), d2tau_dqdv (nv, nv, nv), dM_dq (nv, nv, nv)
     of the joint efforts that inverse dynamics gives for q (nq), v (nv), a (nv), each row-major.  Element (i, k, m)
     is that of effort i by q_k and q_m; by v_k and v_m; by q_k and v_m; by a_k and q_m, which is dM_ik/dq_m.  The

@@ -655,6 +655,126 @@ class Calls(Requests):
         """
         return self._core.reactions_derivatives(q, v, a, None, external, self._request(on, at, axes, order, part, joints), out, threads)
 
+    def frame_velocity_derivatives(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        name: str,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        offset: ArrayLike | None = None,
+        out: tuple[Array,
+        Array] | None = None,
+        threads: int | None = None,
+    ) -> tuple[Array, Array]:
+        """Derivatives of frame_velocity by q and v, each (…, 6, nv).
+
+        All arguments as in :meth:`frame_velocity`, whose components in the requested axes are differentiated, whether or not
+        these axes and the point move.  By q is along q ⊕ s e_k (:meth:`integrate`), with v held componentwise; by v is
+        :meth:`jacobian`.  out: two arrays, one for each derivative.  O(bodies).
+        """
+        return self._core.frame_velocity_derivatives(q, v, None, None, None, self._frames_of((name,), axes, at, order, offset), out, threads)
+
+    def frame_velocities_derivatives(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        names: Iterable[str] | None = None,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        out: tuple[Array,
+        Array] | None = None,
+        threads: int | None = None,
+    ) -> tuple[Array, Array]:
+        """Derivatives of frame_velocities by q and v, each (…, names, 6, nv).
+
+        All arguments as in :meth:`frame_velocities`; the rest as in :meth:`frame_velocity_derivatives`.
+        out: two arrays, one for each derivative.  After Singh, Russell, Wensing (RA-L 7(2), 2022);
+        O(bodies + links × depth), besides writing 12 nv numbers for each link.
+        """
+        return self._core.frame_velocities_derivatives(q, v, None, None, None, self._frames_of(names, axes, at, order, None), out, threads)
+
+    def frame_acceleration_derivatives(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        name: str,
+        kind: Acceleration = "spatial",
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        offset: ArrayLike | None = None,
+        out: tuple[Array,
+        Array,
+        Array] | None = None,
+        threads: int | None = None,
+    ) -> tuple[Array, Array, Array]:
+        """Derivatives of frame_acceleration by q, v and a, each (…, 6, nv).
+
+        All arguments as in :meth:`frame_acceleration`, whose components in the requested axes are differentiated, whether or
+        not these axes and the point move.  By q is along q ⊕ s e_k (:meth:`integrate`), with v and a held componentwise; by a is
+        :meth:`jacobian`.  out: three arrays, one for each derivative.  O(bodies).
+        """
+        return self._core.frame_acceleration_derivatives(q, v, a, None, None, self._frames_of((name,), axes, at, order, offset, kind), out, threads)
+
+    def frame_accelerations_derivatives(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        names: Iterable[str] | None = None,
+        kind: Acceleration = "spatial",
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        out: tuple[Array,
+        Array,
+        Array] | None = None,
+        threads: int | None = None,
+    ) -> tuple[Array, Array, Array]:
+        """Derivatives of frame_accelerations by q, v and a, each (…, names, 6, nv).
+
+        All arguments as in :meth:`frame_accelerations`; the rest as in :meth:`frame_acceleration_derivatives`.
+        out: three arrays, one for each derivative.  After Singh, Russell, Wensing (RA-L 7(2), 2022);
+        O(bodies + links × depth), besides writing 18 nv numbers for each link.
+        """
+        return self._core.frame_accelerations_derivatives(q, v, a, None, None, self._frames_of(names, axes, at, order, None, kind), out, threads)
+
+    def energy_derivatives(
+        self, q: ArrayLike, v: ArrayLike, out: tuple[Array, Array, Array] | None = None, threads: int | None = None
+    ) -> tuple[Array, Array, Array]:
+        """Derivatives of energy: of the kinetic energy by q and by v, of the potential energy by q, each (…, nv).
+
+        By q is along q ⊕ s e_k (:meth:`integrate`), with v held componentwise.  By v is M v; the potential energy's is
+        :meth:`gravity_torque`.  It doesn't depend on v.  N m or N; by v N m s or N s.
+        out: three arrays, one for each derivative.  q, v, threads: as in :meth:`inverse_dynamics`.  O(bodies).
+        """
+        return self._core.energy_derivatives(q, v, None, None, None, None, out, threads)
+
+    def centroidal_momentum_derivatives(
+        self, q: ArrayLike, v: ArrayLike, out: tuple[Array, Array] | None = None, threads: int | None = None
+    ) -> tuple[Array, Array]:
+        """Derivatives of centroidal_momentum by q and v, each (…, 6, nv).
+
+        By q is along q ⊕ s e_k (:meth:`integrate`), with v held componentwise.  By v is :meth:`centroidal_momentum_matrix`.
+        out: two arrays, one for each derivative.  q, v, threads: as in :meth:`inverse_dynamics`.  O(bodies).
+        """
+        return self._core.centroidal_momentum_derivatives(q, v, None, None, None, None, out, threads)
+
+    def centroidal_momentum_rate_derivatives(
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, out: tuple[Array, Array, Array] | None = None, threads: int | None = None
+    ) -> tuple[Array, Array, Array]:
+        """Derivatives of centroidal_momentum_rate by q, v and a, each (…, 6, nv).
+
+        By q is along q ⊕ s e_k (:meth:`integrate`), with v and a held componentwise.  By a is :meth:`centroidal_momentum_matrix`.
+        out: three arrays, one for each derivative.  q, v, a, threads: as in :meth:`inverse_dynamics`.
+        After Carpentier and Mansard (RSS 2018); O(bodies).
+        """
+        return self._core.centroidal_momentum_rate_derivatives(q, v, a, None, None, None, out, threads)
+
     def inverse_dynamics_second_derivatives(
         self,
         q: ArrayLike,

@@ -23,37 +23,6 @@ template <class T> struct reactions_derivatives_workspace {
   }
 };
 
-/// The body on the ground that carries body i, or 0 for the ground itself.  Its tree has common axes and a common point.
-template <class S> inline int tree_of(const model_view<S> &model, int i) {
-  while (model.body[i].parent > 0)
-    i = model.body[i].parent;
-  return i;
-}
-
-/// Pose in the world of a tree's common axes and point.
-template <class T>
-inline SE3<T> tree_pose(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w, int tree) {
-  SE3<T> D = ground_pose<T>(model);
-  if (tree > 0)
-    by_kind(model.body[tree].kind, [&]<joint_kind K>() KSL_INLINED {
-      const auto pose = joint<K>::kept_pose(model.body[tree], w.pose);
-      D.t = pose.t;
-      if constexpr (joint<K>::is_free)
-        D.R = pose.R;
-    });
-  return D;
-}
-
-/// Pose of a link's frame in its tree's axes.
-template <class T>
-inline SE3<T> link_in_tree(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w, int link) {
-  const ksl::link<scalar_of<T>> &l = model.link[link];
-  const SE3<T> body = {w.rotation[l.body], w.origin[l.body]}, in_body = spread<T>(l.pose);
-  SE3<T> D;
-  algebra<T>::product_dd(&body, &in_body, &D);
-  return D;
-}
-
 /// The same in the axes of any tree.
 template <class T> inline SE3<T> link_in_other_tree(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w,
                                                     int link, int tree) {
@@ -141,19 +110,6 @@ template <class S> inline coordinate_run carried_by(const model_view<S> &model, 
       run = {run.end > 0 ? run.first : model.body[i].v_index, model.body[i].v_index + model.body[i].nv};
   }
   return run;
-}
-
-/// Calls step(first, end) for each run of coordinates that carry body i, its joint's own included.
-template <class S, class Step> KSL_LANES void for_carriers(const model_view<S> &model, int i, Step step) {
-  for (int end = model.body[i].v_index + model.body[i].nv; i > 0;) {
-    i = model.body[i].chain_start;
-    const int parent = model.body[i].parent;
-    if (parent == 0 || parent != i - 1) {
-      step(model.body[i].v_index, end);
-      end = model.body[parent].v_index + model.body[parent].nv;
-    }
-    i = parent;
-  }
 }
 
 /// The derivatives of a wrench by one coordinate of q, v and a.
