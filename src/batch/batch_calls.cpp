@@ -270,6 +270,12 @@ template <class S> void reactions_derivatives_batch(const model &m, const batch_
 template void reactions_derivatives_batch(const model &, const batch_view<double> &, int);
 template void reactions_derivatives_batch(const model &, const batch_view<float> &, int);
 
+template <class S> void reactions_external_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::reactions_external_derivatives, m, batch, threads);
+}
+template void reactions_external_derivatives_batch(const model &, const batch_view<double> &, int);
+template void reactions_external_derivatives_batch(const model &, const batch_view<float> &, int);
+
 template <class S> void frame_velocity_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
   compute_batch(rows::frame_velocity_derivatives, m, batch, threads);
 }

@@ -1506,6 +1506,38 @@ ksl_status_t ksl_reactions_derivatives_external_batchf(const ksl_model_t *model,
                            external, threads, nullptr, {joints_n, joints, options});
 }
 
+ksl_status_t ksl_reactions_external_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q, int n,
+                                                const int *joints, const ksl_reaction_options_t *options,
+                                                double *by_external) {
+  return state_call<rows::reactions_external_derivatives, double>(
+      model, data, {.q = q, .result = {by_external}}, no_external, {n, joints, options});
+}
+
+ksl_status_t ksl_reactions_external_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q, int n,
+                                                 const int *joints, const ksl_reaction_options_t *options,
+                                                 float *by_external) {
+  return state_call<rows::reactions_external_derivatives, float>(
+      model, data, {.q = q, .result = {by_external}}, no_external, {n, joints, options});
+}
+
+ksl_status_t ksl_reactions_external_derivatives_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                      ptrdiff_t q_stride, int joints_n, const int *joints,
+                                                      const ksl_reaction_options_t *options, double *by_external,
+                                                      ptrdiff_t by_external_stride, int threads) {
+  return batch_call<double>(rows::reactions_external_derivatives, model,
+                            {.n = n, .q = {q, q_stride}, .result = {{by_external, by_external_stride}}},
+                            no_external_rows, threads, nullptr, {joints_n, joints, options});
+}
+
+ksl_status_t ksl_reactions_external_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                       ptrdiff_t q_stride, int joints_n, const int *joints,
+                                                       const ksl_reaction_options_t *options, float *by_external,
+                                                       ptrdiff_t by_external_stride, int threads) {
+  return batch_call<float>(rows::reactions_external_derivatives, model,
+                           {.n = n, .q = {q, q_stride}, .result = {{by_external, by_external_stride}}},
+                           no_external_rows, threads, nullptr, {joints_n, joints, options});
+}
+
 ksl_status_t ksl_frame_velocity_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
                                             const double *v, double *by_q, int link, const ksl_frame_options_t *options,
                                             double *by_v) {

@@ -46,6 +46,7 @@ struct kernel_table {
   const algorithm_kernels *inverse_dynamics_derivatives;
   const algorithm_kernels *forward_dynamics_derivatives;
   const algorithm_kernels *reactions_derivatives;
+  const algorithm_kernels *reactions_external_derivatives;
   const algorithm_kernels *frame_velocities_derivatives;
   const algorithm_kernels *frame_accelerations_derivatives;
   const algorithm_kernels *energy_derivatives;
@@ -625,6 +626,20 @@ constexpr algorithm_row reactions_derivatives = {
     .kernels = &kernel_table::reactions_derivatives,
 };
 
+constexpr algorithm_row reactions_external_derivatives = {
+    .name = "reactions_external_derivatives",
+    .inputs = 1,
+    .input_list = {input::q},
+    .input_name = {"q"},
+    .external = external_use::none,
+    .request = request_kind::joints,
+    .needs_mass = false,
+    .smooth_friction = false,
+    .results = 1,
+    .result = {{"by_external", 4, {extent::joints, extent::six, extent::all_links, extent::six}}},
+    .kernels = &kernel_table::reactions_external_derivatives,
+};
+
 constexpr algorithm_row frame_velocities_derivatives = {
     .name = "frame_velocities_derivatives",
     .inputs = 2,
@@ -1031,6 +1046,7 @@ constexpr const algorithm_row *all[] = {
     &inverse_dynamics_derivatives,
     &forward_dynamics_derivatives,
     &reactions_derivatives,
+    &reactions_external_derivatives,
     &frame_velocity_derivatives,
     &frame_velocities_derivatives,
     &frame_acceleration_derivatives,

@@ -258,6 +258,12 @@ void reactions_derivatives(const model &m, data &d, const S *q, const S *v, cons
 }
 
 template <class S>
+void reactions_external_derivatives(const model &m, data &d, const S *q, const reaction_request &request,
+                                    S *by_external) {
+  compute<S>(rows::reactions_external_derivatives, m, d, {.q = q, .joints = &request, .result = {by_external}});
+}
+
+template <class S>
 void frame_velocity_derivatives(const model &m, data &d, const S *q, const S *v, S *by_q, int link,
                                 const frame_options &how, S *by_v) {
   compute<S>(rows::frame_velocity_derivatives, m, d, {.q = q, .v = v, .links = {1, &link}, .frame = how,
@@ -517,6 +523,10 @@ template void reactions_derivatives<double>(const model &, data &, const double 
 template void reactions_derivatives<float>(const model &, data &, const float *, const float *, const float *, float *,
                                            float *, const reaction_request &, float *,
                                            const external_wrenches<float> &);
+template void reactions_external_derivatives<double>(const model &, data &, const double *, const reaction_request &,
+                                                     double *);
+template void reactions_external_derivatives<float>(const model &, data &, const float *, const reaction_request &,
+                                                    float *);
 template void frame_velocity_derivatives<double>(const model &, data &, const double *, const double *, double *, int,
                                                  const frame_options &, double *);
 template void frame_velocity_derivatives<float>(const model &, data &, const float *, const float *, float *, int,

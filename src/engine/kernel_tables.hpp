@@ -45,6 +45,7 @@
   extern "C" const ksl::algorithm_kernels ksl_kernels_inverse_dynamics_derivatives_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_forward_dynamics_derivatives_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_reactions_derivatives_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_reactions_external_derivatives_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_frame_velocities_derivatives_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_frame_accelerations_derivatives_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_energy_derivatives_##set; \
@@ -103,6 +104,7 @@
     .inverse_dynamics_derivatives = &ksl_kernels_inverse_dynamics_derivatives_##set, \
     .forward_dynamics_derivatives = &ksl_kernels_forward_dynamics_derivatives_##set, \
     .reactions_derivatives = &ksl_kernels_reactions_derivatives_##set, \
+    .reactions_external_derivatives = &ksl_kernels_reactions_external_derivatives_##set, \
     .frame_velocities_derivatives = &ksl_kernels_frame_velocities_derivatives_##set, \
     .frame_accelerations_derivatives = &ksl_kernels_frame_accelerations_derivatives_##set, \
     .energy_derivatives = &ksl_kernels_energy_derivatives_##set, \

@@ -31,6 +31,7 @@
 #include "ksl/engine/operational_space.hpp"
 #include "ksl/engine/reactions.hpp"
 #include "ksl/engine/reactions_derivatives.hpp"
+#include "ksl/engine/reactions_external_derivatives.hpp"
 #include "ksl/engine/reactions_regressor.hpp"
 #include "ksl/engine/relative_motion.hpp"
 #include "ksl/engine/solve_mass_matrix.hpp"
@@ -81,6 +82,7 @@ inline std::size_t largest_workspace(const model_view<double> &m) {
       workspace_bytes<inverse_dynamics_derivatives_workspace<double>>(m),
       workspace_bytes<forward_dynamics_derivatives_workspace<double>>(m),
       workspace_bytes<reactions_derivatives_workspace<double>>(m),
+      workspace_bytes<reactions_external_derivatives_workspace<double>>(m),
       workspace_bytes<frame_velocities_derivatives_workspace<double>>(m),
       workspace_bytes<frame_accelerations_derivatives_workspace<double>>(m),
       workspace_bytes<energy_derivatives_workspace<double>>(m),

@@ -1600,6 +1600,44 @@ TEST_CASE("reactions_derivatives: C++ and C, one state and batches, in float") {
   faces::agree<float>(ksl::rows::reactions_derivatives, cpp, c, cpp_batch, c_batch);
 }
 
+TEST_CASE("reactions_external_derivatives: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::reactions_external_derivatives(s.r.m, s.r.d, s.q, s.r.request, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_reactions_external_derivatives(s.r.c_model, s.r.c_data, s.q, s.r.request.n, s.r.joints.data(), nullptr,
+                                             s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::reactions_external_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_reactions_external_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.r.request.n,
+                                                   s.r.joints.data(), nullptr, s.batch.result[0].first,
+                                                   s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::reactions_external_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("reactions_external_derivatives: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::reactions_external_derivatives(s.r.m, s.r.d, s.q, s.r.request, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_reactions_external_derivativesf(s.r.c_model, s.r.c_data, s.q, s.r.request.n, s.r.joints.data(), nullptr,
+                                              s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::reactions_external_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_reactions_external_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.r.request.n,
+                                                    s.r.joints.data(), nullptr, s.batch.result[0].first,
+                                                    s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::reactions_external_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
 TEST_CASE("frame_velocity_derivatives: C++ and C, one state and batches, in double") {
   const auto cpp = [](faces::one<double> &s) {
     ksl::frame_velocity_derivatives(s.r.m, s.r.d, s.q, s.v, s.result[0], s.r.links[0], s.r.how, s.result[1]);

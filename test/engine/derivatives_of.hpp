@@ -38,7 +38,7 @@ template <class Compute> struct function {
     }
     const numbers<T> push(s.push.begin(), s.push.end());
     numbers<double> out;
-    for (const T &x : compute(q, v, a, ksl::external_wrenches<T>{s.external().n, s.pushed.data(), push.data()}))
+    for (const T &x : compute(q, v, a, ksl::external_wrenches<T>{s.external().n, s.pushed.data(), push.data(), s.axes}))
       out.push_back(x.derivative[0]);
     return out;
   }

@@ -4,6 +4,7 @@
 
 #include "ksl/engine/inverse_dynamics_derivatives.hpp"
 #include "ksl/engine/reactions_derivatives.hpp"
+#include "ksl/engine/reactions_external_derivatives.hpp"
 
 namespace {
 
@@ -40,6 +41,36 @@ void check_reactions(const ksl::model &m, const state &s, ksl::reaction_request 
   const ksl::owned_workspace<ksl::reactions_derivatives_workspace<double>> w(m.view());
   ksl::reactions_derivatives(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), request, s.external(), D.data(), &D[size], &D[2 * size]);
   check_derivatives(function<decltype(found)>{m, s, found}, D, 1e-13);
+}
+
+/// By the wrench on each link, with the dual part in one of its components after the other.
+void check_reactions_by_external(const ksl::model &m, const state &s, ksl::reaction_request request) {
+  numbers<int> links;
+  for (int l = 0; l < m.view().links; ++l)
+    links.push_back(l);
+  request.n = m.view().links;
+  request.link = links.data();
+  const std::size_t rows = 6 * links.size(), columns = 6 * links.size();
+  const numbers<T> q(s.q.begin(), s.q.end()), v(s.v.begin(), s.v.end()), a(s.a.begin(), s.a.end());
+  numbers<T> dual(rows * columns, T(NAN)), push(columns, T(0.5)), tau(v.size()), out(rows);
+  numbers<double> D(rows * columns, NAN);
+  using workspace = ksl::reactions_external_derivatives_workspace<double>;
+  ksl::reactions_external_derivatives(m.view(), *ksl::owned_workspace<workspace>(m.view()), s.q.data(), request, D.data());
+  const ksl::owned_workspace<ksl::reactions_external_derivatives_workspace<T>> own(m.view());
+  ksl::reactions_external_derivatives<T>(m.view(), *own, q.data(), request, dual.data());
+  const ksl::owned_workspace<ksl::reactions_workspace<T>> w(m.view());
+  double error = 0;
+  for (std::size_t c = 0; c < columns; ++c) {
+    push[c].derivative[0] = 1;
+    ksl::inverse_dynamics_with_reactions<T>(m.view(), *w, q.data(), v.data(), a.data(), {m.view().links, links.data(), push.data()}, tau.data(),
+                                            request, out.data());
+    push[c].derivative[0] = 0;
+    for (std::size_t r = 0; r < rows; ++r) {
+      error = std::fmax(error, std::fabs(out[r].derivative[0] - D[r * columns + c]));
+      error = std::fmax(error, std::fabs(dual[r * columns + c].value - D[r * columns + c]));
+    }
+  }
+  CHECK(error <= 1e-13 * largest(D));
 }
 
 /// A request for other axes, another point and part than before.
@@ -92,5 +123,6 @@ TEST_CASE("derivatives of reactions: random trees") {
     const ksl::model m = random_tree(2 + turn % 13, random);
     if (m.nv() > 0)
       check_reactions(m, random_state(m, random), request_of(turn, m.view().links));
+    check_reactions_by_external(m, random_state(m, random), request_of(turn, m.view().links));
   }
 }

@@ -6,6 +6,7 @@
 // frame relative to them adds x ×* f.
 #pragma once
 
+#include "ksl/engine/held_in_world.hpp"
 #include "ksl/engine/reactions.hpp"
 #include "ksl/engine/symmetric_matrix.hpp"
 #include "ksl/engine/wrench_derivatives.hpp"
@@ -277,6 +278,14 @@ template <class P, class T> struct rotation_in_lanes {
   }
 };
 
+/// The part of a wrench in the axes of its body, moved to the frame in which the body has the pose D.
+template <joint_kind K, class T, class P> KSL_LANES coscrew<P>
+split_and_moved(const body<scalar_of<T>> &b, const pose_workspace<T> &pose, wrench_part part, const SE3<P> &D, const coscrew<P> &f) {
+  coscrew<P> x = part_through<K>(b, rotation_in_lanes<P, T>{pose}, part, f);
+  algebra<P>::product_CoAdc(&D, &x, &x);
+  return x;
+}
+
 /// Derivatives of the wrench through a joint in any frame, for the dynamics d of the bodies beyond it.
 template <class T>
 void set_reaction_in(const SE3<T> &frame, const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w, int body,
@@ -302,10 +311,7 @@ coscrew<T> set_part_of_reaction(const model_view<scalar_of<T>> &model, const wre
   set_reaction_in(body, model, w, i, d, carried, out);
   by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
     const auto split = [&]<class P>(const coscrew<P> &f) KSL_INLINED {
-      const SE3<P> there = in_all_lanes<P, SE3>(D);
-      coscrew<P> x = part_through<K>(b, rotation_in_lanes<P, T>{w.pose}, part, f);
-      algebra<P>::product_CoAdc(&there, &x, &x);
-      return x;
+      return split_and_moved<K>(b, w.pose, part, in_all_lanes<P, SE3>(D), f);
     };
     out.change(carried.first, carried.end, split);
     for_carriers(model, i, [&](int first, int end) { out.change(first, end, split); });
@@ -349,6 +355,54 @@ template <class T> void add_relative_motion(const model_view<scalar_of<T>> &mode
     add_motion(model, w, request, link, model.link[request.at_link].body, -1, 0, f, out);
   if (request.axes == wrench_frame::link)
     add_motion(model, w, request, link, model.link[request.axes_link].body, 0, -1, f, out);
+}
+
+/// Adds what external wrenches that are held in the world's axes, on links beyond the joint, add to the derivatives by q of the
+/// requested part (held_in_world.hpp).
+template <class T>
+void add_turning_of_external(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w,
+                             const reaction_request &request, int link, const external_wrenches<T> &external,
+                             const reaction_rows_of_joint<T> &out) {
+  const ksl::link<scalar_of<T>> &l = model.link[link];
+  const bool moves = l.carried_by_moving_joint && l.body > 0;
+  if (!moves && (request.part == wrench_part::actuation || request.part == wrench_part::coupling))
+    return;
+  for (int e = 0; e < external.n; ++e) {
+    const int body = model.link[external.link[e]].body;
+    if (body == 0 || !is_carried(model, link, external.link[e]))
+      continue;
+    const held_wrench<T> held = held_in_common_axes(model, w, external, e);
+    const SE3<T> frame = requested_frame(model, w, request, link, tree_of(model, body));
+    const auto add = [&](auto part) KSL_INLINED {
+      for_carriers(model, body, [&](int first, int end) KSL_INLINED {
+        out.set_by_q(first, end, [&]<class P>(int k) KSL_INLINED {
+          using A = algebra<P>;
+          const vec3<P> turn = w.coordinate.template part<vec3, P, 3>(k), point = in_all_lanes<P, vec3>(held.point);
+          const coscrew<P> f = in_all_lanes<P, coscrew>(held.f);
+          coscrew<P> change, sum = out.template get_by_q<P>(k);
+          A::cross_vv(&turn, &f.lin, &change.lin);
+          A::cross_vv(&turn, &f.ang, &change.ang);
+          A::product_CoAdtc(&point, &change, &change);
+          change = part(change);
+          A::xpy_cc(&change, &sum);
+          return sum;
+        });
+      });
+    };
+    if (request.part == wrench_part::total || !moves) {
+      add([&]<class P>(const coscrew<P> &f) KSL_INLINED { return expressed(in_all_lanes<P, SE3>(frame), f); });
+    } else {
+      const ksl::body<scalar_of<T>> &b = model.body[l.body];
+      const SE3<T> own = {w.rotation[l.body], w.origin[l.body]};
+      SE3<T> D; // of the body in the requested frame
+      algebra<T>::product_dinvd(&frame, &own, &D);
+      by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
+        add([&]<class P>(const coscrew<P> &f) KSL_INLINED {
+          return split_and_moved<K>(b, w.pose, request.part, in_all_lanes<P, SE3>(D), expressed(in_all_lanes<P, SE3>(own), f));
+        });
+      });
+    }
+  }
 }
 
 /// Derivatives of the wrench through a joint between links of the ground.  Each tree on the ground has axes of its own.
@@ -433,12 +487,14 @@ void elements_of_reactions_derivatives(const model_view<scalar_of<T>> &model, co
       set_whole_reaction(model, w.wrenches, l, clear, out);
     else
       set_requested_reaction(model, w, request, request.link[j], out);
+    if (external.axes == expressed_in::world)
+      add_turning_of_external(model, w.wrenches, request, request.link[j], external, out);
   }
 }
 
 /// The derivatives of reactions(q, v, a) with the same request, each (n, 6, nv), row-major: of the components in the requested
 /// axes, about the requested point; by q along q ⊕ s e_k with v and a held componentwise, by v and by a.  External wrenches are
-/// held in their links' axes and move with them.
+/// held in the axes in which they are given, those of their links, which move, or of the world.
 template <class T>
 void reactions_derivatives(const model_view<scalar_of<T>> &model, const reactions_derivatives_workspace<T> &w, const T *q, const T *v,
                            const T *a, const reaction_request &request, const external_wrenches<T> &external, T *by_q, T *by_v,

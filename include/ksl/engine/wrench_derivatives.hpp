@@ -147,7 +147,7 @@ inline coscrew<T> external_in_common_axes(const model_view<scalar_of<T>> &model,
                                           const external_wrenches<T> &external, int e) {
   const int i = model.link[external.link[e]].body;
   const SE3<T> D = {w.rotation[i], w.origin[i]};
-  coscrew<T> f = external_in_body(model, external, e);
+  coscrew<T> f = external_in_body(model, w.pose, external, e);
   algebra<T>::product_CoAdc(&D, &f, &f);
   return f;
 }
