@@ -181,3 +181,22 @@ def test_other_axes_are_refused():
     m, _, q, v, a, external = case(1)
     with pytest.raises(ValueError, match="external_axes='joint'; expected one of 'link', 'world'"):
         m.inverse_dynamics(q, v, a, external, external_axes="joint")
+
+
+@pytest.mark.parametrize("seed", [2, 6])
+def test_single_precision(seed):
+    m, _, q, v, a, external = case(seed)
+    names = m.link_names[-2:]
+    calls = [
+        lambda q, v, a: m.frame_velocities_derivatives(q, v, names),
+        lambda q, v, a: m.frame_accelerations_derivatives(q, v, a, names, axes="world"),
+        lambda q, v, a: m.centroidal_momentum_derivatives(q, v),
+        lambda q, v, a: m.centroidal_momentum_rate_derivatives(q, v, a),
+        lambda q, v, a: m.energy_derivatives(q, v),
+        lambda q, v, a: (m.reactions_external_derivatives(q),),
+    ]
+    q, v, a = (x.astype(np.float32) for x in (q, v, a))
+    for call in calls:
+        for found, expected in zip(call(q, v, a), call(*(x.astype(float) for x in (q, v, a)))):
+            assert found.dtype == np.float32
+            assert np.abs(found - expected).max() <= 1e-5 * max(1, np.abs(expected).max())
