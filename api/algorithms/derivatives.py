@@ -106,11 +106,12 @@ q, out, threads: as in :meth:`inverse_dynamics`.  Featherstone, RBDA 2008, table
         variant_of="frame_velocities_derivatives",
         summary="Derivatives of frame_velocity by q and v, each (…, 6, nv).",
         text="Derivatives {by_q} and {by_v} of the twist of a link's frame, for {q} and {v}: those of its components, row-major.  By q is "
-        "along q ⊕ s e_k with v held componentwise; by v is the Jacobian.  O(bodies).",
+        "along q ⊕ s e_k with v held componentwise; by v is the Jacobian.  O(depth), besides writing 12 nv numbers.",
         python="""
 All arguments as in :meth:`frame_velocity`, whose components in the requested axes are differentiated, whether or not
 these axes and the point move.  By q is along q ⊕ s e_k (:meth:`integrate`), with v held componentwise; by v is
-:meth:`jacobian`.  out: two arrays, one for each derivative.  O(bodies).
+:meth:`jacobian`.  out: two arrays, one for each derivative.
+O(depth), besides writing 12 nv numbers.
 """,
     ),
     Algorithm(
@@ -147,11 +148,12 @@ O(bodies + links × depth), besides writing 12 nv numbers for each link.
         summary="Derivatives of frame_acceleration by q, v and a, each (…, 6, nv).",
         text="Derivatives {by_q}, {by_v}, {by_a} of the acceleration of a link's frame, of the kind that the options say, for {q}, {v} and "
         "{a}: those of its components, row-major.  By q is along q ⊕ s e_k with v and a held componentwise; by a is the Jacobian.  "
-        "O(bodies).",
+        "O(depth), besides writing 18 nv numbers.",
         python="""
 All arguments as in :meth:`frame_acceleration`, whose components in the requested axes are differentiated, whether or
 not these axes and the point move.  By q is along q ⊕ s e_k (:meth:`integrate`), with v and a held componentwise; by a is
-:meth:`jacobian`.  out: three arrays, one for each derivative.  O(bodies).
+:meth:`jacobian`.  out: three arrays, one for each derivative.
+O(depth), besides writing 18 nv numbers.
 """,
     ),
     Algorithm(

@@ -321,10 +321,10 @@ template <class S>
 KSL_EXPORT void reactions_external_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Derivatives by_q (6, nv) and by_v (6, nv) of the twist of a link's frame, for q (nq) and v (nv): those of its
-/// components, row-major.  By q is along q ⊕ s e_k with v held componentwise; by v is the Jacobian.  O(bodies).
-/// frame_options by default: about the frame's origin, in its axes, linear first.  Reads batch.q, batch.v, batch.links
-/// (the first; without one nothing is computed), batch.frame; writes by_q into batch.result[0] (rows of 6 × nv), by_v
-/// into batch.result[1] (rows of 6 × nv).
+/// components, row-major.  By q is along q ⊕ s e_k with v held componentwise; by v is the Jacobian.  O(depth), besides
+/// writing 12 nv numbers.  frame_options by default: about the frame's origin, in its axes, linear first.  Reads
+/// batch.q, batch.v, batch.links (the first; without one nothing is computed), batch.frame; writes by_q into
+/// batch.result[0] (rows of 6 × nv), by_v into batch.result[1] (rows of 6 × nv).
 template <class S>
 KSL_EXPORT void frame_velocity_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
@@ -339,10 +339,10 @@ KSL_EXPORT void frame_velocities_derivatives_batch(const model &m, const batch_v
 
 /// Derivatives by_q (6, nv), by_v (6, nv), by_a (6, nv) of the acceleration of a link's frame, of the kind that the
 /// options say, for q (nq), v (nv) and a (nv): those of its components, row-major.  By q is along q ⊕ s e_k with v and
-/// a held componentwise; by a is the Jacobian.  O(bodies).  frame_options by default: about the frame's origin, in its
-/// axes, linear first.  Reads batch.q, batch.v, batch.a, batch.links (the first; without one nothing is computed),
-/// batch.frame; writes by_q into batch.result[0] (rows of 6 × nv), by_v into batch.result[1] (rows of 6 × nv), by_a
-/// into batch.result[2] (rows of 6 × nv).
+/// a held componentwise; by a is the Jacobian.  O(depth), besides writing 18 nv numbers.  frame_options by default:
+/// about the frame's origin, in its axes, linear first.  Reads batch.q, batch.v, batch.a, batch.links (the first;
+/// without one nothing is computed), batch.frame; writes by_q into batch.result[0] (rows of 6 × nv), by_v into
+/// batch.result[1] (rows of 6 × nv), by_a into batch.result[2] (rows of 6 × nv).
 template <class S>
 KSL_EXPORT void frame_acceleration_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 

@@ -302,8 +302,9 @@ KSL_EXPORT void reactions_external_derivatives(const model &m, data &d, const S 
                                                S *by_external);
 
 /// Derivatives by_q (6, nv) and by_v (6, nv) of the twist of a link's frame, for q (nq) and v (nv): those of its
-/// components, row-major.  By q is along q ⊕ s e_k with v held componentwise; by v is the Jacobian.  O(bodies).
-/// frame_options by default: about the frame's origin, in its axes, linear first.  No allocation.
+/// components, row-major.  By q is along q ⊕ s e_k with v held componentwise; by v is the Jacobian.  O(depth), besides
+/// writing 12 nv numbers.  frame_options by default: about the frame's origin, in its axes, linear first.  No
+/// allocation.
 template <class S>
 KSL_EXPORT void frame_velocity_derivatives(const model &m, data &d, const S *q, const S *v, S *by_q, int link,
                                            const frame_options &how, S *by_v);
@@ -319,8 +320,8 @@ KSL_EXPORT void frame_velocities_derivatives(const model &m, data &d, const S *q
 
 /// Derivatives by_q (6, nv), by_v (6, nv), by_a (6, nv) of the acceleration of a link's frame, of the kind that the
 /// options say, for q (nq), v (nv) and a (nv): those of its components, row-major.  By q is along q ⊕ s e_k with v and
-/// a held componentwise; by a is the Jacobian.  O(bodies).  frame_options by default: about the frame's origin, in its
-/// axes, linear first.  No allocation.
+/// a held componentwise; by a is the Jacobian.  O(depth), besides writing 18 nv numbers.  frame_options by default:
+/// about the frame's origin, in its axes, linear first.  No allocation.
 template <class S>
 KSL_EXPORT void frame_acceleration_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *by_q,
                                                S *by_v, int link, const frame_options &how, S *by_a);

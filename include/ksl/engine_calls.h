@@ -853,8 +853,8 @@ KSL_EXPORT ksl_status_t ksl_reactions_external_derivatives_batchf(
     const ksl_reaction_options_t *options, float *by_external, ptrdiff_t by_external_stride, int threads);
 
 /** Derivatives by_q (6, nv) and by_v (6, nv) of the twist of a link's frame, for q (nq) and v (nv): those of its
-    components, row-major.  By q is along q ⊕ s e_k with v held componentwise; by v is the Jacobian.  O(bodies).
-    options may be NULL: about the frame's origin, in its axes, linear first. */
+    components, row-major.  By q is along q ⊕ s e_k with v held componentwise; by v is the Jacobian.  O(depth),
+    besides writing 12 nv numbers.  options may be NULL: about the frame's origin, in its axes, linear first. */
 KSL_EXPORT ksl_status_t ksl_frame_velocity_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
                                                        const double *v, double *by_q, int link,
                                                        const ksl_frame_options_t *options, double *by_v);
@@ -892,8 +892,8 @@ KSL_EXPORT ksl_status_t ksl_frame_velocities_derivatives_batchf(
 
 /** Derivatives by_q (6, nv), by_v (6, nv), by_a (6, nv) of the acceleration of a link's frame, of the kind that the
     options say, for q (nq), v (nv) and a (nv): those of its components, row-major.  By q is along q ⊕ s e_k with v
-    and a held componentwise; by a is the Jacobian.  O(bodies).  options may be NULL: about the frame's origin, in
-    its axes, linear first. */
+    and a held componentwise; by a is the Jacobian.  O(depth), besides writing 18 nv numbers.  options may be NULL:
+    about the frame's origin, in its axes, linear first. */
 KSL_EXPORT ksl_status_t ksl_frame_acceleration_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
                                                            const double *v, const double *a, double *by_q, double *by_v,
                                                            int link, const ksl_frame_options_t *options, double *by_a);

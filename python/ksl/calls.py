@@ -770,7 +770,8 @@ class Calls(Requests):
 
         All arguments as in :meth:`frame_velocity`, whose components in the requested axes are differentiated, whether or not
         these axes and the point move.  By q is along q ⊕ s e_k (:meth:`integrate`), with v held componentwise; by v is
-        :meth:`jacobian`.  out: two arrays, one for each derivative.  O(bodies).
+        :meth:`jacobian`.  out: two arrays, one for each derivative.
+        O(depth), besides writing 12 nv numbers.
         """
         return self._core.frame_velocity_derivatives(q, v, None, None, None, self._frames_of((name,), axes, at, order, offset), out, threads)
 
@@ -814,7 +815,8 @@ class Calls(Requests):
 
         All arguments as in :meth:`frame_acceleration`, whose components in the requested axes are differentiated, whether or
         not these axes and the point move.  By q is along q ⊕ s e_k (:meth:`integrate`), with v and a held componentwise; by a is
-        :meth:`jacobian`.  out: three arrays, one for each derivative.  O(bodies).
+        :meth:`jacobian`.  out: three arrays, one for each derivative.
+        O(depth), besides writing 18 nv numbers.
         """
         return self._core.frame_acceleration_derivatives(q, v, a, None, None, self._frames_of((name,), axes, at, order, offset, kind), out, threads)
 

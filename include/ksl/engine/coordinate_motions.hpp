@@ -112,19 +112,27 @@ KSL_LANES void move_body(const body<scalar_of<T>> &b, const coordinate_motions_w
   w.motion.set(i, m);
 }
 
-/// Corrects Ψ̇ + Ṡ of joints with several coordinates.
-template <class T>
-KSL_LANES void correct_several(const model_view<scalar_of<T>> &model, const coordinate_motions_workspace<T> &w) {
-  for (int i = 1; i < model.bodies && model.nv >= model.bodies; ++i) {
-    const body<scalar_of<T>> &b = model.body[i];
-    if (b.nv < 2)
-      continue;
-    const screw<T> velocity = w.motion[i].velocity;
-    for (int k = b.v_index; k < b.v_index + b.nv; ++k) {
-      const screw<T> S = w.coordinate.template part<screw, T>(k), rate = w.coordinate.template part<screw, T, 6>(k);
-      w.coordinate.template set_part<screw, T, 18>(k, several_rates(velocity, S, rate));
-    }
+/// Corrects Ψ̇ + Ṡ of the joint of body i if it has several coordinates.
+template <class T> KSL_LANES void correct_several(const coordinate_motions_workspace<T> &w, const body<scalar_of<T>> &b, int i) {
+  if (b.nv < 2)
+    return;
+  const screw<T> velocity = w.motion[i].velocity;
+  for (int k = b.v_index; k < b.v_index + b.nv; ++k) {
+    const screw<T> S = w.coordinate.template part<screw, T>(k), rate = w.coordinate.template part<screw, T, 6>(k);
+    w.coordinate.template set_part<screw, T, 18>(k, several_rates(velocity, S, rate));
   }
+}
+
+/// For plain numbers: Ψ̇, Ψ̈ and Ψ̇ + Ṡ of the coordinates [first, end), as many at a time as a register has lanes.
+template <class T> KSL_LANES void set_rates_in_lanes(const coordinate_motions_workspace<T> &w, int first, int end) {
+  if constexpr (is_number<T>)
+    for (int k = first; k < end; k += native_lanes<T>) {
+      using P = native_pack<T>;
+      coordinate_motion<P> c;
+      c.S = w.coordinate.template part<screw, P>(k);
+      set_rates(w.carrier.template get<P>(k), c);
+      w.coordinate.set(k, c);
+    }
 }
 
 /// Motions of all bodies and coordinates, from the acceleration of the ground.  Calls lanes(k) in the order of for_bodies.
@@ -139,15 +147,9 @@ KSL_LANES void coordinate_motions(const model_view<scalar_of<T>> &model, const c
     move_body<K>(b, w, i, offset, v + b.v_index, a + b.v_index);
   };
   express_in_base(model, w.pose, w.rotation, q, move, lanes);
-  if constexpr (is_number<T>)
-    for (int k = 0; k < model.nv; k += native_lanes<T>) {
-      using P = native_pack<T>;
-      coordinate_motion<P> c;
-      c.S = w.coordinate.template part<screw, P>(k);
-      set_rates(w.carrier.template get<P>(k), c);
-      w.coordinate.set(k, c);
-    }
-  correct_several(model, w);
+  set_rates_in_lanes(w, 0, model.nv);
+  for (int i = 1; i < model.bodies && model.nv >= model.bodies; ++i)
+    correct_several(w, model.body[i], i);
 }
 
 /// The body on the ground that carries body i, or 0 for the ground itself.  Its tree has common axes and a common point.

@@ -13,8 +13,44 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-template <class T> using frame_velocities_derivatives_workspace = coordinate_motions_workspace<T>;
-template <class T> using frame_accelerations_derivatives_workspace = coordinate_motions_workspace<T>;
+template <class T> struct frame_velocities_derivatives_workspace {
+  coordinate_motions_workspace<T> motions;
+  array_of<int> supports; ///< bodies that carry any of the frames
+  array_of<bool> carries;
+
+  KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
+    motions.lay_out(memory, model);
+    memory.lay_out(model.bodies, supports, carries);
+  }
+};
+template <class T> using frame_accelerations_derivatives_workspace = frame_velocities_derivatives_workspace<T>;
+
+/// Motions of the bodies that carry n links, and of their coordinates, without gravity: coordinate_motions for a part of the tree.
+template <class T>
+void motions_of_supports(const model_view<scalar_of<T>> &model, const frame_velocities_derivatives_workspace<T> &w, const T *q,
+                         const T *v, const T *a, int n, const int *links) {
+  const coordinate_motions_workspace<T> &m = w.motions;
+  const T o = T(0), l = T(1);
+  const body_list list = list_supports(model, w, n, links);
+  sines_and_cosines_of_links(model, m.pose, q, n, links);
+  m.carrier.clear_beyond(model.nv), m.coordinate.clear_beyond(model.nv);
+  m.rotation.set(0, {l, o, o, o, l, o, o, o, l});
+  start_at_ground(m, {o, o, o});
+  for (const int *i = list.first; i < list.end; ++i) {
+    const body<scalar_of<T>> &b = model.body[*i];
+    by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
+      mat3x3<T> R = m.rotation[b.parent];
+      const vec3<T> offset = place<K>(b, m.pose, m.rotation, *i, q, R);
+      move_body<K>(b, m, *i, offset, v + b.v_index, a + b.v_index);
+    });
+  }
+  if (n == 1) // lanes beyond a run are set again, to the same, or belong to coordinates that don't carry the link
+    for_carriers(model, model.link[links[0]].body, [&](int first, int end) KSL_INLINED { set_rates_in_lanes(m, first, end); });
+  else
+    set_rates_in_lanes(m, 0, model.nv);
+  for (const int *i = list.first; i < list.end; ++i)
+    correct_several(m, model.body[*i], *i);
+}
 
 /// Where a motion is expressed, and the motion there.
 template <class T> struct expressed_motion {
@@ -85,19 +121,18 @@ KSL_LANES void for_columns_of(const model_view<scalar_of<T>> &model, int link, c
 }
 
 /// The derivatives of frame_velocities, each (n, 6, nv), row-major: by q along q ⊕ s e_k with v held componentwise; by v they are
-/// the Jacobians.  O(bodies + links × depth), besides writing 12 nv numbers for each link.
+/// the Jacobians.  O(bodies that carry the links + links × depth), besides writing 12 nv numbers for each link.
 template <class T>
 void frame_velocities_derivatives(const model_view<scalar_of<T>> &model, const frame_velocities_derivatives_workspace<T> &w, const T *q,
                                   const T *v, int n, const int *links, const frame_options &how, T *by_q, T *by_v) {
-  const T o = T(0);
-  coordinate_motions(model, w, {o, o, o}, q, v, v, [](auto) KSL_INLINED {}); // whatever the accelerations are
+  motions_of_supports(model, w, q, v, v, n, links); // whatever the accelerations are
   for (int l = 0; l < n; ++l) {
     const std::ptrdiff_t at = std::ptrdiff_t(6) * model.nv * l;
     const twist_columns<T> of_q = {by_q + at, model.nv, how.angular_first}, of_v = {by_v + at, model.nv, how.angular_first};
     of_q.clear(), of_v.clear();
-    const expressed_motion<T> found = expressed_motion_of(model, w, links[l], how);
+    const expressed_motion<T> found = expressed_motion_of(model, w.motions, links[l], how);
     for_columns_of(model, links[l], found, [&]<class P>(columns_at<P> k, const expressed_motion<P> &m) KSL_INLINED {
-      const coordinate_motion<P> c = w.coordinate.template get<P>(k.c);
+      const coordinate_motion<P> c = w.motions.coordinate.template get<P>(k.c);
       const screw<P> S = in_target(m.target, c.S);
       of_v.set(k, S);
       of_q.set(k, velocity_by_q(m, c, relative_to_options(S, how)));
@@ -117,23 +152,22 @@ template <class P> KSL_LANES void add_turning(const P &times, const screw<P> &V,
 }
 
 /// The derivatives of frame_accelerations, each (n, 6, nv), row-major: by q along q ⊕ s e_k with v and dv held componentwise; by v;
-/// by dv they are the Jacobians.  O(bodies + links × depth), besides writing 18 nv numbers for each link.
+/// by dv they are the Jacobians.  O(bodies that carry the links + links × depth), besides writing 18 nv numbers for each link.
 template <class T>
 void frame_accelerations_derivatives(const model_view<scalar_of<T>> &model, const frame_accelerations_derivatives_workspace<T> &w,
                                      const T *q, const T *v, const T *dv, int n, const int *links, const frame_options &how, T *by_q,
                                      T *by_v, T *by_dv) {
-  const T o = T(0);
-  coordinate_motions(model, w, {o, o, o}, q, v, dv, [](auto) KSL_INLINED {});
+  motions_of_supports(model, w, q, v, dv, n, links);
   for (int l = 0; l < n; ++l) {
     const std::ptrdiff_t at = std::ptrdiff_t(6) * model.nv * l;
     const twist_columns<T> of_q = {by_q + at, model.nv, how.angular_first}, of_v = {by_v + at, model.nv, how.angular_first},
                            of_dv = {by_dv + at, model.nv, how.angular_first};
     of_q.clear(), of_v.clear(), of_dv.clear();
-    const expressed_motion<T> found = expressed_motion_of(model, w, links[l], how);
+    const expressed_motion<T> found = expressed_motion_of(model, w.motions, links[l], how);
     for_columns_of(model, links[l], found, [&]<class P>(columns_at<P> k, const expressed_motion<P> &m) KSL_INLINED {
       using A = algebra<P>;
       const P times = P(static_cast<scalar_of<P>>(1 - times_turning(how)));
-      const coordinate_motion<P> c = w.coordinate.template get<P>(k.c);
+      const coordinate_motion<P> c = w.motions.coordinate.template get<P>(k.c);
       const screw<P> S = in_target(m.target, c.S), own = in_target(m.target, c.velocity_by_q);
       const screw<P> relative = relative_to_options(S, how), moved = velocity_by_q(m, c, relative);
       screw<P> q_rate = in_target(m.target, c.acceleration_by_q), v_rate = in_target(m.target, c.acceleration_by_v);
