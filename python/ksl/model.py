@@ -129,9 +129,9 @@ class Model(Surgery, InverseKinematicsCalls):
         """Stiffness (…, nv, nv) of a pose at rest: derivative of the efforts that hold it, :meth:`gravity_torque`, by q.
 
         q, external, threads: as in :meth:`inverse_dynamics`.  external_axes: the axes in which external wrenches are given and held:
-        "link", so that they move with the links, or "world".  The derivative is along q ⊕ s e_k.  Without external wrenches it is the second derivative of the potential
-        energy, symmetric where joints have one axis each.  With drives of stiffness K the pose is stable if K plus it is
-        positive definite.  :meth:`inverse_dynamics_derivatives` with v = a = 0; O(bodies × depth).
+        "link", so that they move with the links, or "world".  The derivative is along q ⊕ s e_k.  Without external wrenches it is the
+        second derivative of the potential energy, symmetric where joints have one axis each.  With drives of stiffness K the pose is
+        stable if K plus it is positive definite.  :meth:`inverse_dynamics_derivatives` with v = a = 0; O(bodies × depth).
         """
         rest = np.zeros(self.nv)
         return self.inverse_dynamics_derivatives(q, rest, rest, external, threads=threads, external_axes=external_axes)[0]

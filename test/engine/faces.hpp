@@ -111,7 +111,8 @@ public:
     for (std::size_t k = 0; k < n_; ++k) {
       const S *const wrench = &w_[12 * k];
       one<S> s{r_, at(q_, r_.m.nq(), k), at(v_, r_.m.nv(), k), at(x_, r_.m.nv(), k), at(x_, r_.m.nv(), k), at(q1_, r_.m.nq(), k), at(fraction_, 1, k), {2, r_.pushed.data(), wrench, r_.push_axes},
-               {2, r_.pushed.data(), reinterpret_cast<const typename c_types<S>::coscrew *>(wrench), static_cast<ksl_expressed_t>(r_.push_axes)}, {}, nullptr};
+               {2, r_.pushed.data(), reinterpret_cast<const typename c_types<S>::coscrew *>(wrench),
+                static_cast<ksl_expressed_t>(r_.push_axes)}, {}, nullptr};
       for (int i = 0; i < row_.results; ++i)
         s.result[i] = &found.numbers[static_cast<std::size_t>(i)][k * width(i)];
       if (row_.request == ksl::request_kind::reactions)

@@ -60,7 +60,7 @@ KSL_LANES sum_of_trees<T> sum_trees(const model_view<scalar_of<T>> &model, const
 template <class P> struct to_center {
   mat3x3<P> R; ///< the tree's axes in the world
   vec3<P> center, force;
-  P divisor; ///< mass of all trees
+  P per_mass; ///< 1 / mass of all trees
 
   /// ∂n − c × ∂f, in the world's axes
   KSL_LANES screw<P> moved(const coscrew<P> &f) const {
@@ -76,8 +76,8 @@ template <class P> struct to_center {
   /// The same for the derivative by q, of a coordinate with the momentum I S.
   KSL_LANES screw<P> moved(coscrew<P> f, const coscrew<P> &momentum) const {
     using A = algebra<P>;
-    const vec3<P> center_by = {momentum.lin.x / divisor, momentum.lin.y / divisor, momentum.lin.z / divisor};
-    vec3<P> moment;
+    vec3<P> center_by = momentum.lin, moment;
+    A::vec3_scale(&center_by, per_mass);
     A::cross_vv(&center_by, &force, &moment);
     A::nxpy_vv(&moment, &f.ang);
     return moved(f);
@@ -90,14 +90,14 @@ template <class T> void set_centroidal_columns(const model_view<scalar_of<T>> &m
   using A = algebra<T>;
   const sum_of_trees<T> all = sum_trees(model, w);
   const vec3<T> center = point_of_momentum(all.moment);
-  const T divisor = mass_divisor(all.moment);
+  const T per_mass = T(1) / mass_divisor(all.moment);
   const twist_columns<T> of_q = {by_q, model.nv, false}, of_v = {by_v, model.nv, false}, of_a = {by_a, model.nv, false};
   for (int i = 1; i < model.bodies; ++i) {
     const body<scalar_of<T>> &b = model.body[i];
     if (b.parent > 0)
       continue;
     const SE3<T> tree = tree_pose(model, w, i);
-    to_center<T> by = {tree.R, all.reference, all.force, divisor};
+    to_center<T> by = {tree.R, all.reference, all.force, per_mass};
     A::xpy_vv(&center, &by.center);
     A::nxpy_vv(&tree.t, &by.center);
     A::product_drinvv(&by.R, &by.center, &by.center);
