@@ -31,6 +31,7 @@ struct robot {
   ksl::reaction_request request;
   ksl::frame_options how;
   const ksl_frame_options_t *c_how = nullptr; ///< the same
+  ksl::expressed_in push_axes = ksl::expressed_in::frame; ///< in which wrenches push
 
   robot(const std::string &path, bool floating_base) : m(load(path, floating_base)) {
     ksl_model_options_t options = ksl_model_options();
@@ -110,8 +111,9 @@ public:
     results<S> found = room(n_, 0);
     for (std::size_t k = 0; k < n_; ++k) {
       const S *const wrench = &w_[12 * k];
-      one<S> s{r_, at(q_, r_.m.nq(), k), at(v_, r_.m.nv(), k), at(x_, r_.m.nv(), k), at(x_, r_.m.nv(), k), at(q1_, r_.m.nq(), k), at(fraction_, 1, k), {2, r_.pushed.data(), wrench},
-               {2, r_.pushed.data(), reinterpret_cast<const typename c_types<S>::coscrew *>(wrench)}, {}, nullptr};
+      one<S> s{r_, at(q_, r_.m.nq(), k), at(v_, r_.m.nv(), k), at(x_, r_.m.nv(), k), at(x_, r_.m.nv(), k), at(q1_, r_.m.nq(), k), at(fraction_, 1, k), {2, r_.pushed.data(), wrench, r_.push_axes},
+               {2, r_.pushed.data(), reinterpret_cast<const typename c_types<S>::coscrew *>(wrench),
+                static_cast<ksl_expressed_t>(r_.push_axes)}, {}, nullptr};
       for (int i = 0; i < row_.results; ++i)
         s.result[i] = &found.numbers[static_cast<std::size_t>(i)][k * width(i)];
       if (row_.request == ksl::request_kind::reactions)
@@ -135,7 +137,7 @@ public:
     b.q1 = rows(q1_, r_.m.nq()), b.fraction = rows(fraction_, 1);
     const auto w = rows(w_, 12);
     const ksl::external_rows<S> external[2] = {{r_.pushed[0], w}, {r_.pushed[1], {w.first + 6, w.stride}}};
-    b.external_n = 2, b.external = external;
+    b.external_n = 2, b.external = external, b.external_axes = r_.push_axes;
     b.frame = r_.how;
     b.links = {links(), r_.links.data()};
     b.joints = &r_.request;
@@ -149,7 +151,7 @@ public:
       wanted.out = out(row_.results);
       b.reactions_n = 1, b.reactions = &wanted;
     }
-    many<S> all{r_, count, b, {2, r_.pushed.data(), w.first, w.stride}, threads};
+    many<S> all{r_, count, b, {2, r_.pushed.data(), w.first, w.stride, static_cast<ksl_expressed_t>(r_.push_axes)}, threads};
     call(all);
     return without_gaps(found, count, gap);
   }
@@ -244,6 +246,7 @@ void agree(const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_batch, CBat
     if (r->m.followers() > 0 && row.coupled == ksl::coupled_by::refusal)
       continue;
     r->how = {}, r->c_how = nullptr;
+    r->push_axes = r == &every_kind ? expressed_in::world : expressed_in::frame;
     agree<S>(*r, row, cpp, c, cpp_batch, c_batch);
     if (row.request != ksl::request_kind::frame && row.request != ksl::request_kind::frames && row.request != ksl::request_kind::relative)
       continue;
