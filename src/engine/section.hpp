@@ -27,23 +27,21 @@ inline spatial_inertia<double> inertia_beyond(const model &m, const link_section
 
 /// I (a − g) + v ×* I v in the link's frame (Featherstone, RBDA (2008), eq. (5.9)).
 template <class S>
-coscrew<S> inertial_wrench(const model &m, data &d, const state_view<S> &state, const spatial_inertia<double> &of) {
+coscrew<S> inertial_wrench(const model &m, data &d, const state_view<S> &state, const mat3x3<S> &R, const spatial_inertia<double> &of) {
   using A = algebra<S>;
   screw<S> twist, acceleration;
-  S pose[16], numbers[6];
+  vec3<S> g = m.view_in<S>().gravity;
+  S numbers[6];
   state_view<S> s = state;
   const auto run = [&](const algorithm_row &row, S *out) {
     s.result[0] = out;
     compute<S>(row, m, d, s);
     return screw<S>{{out[0], out[1], out[2]}, {out[3], out[4], out[5]}};
   };
-  run(rows::frame_poses, pose);
   twist = run(rows::frame_velocities, numbers);
   acceleration = run(rows::frame_accelerations, numbers);
-  const vec3<S> g = m.view_in<S>().gravity;
-  acceleration.lin.x -= pose[0] * g.x + pose[4] * g.y + pose[8] * g.z; // Rᵀ g
-  acceleration.lin.y -= pose[1] * g.x + pose[5] * g.y + pose[9] * g.z;
-  acceleration.lin.z -= pose[2] * g.x + pose[6] * g.y + pose[10] * g.z;
+  A::product_drinvv(&R, &g, &g);
+  A::nxpy_vv(&g, &acceleration.lin);
   const spatial_inertia<S> I = {S(of.m), {S(of.h.x), S(of.h.y), S(of.h.z)}, S(of.Ixx), S(of.Iyy), S(of.Izz),
                                 S(of.Ixy), S(of.Iyz), S(of.Izx)};
   coscrew<S> momentum, wrench;
@@ -81,26 +79,27 @@ void section_wrench(const model &m, data &d, const S *q, const S *v, const S *a,
   using A = algebra<S>;
   const int carrier = m.joint_above(section.link);
   const state_view<S> s = {.q = q, .v = v, .a = a, .external = external, .links = {1, &section.link}};
-  coscrew<S> wrench = sections::inertial_wrench<S>(m, d, s, sections::inertia_beyond(m, section));
+  S pose[16];
+  state_view<S> of_pose = s;
+  of_pose.result[0] = pose;
+  compute<S>(rows::frame_poses, m, d, of_pose);
+  const mat3x3<S> R = {pose[0], pose[4], pose[8], pose[1], pose[5], pose[9], pose[2], pose[6], pose[10]};
+  coscrew<S> wrench = sections::inertial_wrench<S>(m, d, s, R, sections::inertia_beyond(m, section));
   for (int j = 0; j < static_cast<int>(m.joints().size()); ++j)
     if (const joint_row &joint = m.joints()[static_cast<std::size_t>(j)];
         (j == carrier || joint.parent_link == section.link) && is_beyond(m, section, j))
       sections::subtract_joint<S>(m, d, s, joint, section.link, wrench);
   for (int e = 0; e < external.n && is_beyond(m, section, carrier); ++e)
     if (const S *const f = external.wrench + 6 * e; external.link[e] == section.link) {
-      wrench.lin.x -= f[0], wrench.lin.y -= f[1], wrench.lin.z -= f[2];
-      wrench.ang.x -= f[3], wrench.ang.y -= f[4], wrench.ang.z -= f[5];
+      coscrew<S> given = {{f[0], f[1], f[2]}, {f[3], f[4], f[5]}};
+      if (external.axes == expressed_in::world)
+        A::product_CoAdrinvc(&R, &given, &given);
+      A::nxpy_vv(&given.lin, &wrench.lin), A::nxpy_vv(&given.ang, &wrench.ang);
     }
   const vec3<S> at = sections::three<S>(section.point);
   A::product_CoAdtinvc(&at, &wrench, &wrench);
-  if (section.axes == expressed_in::world) {
-    S pose[16];
-    state_view<S> of_pose = s;
-    of_pose.result[0] = pose;
-    compute<S>(rows::frame_poses, m, d, of_pose);
-    const mat3x3<S> R = {pose[0], pose[4], pose[8], pose[1], pose[5], pose[9], pose[2], pose[6], pose[10]};
+  if (section.axes == expressed_in::world)
     A::product_CoAdrc(&R, &wrench, &wrench);
-  }
   const bool angular_first = section.order == component_order::angular_first;
   S *const lin = out + (angular_first ? 3 : 0), *const ang = out + (angular_first ? 0 : 3);
   lin[0] = wrench.lin.x, lin[1] = wrench.lin.y, lin[2] = wrench.lin.z;

@@ -22,7 +22,7 @@ class Section(ctypes.Structure):
 
 
 class External(ctypes.Structure):
-    _fields_ = [("n", c_int), ("link", POINTER(c_int)), ("wrench", c_void_p)]
+    _fields_ = [("n", c_int), ("link", POINTER(c_int)), ("wrench", c_void_p), ("axes", c_int)]
 
 
 class Options(ctypes.Structure):
@@ -49,13 +49,13 @@ class InC:
     def message(self) -> str:
         return self.of.ksl_error_message().decode()
 
-    def section_wrench(self, q, v, a, section, external=None, dtype=np.float64):
+    def section_wrench(self, q, v, a, section, external=None, dtype=np.float64, external_axes="link"):
         arrays = [np.ascontiguousarray(x, dtype) for x in (q, v, a)]
         out, kept, given = np.full(6, np.nan, dtype), [], None
         if external:
             links = (c_int * len(external))(*[self.m.link_names.index(n) for n in external])
             kept = [np.ascontiguousarray(np.stack(list(external.values())), dtype)]
-            given = byref(External(len(external), links, kept[0].ctypes.data))
+            given = byref(External(len(external), links, kept[0].ctypes.data, int(external_axes == "world")))
         call = self.of.ksl_section_wrenchf if dtype == np.float32 else self.of.ksl_section_wrench
         status = call(self.model, self.data, *(c_void_p(x.ctypes.data) for x in arrays), given, byref(section), c_void_p(out.ctypes.data))
         return status, out
@@ -77,7 +77,7 @@ def test_sections_are_those_of_python(robot, dtype):
             point, normal = rng.normal(size=3) * 0.2, rng.normal(size=3)
             around = [next(j.name for j in m.joints if j.child == name), *(j.name for j in m.joints if j.parent == name)]
             beyond = None if rng.random() < 0.5 else [j for j in around if rng.random() < 0.5]
-            axes, order = rng.choice(["link", "world"]), rng.choice(["lin_ang", "ang_lin"])
+            axes, order, held = rng.choice(["link", "world"]), rng.choice(["lin_ang", "ang_lin"]), str(rng.choice(["link", "world"]))
             s = robot.of.ksl_section(m.link_names.index(name))
             assert s.beyond_n == -1
             s.point[:], s.normal[:] = point, normal
@@ -89,8 +89,8 @@ def test_sections_are_those_of_python(robot, dtype):
             if beyond is not None:
                 s.beyond_n, s.beyond = len(beyond), (c_int * 8)(*[[j.name for j in m.joints].index(j) for j in beyond])
             s.axes, s.order = int(axes == "world"), int(order == "ang_lin")
-            expected = m.section_wrench(q, v, a, name, point, normal, share, beyond, external, str(axes), str(order))
-            status, found = robot.section_wrench(q, v, a, s, external, dtype)
+            expected = m.section_wrench(q, v, a, name, point, normal, share, beyond, external, str(axes), str(order), held)
+            status, found = robot.section_wrench(q, v, a, s, external, dtype, held)
             assert status == 0, robot.message()
             assert np.abs(found - expected).max() <= (1e-12 if dtype == np.float64 else 2e-5) * max(1.0, np.abs(expected).max())
             count += np.abs(expected).max() > 0.1
