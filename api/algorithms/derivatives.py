@@ -42,9 +42,9 @@ Singh, Russell, Wensing, Efficient Analytical Derivatives of Rigid-Body Dynamics
         "gravity_torque.  External wrenches are held in the axes in which they are given, those of their links, which move, or of the world.  "
         "O(bodies × depth).",
         python="""
-External wrenches are held in `external_axes`: in those of their links, with which they move, or in the world's.  The derivative is along q ⊕ s e_k.  Without external
-wrenches it is the second derivative of the potential energy, symmetric where joints have one axis each.  With drives of
-stiffness K the pose is stable if K plus it is positive definite.
+External wrenches are held in `external_axes`: in those of their links, with which they move, or in the world's.  The
+derivative is along q ⊕ s e_k.  Without external wrenches it is the second derivative of the potential energy, symmetric where
+joints have one axis each.  With drives of stiffness K the pose is stable if K plus it is positive definite.
 q, external, out, threads: as in :meth:`inverse_dynamics`.  The first of :meth:`inverse_dynamics_derivatives` with v = a = 0;
 O(bodies × depth).
 """,

@@ -162,7 +162,8 @@ def _options(
     except (TypeError, ValueError):
         raise ValueError(f"{who}: its limits are {limits!r}; expected (lower, upper), or such a pair for each number in q") from None
     lower, upper = pairs[0]
-    further = [optional(x, f"{side} limit {c}") for c, pair in enumerate((*pairs[1:], (None, None), (None, None))[:2], 2) for side, x in zip(("lower", "upper"), pair)]
+    others = (*pairs[1:], (None, None), (None, None))[:2]
+    further = [optional(x, f"{side} limit {c}") for c, pair in enumerate(others, 2) for side, x in zip(("lower", "upper"), pair)]
     try:
         follows = None if mimic is None else (str(mimic[0]), float(mimic[1]), float(mimic[2]))
     except (TypeError, ValueError, IndexError):
