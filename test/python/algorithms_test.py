@@ -197,11 +197,11 @@ def test_a_triangle_is_chosen_by_name(robot, dtype):
 
 
 class ExternalRows(ctypes.Structure):
-    _fields_ = [("n", ctypes.c_int), ("link", ctypes.c_void_p), ("wrench", ctypes.c_void_p), ("stride", ctypes.c_ssize_t)]
+    _fields_ = [("n", ctypes.c_int), ("link", ctypes.c_void_p), ("wrench", ctypes.c_void_p), ("stride", ctypes.c_ssize_t), ("axes", ctypes.c_int)]
 
 
 class External(ctypes.Structure):
-    _fields_ = [("n", ctypes.c_int), ("link", ctypes.c_void_p), ("wrench", ctypes.c_void_p)]
+    _fields_ = [("n", ctypes.c_int), ("link", ctypes.c_void_p), ("wrench", ctypes.c_void_p), ("axes", ctypes.c_int)]
 
 
 class FrameOptions(ctypes.Structure):
