@@ -153,9 +153,9 @@ def test_external_wrenches_count(robot, row):
 
 
 def exchanged(x: np.ndarray, shape: tuple) -> np.ndarray:
-    """Linear and angular halves of a result exchanged, along each axis of twists, wrenches or momenta."""
-    for axis, extent in enumerate(shape, x.ndim - len(shape)):
-        if extent in (6, "6 links"):
+    """Linear and angular halves of a result exchanged, along each axis of twists, wrenches or momenta, but for given wrenches on links."""
+    for axis, (extent, before) in enumerate(zip(shape, (None, *shape), strict=False), x.ndim - len(shape)):
+        if extent in (6, "6 links") and before != "all_links":
             x = np.roll(x.reshape(*x.shape[:axis], -1, 6, *x.shape[axis + 1 :]), 3, axis + 1).reshape(x.shape)
     return x
 
