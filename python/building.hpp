@@ -18,7 +18,7 @@ using mass_numbers = std::tuple<double, three, std::array<double, 9>>; // mass, 
 using joint_numbers = std::tuple<std::optional<three>, std::optional<three>, ksl::optional_number, ksl::optional_number,
                                  ksl::optional_number, ksl::optional_number, ksl::optional_number, double, double,
                                  std::optional<std::tuple<std::string, double, double>>, // leader, multiplier, offset
-                                 ksl::optional_number, std::array<double, 5>>;
+                                 ksl::optional_number, std::array<double, 5>, std::array<ksl::optional_number, 4>>;
 using dh_numbers = std::tuple<std::array<double, 4>, std::string, mass_numbers, joint_numbers>;
 using plain_values = nb::typed<nb::list, nb::any>;
 using physics_given = std::tuple<std::vector<std::string>, double>; // names, width of friction
@@ -36,10 +36,12 @@ inline ksl::link_mass mass_of(const mass_numbers &given) {
 }
 
 inline ksl::joint_options options_of(const joint_numbers &given) {
-  const auto &[axis, axis2, pitch, lower, upper, effort, velocity, damping, friction, mimic, friction_width, physics] = given;
+  const auto &[axis, axis2, pitch, lower, upper, effort, velocity, damping, friction, mimic, friction_width, physics, further] = given;
   const auto vector = [](const std::optional<three> &x) { return x ? std::optional(vector_of(*x)) : std::nullopt; };
   ksl::joint_options options = {vector(axis), vector(axis2), pitch, lower, upper, effort, velocity, damping, friction, {}, friction_width,
-                                physics[0], physics[1], physics[2], physics[3], physics[4]};
+                                physics[0], physics[1], physics[2], physics[3], physics[4], {}};
+  for (std::size_t c = 0; c < 2; ++c)
+    options.further[c] = {further[2 * c], further[2 * c + 1]};
   if (mimic)
     options.mimic = {std::get<0>(*mimic), std::get<1>(*mimic), std::get<2>(*mimic), {}};
   return options;

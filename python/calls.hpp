@@ -116,6 +116,14 @@ void check_quaternions(const ksl::model &m, const ksl::rows_view<const S> &q, st
         return;
 }
 
+/// Warns where the method was called that a quaternion was normalised.
+inline void warn_of_quaternion(const std::string &which) {
+  const std::string text = which + " differs from unit length by more than 1e-6 and was normalised; give unit quaternions [qx qy qz qw]";
+  const nb::object category = nb::module_::import_("ksl.errors").attr("QuaternionWarning");
+  if (PyErr_WarnEx(category.ptr(), text.c_str(), 2) < 0)
+    nb::raise_python_error();
+}
+
 /// One call of an algorithm.
 class call {
 public:
@@ -166,7 +174,7 @@ private:
         add(one);
     else if (row_.request == ksl::request_kind::reactions)
       add(request);
-    else if (row_.request != ksl::request_kind::none)
+    else if (row_.request != ksl::request_kind::none || !request.is_none()) // no links: in which order numbers are
       links_ = &nb::cast<const link_request &>(request);
     if (const int least = ksl::least_links(row_.request); least > 0 && link_count() != least)
       refuse(least == 1 ? "expected one link or joint" : "expected two links or joints");
@@ -261,11 +269,11 @@ private:
     if (link >= 0)
       return link;
     PyErr_Clear();
-    std::string known;
+    nb::list known;
     for (const ksl::link_description &l : m_.links())
-      known += (known.empty() ? "" : ", ") + l.name;
+      known.append(l.name);
     const ksl::robot_description &robot = m_.description();
-    refuse((robot.name.empty() ? robot.file : robot.name) + ": no link named " + nb::repr(name).c_str() + "; known: " + known);
+    refuse(text_of(nb::module_::import_("ksl.errors").attr("unknown_name")(robot.name.empty() ? robot.file : robot.name, "link", name, known)));
   }
 
   [[noreturn]] void refuse_leading_shapes() {
@@ -490,11 +498,7 @@ private:
     std::string joints;
     for (const ksl::model::quaternion_in_q &quaternion : m_.quaternions())
       joints += (joints.empty() ? "" : ", ") + m_.joints()[static_cast<std::size_t>(quaternion.joint)].name;
-    const std::string text = std::string(row_.name) + ": a quaternion of state " + std::to_string(rough_state_.load()) + " (of " + joints +
-                             ") differs from unit length by more than 1e-6 and was normalised; give unit quaternions [qx qy qz qw]";
-    const nb::object category = nb::module_::import_("ksl.errors").attr("QuaternionWarning");
-    if (PyErr_WarnEx(category.ptr(), text.c_str(), 2) < 0) // 2: where the method was called
-      nb::raise_python_error();
+    warn_of_quaternion(std::string(row_.name) + ": a quaternion of state " + std::to_string(rough_state_.load()) + " (of " + joints + ")");
   }
 
   static constexpr std::size_t none = static_cast<std::size_t>(-1);

@@ -54,6 +54,10 @@ nb::dict joint_dict(const ksl::model &m, const ksl::joint_row &j) {
     const ksl::joint_description &file = m.description().joints[static_cast<std::size_t>(j.description)];
     d["lower"] = file.lower;
     d["upper"] = file.upper;
+    nb::list limits;
+    for (int c = 0; c < ksl::numbers_with_limits(kind); ++c)
+      limits.append(nb::make_tuple(ksl::limits_of(file, c).lower, ksl::limits_of(file, c).upper));
+    d["limits"] = nb::tuple(limits);
     d["effort"] = file.effort;
     d["velocity"] = file.velocity;
     d["damping"] = file.damping;

@@ -30,6 +30,26 @@ Singh, Russell, Wensing, Efficient Analytical Derivatives of Rigid-Body Dynamics
 """,
     ),
     Algorithm(
+        name="stiffness",
+        header="inverse_dynamics_derivatives.hpp",
+        inputs=("q",),
+        external="optional",
+        results=(Result("K", ("nv", "nv"), "derivative of the efforts that hold the pose by q"),),
+        variant_of="inverse_dynamics_derivatives",
+        smooth_friction=True,
+        summary="Stiffness (…, nv, nv) of a pose at rest: derivative of the efforts that hold it, :meth:`gravity_torque`, by q.",
+        text="Stiffness {K}, row-major, of the pose {q} at rest: the derivative along q ⊕ s e_k of the efforts that hold it, those of "
+        "gravity_torque.  External wrenches are held in the axes in which they are given, those of their links, which move, or of the world.  "
+        "O(bodies × depth).",
+        python="""
+External wrenches are held in `external_axes`: in those of their links, with which they move, or in the world's.  The
+derivative is along q ⊕ s e_k.  Without external wrenches it is the second derivative of the potential energy, symmetric where
+joints have one axis each.  With drives of stiffness K the pose is stable if K plus it is positive definite.
+q, external, out, threads: as in :meth:`inverse_dynamics`.  The first of :meth:`inverse_dynamics_derivatives` with v = a = 0;
+O(bodies × depth).
+""",
+    ),
+    Algorithm(
         name="forward_dynamics_derivatives",
         header="forward_dynamics_derivatives.hpp",
         inputs=("q", "v", "tau"),
@@ -201,15 +221,17 @@ out: three arrays, one for each derivative.  q, v, threads: as in :meth:`inverse
         name="centroidal_momentum_derivatives",
         header="centroidal_momentum_derivatives.hpp",
         inputs=("q", "v"),
+        keywords="order",
         results=(
             Result("by_q", (6, "nv"), "derivative of the momentum by q"),
             Result("by_v", (6, "nv"), "by v: the centroidal momentum matrix"),
         ),
         summary="Derivatives of centroidal_momentum by q and v, each (…, 6, nv).",
-        text="Derivatives {by_q} and {by_v} of the momentum about the centre of mass, in the world's axes, linear first, row-major, for {q} and "
+        text="Derivatives {by_q} and {by_v} of the momentum about the centre of mass, in the world's axes, row-major, for {q} and "
         "{v}.  By q is along q ⊕ s e_k with v held componentwise; by v is the centroidal momentum matrix.  O(bodies).",
         python="""
 By q is along q ⊕ s e_k (:meth:`integrate`), with v held componentwise.  By v is :meth:`centroidal_momentum_matrix`.
+order: of the six rows, as in :meth:`centroidal_momentum`.
 out: two arrays, one for each derivative.  q, v, threads: as in :meth:`inverse_dynamics`.  O(bodies).
 """,
     ),
@@ -217,17 +239,19 @@ out: two arrays, one for each derivative.  q, v, threads: as in :meth:`inverse_d
         name="centroidal_momentum_rate_derivatives",
         header="centroidal_momentum_derivatives.hpp",
         inputs=("q", "v", "a"),
+        keywords="order",
         results=(
             Result("by_q", (6, "nv"), "derivative of the rate of the momentum by q"),
             Result("by_v", (6, "nv"), "by v"),
             Result("by_a", (6, "nv"), "by a: the centroidal momentum matrix"),
         ),
         summary="Derivatives of centroidal_momentum_rate by q, v and a, each (…, 6, nv).",
-        text="Derivatives {by_q}, {by_v}, {by_a} of the rate of the momentum about the centre of mass, in the world's axes, linear first, "
+        text="Derivatives {by_q}, {by_v}, {by_a} of the rate of the momentum about the centre of mass, in the world's axes, "
         "row-major, for {q}, {v} and {a}.  By q is along q ⊕ s e_k with v and a held componentwise; by a is the centroidal momentum "
         "matrix (after Carpentier and Mansard, RSS 2018).  O(bodies).",
         python="""
 By q is along q ⊕ s e_k (:meth:`integrate`), with v and a held componentwise.  By a is :meth:`centroidal_momentum_matrix`.
+order: of the six rows, as in :meth:`centroidal_momentum`.
 out: three arrays, one for each derivative.  q, v, a, threads: as in :meth:`inverse_dynamics`.
 After Carpentier and Mansard (RSS 2018); O(bodies).
 """,
@@ -267,7 +291,7 @@ analytic; O(nv × depth²), besides writing 4 nv³ numbers.
         name="forward_dynamics_second_derivatives",
         header="forward_dynamics_second_derivatives.hpp",
         inputs=("q", "v", "tau"),
-        coupled="refusal",
+        coupled="solution_second_derivatives",
         external="optional",
         results=(
             Result("d2a_dqdq", ("nv", "nv", "nv"), "second derivative of the accelerations by q"),
@@ -290,7 +314,6 @@ derivative along q ⊕ s e_k, with v and tau held componentwise.  It is symmetri
 with several coordinates.  External wrenches are held in `external_axes`: in those of their links, with which they move, or in
 the world's.
 out: four arrays, one for each derivative.
-Not for robots with mimic joints (ValueError).
 From those of inverse dynamics and the inverse of the mass matrix, analytic: after Singh, Russell, Wensing, On Second-Order
 Derivatives of Rigid-Body Dynamics: Theory & Implementation (T-RO 40, 2024); O(nv⁴).
 """,

@@ -10,12 +10,15 @@ ROWS = (
         results=(Result("M", ("nv", "nv"), "mass matrix, both triangles"),),
         form="symmetric_matrix",
         elements="elements_of_mass_matrix",
+        choices={"triangle": {"both": "mass_matrix", "upper": "mass_matrix_upper"}},
         summary="Mass matrix (…, nv, nv), symmetric: inverse_dynamics = mass_matrix · a + bias.",
         text="Mass matrix {M}, row-major, both triangles, for {q}, by the composite-rigid-body algorithm (Featherstone, RBDA 2008, "
         "table 6.2): tau = M a + bias.  O(bodies × depth).",
         python="""
-Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2); O(bodies × depth).
-:meth:`mass_matrix_upper` and :meth:`mass_matrix_tree` write less, which is what takes the time in batches of large robots.
+triangle: "both", or "upper", which is :meth:`mass_matrix_upper`: what is below the diagonal is not written.  That and
+:meth:`mass_matrix_tree` write less, which is what takes the time in batches of large robots.
+q, out, threads: as in :meth:`inverse_dynamics`.  Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2);
+O(bodies × depth).
 """,
     ),
     Algorithm(
@@ -46,13 +49,13 @@ without it.  For solvers that read one triangle: ``scipy.linalg.cho_factor(M)``,
         text="The elements {M} of the lower triangle of the mass matrix that aren't zero by the shape of the tree, row by row, for {q}: "
         "of each row those in the columns of the joints on the path from the ground, the diagonal last.  Composite-rigid-body "
         "algorithm (Featherstone, RBDA 2008, table 6.2 and section 6.5); O(bodies × depth).  Not for models with mimic joints, whose mass "
-        "matrix has other zeros.",
+        "matrix has other zeros: mass_matrix_upper is for them, too.",
         python="""
 q, out, threads: as in :meth:`inverse_dynamics`.  Compressed sparse rows of the lower triangle:
 ``scipy.sparse.csr_matrix((M, m.tree_columns, m.tree_rows))``.  Featherstone, RBDA 2008, table 6.2 and section 6.5.
 
 Not for robots with mimic joints (ValueError): a leader and its followers may be on different branches, so that the mass matrix has
-other zeros than those of the tree.
+other zeros than those of the tree.  :meth:`mass_matrix_upper` is for them, too.
 """,
     ),
     Algorithm(
@@ -65,11 +68,12 @@ other zeros than those of the tree.
         summary="Factors (…, tree) of the mass matrix that are as sparse as the tree: M = Lᵀ D L.",
         text="Factors {LD} of the mass matrix M = Lᵀ D L for {q}, L a unit lower triangle and D diagonal: the elements of L in the layout of "
         "mass_matrix_tree, with D on the diagonal (Featherstone, RBDA 2008, section 6.5, table 6.3).  O(nv × depth²).  Not for models "
-        "with mimic joints.",
+        "with mimic joints, for which are solve_mass_matrix and mass_matrix_inverse.",
         python="""
 q, out, threads: as in :meth:`inverse_dynamics`.  The layout is that of :meth:`mass_matrix_tree`, with D instead of the ones on the
 diagonal of L.  Featherstone, RBDA 2008, section 6.5 and table 6.3; O(nv × depth²).
-Not for robots with mimic joints, as :meth:`mass_matrix_tree`.
+Not for robots with mimic joints (ValueError), as :meth:`mass_matrix_tree`; :meth:`solve_mass_matrix` and
+:meth:`mass_matrix_inverse` are for them, too.
 """,
     ),
     Algorithm(

@@ -77,12 +77,14 @@ links, q, v, threads: as in :meth:`inverse_dynamics_regressor`.  O(bodies + link
         inputs=("q", "v"),
         request="links",
         links_keyword="links",
+        keywords="order",
         results=(Result("P", (6, "links", 10), "momentum for each parameter"),),
-        summary="Regressor (…, 6, links, 10) of the momentum about the world's origin, in its axes, linear first.",
-        text="Regressor {P} of the momentum about the world's origin, in its axes, linear first, for {q} and {v}: summed over links with "
+        summary="Regressor (…, 6, links, 10) of the momentum about the world's origin, in its axes.",
+        text="Regressor {P} of the momentum about the world's origin, in its axes, for {q} and {v}: summed over links with "
         "their parameters (those of inverse_dynamics_regressor) it is their momentum.  O(bodies + links).",
         python="""
-About the world's origin, since the centre of mass is not a linear function of the parameters.  Linear first; kg m/s, kg m²/s.
+About the world's origin, since the centre of mass is not a linear function of the parameters; kg m/s, kg m²/s.
+order: of the six rows, "lin_ang" (px py pz Lx Ly Lz) or "ang_lin".
 links, q, v, out, threads: as in :meth:`inverse_dynamics_regressor`.  O(bodies + links).
 """,
     ),

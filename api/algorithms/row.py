@@ -38,17 +38,21 @@ class Algorithm:
         "relative": a link, the link that it is seen from, and how the motion is expressed
         "joints": joints, and how their wrenches are expressed; the results are those of the row
         "reactions": the same; the reactions are a result besides those of the row, and there may be several requests
-    keywords: of a frame or frames, what its Python call asks for besides: "kind" of acceleration, or a "point" fixed in the link
-        instead of the frame's origin and the order.
+    keywords: what a call asks for besides.  Of a frame or frames, in Python: "kind" of acceleration, or a "point" fixed in the link
+        instead of the frame's origin and the order.  Of links, and of calls without a request: "order", of the six numbers of
+        twists, wrenches and momenta (those of frames and joints have it anyway).
+    choices: keywords of the Python method whose values are other algorithms: {"triangle": {"both": this one, "upper": the other}}.
+        The first is the default.
     links_keyword: what the argument is called in Python that names several links.
     form: how results are stored from lanes to rows, a struct of src/engine/forms.hpp.
     elements: of the forms symmetric_matrix and upper_triangle, the function that computes the upper triangle alone, without zeros.
     needs_mass: is the call refused if a joint can move without moving any mass.
     smooth_friction: is the call refused if dry friction is exact, for it solves or differentiates the law of friction.
-    variant_of: the algorithm that computes this one, with zeros for the inputs that this one doesn't have.
+    variant_of: the algorithm that computes this one, with zeros for the inputs that this one doesn't have.  It may have more results,
+        after those of this one.
     coupled: how it is computed for robots with mimic joints (src/engine/coupled.hpp): by "projection", which holds for all that is a
     function of positions and motions and is written whole; as the "solution" of M a = tau − bias, for forward dynamics; as
-    "product", M⁻¹ tau; as "inverse", M⁻¹; as the "upper_triangle" of M; as "solution_derivatives", "hybrid", "jump" or one of the
+    "product", M⁻¹ tau; as "inverse", M⁻¹; as the "upper_triangle" of M; as "solution_derivatives", "solution_second_derivatives", "hybrid", "jump" or one of the
     "operational" quantities, from M, its factors and Jacobians; or not at all, "refusal".
     faces: the languages for which a call is generated.  Other calls are written by hand, or are private.
     text: one sentence for C, C++ and the reference; {tau}, {q} … stand for names with shapes.
@@ -65,6 +69,7 @@ class Algorithm:
     external: str = ""
     request: str = ""
     keywords: str = ""
+    choices: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     links_keyword: str = "names"
     form: str = "whole_results"
     elements: str = ""
@@ -77,6 +82,8 @@ class Algorithm:
     coupled: str = "projection"
 
     def __post_init__(self) -> None:
+        if self.keywords == "order" and self.request not in ("", "links"):
+            raise ValueError(f"{self.name}: the request {self.request} has an order of its own")
         if "tau" in self.inputs and self.coupled == "projection":
             raise ValueError(f"{self.name}: efforts of coupled joints can't be expanded; give coupled=")
 

@@ -58,12 +58,14 @@ Links and NaN as in :meth:`center_of_mass`; q, v, a, out, threads as in :meth:`i
         name="centroidal_momentum",
         header="centroidal_momentum.hpp",
         inputs=("q", "v"),
+        keywords="order",
         results=(Result("momentum", (6,), "linear and angular momentum, kg m/s and kg m²/s"),),
-        summary="Momentum (…, 6) about the centre of mass, in the world's axes, linear first, for q (…, nq), v (…, nv).",
-        text="{momentum} about the centre of mass, in the world's axes, linear first, kg m/s and kg m²/s, for {q} and {v}, of the bodies "
+        summary="Momentum (…, 6) about the centre of mass, in the world's axes, for q (…, nq), v (…, nv).",
+        text="{momentum} about the centre of mass, in the world's axes, kg m/s and kg m²/s, for {q} and {v}, of the bodies "
         "that move (Orin, Goswami, Lee, Autonomous Robots 35, 2013, eq. (7)).  O(bodies).",
         python="""
 Of the bodies that move; kg m/s, kg m²/s.  Where nothing that moves has mass, all is zero.
+order: "lin_ang" (px py pz Lx Ly Lz) or "ang_lin".
 q, v, out, threads: as in :meth:`inverse_dynamics`.  Orin, Goswami, Lee, Autonomous Robots 35, 2013, eq. (7); O(bodies).
 """,
     ),
@@ -71,12 +73,14 @@ q, v, out, threads: as in :meth:`inverse_dynamics`.  Orin, Goswami, Lee, Autonom
         name="centroidal_momentum_matrix",
         header="centroidal_momentum_matrix.hpp",
         inputs=("q",),
+        keywords="order",
         results=(Result("matrix", (6, "nv"), "momentum for each joint velocity"),),
         summary="Centroidal momentum matrix (…, 6, nv) for q (…, nq): times v it is :meth:`centroidal_momentum`.",
-        text="Centroidal momentum {matrix}, row-major, for {q}: times v it is the momentum about the centre of mass, in the world's axes, "
-        "linear first (Orin, Goswami, Lee, Autonomous Robots 35, 2013, section 4).  O(bodies).",
+        text="Centroidal momentum {matrix}, row-major, for {q}: times v it is the momentum about the centre of mass, in the world's axes "
+        "(Orin, Goswami, Lee, Autonomous Robots 35, 2013, section 4).  O(bodies).",
         python="""
 A column is the momentum of the joint's subtree at unit velocity, about the centre of mass of all bodies that move.
+order: of the rows, as in :meth:`centroidal_momentum`.
 q, out, threads: as in :meth:`inverse_dynamics`.  Orin, Goswami, Lee, Autonomous Robots 35, 2013, section 4; O(bodies).
 """,
     ),
@@ -84,14 +88,15 @@ q, out, threads: as in :meth:`inverse_dynamics`.  Orin, Goswami, Lee, Autonomous
         name="centroidal_momentum_rate",
         header="centroidal_momentum.hpp",
         inputs=("q", "v", "a"),
+        keywords="order",
         results=(Result("rate", (6,), "rate of linear and angular momentum, N and N m"),),
-        summary="Rate (…, 6) of the centroidal momentum, in the world's axes, linear first, for q (…, nq), v and a (…, nv).",
-        text="{rate} of the momentum about the centre of mass, in the world's axes, linear first, N and N m, for {q}, {v} and {a}: the sum "
+        summary="Rate (…, 6) of the centroidal momentum, in the world's axes, for q (…, nq), v and a (…, nv).",
+        text="{rate} of the momentum about the centre of mass, in the world's axes, N and N m, for {q}, {v} and {a}: the sum "
         "of all external wrenches, those of gravity and of the ground among them.  O(bodies).",
         python="""
 The rate of :meth:`centroidal_momentum`: the sum of all external wrenches about the centre of mass, those of gravity and of the
 ground among them; N, N m.
-q, v, a, out, threads: as in :meth:`inverse_dynamics`.  O(bodies).
+order: as in :meth:`centroidal_momentum`.  q, v, a, out, threads: as in :meth:`inverse_dynamics`.  O(bodies).
 """,
     ),
 )

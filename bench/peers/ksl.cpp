@@ -168,11 +168,11 @@ constexpr operation operations[] = {
     // One call computes the poses of all bodies; those of links are composed for the comparison, and in batches.
     {"fk", BOTH(frame_poses, s.q, s.timed ? 0 : s.n, s.links, s.x), 1, poses, put_poses},
     {NAMED(inverse_dynamics_derivatives, s.q, s.v, s.a, s.x, s.y, s.z), 3},
-    {NAMED(reactions_derivatives, s.q, s.v, s.a, s.x, s.y, s.request, s.z), 3},
+    {NAMED(reactions_derivatives, s.q, s.v, s.a, s.request, s.x, s.y, s.z), 3},
     {NAMED(forward_dynamics_derivatives, s.q, s.v, s.tau, s.x, s.y, s.z), 3},
     {NAMED(mass_matrix_inverse, s.q, s.x)},
     {NAMED(coriolis_matrix, s.q, s.v, s.x), 1, matrices<1>, put_product_with_v},
-    {NAMED(centroidal_momentum_matrix, s.q, s.x)},
+    {NAMED(centroidal_momentum_matrix, s.q, ksl::component_order::linear_first, s.x)},
     {NAMED(center_of_mass_jacobian, s.q, s.x)},
     {NAMED(jacobian, s.q, s.link, s.how, s.x), 1, {}, {}, true},
     {NAMED(frame_velocity, s.q, s.v, s.link, s.how, s.x), 1, {}, {}, true},

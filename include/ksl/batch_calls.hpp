@@ -91,14 +91,15 @@ KSL_EXPORT void mass_matrix_upper_batch(const model &m, const batch_view<S> &bat
 /// The elements M (tree) of the lower triangle of the mass matrix that aren't zero by the shape of the tree, row by
 /// row, for q (nq): of each row those in the columns of the joints on the path from the ground, the diagonal last.
 /// Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2 and section 6.5); O(bodies × depth).  Not for
-/// models with mimic joints, whose mass matrix has other zeros.  Reads batch.q; writes M into batch.result[0] (rows of
-/// tree).
+/// models with mimic joints, whose mass matrix has other zeros: mass_matrix_upper is for them, too.  Reads batch.q;
+/// writes M into batch.result[0] (rows of tree).
 template <class S>
 KSL_EXPORT void mass_matrix_tree_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Factors LD (tree) of the mass matrix M = Lᵀ D L for q (nq), L a unit lower triangle and D diagonal: the elements of
 /// L in the layout of mass_matrix_tree, with D on the diagonal (Featherstone, RBDA 2008, section 6.5, table 6.3).  O(nv
-/// × depth²).  Not for models with mimic joints.  Reads batch.q; writes LD into batch.result[0] (rows of tree).
+/// × depth²).  Not for models with mimic joints, for which are solve_mass_matrix and mass_matrix_inverse.  Reads
+/// batch.q; writes LD into batch.result[0] (rows of tree).
 template <class S>
 KSL_EXPORT void mass_matrix_factor_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
@@ -264,21 +265,21 @@ KSL_EXPORT void center_of_mass_velocity_batch(const model &m, const batch_view<S
 template <class S>
 KSL_EXPORT void center_of_mass_acceleration_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Momentum (6) about the centre of mass, in the world's axes, linear first, kg m/s and kg m²/s, for q (nq) and v (nv),
-/// of the bodies that move (Orin, Goswami, Lee, Autonomous Robots 35, 2013, eq. (7)).  O(bodies).  Reads batch.q,
-/// batch.v; writes momentum into batch.result[0] (rows of 6).
+/// Momentum (6) about the centre of mass, in the world's axes, kg m/s and kg m²/s, for q (nq) and v (nv), of the bodies
+/// that move (Orin, Goswami, Lee, Autonomous Robots 35, 2013, eq. (7)).  O(bodies).  Reads batch.q, batch.v,
+/// batch.frame.angular_first; writes momentum into batch.result[0] (rows of 6).
 template <class S>
 KSL_EXPORT void centroidal_momentum_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Centroidal momentum matrix (6, nv), row-major, for q (nq): times v it is the momentum about the centre of mass, in
-/// the world's axes, linear first (Orin, Goswami, Lee, Autonomous Robots 35, 2013, section 4).  O(bodies).  Reads
-/// batch.q; writes matrix into batch.result[0] (rows of 6 × nv).
+/// the world's axes (Orin, Goswami, Lee, Autonomous Robots 35, 2013, section 4).  O(bodies).  Reads batch.q,
+/// batch.frame.angular_first; writes matrix into batch.result[0] (rows of 6 × nv).
 template <class S>
 KSL_EXPORT void centroidal_momentum_matrix_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Rate (6) of the momentum about the centre of mass, in the world's axes, linear first, N and N m, for q (nq), v (nv)
-/// and a (nv): the sum of all external wrenches, those of gravity and of the ground among them.  O(bodies).  Reads
-/// batch.q, batch.v, batch.a; writes rate into batch.result[0] (rows of 6).
+/// Rate (6) of the momentum about the centre of mass, in the world's axes, N and N m, for q (nq), v (nv) and a (nv):
+/// the sum of all external wrenches, those of gravity and of the ground among them.  O(bodies).  Reads batch.q,
+/// batch.v, batch.a, batch.frame.angular_first; writes rate into batch.result[0] (rows of 6).
 template <class S>
 KSL_EXPORT void centroidal_momentum_rate_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
@@ -290,6 +291,13 @@ KSL_EXPORT void centroidal_momentum_rate_batch(const model &m, const batch_view<
 /// dtau_dv into batch.result[1] (rows of nv × nv), dtau_da into batch.result[2] (rows of nv × nv).
 template <class S>
 KSL_EXPORT void inverse_dynamics_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Stiffness K (nv, nv), row-major, of the pose q (nq) at rest: the derivative along q ⊕ s e_k of the efforts that hold
+/// it, those of gravity_torque.  External wrenches are held in the axes in which they are given, those of their links,
+/// which move, or of the world.  O(bodies × depth).  Reads batch.q, batch.external; writes K into batch.result[0] (rows
+/// of nv × nv).
+template <class S>
+KSL_EXPORT void stiffness_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Derivatives da_dq (nv, nv), da_dv (nv, nv), da_dtau (nv, nv) of the accelerations that forward dynamics gives for q
 /// (nq), v (nv), tau (nv), each row-major: element (i, k) is that of acceleration i by coordinate k.  By q is along q ⊕
@@ -364,18 +372,18 @@ KSL_EXPORT void frame_accelerations_derivatives_batch(const model &m, const batc
 template <class S>
 KSL_EXPORT void energy_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Derivatives by_q (6, nv) and by_v (6, nv) of the momentum about the centre of mass, in the world's axes, linear
-/// first, row-major, for q (nq) and v (nv).  By q is along q ⊕ s e_k with v held componentwise; by v is the centroidal
-/// momentum matrix.  O(bodies).  Reads batch.q, batch.v; writes by_q into batch.result[0] (rows of 6 × nv), by_v into
-/// batch.result[1] (rows of 6 × nv).
+/// Derivatives by_q (6, nv) and by_v (6, nv) of the momentum about the centre of mass, in the world's axes, row-major,
+/// for q (nq) and v (nv).  By q is along q ⊕ s e_k with v held componentwise; by v is the centroidal momentum matrix.
+/// O(bodies).  Reads batch.q, batch.v, batch.frame.angular_first; writes by_q into batch.result[0] (rows of 6 × nv),
+/// by_v into batch.result[1] (rows of 6 × nv).
 template <class S>
 KSL_EXPORT void centroidal_momentum_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Derivatives by_q (6, nv), by_v (6, nv), by_a (6, nv) of the rate of the momentum about the centre of mass, in the
-/// world's axes, linear first, row-major, for q (nq), v (nv) and a (nv).  By q is along q ⊕ s e_k with v and a held
-/// componentwise; by a is the centroidal momentum matrix (after Carpentier and Mansard, RSS 2018).  O(bodies).  Reads
-/// batch.q, batch.v, batch.a; writes by_q into batch.result[0] (rows of 6 × nv), by_v into batch.result[1] (rows of 6 ×
-/// nv), by_a into batch.result[2] (rows of 6 × nv).
+/// world's axes, row-major, for q (nq), v (nv) and a (nv).  By q is along q ⊕ s e_k with v and a held componentwise; by
+/// a is the centroidal momentum matrix (after Carpentier and Mansard, RSS 2018).  O(bodies).  Reads batch.q, batch.v,
+/// batch.a, batch.frame.angular_first; writes by_q into batch.result[0] (rows of 6 × nv), by_v into batch.result[1]
+/// (rows of 6 × nv), by_a into batch.result[2] (rows of 6 × nv).
 template <class S>
 KSL_EXPORT void centroidal_momentum_rate_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
@@ -432,9 +440,9 @@ KSL_EXPORT void reactions_regressor_batch(const model &m, const batch_view<S> &b
 template <class S>
 KSL_EXPORT void energy_regressor_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Regressor P (6, links, 10) of the momentum about the world's origin, in its axes, linear first, for q (nq) and v
-/// (nv): summed over links with their parameters (those of inverse_dynamics_regressor) it is their momentum.  O(bodies
-/// + links).  Reads batch.q, batch.v, batch.links; writes P into batch.result[0] (rows of 6 × links.n × 10).
+/// Regressor P (6, links, 10) of the momentum about the world's origin, in its axes, for q (nq) and v (nv): summed over
+/// links with their parameters (those of inverse_dynamics_regressor) it is their momentum.  O(bodies + links).  Reads
+/// batch.q, batch.v, batch.links, batch.frame.angular_first; writes P into batch.result[0] (rows of 6 × links.n × 10).
 template <class S>
 KSL_EXPORT void momentum_regressor_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 

@@ -22,13 +22,14 @@ struct joint_options {
   std::optional<vec3<double>> axis,
       axis2; ///< kinds with an axis, or with two, need them (planar: z if not given); others must not have them
   optional_number pitch;            ///< m/rad, positive for a right-handed screw; helical joints need it
-  optional_number lower, upper;     ///< rad or m
+  optional_number lower, upper;     ///< of its first number, rad or m
   optional_number effort, velocity; ///< N m or N; rad/s or m/s
   double damping = 0, friction = 0; ///< of each coordinate (joint_description has the units); model_options::physics applies them
   std::optional<mimic_description> mimic; ///< the joint that it follows, which may be added later
   optional_number friction_width;         ///< rad/s or m/s
   double armature = 0, rotor_inertia = 0, gear_ratio = 1;
   double spring_stiffness = 0, spring_rest = 0; ///< of joints with one coordinate
+  std::array<coordinate_limits, 2> further;     ///< limits of its second and third number: cylindrical, universal, planar, translation
 };
 
 /// A row of a table of Denavit–Hartenberg parameters: m and rad.

@@ -58,8 +58,8 @@ KSL_EXPORT void forward_dynamics_by_mass_matrix(const model &m, data &d, const S
 /// wrenches.  Of the joints that carry the links named, the accelerations a (nv) are given, and of the others the
 /// efforts tau (nv) (Featherstone, RBDA 2008, section 9.2).  O(bodies).  No allocation.
 template <class S>
-KSL_EXPORT void hybrid_dynamics(const model &m, data &d, const S *q, const S *v, const S *a, const S *tau, S *a_out,
-                                int n, const int *links, S *tau_out, const external_wrenches<S> &external = {});
+KSL_EXPORT void hybrid_dynamics(const model &m, data &d, const S *q, const S *v, const S *a, const S *tau, int n,
+                                const int *links, S *a_out, S *tau_out, const external_wrenches<S> &external = {});
 
 /// Jump dv (nv) of the joint velocities at q (nq) caused by impulses on links, the time integrals of external wrenches:
 /// M dv = Σ Jᵀ impulse (Featherstone, RBDA 2008, section 11.7).  O(bodies).  No allocation.
@@ -80,13 +80,14 @@ KSL_EXPORT void mass_matrix_upper(const model &m, data &d, const S *q, S *M);
 /// The elements M (tree) of the lower triangle of the mass matrix that aren't zero by the shape of the tree, row by
 /// row, for q (nq): of each row those in the columns of the joints on the path from the ground, the diagonal last.
 /// Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2 and section 6.5); O(bodies × depth).  Not for
-/// models with mimic joints, whose mass matrix has other zeros.  No allocation.
+/// models with mimic joints, whose mass matrix has other zeros: mass_matrix_upper is for them, too.  No allocation.
 template <class S>
 KSL_EXPORT void mass_matrix_tree(const model &m, data &d, const S *q, S *M);
 
 /// Factors LD (tree) of the mass matrix M = Lᵀ D L for q (nq), L a unit lower triangle and D diagonal: the elements of
 /// L in the layout of mass_matrix_tree, with D on the diagonal (Featherstone, RBDA 2008, section 6.5, table 6.3).  O(nv
-/// × depth²).  Not for models with mimic joints.  No allocation.
+/// × depth²).  Not for models with mimic joints, for which are solve_mass_matrix and mass_matrix_inverse.  No
+/// allocation.
 template <class S>
 KSL_EXPORT void mass_matrix_factor(const model &m, data &d, const S *q, S *LD);
 
@@ -200,8 +201,8 @@ KSL_EXPORT void operational_space_inertia_inverse(const model &m, data &d, const
 /// many frames as the model has links.  O(bodies + n² depth + n³).  frame_options by default: about the frame's origin,
 /// in its axes, linear first.  No allocation.
 template <class S>
-KSL_EXPORT void operational_space_inertia(const model &m, data &d, const S *q, S *inertia, int n, const int *links,
-                                          const frame_options &how, S *rank);
+KSL_EXPORT void operational_space_inertia(const model &m, data &d, const S *q, int n, const int *links,
+                                          const frame_options &how, S *inertia, S *rank);
 
 /// Dynamics at n frames for q (nq) and v (nv), under gravity and external wrenches: F = inertia x'' + bias for wrenches
 /// F on the frames, no efforts, and rates x'' of the numbers of their twists.  inertia (6 links, 6 links); bias (6
@@ -209,8 +210,8 @@ KSL_EXPORT void operational_space_inertia(const model &m, data &d, const S *q, S
 /// rank as in operational_space_inertia (Khatib 1987).  At most as many frames as the model has links.  O(n bodies + n²
 /// depth + n³).  frame_options by default: about the frame's origin, in its axes, linear first.  No allocation.
 template <class S>
-KSL_EXPORT void operational_space(const model &m, data &d, const S *q, const S *v, S *inertia, S *bias,
-                                  S *pseudo_inverse, int n, const int *links, const frame_options &how, S *rank,
+KSL_EXPORT void operational_space(const model &m, data &d, const S *q, const S *v, int n, const int *links,
+                                  const frame_options &how, S *inertia, S *bias, S *pseudo_inverse, S *rank,
                                   const external_wrenches<S> &external = {});
 
 /// Kinetic and potential energy, J, for q (nq) and v (nv); the latter zero with every centroid at the world's origin.
@@ -246,22 +247,22 @@ template <class S>
 KSL_EXPORT void center_of_mass_acceleration(const model &m, data &d, const S *q, const S *v, const S *a,
                                             S *acceleration);
 
-/// Momentum (6) about the centre of mass, in the world's axes, linear first, kg m/s and kg m²/s, for q (nq) and v (nv),
-/// of the bodies that move (Orin, Goswami, Lee, Autonomous Robots 35, 2013, eq. (7)).  O(bodies).  No allocation.
+/// Momentum (6) about the centre of mass, in the world's axes, kg m/s and kg m²/s, for q (nq) and v (nv), of the bodies
+/// that move (Orin, Goswami, Lee, Autonomous Robots 35, 2013, eq. (7)).  O(bodies).  No allocation.
 template <class S>
-KSL_EXPORT void centroidal_momentum(const model &m, data &d, const S *q, const S *v, S *momentum);
+KSL_EXPORT void centroidal_momentum(const model &m, data &d, const S *q, const S *v, component_order order,
+                                    S *momentum);
 
 /// Centroidal momentum matrix (6, nv), row-major, for q (nq): times v it is the momentum about the centre of mass, in
-/// the world's axes, linear first (Orin, Goswami, Lee, Autonomous Robots 35, 2013, section 4).  O(bodies).  No
-/// allocation.
+/// the world's axes (Orin, Goswami, Lee, Autonomous Robots 35, 2013, section 4).  O(bodies).  No allocation.
 template <class S>
-KSL_EXPORT void centroidal_momentum_matrix(const model &m, data &d, const S *q, S *matrix);
+KSL_EXPORT void centroidal_momentum_matrix(const model &m, data &d, const S *q, component_order order, S *matrix);
 
-/// Rate (6) of the momentum about the centre of mass, in the world's axes, linear first, N and N m, for q (nq), v (nv)
-/// and a (nv): the sum of all external wrenches, those of gravity and of the ground among them.  O(bodies).  No
-/// allocation.
+/// Rate (6) of the momentum about the centre of mass, in the world's axes, N and N m, for q (nq), v (nv) and a (nv):
+/// the sum of all external wrenches, those of gravity and of the ground among them.  O(bodies).  No allocation.
 template <class S>
-KSL_EXPORT void centroidal_momentum_rate(const model &m, data &d, const S *q, const S *v, const S *a, S *rate);
+KSL_EXPORT void centroidal_momentum_rate(const model &m, data &d, const S *q, const S *v, const S *a,
+                                         component_order order, S *rate);
 
 /// Derivatives dtau_dq (nv, nv), dtau_dv (nv, nv), dtau_da (nv, nv) of the joint efforts that inverse dynamics gives
 /// for q (nq), v (nv), a (nv), each row-major: element (i, k) is that of effort i by coordinate k.  By q is along q ⊕ s
@@ -271,6 +272,12 @@ KSL_EXPORT void centroidal_momentum_rate(const model &m, data &d, const S *q, co
 template <class S>
 KSL_EXPORT void inverse_dynamics_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *dtau_dq,
                                              S *dtau_dv, S *dtau_da, const external_wrenches<S> &external = {});
+
+/// Stiffness K (nv, nv), row-major, of the pose q (nq) at rest: the derivative along q ⊕ s e_k of the efforts that hold
+/// it, those of gravity_torque.  External wrenches are held in the axes in which they are given, those of their links,
+/// which move, or of the world.  O(bodies × depth).  No allocation.
+template <class S>
+KSL_EXPORT void stiffness(const model &m, data &d, const S *q, S *K, const external_wrenches<S> &external = {});
 
 /// Derivatives da_dq (nv, nv), da_dv (nv, nv), da_dtau (nv, nv) of the accelerations that forward dynamics gives for q
 /// (nq), v (nv), tau (nv), each row-major: element (i, k) is that of acceleration i by coordinate k.  By q is along q ⊕
@@ -288,8 +295,8 @@ KSL_EXPORT void forward_dynamics_derivatives(const model &m, data &d, const S *q
 /// 7(2), 2022).  O(joints × nv).  reaction_request by default: the whole wrench on the child side, about the joint's
 /// origin, in the axes of the child link, linear first.  No allocation.
 template <class S>
-KSL_EXPORT void reactions_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *by_q, S *by_v,
-                                      const reaction_request &request, S *by_a,
+KSL_EXPORT void reactions_derivatives(const model &m, data &d, const S *q, const S *v, const S *a,
+                                      const reaction_request &request, S *by_q, S *by_v, S *by_a,
                                       const external_wrenches<S> &external = {});
 
 /// Derivatives by_external (joints, 6, all links, 6) of the reactions of the joints that are asked for by the external
@@ -306,8 +313,8 @@ KSL_EXPORT void reactions_external_derivatives(const model &m, data &d, const S 
 /// writing 12 nv numbers.  frame_options by default: about the frame's origin, in its axes, linear first.  No
 /// allocation.
 template <class S>
-KSL_EXPORT void frame_velocity_derivatives(const model &m, data &d, const S *q, const S *v, S *by_q, int link,
-                                           const frame_options &how, S *by_v);
+KSL_EXPORT void frame_velocity_derivatives(const model &m, data &d, const S *q, const S *v, int link,
+                                           const frame_options &how, S *by_q, S *by_v);
 
 /// Derivatives by_q (links, 6, nv) and by_v (links, 6, nv) of the twists of links' frames, for q (nq) and v (nv): those
 /// of their components, row-major.  By q is along q ⊕ s e_k with v held componentwise; by v are the Jacobians.  A link
@@ -315,16 +322,16 @@ KSL_EXPORT void frame_velocity_derivatives(const model &m, data &d, const S *q, 
 /// numbers for each link.  frame_options by default: about the frame's origin, in its axes, linear first.  No
 /// allocation.
 template <class S>
-KSL_EXPORT void frame_velocities_derivatives(const model &m, data &d, const S *q, const S *v, S *by_q, int n,
-                                             const int *links, const frame_options &how, S *by_v);
+KSL_EXPORT void frame_velocities_derivatives(const model &m, data &d, const S *q, const S *v, int n, const int *links,
+                                             const frame_options &how, S *by_q, S *by_v);
 
 /// Derivatives by_q (6, nv), by_v (6, nv), by_a (6, nv) of the acceleration of a link's frame, of the kind that the
 /// options say, for q (nq), v (nv) and a (nv): those of its components, row-major.  By q is along q ⊕ s e_k with v and
 /// a held componentwise; by a is the Jacobian.  O(depth), besides writing 18 nv numbers.  frame_options by default:
 /// about the frame's origin, in its axes, linear first.  No allocation.
 template <class S>
-KSL_EXPORT void frame_acceleration_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *by_q,
-                                               S *by_v, int link, const frame_options &how, S *by_a);
+KSL_EXPORT void frame_acceleration_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, int link,
+                                               const frame_options &how, S *by_q, S *by_v, S *by_a);
 
 /// Derivatives by_q (links, 6, nv), by_v (links, 6, nv), by_a (links, 6, nv) of the accelerations of links' frames, of
 /// the kind that the options say, for q (nq), v (nv) and a (nv): those of their components, row-major.  By q is along q
@@ -332,8 +339,8 @@ KSL_EXPORT void frame_acceleration_derivatives(const model &m, data &d, const S 
 /// Wensing, RA-L 7(2), 2022).  O(bodies + links × depth), besides writing 18 nv numbers for each link.  frame_options
 /// by default: about the frame's origin, in its axes, linear first.  No allocation.
 template <class S>
-KSL_EXPORT void frame_accelerations_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *by_q,
-                                                S *by_v, int n, const int *links, const frame_options &how, S *by_a);
+KSL_EXPORT void frame_accelerations_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, int n,
+                                                const int *links, const frame_options &how, S *by_q, S *by_v, S *by_a);
 
 /// Derivatives kinetic_by_q (nv) and kinetic_by_v (nv) of the kinetic energy, potential_by_q (nv) of the potential
 /// energy, for q (nq) and v (nv).  By q is along q ⊕ s e_k with v held componentwise; by v is M v; that of the
@@ -342,19 +349,19 @@ template <class S>
 KSL_EXPORT void energy_derivatives(const model &m, data &d, const S *q, const S *v, S *kinetic_by_q, S *kinetic_by_v,
                                    S *potential_by_q);
 
-/// Derivatives by_q (6, nv) and by_v (6, nv) of the momentum about the centre of mass, in the world's axes, linear
-/// first, row-major, for q (nq) and v (nv).  By q is along q ⊕ s e_k with v held componentwise; by v is the centroidal
-/// momentum matrix.  O(bodies).  No allocation.
+/// Derivatives by_q (6, nv) and by_v (6, nv) of the momentum about the centre of mass, in the world's axes, row-major,
+/// for q (nq) and v (nv).  By q is along q ⊕ s e_k with v held componentwise; by v is the centroidal momentum matrix.
+/// O(bodies).  No allocation.
 template <class S>
-KSL_EXPORT void centroidal_momentum_derivatives(const model &m, data &d, const S *q, const S *v, S *by_q, S *by_v);
+KSL_EXPORT void centroidal_momentum_derivatives(const model &m, data &d, const S *q, const S *v, component_order order,
+                                                S *by_q, S *by_v);
 
 /// Derivatives by_q (6, nv), by_v (6, nv), by_a (6, nv) of the rate of the momentum about the centre of mass, in the
-/// world's axes, linear first, row-major, for q (nq), v (nv) and a (nv).  By q is along q ⊕ s e_k with v and a held
-/// componentwise; by a is the centroidal momentum matrix (after Carpentier and Mansard, RSS 2018).  O(bodies).  No
-/// allocation.
+/// world's axes, row-major, for q (nq), v (nv) and a (nv).  By q is along q ⊕ s e_k with v and a held componentwise; by
+/// a is the centroidal momentum matrix (after Carpentier and Mansard, RSS 2018).  O(bodies).  No allocation.
 template <class S>
 KSL_EXPORT void centroidal_momentum_rate_derivatives(const model &m, data &d, const S *q, const S *v, const S *a,
-                                                     S *by_q, S *by_v, S *by_a);
+                                                     component_order order, S *by_q, S *by_v, S *by_a);
 
 /// Second derivatives d2tau_dqdq (nv, nv, nv), d2tau_dvdv (nv, nv, nv), d2tau_dqdv (nv, nv, nv), dM_dq (nv, nv, nv) of
 /// the joint efforts that inverse dynamics gives for q (nq), v (nv), a (nv), each row-major.  Element (i, k, m) is that
@@ -405,14 +412,15 @@ KSL_EXPORT void reactions_regressor(const model &m, data &d, const S *q, const S
 /// links with their parameters (those of inverse_dynamics_regressor) they are kinetic and potential energy, J.
 /// O(bodies + links).  No allocation.
 template <class S>
-KSL_EXPORT void energy_regressor(const model &m, data &d, const S *q, const S *v, S *kinetic, int n, const int *links,
+KSL_EXPORT void energy_regressor(const model &m, data &d, const S *q, const S *v, int n, const int *links, S *kinetic,
                                  S *potential);
 
-/// Regressor P (6, links, 10) of the momentum about the world's origin, in its axes, linear first, for q (nq) and v
-/// (nv): summed over links with their parameters (those of inverse_dynamics_regressor) it is their momentum.  O(bodies
-/// + links).  No allocation.
+/// Regressor P (6, links, 10) of the momentum about the world's origin, in its axes, for q (nq) and v (nv): summed over
+/// links with their parameters (those of inverse_dynamics_regressor) it is their momentum.  O(bodies + links).  No
+/// allocation.
 template <class S>
-KSL_EXPORT void momentum_regressor(const model &m, data &d, const S *q, const S *v, int n, const int *links, S *P);
+KSL_EXPORT void momentum_regressor(const model &m, data &d, const S *q, const S *v, int n, const int *links,
+                                   component_order order, S *P);
 
 /// Position q1 (nq) = q ⊕ dv, after unit time at the constant joint velocity dv (nv) from q (nq); joints with several
 /// coordinates move along the exponential of their group (Solà et al., A micro Lie theory for state estimation in

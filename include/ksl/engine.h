@@ -27,6 +27,10 @@ typedef enum ksl_status_t {
 /** The error message of this thread's last call that did not return KSL_OK: one sentence, valid until the next such call. */
 KSL_EXPORT const char *ksl_error_message(void);
 
+/** What this thread's last call that took positions of one state warns of, in one sentence, or NULL: a quaternion that differs from
+    unit length by more than 1e-6 and was used as normalised.  (One that differs by more than 1e-2 is an error.) */
+KSL_EXPORT const char *ksl_warning_message(void);
+
 /** Name of the instruction set in use, for example x86-64-v3; NULL if KSL_ISA names one that is unknown or doesn't run here. */
 KSL_EXPORT const char *ksl_instruction_set(void);
 
@@ -99,7 +103,13 @@ KSL_EXPORT const char *ksl_model_unused(const ksl_model_t *model, int i);
 /** The physics of joints that a model has. */
 KSL_EXPORT ksl_physics_t ksl_model_physics(const ksl_model_t *model);
 
-/** Index by name, −1 for none. */
+/** Which elements of the lower triangle of the mass matrix aren't zero by the shape of the tree: the layout of ksl_mass_matrix_tree
+    and ksl_mass_matrix_factor, as compressed sparse rows.  How many they are; where the rows begin, and where they end, into
+    rows (nv + 1); in which columns they are, into columns (elements).  Either may be NULL. */
+KSL_EXPORT int ksl_model_tree_elements(const ksl_model_t *model);
+KSL_EXPORT ksl_status_t ksl_model_tree(const ksl_model_t *model, int *rows, int *columns);
+
+/** Index by name, −1 for none; ksl_error_message() then says which names are near. */
 KSL_EXPORT int ksl_model_joint(const ksl_model_t *model, const char *name);
 KSL_EXPORT int ksl_model_link(const ksl_model_t *model, const char *name);
 
@@ -191,6 +201,37 @@ KSL_EXPORT ksl_status_t ksl_reactions(const ksl_model_t *model, ksl_data_t *data
 KSL_EXPORT ksl_status_t ksl_reactionsf(const ksl_model_t *model, ksl_data_t *data, int n, const int *joints,
                                        const ksl_reaction_options_t *options, const ksl_externalf_t *external,
                                        float *wrenches);
+
+/** How much of a link's own inertia is beyond a section: all or nothing, by its centre of mass; a fraction of it; or an inertia
+    that is given. */
+typedef enum ksl_section_share_t { KSL_BY_CENTER, KSL_FRACTION, KSL_INERTIA } ksl_section_share_t;
+
+/** A plane that cuts a link, and what is beyond it.  Initialise it with ksl_section(). */
+typedef struct ksl_section_t {
+  int link;
+  double point[3];   /**< on the plane, in the link's frame, m; moments are about it */
+  double normal[3];  /**< of the plane, in the link's axes, of any length; it points to the part beyond */
+  ksl_section_share_t share;
+  double fraction;   /**< 0 to 1, with KSL_FRACTION */
+  double inertia[10]; /**< of the part beyond, with KSL_INERTIA: m, m c, Ixx Ixy Iyy Ixz Iyz Izz about the link's origin */
+  int beyond_n;      /**< how many joints are listed; −1: none, those whose origins are beyond, where no joint has moved */
+  const int *beyond; /**< (beyond_n) of the joint that carries the link and those that it carries */
+  ksl_expressed_t axes; /**< KSL_IN_FRAME: those of the link */
+  ksl_order_t order;
+} ksl_section_t;
+
+/** The section of a link by the plane z = 0, no joint listed, the inertia by its centre, in the link's axes, linear first. */
+KSL_EXPORT ksl_section_t ksl_section(int link);
+
+/** The wrench (6) that the near part of a link exerts on the part beyond a section, for q (nq), v (nv) and a (nv): Newton's and
+    Euler's laws for the part beyond, with the reactions of its joints.  N, N m.  A wrench on the link itself acts on the part with
+    the link's origin.  external may be NULL.  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_section_wrench(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                           const double *a, const ksl_external_t *external, const ksl_section_t *section,
+                                           double *wrench);
+KSL_EXPORT ksl_status_t ksl_section_wrenchf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                            const float *a, const ksl_externalf_t *external, const ksl_section_t *section,
+                                            float *wrench);
 
 /** Pose of a link's frame in the world for q (nq). */
 KSL_EXPORT ksl_status_t ksl_frame_pose(const ksl_model_t *model, ksl_data_t *data, const double *q, int link, ksl_SE3_t *pose);

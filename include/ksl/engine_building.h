@@ -23,7 +23,7 @@ typedef struct ksl_link_mass_t {
 typedef struct ksl_joint_options_t {
   const double *axis, *axis2; /**< (3), of any length, in the joint's frame; kinds that have them need them */
   double pitch;               /**< m/rad, positive for a right-handed screw; helical joints need it */
-  double lower, upper;        /**< rad or m */
+  double lower, upper;        /**< rad or m; of the first number of its position */
   double effort, velocity;    /**< N m or N; rad/s or m/s */
   double damping, friction;   /**< of each coordinate, N m s/rad or N s/m, and N m or N */
   const char *mimics;         /**< a joint that it follows: its position is multiplier × that joint's + offset; NULL: none */
@@ -32,6 +32,7 @@ typedef struct ksl_joint_options_t {
   double armature;            /**< inertia that each coordinate feels besides that of the links, kg m² or kg */
   double rotor_inertia, gear_ratio;     /**< of the motor's rotor, kg m²; its turns for each of the joint */
   double spring_stiffness, spring_rest; /**< N m/rad or N/m; rad or m; of joints with one coordinate */
+  double further_lower[2], further_upper[2]; /**< of the second and third number: cylindrical, universal, planar, translation */
 } ksl_joint_options_t;
 
 /** A row of a table of Denavit–Hartenberg parameters, m and rad.  theta is added to q of a joint that turns, d to q of
@@ -114,6 +115,30 @@ KSL_EXPORT double ksl_model_subtree_mass(const ksl_model_t *model, int joint);
  * range. */
 KSL_EXPORT int ksl_model_joint_above(const ksl_model_t *model, int link);
 KSL_EXPORT int ksl_model_parent_link(const ksl_model_t *model, int link);
+
+/** A joint.  SI units. */
+typedef struct ksl_joint_info_t {
+  const char *kind;         /**< as in ksl_builder_add_joint */
+  int parent_link, link;    /**< parent_link is −1 for the ground; link is the child */
+  int q_index, v_index;     /**< where its numbers begin in q and in v; −1 for fixed joints and followers */
+  int nq, nv;               /**< how many they are; 0 for these */
+  int quaternion;           /**< where, within them, a unit quaternion [qx qy qz qw] begins; −1: it has none */
+  double axis[3], axis2[3]; /**< unit vectors in the joint's frame; zero for kinds without one; axis2 of universal joints */
+  double pitch;             /**< m/rad, of helical joints */
+  double lower[3], upper[3]; /**< limits of the numbers of its position, rad or m; infinite where there are none */
+  double effort, velocity;  /**< limits, N m or N, rad/s or m/s; infinite where there are none */
+} ksl_joint_info_t;
+KSL_EXPORT ksl_status_t ksl_model_joint_info(const ksl_model_t *model, int joint, ksl_joint_info_t *info);
+
+/** The ten inertial parameters of a link, payloads included, in the layout of ksl_model_with_parameters, which is also that of
+    regressors. */
+KSL_EXPORT ksl_status_t ksl_model_link_parameters(const ksl_model_t *model, int link, double *parameters);
+
+/** The joints between the root and a link, the root's first, into joints; and the links that a joint carries, directly or not,
+    parents first, into links.  Each returns how many they are, −1 where the index is out of range; the array may be NULL, or else
+    has room for as many as the model has. */
+KSL_EXPORT int ksl_model_support(const ksl_model_t *model, int link, int *joints);
+KSL_EXPORT int ksl_model_subtree_links(const ksl_model_t *model, int joint, int *links);
 
 KSL_END_C
 

@@ -219,37 +219,37 @@ KSL_EXPORT ksl_status_t ksl_forward_dynamics_by_mass_matrix_external_batchf(
     efforts tau (nv) (Featherstone, RBDA 2008, section 9.2).  O(bodies).  external may be NULL: no wrench. */
 KSL_EXPORT ksl_status_t ksl_hybrid_dynamics(const ksl_model_t *model, ksl_data_t *data, const double *q,
                                             const double *v, const double *a, const double *tau,
-                                            const ksl_external_t *external, double *a_out, int n, const int *links,
+                                            const ksl_external_t *external, int n, const int *links, double *a_out,
                                             double *tau_out);
 KSL_EXPORT ksl_status_t ksl_hybrid_dynamicsf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
-                                             const float *a, const float *tau, const ksl_externalf_t *external,
-                                             float *a_out, int n, const int *links, float *tau_out);
+                                             const float *a, const float *tau, const ksl_externalf_t *external, int n,
+                                             const int *links, float *a_out, float *tau_out);
 KSL_EXPORT ksl_status_t ksl_hybrid_dynamics_batch(const ksl_model_t *model, size_t n, const double *q,
                                                   ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
                                                   const double *a, ptrdiff_t a_stride, const double *tau,
-                                                  ptrdiff_t tau_stride, double *a_out, ptrdiff_t a_out_stride,
-                                                  int links_n, const int *links, double *tau_out,
-                                                  ptrdiff_t tau_out_stride, int threads);
+                                                  ptrdiff_t tau_stride, int links_n, const int *links, double *a_out,
+                                                  ptrdiff_t a_out_stride, double *tau_out, ptrdiff_t tau_out_stride,
+                                                  int threads);
 KSL_EXPORT ksl_status_t ksl_hybrid_dynamics_external_batch(const ksl_model_t *model, size_t n, const double *q,
                                                            ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
                                                            const double *a, ptrdiff_t a_stride, const double *tau,
                                                            ptrdiff_t tau_stride, const ksl_external_rows_t *external,
-                                                           double *a_out, ptrdiff_t a_out_stride, int links_n,
-                                                           const int *links, double *tau_out, ptrdiff_t tau_out_stride,
-                                                           int threads);
+                                                           int links_n, const int *links, double *a_out,
+                                                           ptrdiff_t a_out_stride, double *tau_out,
+                                                           ptrdiff_t tau_out_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_hybrid_dynamics_batchf(const ksl_model_t *model, size_t n, const float *q,
                                                    ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
                                                    const float *a, ptrdiff_t a_stride, const float *tau,
-                                                   ptrdiff_t tau_stride, float *a_out, ptrdiff_t a_out_stride,
-                                                   int links_n, const int *links, float *tau_out,
-                                                   ptrdiff_t tau_out_stride, int threads);
+                                                   ptrdiff_t tau_stride, int links_n, const int *links, float *a_out,
+                                                   ptrdiff_t a_out_stride, float *tau_out, ptrdiff_t tau_out_stride,
+                                                   int threads);
 KSL_EXPORT ksl_status_t ksl_hybrid_dynamics_external_batchf(const ksl_model_t *model, size_t n, const float *q,
                                                             ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
                                                             const float *a, ptrdiff_t a_stride, const float *tau,
                                                             ptrdiff_t tau_stride, const ksl_external_rowsf_t *external,
-                                                            float *a_out, ptrdiff_t a_out_stride, int links_n,
-                                                            const int *links, float *tau_out, ptrdiff_t tau_out_stride,
-                                                            int threads);
+                                                            int links_n, const int *links, float *a_out,
+                                                            ptrdiff_t a_out_stride, float *tau_out,
+                                                            ptrdiff_t tau_out_stride, int threads);
 
 /** Jump dv (nv) of the joint velocities at q (nq) caused by impulses on links, the time integrals of external
     wrenches: M dv = Σ Jᵀ impulse (Featherstone, RBDA 2008, section 11.7).  O(bodies).  external may be NULL: no
@@ -287,7 +287,7 @@ KSL_EXPORT ksl_status_t ksl_mass_matrix_upper_batchf(const ksl_model_t *model, s
 /** The elements M (tree) of the lower triangle of the mass matrix that aren't zero by the shape of the tree, row by
     row, for q (nq): of each row those in the columns of the joints on the path from the ground, the diagonal last.
     Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2 and section 6.5); O(bodies × depth).  Not for
-    models with mimic joints, whose mass matrix has other zeros. */
+    models with mimic joints, whose mass matrix has other zeros: mass_matrix_upper is for them, too. */
 KSL_EXPORT ksl_status_t ksl_mass_matrix_tree(const ksl_model_t *model, ksl_data_t *data, const double *q, double *M);
 KSL_EXPORT ksl_status_t ksl_mass_matrix_treef(const ksl_model_t *model, ksl_data_t *data, const float *q, float *M);
 KSL_EXPORT ksl_status_t ksl_mass_matrix_tree_batch(const ksl_model_t *model, size_t n, const double *q,
@@ -297,7 +297,8 @@ KSL_EXPORT ksl_status_t ksl_mass_matrix_tree_batchf(const ksl_model_t *model, si
 
 /** Factors LD (tree) of the mass matrix M = Lᵀ D L for q (nq), L a unit lower triangle and D diagonal: the elements
     of L in the layout of mass_matrix_tree, with D on the diagonal (Featherstone, RBDA 2008, section 6.5, table
-    6.3).  O(nv × depth²).  Not for models with mimic joints. */
+    6.3).  O(nv × depth²).  Not for models with mimic joints, for which are solve_mass_matrix and
+    mass_matrix_inverse. */
 KSL_EXPORT ksl_status_t ksl_mass_matrix_factor(const ksl_model_t *model, ksl_data_t *data, const double *q, double *LD);
 KSL_EXPORT ksl_status_t ksl_mass_matrix_factorf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *LD);
 KSL_EXPORT ksl_status_t ksl_mass_matrix_factor_batch(const ksl_model_t *model, size_t n, const double *q,
@@ -563,19 +564,20 @@ KSL_EXPORT ksl_status_t ksl_operational_space_inertia_inverse_batchf(
     many frames as the model has links.  O(bodies + n² depth + n³).  options may be NULL: about the frame's origin,
     in its axes, linear first. */
 KSL_EXPORT ksl_status_t ksl_operational_space_inertia(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                      double *inertia, int n, const int *links,
-                                                      const ksl_frame_options_t *options, double *rank);
+                                                      int n, const int *links, const ksl_frame_options_t *options,
+                                                      double *inertia, double *rank);
 KSL_EXPORT ksl_status_t ksl_operational_space_inertiaf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                       float *inertia, int n, const int *links,
-                                                       const ksl_frame_options_t *options, float *rank);
+                                                       int n, const int *links, const ksl_frame_options_t *options,
+                                                       float *inertia, float *rank);
 KSL_EXPORT ksl_status_t ksl_operational_space_inertia_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                            ptrdiff_t q_stride, double *inertia,
-                                                            ptrdiff_t inertia_stride, int links_n, const int *links,
-                                                            const ksl_frame_options_t *options, double *rank,
+                                                            ptrdiff_t q_stride, int links_n, const int *links,
+                                                            const ksl_frame_options_t *options, double *inertia,
+                                                            ptrdiff_t inertia_stride, double *rank,
                                                             ptrdiff_t rank_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_operational_space_inertia_batchf(
-    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, float *inertia, ptrdiff_t inertia_stride,
-    int links_n, const int *links, const ksl_frame_options_t *options, float *rank, ptrdiff_t rank_stride, int threads);
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, int links_n, const int *links,
+    const ksl_frame_options_t *options, float *inertia, ptrdiff_t inertia_stride, float *rank, ptrdiff_t rank_stride,
+    int threads);
 
 /** Dynamics at n frames for q (nq) and v (nv), under gravity and external wrenches: F = inertia x'' + bias for
     wrenches F on the frames, no efforts, and rates x'' of the numbers of their twists.  inertia (6 links, 6 links);
@@ -584,37 +586,37 @@ KSL_EXPORT ksl_status_t ksl_operational_space_inertia_batchf(
     O(n bodies + n² depth + n³).  external may be NULL: no wrench.  options may be NULL: about the frame's origin, in
     its axes, linear first. */
 KSL_EXPORT ksl_status_t ksl_operational_space(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                              const double *v, const ksl_external_t *external, double *inertia,
-                                              double *bias, double *pseudo_inverse, int n, const int *links,
-                                              const ksl_frame_options_t *options, double *rank);
+                                              const double *v, const ksl_external_t *external, int n, const int *links,
+                                              const ksl_frame_options_t *options, double *inertia, double *bias,
+                                              double *pseudo_inverse, double *rank);
 KSL_EXPORT ksl_status_t ksl_operational_spacef(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                               const float *v, const ksl_externalf_t *external, float *inertia,
-                                               float *bias, float *pseudo_inverse, int n, const int *links,
-                                               const ksl_frame_options_t *options, float *rank);
+                                               const float *v, const ksl_externalf_t *external, int n, const int *links,
+                                               const ksl_frame_options_t *options, float *inertia, float *bias,
+                                               float *pseudo_inverse, float *rank);
 KSL_EXPORT ksl_status_t ksl_operational_space_batch(const ksl_model_t *model, size_t n, const double *q,
                                                     ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                    int links_n, const int *links, const ksl_frame_options_t *options,
                                                     double *inertia, ptrdiff_t inertia_stride, double *bias,
                                                     ptrdiff_t bias_stride, double *pseudo_inverse,
-                                                    ptrdiff_t pseudo_inverse_stride, int links_n, const int *links,
-                                                    const ksl_frame_options_t *options, double *rank,
+                                                    ptrdiff_t pseudo_inverse_stride, double *rank,
                                                     ptrdiff_t rank_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_operational_space_external_batch(
     const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-    const ksl_external_rows_t *external, double *inertia, ptrdiff_t inertia_stride, double *bias, ptrdiff_t bias_stride,
-    double *pseudo_inverse, ptrdiff_t pseudo_inverse_stride, int links_n, const int *links,
-    const ksl_frame_options_t *options, double *rank, ptrdiff_t rank_stride, int threads);
+    const ksl_external_rows_t *external, int links_n, const int *links, const ksl_frame_options_t *options,
+    double *inertia, ptrdiff_t inertia_stride, double *bias, ptrdiff_t bias_stride, double *pseudo_inverse,
+    ptrdiff_t pseudo_inverse_stride, double *rank, ptrdiff_t rank_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_operational_space_batchf(const ksl_model_t *model, size_t n, const float *q,
                                                      ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                     int links_n, const int *links, const ksl_frame_options_t *options,
                                                      float *inertia, ptrdiff_t inertia_stride, float *bias,
                                                      ptrdiff_t bias_stride, float *pseudo_inverse,
-                                                     ptrdiff_t pseudo_inverse_stride, int links_n, const int *links,
-                                                     const ksl_frame_options_t *options, float *rank,
+                                                     ptrdiff_t pseudo_inverse_stride, float *rank,
                                                      ptrdiff_t rank_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_operational_space_external_batchf(
     const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    const ksl_external_rowsf_t *external, float *inertia, ptrdiff_t inertia_stride, float *bias, ptrdiff_t bias_stride,
-    float *pseudo_inverse, ptrdiff_t pseudo_inverse_stride, int links_n, const int *links,
-    const ksl_frame_options_t *options, float *rank, ptrdiff_t rank_stride, int threads);
+    const ksl_external_rowsf_t *external, int links_n, const int *links, const ksl_frame_options_t *options,
+    float *inertia, ptrdiff_t inertia_stride, float *bias, ptrdiff_t bias_stride, float *pseudo_inverse,
+    ptrdiff_t pseudo_inverse_stride, float *rank, ptrdiff_t rank_stride, int threads);
 
 /** Kinetic and potential energy, J, for q (nq) and v (nv); the latter zero with every centroid at the world's
     origin.  O(bodies). */
@@ -695,46 +697,48 @@ KSL_EXPORT ksl_status_t ksl_center_of_mass_acceleration_batchf(
     const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
     const float *a, ptrdiff_t a_stride, float *acceleration, ptrdiff_t acceleration_stride, int threads);
 
-/** Momentum (6) about the centre of mass, in the world's axes, linear first, kg m/s and kg m²/s, for q (nq) and v
-    (nv), of the bodies that move (Orin, Goswami, Lee, Autonomous Robots 35, 2013, eq. (7)).  O(bodies). */
+/** Momentum (6) about the centre of mass, in the world's axes, kg m/s and kg m²/s, for q (nq) and v (nv), of the
+    bodies that move (Orin, Goswami, Lee, Autonomous Robots 35, 2013, eq. (7)).  O(bodies). */
 KSL_EXPORT ksl_status_t ksl_centroidal_momentum(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                const double *v, double *momentum);
+                                                const double *v, ksl_order_t order, double *momentum);
 KSL_EXPORT ksl_status_t ksl_centroidal_momentumf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                 const float *v, float *momentum);
+                                                 const float *v, ksl_order_t order, float *momentum);
 KSL_EXPORT ksl_status_t ksl_centroidal_momentum_batch(const ksl_model_t *model, size_t n, const double *q,
                                                       ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                      double *momentum, ptrdiff_t momentum_stride, int threads);
+                                                      ksl_order_t order, double *momentum, ptrdiff_t momentum_stride,
+                                                      int threads);
 KSL_EXPORT ksl_status_t ksl_centroidal_momentum_batchf(const ksl_model_t *model, size_t n, const float *q,
                                                        ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-                                                       float *momentum, ptrdiff_t momentum_stride, int threads);
+                                                       ksl_order_t order, float *momentum, ptrdiff_t momentum_stride,
+                                                       int threads);
 
 /** Centroidal momentum matrix (6, nv), row-major, for q (nq): times v it is the momentum about the centre of mass,
-    in the world's axes, linear first (Orin, Goswami, Lee, Autonomous Robots 35, 2013, section 4).  O(bodies). */
+    in the world's axes (Orin, Goswami, Lee, Autonomous Robots 35, 2013, section 4).  O(bodies). */
 KSL_EXPORT ksl_status_t ksl_centroidal_momentum_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                       double *matrix);
+                                                       ksl_order_t order, double *matrix);
 KSL_EXPORT ksl_status_t ksl_centroidal_momentum_matrixf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                        float *matrix);
+                                                        ksl_order_t order, float *matrix);
 KSL_EXPORT ksl_status_t ksl_centroidal_momentum_matrix_batch(
-    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, double *matrix, ptrdiff_t matrix_stride,
-    int threads);
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, ksl_order_t order, double *matrix,
+    ptrdiff_t matrix_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_centroidal_momentum_matrix_batchf(
-    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, float *matrix, ptrdiff_t matrix_stride,
-    int threads);
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, ksl_order_t order, float *matrix,
+    ptrdiff_t matrix_stride, int threads);
 
-/** Rate (6) of the momentum about the centre of mass, in the world's axes, linear first, N and N m, for q (nq), v
-    (nv) and a (nv): the sum of all external wrenches, those of gravity and of the ground among them.  O(bodies). */
+/** Rate (6) of the momentum about the centre of mass, in the world's axes, N and N m, for q (nq), v (nv) and a (nv):
+    the sum of all external wrenches, those of gravity and of the ground among them.  O(bodies). */
 KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                     const double *v, const double *a, double *rate);
+                                                     const double *v, const double *a, ksl_order_t order, double *rate);
 KSL_EXPORT ksl_status_t ksl_centroidal_momentum_ratef(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                      const float *v, const float *a, float *rate);
+                                                      const float *v, const float *a, ksl_order_t order, float *rate);
 KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate_batch(const ksl_model_t *model, size_t n, const double *q,
                                                            ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                           const double *a, ptrdiff_t a_stride, double *rate,
-                                                           ptrdiff_t rate_stride, int threads);
+                                                           const double *a, ptrdiff_t a_stride, ksl_order_t order,
+                                                           double *rate, ptrdiff_t rate_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate_batchf(const ksl_model_t *model, size_t n, const float *q,
                                                             ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-                                                            const float *a, ptrdiff_t a_stride, float *rate,
-                                                            ptrdiff_t rate_stride, int threads);
+                                                            const float *a, ptrdiff_t a_stride, ksl_order_t order,
+                                                            float *rate, ptrdiff_t rate_stride, int threads);
 
 /** Derivatives dtau_dq (nv, nv), dtau_dv (nv, nv), dtau_da (nv, nv) of the joint efforts that inverse dynamics gives
     for q (nq), v (nv), a (nv), each row-major: element (i, k) is that of effort i by coordinate k.  By q is along q
@@ -765,6 +769,24 @@ KSL_EXPORT ksl_status_t ksl_inverse_dynamics_derivatives_external_batchf(
     const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
     const float *a, ptrdiff_t a_stride, const ksl_external_rowsf_t *external, float *dtau_dq, ptrdiff_t dtau_dq_stride,
     float *dtau_dv, ptrdiff_t dtau_dv_stride, float *dtau_da, ptrdiff_t dtau_da_stride, int threads);
+
+/** Stiffness K (nv, nv), row-major, of the pose q (nq) at rest: the derivative along q ⊕ s e_k of the efforts that
+    hold it, those of gravity_torque.  External wrenches are held in the axes in which they are given, those of their
+    links, which move, or of the world.  O(bodies × depth).  external may be NULL: no wrench. */
+KSL_EXPORT ksl_status_t ksl_stiffness(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                      const ksl_external_t *external, double *K);
+KSL_EXPORT ksl_status_t ksl_stiffnessf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                       const ksl_externalf_t *external, float *K);
+KSL_EXPORT ksl_status_t ksl_stiffness_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                            double *K, ptrdiff_t K_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_stiffness_external_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                     ptrdiff_t q_stride, const ksl_external_rows_t *external, double *K,
+                                                     ptrdiff_t K_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_stiffness_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                             float *K, ptrdiff_t K_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_stiffness_external_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                      ptrdiff_t q_stride, const ksl_external_rowsf_t *external,
+                                                      float *K, ptrdiff_t K_stride, int threads);
 
 /** Derivatives da_dq (nv, nv), da_dv (nv, nv), da_dtau (nv, nv) of the accelerations that forward dynamics gives for
     q (nq), v (nv), tau (nv), each row-major: element (i, k) is that of acceleration i by coordinate k.  By q is
@@ -804,35 +826,35 @@ KSL_EXPORT ksl_status_t ksl_forward_dynamics_derivatives_external_batchf(
     whole wrench on the child side, about the joint's origin, in the axes of the child link, linear first. */
 KSL_EXPORT ksl_status_t ksl_reactions_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
                                                   const double *v, const double *a, const ksl_external_t *external,
-                                                  double *by_q, double *by_v, int n, const int *joints,
-                                                  const ksl_reaction_options_t *options, double *by_a);
+                                                  int n, const int *joints, const ksl_reaction_options_t *options,
+                                                  double *by_q, double *by_v, double *by_a);
 KSL_EXPORT ksl_status_t ksl_reactions_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
                                                    const float *v, const float *a, const ksl_externalf_t *external,
-                                                   float *by_q, float *by_v, int n, const int *joints,
-                                                   const ksl_reaction_options_t *options, float *by_a);
+                                                   int n, const int *joints, const ksl_reaction_options_t *options,
+                                                   float *by_q, float *by_v, float *by_a);
 KSL_EXPORT ksl_status_t ksl_reactions_derivatives_batch(const ksl_model_t *model, size_t n, const double *q,
                                                         ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                        const double *a, ptrdiff_t a_stride, double *by_q,
-                                                        ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
-                                                        int joints_n, const int *joints,
-                                                        const ksl_reaction_options_t *options, double *by_a,
-                                                        ptrdiff_t by_a_stride, int threads);
+                                                        const double *a, ptrdiff_t a_stride, int joints_n,
+                                                        const int *joints, const ksl_reaction_options_t *options,
+                                                        double *by_q, ptrdiff_t by_q_stride, double *by_v,
+                                                        ptrdiff_t by_v_stride, double *by_a, ptrdiff_t by_a_stride,
+                                                        int threads);
 KSL_EXPORT ksl_status_t ksl_reactions_derivatives_external_batch(
     const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-    const double *a, ptrdiff_t a_stride, const ksl_external_rows_t *external, double *by_q, ptrdiff_t by_q_stride,
-    double *by_v, ptrdiff_t by_v_stride, int joints_n, const int *joints, const ksl_reaction_options_t *options,
+    const double *a, ptrdiff_t a_stride, const ksl_external_rows_t *external, int joints_n, const int *joints,
+    const ksl_reaction_options_t *options, double *by_q, ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
     double *by_a, ptrdiff_t by_a_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_reactions_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q,
                                                          ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-                                                         const float *a, ptrdiff_t a_stride, float *by_q,
-                                                         ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride,
-                                                         int joints_n, const int *joints,
-                                                         const ksl_reaction_options_t *options, float *by_a,
-                                                         ptrdiff_t by_a_stride, int threads);
+                                                         const float *a, ptrdiff_t a_stride, int joints_n,
+                                                         const int *joints, const ksl_reaction_options_t *options,
+                                                         float *by_q, ptrdiff_t by_q_stride, float *by_v,
+                                                         ptrdiff_t by_v_stride, float *by_a, ptrdiff_t by_a_stride,
+                                                         int threads);
 KSL_EXPORT ksl_status_t ksl_reactions_derivatives_external_batchf(
     const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    const float *a, ptrdiff_t a_stride, const ksl_external_rowsf_t *external, float *by_q, ptrdiff_t by_q_stride,
-    float *by_v, ptrdiff_t by_v_stride, int joints_n, const int *joints, const ksl_reaction_options_t *options,
+    const float *a, ptrdiff_t a_stride, const ksl_external_rowsf_t *external, int joints_n, const int *joints,
+    const ksl_reaction_options_t *options, float *by_q, ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride,
     float *by_a, ptrdiff_t by_a_stride, int threads);
 
 /** Derivatives by_external (joints, 6, all links, 6) of the reactions of the joints that are asked for by the
@@ -856,18 +878,18 @@ KSL_EXPORT ksl_status_t ksl_reactions_external_derivatives_batchf(
     components, row-major.  By q is along q ⊕ s e_k with v held componentwise; by v is the Jacobian.  O(depth),
     besides writing 12 nv numbers.  options may be NULL: about the frame's origin, in its axes, linear first. */
 KSL_EXPORT ksl_status_t ksl_frame_velocity_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                       const double *v, double *by_q, int link,
-                                                       const ksl_frame_options_t *options, double *by_v);
+                                                       const double *v, int link, const ksl_frame_options_t *options,
+                                                       double *by_q, double *by_v);
 KSL_EXPORT ksl_status_t ksl_frame_velocity_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                        const float *v, float *by_q, int link,
-                                                        const ksl_frame_options_t *options, float *by_v);
+                                                        const float *v, int link, const ksl_frame_options_t *options,
+                                                        float *by_q, float *by_v);
 KSL_EXPORT ksl_status_t ksl_frame_velocity_derivatives_batch(
     const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-    double *by_q, ptrdiff_t by_q_stride, int link, const ksl_frame_options_t *options, double *by_v,
+    int link, const ksl_frame_options_t *options, double *by_q, ptrdiff_t by_q_stride, double *by_v,
     ptrdiff_t by_v_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_frame_velocity_derivatives_batchf(
     const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    float *by_q, ptrdiff_t by_q_stride, int link, const ksl_frame_options_t *options, float *by_v,
+    int link, const ksl_frame_options_t *options, float *by_q, ptrdiff_t by_q_stride, float *by_v,
     ptrdiff_t by_v_stride, int threads);
 
 /** Derivatives by_q (links, 6, nv) and by_v (links, 6, nv) of the twists of links' frames, for q (nq) and v (nv):
@@ -876,18 +898,19 @@ KSL_EXPORT ksl_status_t ksl_frame_velocity_derivatives_batchf(
     besides writing 12 nv numbers for each link.  options may be NULL: about the frame's origin, in its axes, linear
     first. */
 KSL_EXPORT ksl_status_t ksl_frame_velocities_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                         const double *v, double *by_q, int n, const int *links,
-                                                         const ksl_frame_options_t *options, double *by_v);
+                                                         const double *v, int n, const int *links,
+                                                         const ksl_frame_options_t *options, double *by_q,
+                                                         double *by_v);
 KSL_EXPORT ksl_status_t ksl_frame_velocities_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                          const float *v, float *by_q, int n, const int *links,
-                                                          const ksl_frame_options_t *options, float *by_v);
+                                                          const float *v, int n, const int *links,
+                                                          const ksl_frame_options_t *options, float *by_q, float *by_v);
 KSL_EXPORT ksl_status_t ksl_frame_velocities_derivatives_batch(
     const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-    double *by_q, ptrdiff_t by_q_stride, int links_n, const int *links, const ksl_frame_options_t *options,
+    int links_n, const int *links, const ksl_frame_options_t *options, double *by_q, ptrdiff_t by_q_stride,
     double *by_v, ptrdiff_t by_v_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_frame_velocities_derivatives_batchf(
     const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    float *by_q, ptrdiff_t by_q_stride, int links_n, const int *links, const ksl_frame_options_t *options, float *by_v,
+    int links_n, const int *links, const ksl_frame_options_t *options, float *by_q, ptrdiff_t by_q_stride, float *by_v,
     ptrdiff_t by_v_stride, int threads);
 
 /** Derivatives by_q (6, nv), by_v (6, nv), by_a (6, nv) of the acceleration of a link's frame, of the kind that the
@@ -895,19 +918,21 @@ KSL_EXPORT ksl_status_t ksl_frame_velocities_derivatives_batchf(
     and a held componentwise; by a is the Jacobian.  O(depth), besides writing 18 nv numbers.  options may be NULL:
     about the frame's origin, in its axes, linear first. */
 KSL_EXPORT ksl_status_t ksl_frame_acceleration_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                           const double *v, const double *a, double *by_q, double *by_v,
-                                                           int link, const ksl_frame_options_t *options, double *by_a);
+                                                           const double *v, const double *a, int link,
+                                                           const ksl_frame_options_t *options, double *by_q,
+                                                           double *by_v, double *by_a);
 KSL_EXPORT ksl_status_t ksl_frame_acceleration_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                            const float *v, const float *a, float *by_q, float *by_v,
-                                                            int link, const ksl_frame_options_t *options, float *by_a);
+                                                            const float *v, const float *a, int link,
+                                                            const ksl_frame_options_t *options, float *by_q,
+                                                            float *by_v, float *by_a);
 KSL_EXPORT ksl_status_t ksl_frame_acceleration_derivatives_batch(
     const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-    const double *a, ptrdiff_t a_stride, double *by_q, ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
-    int link, const ksl_frame_options_t *options, double *by_a, ptrdiff_t by_a_stride, int threads);
+    const double *a, ptrdiff_t a_stride, int link, const ksl_frame_options_t *options, double *by_q,
+    ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride, double *by_a, ptrdiff_t by_a_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_frame_acceleration_derivatives_batchf(
     const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    const float *a, ptrdiff_t a_stride, float *by_q, ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride,
-    int link, const ksl_frame_options_t *options, float *by_a, ptrdiff_t by_a_stride, int threads);
+    const float *a, ptrdiff_t a_stride, int link, const ksl_frame_options_t *options, float *by_q,
+    ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride, float *by_a, ptrdiff_t by_a_stride, int threads);
 
 /** Derivatives by_q (links, 6, nv), by_v (links, 6, nv), by_a (links, 6, nv) of the accelerations of links' frames,
     of the kind that the options say, for q (nq), v (nv) and a (nv): those of their components, row-major.  By q is
@@ -915,21 +940,21 @@ KSL_EXPORT ksl_status_t ksl_frame_acceleration_derivatives_batchf(
     Russell, Wensing, RA-L 7(2), 2022).  O(bodies + links × depth), besides writing 18 nv numbers for each link.
     options may be NULL: about the frame's origin, in its axes, linear first. */
 KSL_EXPORT ksl_status_t ksl_frame_accelerations_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                            const double *v, const double *a, double *by_q,
-                                                            double *by_v, int n, const int *links,
-                                                            const ksl_frame_options_t *options, double *by_a);
+                                                            const double *v, const double *a, int n, const int *links,
+                                                            const ksl_frame_options_t *options, double *by_q,
+                                                            double *by_v, double *by_a);
 KSL_EXPORT ksl_status_t ksl_frame_accelerations_derivativesf(
-    const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *a, float *by_q,
-    float *by_v, int n, const int *links, const ksl_frame_options_t *options, float *by_a);
+    const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *a, int n, const int *links,
+    const ksl_frame_options_t *options, float *by_q, float *by_v, float *by_a);
 KSL_EXPORT ksl_status_t ksl_frame_accelerations_derivatives_batch(
     const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-    const double *a, ptrdiff_t a_stride, double *by_q, ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
-    int links_n, const int *links, const ksl_frame_options_t *options, double *by_a, ptrdiff_t by_a_stride,
+    const double *a, ptrdiff_t a_stride, int links_n, const int *links, const ksl_frame_options_t *options,
+    double *by_q, ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride, double *by_a, ptrdiff_t by_a_stride,
     int threads);
 KSL_EXPORT ksl_status_t ksl_frame_accelerations_derivatives_batchf(
     const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    const float *a, ptrdiff_t a_stride, float *by_q, ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride,
-    int links_n, const int *links, const ksl_frame_options_t *options, float *by_a, ptrdiff_t by_a_stride, int threads);
+    const float *a, ptrdiff_t a_stride, int links_n, const int *links, const ksl_frame_options_t *options, float *by_q,
+    ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride, float *by_a, ptrdiff_t by_a_stride, int threads);
 
 /** Derivatives kinetic_by_q (nv) and kinetic_by_v (nv) of the kinetic energy, potential_by_q (nv) of the potential
     energy, for q (nq) and v (nv).  By q is along q ⊕ s e_k with v held componentwise; by v is M v; that of the
@@ -953,37 +978,39 @@ KSL_EXPORT ksl_status_t ksl_energy_derivatives_batchf(const ksl_model_t *model, 
                                                       float *potential_by_q, ptrdiff_t potential_by_q_stride,
                                                       int threads);
 
-/** Derivatives by_q (6, nv) and by_v (6, nv) of the momentum about the centre of mass, in the world's axes, linear
-    first, row-major, for q (nq) and v (nv).  By q is along q ⊕ s e_k with v held componentwise; by v is the
-    centroidal momentum matrix.  O(bodies). */
+/** Derivatives by_q (6, nv) and by_v (6, nv) of the momentum about the centre of mass, in the world's axes,
+    row-major, for q (nq) and v (nv).  By q is along q ⊕ s e_k with v held componentwise; by v is the centroidal
+    momentum matrix.  O(bodies). */
 KSL_EXPORT ksl_status_t ksl_centroidal_momentum_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                            const double *v, double *by_q, double *by_v);
+                                                            const double *v, ksl_order_t order, double *by_q,
+                                                            double *by_v);
 KSL_EXPORT ksl_status_t ksl_centroidal_momentum_derivativesf(
-    const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, float *by_q, float *by_v);
+    const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, ksl_order_t order, float *by_q,
+    float *by_v);
 KSL_EXPORT ksl_status_t ksl_centroidal_momentum_derivatives_batch(
     const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-    double *by_q, ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride, int threads);
+    ksl_order_t order, double *by_q, ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_centroidal_momentum_derivatives_batchf(
     const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    float *by_q, ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride, int threads);
+    ksl_order_t order, float *by_q, ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride, int threads);
 
 /** Derivatives by_q (6, nv), by_v (6, nv), by_a (6, nv) of the rate of the momentum about the centre of mass, in the
-    world's axes, linear first, row-major, for q (nq), v (nv) and a (nv).  By q is along q ⊕ s e_k with v and a held
-    componentwise; by a is the centroidal momentum matrix (after Carpentier and Mansard, RSS 2018).  O(bodies). */
+    world's axes, row-major, for q (nq), v (nv) and a (nv).  By q is along q ⊕ s e_k with v and a held componentwise;
+    by a is the centroidal momentum matrix (after Carpentier and Mansard, RSS 2018).  O(bodies). */
 KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate_derivatives(
-    const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *a, double *by_q,
-    double *by_v, double *by_a);
+    const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *a, ksl_order_t order,
+    double *by_q, double *by_v, double *by_a);
 KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate_derivativesf(
-    const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *a, float *by_q,
-    float *by_v, float *by_a);
+    const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *a, ksl_order_t order,
+    float *by_q, float *by_v, float *by_a);
 KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate_derivatives_batch(
     const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-    const double *a, ptrdiff_t a_stride, double *by_q, ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
-    double *by_a, ptrdiff_t by_a_stride, int threads);
+    const double *a, ptrdiff_t a_stride, ksl_order_t order, double *by_q, ptrdiff_t by_q_stride, double *by_v,
+    ptrdiff_t by_v_stride, double *by_a, ptrdiff_t by_a_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate_derivatives_batchf(
     const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    const float *a, ptrdiff_t a_stride, float *by_q, ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride,
-    float *by_a, ptrdiff_t by_a_stride, int threads);
+    const float *a, ptrdiff_t a_stride, ksl_order_t order, float *by_q, ptrdiff_t by_q_stride, float *by_v,
+    ptrdiff_t by_v_stride, float *by_a, ptrdiff_t by_a_stride, int threads);
 
 /** Second derivatives d2tau_dqdq (nv, nv, nv), d2tau_dvdv (nv, nv, nv), d2tau_dqdv (nv, nv, nv), dM_dq (nv, nv, nv)
     of the joint efforts that inverse dynamics gives for q (nq), v (nv), a (nv), each row-major.  Element (i, k, m)
@@ -1108,37 +1135,34 @@ KSL_EXPORT ksl_status_t ksl_reactions_regressor_batchf(const ksl_model_t *model,
     links with their parameters (those of inverse_dynamics_regressor) they are kinetic and potential energy, J.
     O(bodies + links). */
 KSL_EXPORT ksl_status_t ksl_energy_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                             const double *v, double *kinetic, int n, const int *links,
+                                             const double *v, int n, const int *links, double *kinetic,
                                              double *potential);
 KSL_EXPORT ksl_status_t ksl_energy_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                              const float *v, float *kinetic, int n, const int *links,
+                                              const float *v, int n, const int *links, float *kinetic,
                                               float *potential);
 KSL_EXPORT ksl_status_t ksl_energy_regressor_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                   ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                   double *kinetic, ptrdiff_t kinetic_stride, int links_n,
-                                                   const int *links, double *potential, ptrdiff_t potential_stride,
-                                                   int threads);
+                                                   ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, int links_n,
+                                                   const int *links, double *kinetic, ptrdiff_t kinetic_stride,
+                                                   double *potential, ptrdiff_t potential_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_energy_regressor_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                    ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-                                                    float *kinetic, ptrdiff_t kinetic_stride, int links_n,
-                                                    const int *links, float *potential, ptrdiff_t potential_stride,
-                                                    int threads);
+                                                    ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, int links_n,
+                                                    const int *links, float *kinetic, ptrdiff_t kinetic_stride,
+                                                    float *potential, ptrdiff_t potential_stride, int threads);
 
-/** Regressor P (6, links, 10) of the momentum about the world's origin, in its axes, linear first, for q (nq) and v
-    (nv): summed over links with their parameters (those of inverse_dynamics_regressor) it is their momentum.
-    O(bodies + links). */
+/** Regressor P (6, links, 10) of the momentum about the world's origin, in its axes, for q (nq) and v (nv): summed
+    over links with their parameters (those of inverse_dynamics_regressor) it is their momentum.  O(bodies + links). */
 KSL_EXPORT ksl_status_t ksl_momentum_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                               const double *v, int n, const int *links, double *P);
+                                               const double *v, int n, const int *links, ksl_order_t order, double *P);
 KSL_EXPORT ksl_status_t ksl_momentum_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                const float *v, int n, const int *links, float *P);
+                                                const float *v, int n, const int *links, ksl_order_t order, float *P);
 KSL_EXPORT ksl_status_t ksl_momentum_regressor_batch(const ksl_model_t *model, size_t n, const double *q,
                                                      ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                     int links_n, const int *links, double *P, ptrdiff_t P_stride,
-                                                     int threads);
+                                                     int links_n, const int *links, ksl_order_t order, double *P,
+                                                     ptrdiff_t P_stride, int threads);
 KSL_EXPORT ksl_status_t ksl_momentum_regressor_batchf(const ksl_model_t *model, size_t n, const float *q,
                                                       ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-                                                      int links_n, const int *links, float *P, ptrdiff_t P_stride,
-                                                      int threads);
+                                                      int links_n, const int *links, ksl_order_t order, float *P,
+                                                      ptrdiff_t P_stride, int threads);
 
 /** Position q1 (nq) = q ⊕ dv, after unit time at the constant joint velocity dv (nv) from q (nq); joints with
     several coordinates move along the exponential of their group (Solà et al., A micro Lie theory for state

@@ -39,6 +39,9 @@ KSL_EXPORT physics_options physics_named(const std::vector<std::string> &names, 
 /// Their names.
 KSL_EXPORT std::vector<std::string> names_of(const physics_options &options);
 
+/// The sentence about a link or joint (`what`) that is not among the known ones: which of them is near, or which there are.
+KSL_EXPORT std::string unknown_name(const std::string &what, const std::string &name, const std::vector<std::string> &known);
+
 /// An inertia about the origin of a link, in its axes, that replaces the link's own.
 struct link_inertia {
   int link; ///< index into model::links()

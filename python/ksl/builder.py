@@ -18,7 +18,8 @@ DHRow = Mapping[str, Any] | Sequence[Any]
 """{"a": m, "alpha": rad, "d": m, "theta": rad, …}, or a sequence a, alpha, d, theta[, kind]."""
 Convention = Literal["standard", "modified"]
 
-_JointNumbers = tuple[list[float] | None, list[float] | None, float | None, float | None, float | None, float | None, float | None, float, float, tuple[str, float, float] | None, float | None, list[float]]
+_JointNumbers = tuple[list[float] | None, list[float] | None, float | None, float | None, float | None, float | None, float | None, float, float, tuple[str, float, float] | None, float | None, list[float], list[float | None]]
+_SEVERAL_LIMITS = ("cylindrical", "universal", "planar", "translation")
 _OF_A_ROW = ("a", "alpha", "d", "theta", "kind", "mass", "center_of_mass", "inertia", "limits", "effort", "velocity", "damping", "friction")
 
 
@@ -58,7 +59,7 @@ class Builder:
         axis: ArrayLike | None = None,
         axis2: ArrayLike | None = None,
         pitch: float | None = None,
-        limits: Sequence[float | None] | None = None,
+        limits: Sequence[float | None] | Sequence[Sequence[float | None] | None] | None = None,
         effort: float | None = None,
         velocity: float | None = None,
         damping: float = 0.0,
@@ -79,17 +80,20 @@ class Builder:
         axis (3): of any length, in the joint's frame; kinds that have one need it, others must not have it.  That of a planar joint is the
         normal, z if it is left out.  axis2 (3): the second axis of a universal joint, fixed in the child.
         pitch: of helical joints, m/rad, positive for a right-handed screw.
-        limits: (lower, upper), rad or m, each may be None; effort, velocity: limits, N m or N, rad/s or m/s.  They are kept and not enforced.
+        limits: (lower, upper), rad or m, each may be None; of cylindrical, universal, planar and translation joints a pair, or None, for each
+        number in q.  effort, velocity: limits, N m or N, rad/s or m/s.  They are kept and not enforced.
         damping, friction: of each coordinate, N m s/rad or N s/m, and N m or N.  friction_width: of friction's smooth law, rad/s or m/s.
         armature: inertia that each coordinate feels besides that of the links, kg m² or kg.  rotor_inertia, gear_ratio: of the motor's rotor, kg m²,
         and its turns for each of the joint.  spring_stiffness, spring_rest: of a joint with one coordinate, N m/rad or N/m, and rad or m.
         They have no effect unless `physics=` names them.
         mimic: (joint, multiplier, offset): it follows that joint, which may be added later, at multiplier × its position + offset.
         """
+        if kind in _SEVERAL_LIMITS and limits is not None and not any(hasattr(x, "__len__") for x in limits):
+            raise ValueError(f"joint {name}: its limits are {limits!r}; a {kind} joint has several numbers in q, each of which needs (lower, upper) or None")
         options = _options(f"joint {name}", axis, axis2, pitch, limits, effort, velocity, damping, friction, mimic)
         physics = {"armature": armature, "rotor inertia": rotor_inertia, "gear ratio": gear_ratio, "stiffness": spring_stiffness, "rest position": spring_rest}
         numbers = [given.number(x, f"joint {name}: its {what}") for what, x in physics.items()]
-        options = (*options[:10], None if friction_width is None else given.number(friction_width, f"joint {name}: its friction width"), numbers)
+        options = (*options[:10], None if friction_width is None else given.number(friction_width, f"joint {name}: its friction width"), numbers, options[12])
         self._core.add_joint(name, kind, parent, child, given.pose(pose, f"joint {name}: its pose"), options)
         return self
 
@@ -151,9 +155,15 @@ def _options(
         return None if x is None else given.number(x, f"{who}: its {what}")
 
     try:
-        lower, upper = (None, None) if limits is None else limits
+        one = limits is None or not any(hasattr(x, "__len__") for x in limits)
+        pairs = [(None, None) if x is None else tuple(x) for x in ([limits] if one else limits)]
+        if not 1 <= len(pairs) <= 3 or any(len(pair) != 2 for pair in pairs):
+            raise ValueError
     except (TypeError, ValueError):
-        raise ValueError(f"{who}: its limits are {limits!r}; expected (lower, upper)") from None
+        raise ValueError(f"{who}: its limits are {limits!r}; expected (lower, upper), or such a pair for each number in q") from None
+    lower, upper = pairs[0]
+    others = (*pairs[1:], (None, None), (None, None))[:2]
+    further = [optional(x, f"{side} limit {c}") for c, pair in enumerate(others, 2) for side, x in zip(("lower", "upper"), pair)]
     try:
         follows = None if mimic is None else (str(mimic[0]), float(mimic[1]), float(mimic[2]))
     except (TypeError, ValueError, IndexError):
@@ -171,6 +181,7 @@ def _options(
         follows,
         None,
         [0.0, 0.0, 1.0, 0.0, 0.0],
+        further,
     )
 
 

@@ -8,8 +8,8 @@ from collections.abc import Iterable
 from numpy.typing import ArrayLike
 
 from ksl import _core
-from ksl.requests import Requests
-from ksl.states import Acceleration, Array, Expressed, External, ExternalAxes, Order, Part, Point, Side, external_in, numbers
+from ksl.requests import Requests, one_of
+from ksl.states import Acceleration, Array, Expressed, External, ExternalAxes, Order, Part, Point, Side, Triangle, external_in, numbers
 
 
 class Calls(Requests):
@@ -214,12 +214,17 @@ class Calls(Requests):
             external = external_in(external, external_axes)
         return self._core.velocity_jump(q, None, None, None, external, None, out, threads)
 
-    def mass_matrix(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+    def mass_matrix(self, q: ArrayLike, triangle: Triangle = "both", out: Array | None = None, threads: int | None = None) -> Array:
         """Mass matrix (…, nv, nv), symmetric: inverse_dynamics = mass_matrix · a + bias.
 
-        Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2); O(bodies × depth).
-        :meth:`mass_matrix_upper` and :meth:`mass_matrix_tree` write less, which is what takes the time in batches of large robots.
+        triangle: "both", or "upper", which is :meth:`mass_matrix_upper`: what is below the diagonal is not written.  That and
+        :meth:`mass_matrix_tree` write less, which is what takes the time in batches of large robots.
+        q, out, threads: as in :meth:`inverse_dynamics`.  Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2);
+        O(bodies × depth).
         """
+        if type(triangle) is not str or triangle != "both":
+            compiled = {"both": self._core.mass_matrix, "upper": self._core.mass_matrix_upper}[one_of(triangle, "triangle", "both", "upper")]
+            return compiled(q, None, None, None, None, None, out, threads)
         return self._core.mass_matrix(q, None, None, None, None, None, out, threads)
 
     def mass_matrix_upper(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
@@ -237,7 +242,7 @@ class Calls(Requests):
         ``scipy.sparse.csr_matrix((M, m.tree_columns, m.tree_rows))``.  Featherstone, RBDA 2008, table 6.2 and section 6.5.
 
         Not for robots with mimic joints (ValueError): a leader and its followers may be on different branches, so that the mass matrix has
-        other zeros than those of the tree.
+        other zeros than those of the tree.  :meth:`mass_matrix_upper` is for them, too.
         """
         return self._core.mass_matrix_tree(q, None, None, None, None, None, out, threads)
 
@@ -246,7 +251,8 @@ class Calls(Requests):
 
         q, out, threads: as in :meth:`inverse_dynamics`.  The layout is that of :meth:`mass_matrix_tree`, with D instead of the ones on the
         diagonal of L.  Featherstone, RBDA 2008, section 6.5 and table 6.3; O(nv × depth²).
-        Not for robots with mimic joints, as :meth:`mass_matrix_tree`.
+        Not for robots with mimic joints (ValueError), as :meth:`mass_matrix_tree`; :meth:`solve_mass_matrix` and
+        :meth:`mass_matrix_inverse` are for them, too.
         """
         return self._core.mass_matrix_factor(q, None, None, None, None, None, out, threads)
 
@@ -628,30 +634,34 @@ class Calls(Requests):
         """
         return self._core.center_of_mass_acceleration(q, v, a, None, None, None, out, threads)
 
-    def centroidal_momentum(self, q: ArrayLike, v: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
-        """Momentum (…, 6) about the centre of mass, in the world's axes, linear first, for q (…, nq), v (…, nv).
+    def centroidal_momentum(self, q: ArrayLike, v: ArrayLike, order: Order = "lin_ang", out: Array | None = None, threads: int | None = None) -> Array:
+        """Momentum (…, 6) about the centre of mass, in the world's axes, for q (…, nq), v (…, nv).
 
         Of the bodies that move; kg m/s, kg m²/s.  Where nothing that moves has mass, all is zero.
+        order: "lin_ang" (px py pz Lx Ly Lz) or "ang_lin".
         q, v, out, threads: as in :meth:`inverse_dynamics`.  Orin, Goswami, Lee, Autonomous Robots 35, 2013, eq. (7); O(bodies).
         """
-        return self._core.centroidal_momentum(q, v, None, None, None, None, out, threads)
+        return self._core.centroidal_momentum(q, v, None, None, None, self._order_of(order), out, threads)
 
-    def centroidal_momentum_matrix(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
+    def centroidal_momentum_matrix(self, q: ArrayLike, order: Order = "lin_ang", out: Array | None = None, threads: int | None = None) -> Array:
         """Centroidal momentum matrix (…, 6, nv) for q (…, nq): times v it is :meth:`centroidal_momentum`.
 
         A column is the momentum of the joint's subtree at unit velocity, about the centre of mass of all bodies that move.
+        order: of the rows, as in :meth:`centroidal_momentum`.
         q, out, threads: as in :meth:`inverse_dynamics`.  Orin, Goswami, Lee, Autonomous Robots 35, 2013, section 4; O(bodies).
         """
-        return self._core.centroidal_momentum_matrix(q, None, None, None, None, None, out, threads)
+        return self._core.centroidal_momentum_matrix(q, None, None, None, None, self._order_of(order), out, threads)
 
-    def centroidal_momentum_rate(self, q: ArrayLike, v: ArrayLike, a: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
-        """Rate (…, 6) of the centroidal momentum, in the world's axes, linear first, for q (…, nq), v and a (…, nv).
+    def centroidal_momentum_rate(
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, order: Order = "lin_ang", out: Array | None = None, threads: int | None = None
+    ) -> Array:
+        """Rate (…, 6) of the centroidal momentum, in the world's axes, for q (…, nq), v and a (…, nv).
 
         The rate of :meth:`centroidal_momentum`: the sum of all external wrenches about the centre of mass, those of gravity and of the
         ground among them; N, N m.
-        q, v, a, out, threads: as in :meth:`inverse_dynamics`.  O(bodies).
+        order: as in :meth:`centroidal_momentum`.  q, v, a, out, threads: as in :meth:`inverse_dynamics`.  O(bodies).
         """
-        return self._core.centroidal_momentum_rate(q, v, a, None, None, None, out, threads)
+        return self._core.centroidal_momentum_rate(q, v, a, None, None, self._order_of(order), out, threads)
 
     def inverse_dynamics_derivatives(
         self,
@@ -677,6 +687,21 @@ class Calls(Requests):
         if external_axes != "link":
             external = external_in(external, external_axes)
         return self._core.inverse_dynamics_derivatives(q, v, a, None, external, None, out, threads)
+
+    def stiffness(
+        self, q: ArrayLike, external: External | None = None, out: Array | None = None, threads: int | None = None, external_axes: ExternalAxes = "link"
+    ) -> Array:
+        """Stiffness (…, nv, nv) of a pose at rest: derivative of the efforts that hold it, :meth:`gravity_torque`, by q.
+
+        External wrenches are held in `external_axes`: in those of their links, with which they move, or in the world's.  The
+        derivative is along q ⊕ s e_k.  Without external wrenches it is the second derivative of the potential energy, symmetric where
+        joints have one axis each.  With drives of stiffness K the pose is stable if K plus it is positive definite.
+        q, external, out, threads: as in :meth:`inverse_dynamics`.  The first of :meth:`inverse_dynamics_derivatives` with v = a = 0;
+        O(bodies × depth).
+        """
+        if external_axes != "link":
+            external = external_in(external, external_axes)
+        return self._core.stiffness(q, None, None, None, external, None, out, threads)
 
     def forward_dynamics_derivatives(
         self,
@@ -855,25 +880,27 @@ class Calls(Requests):
         return self._core.energy_derivatives(q, v, None, None, None, None, out, threads)
 
     def centroidal_momentum_derivatives(
-        self, q: ArrayLike, v: ArrayLike, out: tuple[Array, Array] | None = None, threads: int | None = None
+        self, q: ArrayLike, v: ArrayLike, order: Order = "lin_ang", out: tuple[Array, Array] | None = None, threads: int | None = None
     ) -> tuple[Array, Array]:
         """Derivatives of centroidal_momentum by q and v, each (…, 6, nv).
 
         By q is along q ⊕ s e_k (:meth:`integrate`), with v held componentwise.  By v is :meth:`centroidal_momentum_matrix`.
+        order: of the six rows, as in :meth:`centroidal_momentum`.
         out: two arrays, one for each derivative.  q, v, threads: as in :meth:`inverse_dynamics`.  O(bodies).
         """
-        return self._core.centroidal_momentum_derivatives(q, v, None, None, None, None, out, threads)
+        return self._core.centroidal_momentum_derivatives(q, v, None, None, None, self._order_of(order), out, threads)
 
     def centroidal_momentum_rate_derivatives(
-        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, out: tuple[Array, Array, Array] | None = None, threads: int | None = None
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, order: Order = "lin_ang", out: tuple[Array, Array, Array] | None = None, threads: int | None = None
     ) -> tuple[Array, Array, Array]:
         """Derivatives of centroidal_momentum_rate by q, v and a, each (…, 6, nv).
 
         By q is along q ⊕ s e_k (:meth:`integrate`), with v and a held componentwise.  By a is :meth:`centroidal_momentum_matrix`.
+        order: of the six rows, as in :meth:`centroidal_momentum`.
         out: three arrays, one for each derivative.  q, v, a, threads: as in :meth:`inverse_dynamics`.
         After Carpentier and Mansard (RSS 2018); O(bodies).
         """
-        return self._core.centroidal_momentum_rate_derivatives(q, v, a, None, None, None, out, threads)
+        return self._core.centroidal_momentum_rate_derivatives(q, v, a, None, None, self._order_of(order), out, threads)
 
     def inverse_dynamics_second_derivatives(
         self,
@@ -924,7 +951,6 @@ class Calls(Requests):
         with several coordinates.  External wrenches are held in `external_axes`: in those of their links, with which they move, or in
         the world's.
         out: four arrays, one for each derivative.
-        Not for robots with mimic joints (ValueError).
         From those of inverse dynamics and the inverse of the mass matrix, analytic: after Singh, Russell, Wensing, On Second-Order
         Derivatives of Rigid-Body Dynamics: Theory & Implementation (T-RO 40, 2024); O(nv⁴).
         """
@@ -985,13 +1011,16 @@ class Calls(Requests):
         """
         return self._core.energy_regressor(q, v, None, None, None, self._links_of(links), out, threads)
 
-    def momentum_regressor(self, q: ArrayLike, v: ArrayLike, links: Iterable[str] | None = None, out: Array | None = None, threads: int | None = None) -> Array:
-        """Regressor (…, 6, links, 10) of the momentum about the world's origin, in its axes, linear first.
+    def momentum_regressor(
+        self, q: ArrayLike, v: ArrayLike, links: Iterable[str] | None = None, order: Order = "lin_ang", out: Array | None = None, threads: int | None = None
+    ) -> Array:
+        """Regressor (…, 6, links, 10) of the momentum about the world's origin, in its axes.
 
-        About the world's origin, since the centre of mass is not a linear function of the parameters.  Linear first; kg m/s, kg m²/s.
+        About the world's origin, since the centre of mass is not a linear function of the parameters; kg m/s, kg m²/s.
+        order: of the six rows, "lin_ang" (px py pz Lx Ly Lz) or "ang_lin".
         links, q, v, out, threads: as in :meth:`inverse_dynamics_regressor`.  O(bodies + links).
         """
-        return self._core.momentum_regressor(q, v, None, None, None, self._links_of(links), out, threads)
+        return self._core.momentum_regressor(q, v, None, None, None, self._links_of(links, order), out, threads)
 
     def integrate(self, q: ArrayLike, dv: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
         """Positions q ⊕ dv (…, nq): where q (…, nq) is after unit time at the constant joint velocity dv (…, nv).

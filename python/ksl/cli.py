@@ -143,7 +143,7 @@ def read_model(
             on = [word.strip() for word in physics.split(",")] if physics else None
             model = load(robot, floating_base, how, strict, given_gravity, payloads, masses, name or None, on, friction_width)
         except ValueError as e:
-            absent = [link for link in payloads or {} if str(e).endswith(f"no link {link} to carry the payload")]
+            absent = [link for link in payloads or {} if f"no link {link} to carry the payload" in str(e)]
             if absent:
                 bare = load(robot, floating_base, how, masses="optional", model=name or None)
                 fail(f"--on-link {absent[0]}: no such link; {suggestion(absent[0], bare.link_names, f'the links of {bare.name} are')}")

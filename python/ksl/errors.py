@@ -1,4 +1,8 @@
-"""Errors and warnings about files."""
+"""Errors and warnings, and the sentence about a name that is unknown."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
 
 
 class DescriptionError(ValueError):
@@ -19,3 +23,17 @@ class QuaternionWarning(UserWarning):
 
 class FrameError(ValueError):
     """Two spatial values whose frames don't match.  Names the operation and both frames."""
+
+
+def near_names(name: object, known: Iterable[str]) -> str:
+    """"did you mean 'a' or 'b'? ", or nothing."""
+    from difflib import get_close_matches
+
+    near = get_close_matches(name, list(known), 3, 0.7) if isinstance(name, str) else []
+    return f"did you mean {' or '.join(map(repr, near))}? " if near else ""
+
+
+def unknown_name(where: str, what: str, name: object, known: Iterable[str]) -> str:
+    """Says that there is no link, joint … of this name, which ones are near, and which ones there are."""
+    names = list(known)
+    return f"{where}: no {what} named {name!r}; {near_names(name, names)}known: {', '.join(names)}"

@@ -72,6 +72,8 @@ def physics(names: str | Iterable[str] | None, friction_width: float) -> Physics
 
 def payload_points(payloads: Mapping[str, tuple[float, Sequence[float]]] | None) -> list[tuple[str, float, list[float]]]:
     """Point masses {link: (mass, point)}."""
+    if payloads is not None and not hasattr(payloads, "items"):
+        raise ValueError(f"payloads is {type(payloads).__name__}; expected a mapping {{link: (mass in kg, (x, y, z) in the link's frame in m)}}")
     return [_payload(link, load) for link, load in (payloads or {}).items()]
 
 

@@ -29,6 +29,7 @@ from ksl.consistency import (
     nearest_consistent,
     pseudo_inertia,
 )
+from ksl.errors import unknown_name
 from ksl.model import Model
 from ksl.states import External
 
@@ -272,7 +273,7 @@ def _prior(model: Model, names: tuple[str, ...], given: Mapping[str, ArrayLike])
     known = {link.name: link.parameters for link in model.links}
     for name in names:
         if name not in known:
-            raise ValueError(f"links: {model.name or model.file} has no link named {name!r}; known: {', '.join(known)}")
+            raise ValueError(unknown_name(f"links: {model.name or model.file}", "link", name, known))
     out = np.array([given.get(name, known[name]) for name in names], dtype=float)
     if out.shape != (len(names), 10) or not np.isfinite(out).all():
         raise ValueError("prior: expected ten finite numbers for each link")

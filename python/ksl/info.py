@@ -53,6 +53,12 @@ def _number(x: float | None, digits: int = 6) -> str:
     return "" if x is None else f"{x:.{digits}g}"
 
 
+def _limits(joint: Joint, side: int) -> str:
+    """Lower or upper limits of the numbers of its position, – for those without."""
+    given = [pair[side] for pair in joint.limits]
+    return "" if all(x is None for x in given) else ", ".join(_number(x) or "–" for x in given)
+
+
 def _span(start: int, size: int) -> str:
     return "" if size == 0 else str(start) if size == 1 else f"{start}–{start + size - 1}"
 
@@ -98,7 +104,7 @@ def _joint_table(model: Mechanism) -> Table:
             axis += f", {j.pitch:.4g} m/rad"
         table.add_row(
             Text(j.name), j.kind, Text(f"{j.parent or 'ground'} → {j.child}"), _span(j.q_index, j.nq) or _following(j), _span(j.v_index, j.nv), axis,
-            *(_number(x) for x in (j.lower, j.upper, j.effort, j.velocity)),
+            *(_limits(j, side) for side in (0, 1)), _number(j.effort), _number(j.velocity),
             *(_number((name != "gear_ratio" or j.rotor_inertia) and getattr(j, name) or None) for _, name in given),
         )
     return table

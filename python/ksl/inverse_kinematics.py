@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ksl.errors import unknown_name
 from ksl.requests import Requests
 from ksl.states import Array
 
@@ -55,7 +56,7 @@ class InverseKinematicsCalls(Requests):
         that don't carry the frames keep its positions, or zero.
         weights: how much errors count: a number, or (position, orientation), or {name: either}.  What has weight zero may be
         anything.  With equal weights, a twentieth of the length of the chain that carries the frame counts as a radian.
-        limits: keep positions within the joints' limits.  tolerance: of positions, m, and of orientations, rad.
+        limits: keep positions within the joints' limits (`Joint.limits`); a start beyond them begins at them.  tolerance: of positions, m, and of orientations, rad.
         iterations: at most, from each start.  starts: at most.  seed: of the random starts.
         threads: as in :meth:`inverse_dynamics`; results don't depend on it, nor on which other targets there are.
 
@@ -63,9 +64,14 @@ class InverseKinematicsCalls(Requests):
         Never raises for a target that is not reached: the result says so, and why.  Damped least squares (Levenberg 1944,
         Marquardt 1963; damping as Sugihara, IEEE Trans. Robotics 27 (2011) 984).  About 15 iterations a target, O(depth) each.
         """
+        if not isinstance(names, str) and not isinstance(names, Iterable):
+            raise ValueError(f"names={names!r}; expected a link or joint, or several")
         wanted = (names,) if isinstance(names, str) else tuple(names)
         if not wanted:
             raise ValueError("names is empty; expected a link or joint, or several")
+        for name in weights if isinstance(weights, Mapping) else ():
+            if name not in wanted:
+                raise ValueError(unknown_name("weights", "frame", name, wanted))
         frames = [(self._index(self._frame_index, name, "link or joint"), *_weights_of(weights, name)) for name in wanted]
         poses = np.asarray(target)
         axes = (4, 4) if isinstance(names, str) else (len(wanted), 4, 4)
@@ -84,9 +90,12 @@ class InverseKinematicsCalls(Requests):
             except ValueError:
                 raise ValueError(f"leading shapes don't broadcast: target {poses.shape}, q0 {start.shape}") from None
         single = poses.dtype == np.float32 and (start is None or start.dtype == np.float32)
-        position, orientation = tolerance if isinstance(tolerance, tuple) else (tolerance, tolerance)
-        if not (position > 0 and orientation > 0 and iterations > 0 and starts > 0):
-            raise ValueError(f"tolerance={tolerance!r}, iterations={iterations!r}, starts={starts!r}; expected positive numbers")
+        position, orientation = _tolerances(tolerance)
+        iterations, starts = _count(iterations, "iterations"), _count(starts, "starts")
+        if not isinstance(limits, (bool, np.bool_)):
+            raise ValueError(f"limits={limits!r}; expected True or False")
+        if not isinstance(seed, (int, np.integer)):
+            raise ValueError(f"seed={seed!r}; expected a whole number")
         n = int(np.prod(leading))
 
         def rows(x: Array, own: tuple[int, ...]) -> Array:
@@ -94,13 +103,29 @@ class InverseKinematicsCalls(Requests):
             return broadcast.reshape(n, int(np.prod(own)))
 
         q, error, end, used, begun = self._core.inverse_kinematics(
-            frames, rows(poses, axes), None if start is None else rows(start, (self.nq,)), float(position), float(orientation),
-            iterations, starts, seed % 2**64, limits, threads,
+            frames, rows(poses, axes), None if start is None else rows(start, (self.nq,)), position, orientation,
+            iterations, starts, int(seed) % 2**64, bool(limits), threads,
         )  # fmt: skip
         end = end.reshape(leading)
         return InverseKinematics(
             q.reshape(*leading, self.nq), end == 0, np.array(REASONS)[end], error.reshape(*leading, 2), used.reshape(leading), begun.reshape(leading)
         )
+
+
+def _tolerances(given: float | tuple[float, float]) -> tuple[float, float]:
+    try:
+        position, orientation = map(float, given if isinstance(given, (tuple, list)) else (given, given))
+    except (TypeError, ValueError):
+        position = orientation = -1.0
+    if not (0 < position < np.inf and 0 < orientation < np.inf):
+        raise ValueError(f"tolerance={given!r}; expected a positive number, or two, of positions (m) and of orientations (rad)")
+    return position, orientation
+
+
+def _count(given: int, what: str) -> int:
+    if not isinstance(given, (int, np.integer)) or not 0 < given < 2**31:
+        raise ValueError(f"{what}={given!r}; expected a positive whole number")
+    return int(given)
 
 
 def _weights_of(weights: float | tuple[float, float] | Mapping[str, float | tuple[float, float]], name: str) -> tuple[float, float]:

@@ -14,7 +14,7 @@ from ksl._core import __version__
 from ksl.calls import Calls
 from ksl.errors import MotionError
 from ksl.mechanism import Joint, Mechanism
-from ksl.motion import SPLINE_SAMPLES, Motion, complete, derivative
+from ksl.motion import METRES, SPLINE_SAMPLES, Motion, columns_of, complete, derivative
 from ksl.quantities import EFFORT_PARTS, JointLoads, PowerBalance, joint_loads, power_round_off, unit
 from ksl.states import Array, Order, Point, Side, items_of
 
@@ -289,6 +289,12 @@ def exceeded_limits(model: Mechanism, motion: Motion, loads: list[JointLoads]) -
     lines = []
     for l in loads:
         j = l.joint
+        if len(j.limits) > 1:
+            for c, (column, (lower, upper)) in enumerate(zip(columns_of(j)[0], j.limits, strict=True)):
+                x, of = motion.q[:, j.q_index + c], column.rpartition(".")[2]
+                m_or_rad = "m" if of in METRES else "rad"
+                lines += _exceeded(j, of, "lower", float(x.min()), lower, m_or_rad, lambda x, limit: x < limit)
+                lines += _exceeded(j, of, "upper", float(x.max()), upper, m_or_rad, lambda x, limit: x > limit)
         if not j.one_coordinate or l.speed is None:
             continue
         q = model._position_of(j, motion.q)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ksl import _core
+from ksl.errors import unknown_name
 from ksl.states import Array
 
 
@@ -41,11 +42,14 @@ class Joint:
     has_angle: bool = False
     """Whether its position has an angle about the axis: all of these but prismatic joints."""
     has_limits: bool = False
-    """Whether its position can have bounds: joints with one coordinate, but not continuous ones."""
+    """Whether its position can have one pair of bounds: joints with one coordinate, but not continuous ones."""
     quaternion: int | None = None
     """Index, within its nq numbers, at which a unit quaternion [qx qy qz qw] begins: 0 for spherical joints, 3 for floating ones."""
     lower: float | None = None
+    """Limits of its position; of the first number of a joint with several."""
     upper: float | None = None
+    limits: tuple[tuple[float | None, float | None], ...] = ()
+    """Limits (lower, upper) of each number in q that can have some: not of quaternions and continuous joints; rad or m."""
     effort: float | None = None
     velocity: float | None = None
     damping: float = 0.0
@@ -279,5 +283,5 @@ class Mechanism:
 
     def _index(self, table: Mapping[str, int], name: str, what: str) -> int:
         if not isinstance(name, str) or name not in table:
-            raise ValueError(f"{self.name or self.file}: no {what} named {name!r}; known: {', '.join(table)}")
+            raise ValueError(unknown_name(self.name or self.file, what, name, table))
         return table[name]

@@ -105,6 +105,7 @@ class Model(Surgery, InverseKinematicsCalls):
         external: External | None = None,
         axes: Literal["link", "world"] = "link",
         order: Order = "lin_ang",
+        external_axes: ExternalAxes = "link",
     ) -> Array:
         """The wrench (…, 6) through a plane section of a link: what the near part exerts on the part beyond; N, N m.
 
@@ -114,27 +115,14 @@ class Model(Surgery, InverseKinematicsCalls):
         of its inertia; or (mass, first moment, inertia (3, 3)), both about the link's origin and in its axes.
         beyond: which of the link's joints, the one that carries it and those that it carries, are beyond.  By default those
         whose origins are; in the plane itself the former is near, and the latter are beyond.
-        external: as in :meth:`inverse_dynamics`, in the axes of the links; a wrench on the link itself acts on the part with the link's own origin.
+        external, external_axes: as in :meth:`inverse_dynamics`; a wrench on the link itself acts on the part with the link's own origin.
         axes: "link" or "world".  order: "lin_ang" or "ang_lin".
 
         Newton's and Euler's laws for the part beyond, with the reactions of its joints.  O(bodies) for each joint beyond.
         """
         from ksl.section import section_wrench
 
-        return section_wrench(self, q, v, a, name, point, normal, share, beyond, external, axes, order)
-
-    def stiffness(
-        self, q: ArrayLike, external: External | None = None, threads: int | None = None, external_axes: ExternalAxes = "link"
-    ) -> Array:
-        """Stiffness (…, nv, nv) of a pose at rest: derivative of the efforts that hold it, :meth:`gravity_torque`, by q.
-
-        q, external, threads: as in :meth:`inverse_dynamics`.  external_axes: the axes in which external wrenches are given and held:
-        "link", so that they move with the links, or "world".  The derivative is along q ⊕ s e_k.  Without external wrenches it is the
-        second derivative of the potential energy, symmetric where joints have one axis each.  With drives of stiffness K the pose is
-        stable if K plus it is positive definite.  :meth:`inverse_dynamics_derivatives` with v = a = 0; O(bodies × depth).
-        """
-        rest = np.zeros(self.nv)
-        return self.inverse_dynamics_derivatives(q, rest, rest, external, threads=threads, external_axes=external_axes)[0]
+        return section_wrench(self, q, v, a, name, point, normal, share, beyond, external, axes, order, external_axes)
 
     def loads(self, time: ArrayLike, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None, **options: Any) -> pyarrow.Table:
         """Every wrench along a motion, as a table with a row for each sample and joint; see :func:`ksl.loads.wrench_table`.

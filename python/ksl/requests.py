@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ksl import _core
+from ksl.errors import near_names
 from ksl.mechanism import Mechanism
 from ksl.states import Point
 
@@ -22,6 +23,7 @@ KINDS = ("spatial", "classical", "rate")
 
 _PLAIN_NUMBERS = frozenset((float, int))
 _pack_three = struct.Struct("3d").pack
+_ANGULAR_FIRST = _core.Links([], angular_first=True)
 
 
 class Requests(Mechanism):
@@ -32,8 +34,10 @@ class Requests(Mechanism):
         self._link_lists: dict[tuple[object, ...] | str | None, _core.Links] = {}
         super().__init__(core)
 
-    def _links_of(self, names: Iterable[str] | None) -> _core.Links:
+    def _links_of(self, names: Iterable[str] | None, order: str = "lin_ang") -> _core.Links:
         """The request for `frame_poses` of these names.  Cached, since looking names up takes longer than computing the poses of a state."""
+        if type(order) is not str or order != "lin_ang":
+            return self._frames_of(names, "frame", "frame", order)
         key = _names(names, "names")
         try:
             links = self._link_lists.get(key)
@@ -44,6 +48,12 @@ class Requests(Mechanism):
             links = _core.Links([self._index(self._frame_index, name, "link or joint") for name in wanted])
             self._keep_links(key, links)
         return links
+
+    def _order_of(self, order: str) -> _core.Links | None:
+        """The request of results that aren't those of links, in this order."""
+        if type(order) is str and order == "lin_ang":
+            return None
+        return _ANGULAR_FIRST if one_of(order, "order", "lin_ang", "ang_lin") == "ang_lin" else None
 
     def _keep_links(self, key: tuple[object, ...] | str | None, links: _core.Links) -> None:
         if len(self._link_lists) >= REQUESTS_KEPT:  # names that change from call to call
@@ -79,7 +89,8 @@ class Requests(Mechanism):
         if name in ("joint", "world"):
             return getattr(_core.Frame, name), -1
         if not isinstance(name, str) or name not in self._link_index:
-            raise ValueError(f"{what}={name!r}: expected 'joint', 'world' or a link of {self.name or self.file}: {', '.join(self._link_index)}")
+            hint = near_names(name, ("joint", "world", *self._link_index))
+            raise ValueError(f"{what}={name!r}: {hint}expected 'joint', 'world' or a link of {self.name or self.file}: {', '.join(self._link_index)}")
         return _core.Frame.link, self._link_index[name]
 
     def _request(self, on: str, at: Point, axes: str, order: str, part: str, joints: Iterable[str] | None) -> _core.Request:
@@ -130,8 +141,10 @@ def _names(names: Iterable[str] | None, what: str) -> tuple[str, ...] | str | No
 
 
 def one_of(value: str, what: str, *known: str) -> str:
-    if value not in known:
-        raise ValueError(f"{what}={value!r}; expected one of {', '.join(repr(k) for k in known)}")
+    if not isinstance(value, str) or value not in known:
+        shown = repr(value)
+        shown = shown if len(shown) <= 60 else type(value).__name__  # an array at this place, say
+        raise ValueError(f"{what}={shown}; expected one of {', '.join(repr(k) for k in known)}")
     return value
 
 

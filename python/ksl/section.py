@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ksl.requests import one_of, three_numbers
-from ksl.states import Array, External, Order, items_of
+from ksl.states import Array, External, ExternalAxes, Order, items_of
 
 if TYPE_CHECKING:
     from ksl.calls import Calls
@@ -33,6 +33,7 @@ def section_wrench(
     external: External | None = None,
     axes: Literal["link", "world"] = "link",
     order: Order = "lin_ang",
+    external_axes: ExternalAxes = "link",
 ) -> Array:
     """See :meth:`ksl.Model.section_wrench`."""
     link, at = m.links[m._index(m._link_index, name, "link")], np.array(three_numbers(point, "point"))
@@ -41,6 +42,7 @@ def section_wrench(
         raise ValueError(f"normal={normal!r}; expected a direction")
     one_of(axes, "axes", "link", "world")
     one_of(order, "order", "lin_ang", "ang_lin")
+    one_of(external_axes, "external_axes", "link", "world")
     parent = next(j for j in m.joints if j.child == name)
     children = [j for j in m.joints if j.parent == name]
     q, v, a = (np.asarray(x, float) for x in (q, v, a))
@@ -58,11 +60,15 @@ def section_wrench(
     wrench = _inertial_wrench(m, q, v, a, name, _inertia_beyond(link, share, n, at))
     for j in (parent, *children):
         if sides[j.name]:
-            found = m.reactions(q, v, a, external, joints=[j.name], at=name, axes=name)[..., 0, :]
+            found = m.reactions(q, v, a, external, joints=[j.name], at=name, axes=name, external_axes=external_axes)[..., 0, :]
             wrench = wrench - (found if j is parent else -found)
     for target, given in items_of(external):
         if target == name and sides[parent.name]:
-            wrench = wrench - np.asarray(given, float)
+            f = np.asarray(given, float)
+            if external_axes == "world":
+                R = m.frame_pose(q, name)[..., :3, :3]
+                f = np.concatenate([np.einsum("...ji,...j->...i", R, f[..., k : k + 3]) for k in (0, 3)], axis=-1)
+            wrench = wrench - f
     wrench = np.broadcast_to(wrench, (*leading, 6)).copy()
     wrench[..., 3:] -= np.cross(at, wrench[..., :3])  # about the point
     if axes == "world":

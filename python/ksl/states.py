@@ -15,6 +15,7 @@ Side = Literal["child", "parent"]
 Order = Literal["lin_ang", "ang_lin"]
 Expressed = Literal["frame", "world"]
 Acceleration = Literal["spatial", "classical", "rate"]
+Triangle = Literal["both", "upper"]
 Part = Literal["total", "constraint", "actuation", "coupling"]
 Point = str | Sequence[float]
 """'joint', 'world', a link's name, or three numbers: an offset from the joint's origin in the joint's axes, m."""
@@ -29,7 +30,7 @@ class InWorldAxes:
 
 def external_in(external: Any, axes: str) -> Any:
     """External wrenches with the axes that they are given in, as the compiled calls take them."""
-    if axes not in ("link", "world"):
+    if not isinstance(axes, str) or axes not in ("link", "world"):
         raise ValueError(f"external_axes={axes!r}; expected one of 'link', 'world'")
     return external if external is None or axes == "link" else InWorldAxes(external)
 

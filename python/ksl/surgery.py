@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TypeVar
@@ -12,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from ksl import _core, given
 from ksl.calls import Calls
+from ksl.errors import QuaternionWarning
 
 S = TypeVar("S", bound="Surgery")
 
@@ -47,7 +49,11 @@ class Surgery(Calls):
         their leaders, where these hold them; one alone is refused.
         """
         frozen = [(name, [float(x) for x in given.numbers(q, f"joint {name}: its position").ravel()]) for name, q in joints.items()]
-        return self._made(self._core.with_frozen_joints(frozen))
+        made = self._made(self._core.with_frozen_joints(frozen))
+        for line in made.warnings:
+            if "quaternion" in line and line not in self.warnings:
+                warnings.warn(line, QuaternionWarning, stacklevel=2)
+        return made
 
     def with_payload(self: S, link: str, mass: float, center_of_mass: ArrayLike = (0.0, 0.0, 0.0), inertia: ArrayLike | None = None) -> S:
         """A rigid body is welded to a link: its mass, kg, its centre of mass (3) in the link's frame, m, and its inertia (3, 3) about

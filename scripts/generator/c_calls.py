@@ -1,6 +1,6 @@
 """C calls: ksl/engine_calls.h and their definitions; one state and batches, in double and (suffix f) in float."""
 
-from generator.rows import ALGORITHMS, DEFAULTS, INPUTS, MARK, WIDTH, Algorithm, call, comment, has, sentence
+from generator.rows import ALGORITHMS, DEFAULTS, INPUTS, MARK, WIDTH, Algorithm, call, comment, has, ordered, sentence, with_request
 
 SCALARS = {"double": "", "float": "f"}
 FRAME, JOINTS = "const ksl_frame_options_t *options", ["int n", "const int *joints", "const ksl_reaction_options_t *options"]
@@ -11,27 +11,32 @@ LINKS = {"links": "{N, links}", "link": "{1, &link}", "frame": "{1, &link}", "fr
 """The member of a view that names links; N: how many."""
 
 
+def request_of(row: Algorithm) -> list[str]:
+    """Arguments that say what is requested, and how it is expressed."""
+    return REQUEST.get(row.request, []) + (["ksl_order_t order"] if ordered(row) else [])
+
+
 def results(row: Algorithm) -> list[str]:
     return [result.name for result in row.results] + (["wrenches"] if row.request == "reactions" else [])
 
 
 def state_arguments(row: Algorithm, scalar: str) -> list[str]:
-    """Arguments: model and workspace, inputs, external wrenches, results.  What is requested comes before the last result."""
+    """Arguments: model and workspace, inputs, external wrenches, what is requested, results."""
     out = [f"{scalar} *{name}" for name in results(row)]
-    request = [a.replace("links_n", "n") for a in REQUEST.get(row.request, [])]
+    request = [a.replace("links_n", "n") for a in request_of(row)]
     external = [f"const ksl_external{SCALARS[scalar]}_t *external"] if row.external else []
     inputs = [f"const {scalar} *{name}" for name in row.input_names()]
-    return ["const ksl_model_t *model", "ksl_data_t *data", *inputs, *external, *out[:-1], *request, out[-1]]
+    return ["const ksl_model_t *model", "ksl_data_t *data", *inputs, *external, *with_request(row, out, request)]
 
 
 def batch_arguments(row: Algorithm, scalar: str, external: bool) -> list[str]:
     """Arguments of a batch call: no workspace, and a stride for each array."""
-    out = [(f"{scalar} *{name}", f"ptrdiff_t {name}_stride") for name in results(row)]
-    request = [a.replace("int n", "int joints_n") for a in REQUEST.get(row.request, [])]
+    out = [[f"{scalar} *{name}", f"ptrdiff_t {name}_stride"] for name in results(row)]
+    request = [a.replace("int n", "int joints_n") for a in request_of(row)]
+    after = [a for some in with_request(row, out, [request]) for a in some]
     inputs = [a for name in row.input_names() for a in (f"const {scalar} *{name}", f"ptrdiff_t {name}_stride")]
     wrenches = [f"const ksl_external_rows{SCALARS[scalar]}_t *external"] if external else []
-    before = [a for pair in out[:-1] for a in pair]
-    return ["const ksl_model_t *model", "size_t n", *inputs, *wrenches, *before, *request, *out[-1], "int threads"]
+    return ["const ksl_model_t *model", "size_t n", *inputs, *wrenches, *after, "int threads"]
 
 
 def batches(row: Algorithm) -> list[tuple[str, bool]]:
@@ -57,7 +62,10 @@ def declarations(row: Algorithm) -> str:
     return "\n".join(lines)
 
 
-def two_links(row: Algorithm) -> str:
+def before_the_call(row: Algorithm) -> str:
+    """What a call makes of its arguments."""
+    if ordered(row):
+        return "  ksl_frame_options_t options = {};\n  options.order = order;\n"
     return "  const int links[] = {link, seen_from};\n" if row.request == "relative" else ""
 
 
@@ -67,11 +75,11 @@ def state_definition(row: Algorithm, scalar: str) -> str:
     members += [f".result = {{{', '.join(r.name for r in row.results)}}}"]
     arguments = ["model", "data", "{" + ", ".join(members) + "}"]
     arguments += ["external"] if row.external else ["no_external"]
-    arguments += ["options"] if row.request in ("frame", "frames", "relative") else []
+    arguments += ["options"] if row.request in ("frame", "frames", "relative") else ["&options"] if ordered(row) else []
     arguments += ["{n, joints, options}"] if row.request in ("joints", "reactions") else []
     arguments += ["wrenches"] if row.request == "reactions" else []
     opening = call(f"ksl_status_t ksl_{row.name}{SCALARS[scalar]}(", state_arguments(row, scalar), ") {")
-    return f"{opening}\n{two_links(row)}" + call(f"  return state_call<rows::{row.name}, {scalar}>(", arguments, ");") + "\n}\n"
+    return f"{opening}\n{before_the_call(row)}" + call(f"  return state_call<rows::{row.name}, {scalar}>(", arguments, ");") + "\n}\n"
 
 
 def batch_definition(row: Algorithm, scalar: str, name: str, external: bool) -> str:
@@ -79,11 +87,11 @@ def batch_definition(row: Algorithm, scalar: str, name: str, external: bool) -> 
     members += [f".links = {LINKS[row.request].replace('N', 'links_n')}"] if row.request in LINKS else []
     members += [f".result = {{{', '.join(f'{{{r.name}, {r.name}_stride}}' for r in row.results)}}}"]
     arguments = [f"rows::{row.name}", "model", "{" + ", ".join(members) + "}", "external" if external else "no_external_rows", "threads"]
-    arguments += ["options"] if row.request in ("frame", "frames", "relative") else []
+    arguments += ["options"] if row.request in ("frame", "frames", "relative") else ["&options"] if ordered(row) else []
     arguments += ["nullptr", "{joints_n, joints, options}"] if row.request in ("joints", "reactions") else []
     arguments += [f"rows_view<{scalar}>{{wrenches, wrenches_stride}}"] if row.request == "reactions" else []
     opening = call(f"ksl_status_t {name}{SCALARS[scalar]}(", batch_arguments(row, scalar, external), ") {")
-    return f"{opening}\n{two_links(row)}" + call(f"  return batch_call<{scalar}>(", arguments, ");") + "\n}\n"
+    return f"{opening}\n{before_the_call(row)}" + call(f"  return batch_call<{scalar}>(", arguments, ");") + "\n}\n"
 
 
 def definitions(row: Algorithm) -> str:

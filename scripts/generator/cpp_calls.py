@@ -2,7 +2,7 @@
 
 import re
 
-from generator.rows import ALGORITHMS, DEFAULTS, INPUTS, MARK, Algorithm, call, comment, extent_name, has, kernels_of, sentence
+from generator.rows import ALGORITHMS, DEFAULTS, INPUTS, MARK, Algorithm, call, comment, extent_name, has, kernels_of, ordered, sentence, with_request
 
 
 def request_arguments(row: Algorithm) -> list[str]:
@@ -14,16 +14,16 @@ def request_arguments(row: Algorithm) -> list[str]:
         "relative": ["int link", "int seen_from", "const frame_options &how"],
         "joints": ["const reaction_request &request"],
         "reactions": ["const reaction_request &request"],
-    }.get(row.request, [])
+    }.get(row.request, []) + (["component_order order"] if ordered(row) else [])
 
 
 def arguments(row: Algorithm, default: bool) -> list[str]:
-    """Arguments for one state: inputs, results, external wrenches.  What is requested comes before the last result."""
+    """Arguments for one state: inputs, what is requested, results, external wrenches."""
     results = [f"S *{result.name}" for result in row.results] + (["S *reactions"] if row.request == "reactions" else [])
     external = {"": [], "required": ["const external_wrenches<S> &external"]}.get(
         row.external, ["const external_wrenches<S> &external" + (" = {}" if default else "")]
     )
-    return ["const model &m", "data &d", *(f"const S *{name}" for name in row.input_names()), *results[:-1], *request_arguments(row), results[-1], *external]
+    return ["const model &m", "data &d", *(f"const S *{name}" for name in row.input_names()), *with_request(row, results, request_arguments(row)), *external]
 
 
 def members(row: Algorithm) -> list[str]:
@@ -40,6 +40,7 @@ def members(row: Algorithm) -> list[str]:
         "joints": [".joints = &request"],
         "reactions": [".reactions_n = 1", ".reactions = &wanted"],
     }.get(row.request, [])
+    out += [".frame = options_of(order)"] if ordered(row) else []
     return out + [f".result = {{{', '.join(result.name for result in row.results)}}}"]
 
 
@@ -85,6 +86,7 @@ def of_batch(row: Algorithm) -> str:
         "joints": ["batch.joints"],
         "reactions": ["batch.reactions"],
     }.get(row.request, [])
+    reads += ["batch.frame.angular_first"] if ordered(row) else []
     what = {"links": "links.n", "6 links": "6 links.n", "joints": "joints->n", "all_links": "all links"}
     shapes = [" × ".join(what.get(n, extent_name(n)) for n in result.shape) or "1" for result in row.results]
     writes = [f"{result.name} into batch.result[{i}] (rows of {shapes[i]})" for i, result in enumerate(row.results)]

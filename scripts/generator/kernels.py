@@ -1,6 +1,6 @@
 """Kernels: a file for each algorithm, the rows as the library sees them, and the tables of the instruction sets."""
 
-from generator.rows import ALGORITHMS, COMPUTING, GROUP_OF, MARK, Algorithm, Result, kernels_of
+from generator.rows import ALGORITHMS, COMPUTING, GROUP_OF, MARK, Algorithm, Result, kernels_of, ordered
 
 EXTENTS = {3: "three", 4: "four", 5: "five", 6: "six", 10: "ten", "6 links": "twists", **{name: name for name in ("nq", "nv", "motion", "links", "joints", "tree", "all_links")}}
 
@@ -17,7 +17,7 @@ REQUEST = {
 def engine_call(row: Algorithm, function: str) -> str:
     """The call of the engine's function with the members of a state_view."""
     arguments = [f"s.{name}" for name in row.inputs]
-    arguments += REQUEST.get(row.request, []) + (["s.external"] if row.external else [])
+    arguments += REQUEST.get(row.request, []) + (["order_of(s.frame)"] if ordered(row) else []) + (["s.external"] if row.external else [])
     arguments += [f"s.result[{i}]" for i in range(len(row.results))]
     return f"{function}(model, w, {', '.join(arguments)});"
 

@@ -2,7 +2,7 @@
 
 import textwrap
 
-from generator.rows import ALGORITHMS, MARK, Algorithm, has
+from generator.rows import ALGORITHMS, MARK, Algorithm, has, ordered
 
 WIDTH = 160
 
@@ -38,7 +38,13 @@ METHOD = '''\
         """{summary}
 {paragraphs}
         """
-{held}        return self._core.{compiled}({passed})
+{held}{choice}        return self._core.{compiled}({passed})
+'''
+
+CHOICE = '''\
+        if type({keyword}) is not str or {keyword} != "{default}":
+            compiled = {{{others}}}[one_of({keyword}, "{keyword}", {values})]
+            return compiled({passed})
 '''
 
 
@@ -47,9 +53,24 @@ def request_of(row: Algorithm) -> tuple[str, str]:
     keywords, request = (text.replace("names", row.links_keyword) for text in REQUEST[row.request])
     if row.keywords == "kind":
         return keywords.replace("axes:", 'kind: Acceleration = "spatial", axes:'), request[:-1] + ", kind)"
+    if ordered(row) and row.request == "links":
+        return f'{keywords}, order: Order = "lin_ang"', request[:-1] + ", order)"
+    if ordered(row):
+        return 'order: Order = "lin_ang"', "self._order_of(order)"
     if row.keywords == "point":
         return 'name: str, point: ArrayLike, axes: Expressed = "frame"', 'self._frames_of((name,), axes, "frame", "lin_ang", point)'
     return keywords, request
+
+
+def choices(row: Algorithm, passed: str) -> str:
+    """The calls of other algorithms that keywords choose."""
+    return "".join(
+        CHOICE.format(
+            keyword=keyword, passed=passed, default=next(iter(rows)), values=", ".join(f'"{value}"' for value in rows),
+            others=", ".join(f'"{value}": self._core.{name}' for value, name in rows.items()),
+        )
+        for keyword, rows in row.choices.items()
+    )  # fmt: skip
 
 
 def several(row: Algorithm) -> bool:
@@ -60,11 +81,13 @@ def method(row: Algorithm) -> str:
     array = "tuple[" + ", ".join("Array" for _ in row.results) + "]" if several(row) else "Array"
     keywords, request = request_of(row)
     external = {"optional": "external: External | None = None", "required": "external: External"}.get(row.external, "")
-    arguments = ["self", *(f"{name}: ArrayLike" for name in row.input_names()), external, keywords, f"out: {array} | None = None", "threads: int | None = None", EXTERNAL_AXES if row.external else ""]
+    chosen = ", ".join(f'{keyword}: {keyword.capitalize()} = "{next(iter(rows))}"' for keyword, rows in row.choices.items())
+    arguments = ["self", *(f"{name}: ArrayLike" for name in row.input_names()), external, keywords, chosen, f"out: {array} | None = None", "threads: int | None = None", EXTERNAL_AXES if row.external else ""]
     line = ", ".join(filter(None, arguments))
     passed = [*("numbers(fraction)" if name == "fraction" else name for name in row.input_names()), *("None" for _ in range(INPUTS_AT_MOST - len(row.inputs))), "external" if row.external else "None", request, "out", "threads"]
+    given = ", ".join(passed)
     text = METHOD.format(
-        name=row.name, arguments=line, result=array, summary=row.summary, compiled=row.name, passed=", ".join(passed), held=HELD if row.external else "",
+        name=row.name, arguments=line, result=array, summary=row.summary, compiled=row.name, passed=given, choice=choices(row, given), held=HELD if row.external else "",
         paragraphs=textwrap.indent("\n" + row.python.strip(), "        ", lambda l: l.strip() != ""),
     )  # fmt: skip
     one_line = f"    def {row.name}({line}) -> {array}:"
@@ -86,8 +109,8 @@ from collections.abc import Iterable
 from numpy.typing import ArrayLike
 
 from ksl import _core
-from ksl.requests import Requests
-from ksl.states import Acceleration, Array, Expressed, External, ExternalAxes, Order, Part, Point, Side, external_in, numbers
+from ksl.requests import Requests, one_of
+from ksl.states import Acceleration, Array, Expressed, External, ExternalAxes, Order, Part, Point, Side, Triangle, external_in, numbers
 
 
 class Calls(Requests):
@@ -141,7 +164,7 @@ def compiled(row: Algorithm) -> str:
     result = f"tuple[{', '.join(array for _ in row.results)}]" if several(row) else array
     if row.request == "reactions" and row.results:
         result = f"tuple[{array}, ...]"
-    request = {"": "None", "joints": "Request", "reactions": "Request | tuple[Request, ...]"}.get(row.request, "Links")
+    request = {"": "Links | None" if ordered(row) else "None", "joints": "Request", "reactions": "Request | tuple[Request, ...]"}.get(row.request, "Links")
     return COMPILED.format(name=row.name, request=request, result=result)
 
 

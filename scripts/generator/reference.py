@@ -1,6 +1,6 @@
 """The reference page of all algorithms: docs/reference/dynamics.md."""
 
-from generator.rows import ALGORITHMS, DEFAULTS, MARK, Algorithm, has, kernels_of, sentence, shape
+from generator.rows import ALGORITHMS, DEFAULTS, MARK, ORDER, Algorithm, has, kernels_of, ordered, sentence, shape
 
 PAGE = """\
 # Dynamics
@@ -8,13 +8,13 @@ PAGE = """\
 <!-- {mark} -->
 
 Every algorithm, from C++ (`ksl/dynamics.hpp`, `ksl/batch.hpp`), C (`ksl/engine.h`) and Python (`ksl.Model`). Numbers are SI,
-six-vectors linear first. q has nq numbers; v, a and tau have nv.
+six-vectors linear first unless `order` says otherwise. q has nq numbers; v, a and tau have nv.
 
-* **C++**, one state: `NAME(model, data, inputs…, results…)`, S is double or float. Batches: `NAME_batch(model, batch, threads)`;
+* **C++**, one state: `NAME(model, data, inputs…, request…, results…, external)`, S is double or float. Batches: `NAME_batch(model, batch, threads)`;
   `batch_view` has pointers to the rows.
-* **C**, one state: `ksl_NAME(model, data, inputs…, external, results…)`. Batches: `ksl_NAME_batch(model, n, …, threads)`, with a
+* **C**, one state: `ksl_NAME(model, data, inputs…, external, request…, results…)`. Batches: `ksl_NAME_batch(model, n, …, threads)`, with a
   stride behind each array; where external wrenches are optional, `ksl_NAME_external_batch` takes them. The suffix `f` is
-  single precision.
+  single precision. (Where reactions are computed beside efforts, the request comes between the two.)
 * **Python**: `model.NAME(inputs…, external, …, out, threads)`, any leading shape.
 
 All languages give the same bits; a test compares them with each other.
@@ -23,7 +23,31 @@ All languages give the same bits; a test compares them with each other.
 |---|---|---|---|---|---|---|
 {rows}
 
-{sections}"""
+{sections}
+## Other calls
+
+Written by hand, with the same conventions. C has those with the suffix `f`, too, where numbers of a state enter.
+
+| what | C++ | C | Python |
+|---|---|---|---|
+| models | `ksl/dynamics.hpp`, `builder.hpp`, `surgery.hpp`, `urdf.hpp` | `ksl/engine.h`, `engine_building.h` | `ksl.load`, `ksl.Builder`, `Model.with_…` |
+| reactions of the state that inverse dynamics computed last | `reactions` | `ksl_reactions` | |
+| pose of one link | `frame_pose` | `ksl_frame_pose` | `frame_pose` |
+| neutral, random position | `neutral`, `random_position` | `ksl_neutral`, `ksl_random_position` | `neutral`, `random` |
+| inverse kinematics | `inverse_kinematics` | `ksl_inverse_kinematics` | `inverse_kinematics` |
+| wrench through a section of a link | `section_wrench` (`ksl/section.hpp`), one state | `ksl_section_wrench`, one state | `section_wrench` |
+| layout of tree-sparse matrices | `model::tree_rows`, `tree_columns` | `ksl_model_tree` | `tree_rows`, `tree_columns` |
+| one part of the efforts | `effort_parts` | `ksl_effort_parts` | `effort_part` |
+| joints: kind, indices, axes, limits | `model::joints`, `description` | `ksl_model_joint_info` | `joints`, `joint` |
+| inertial parameters of links | `model::links` | `ksl_model_link_parameters` | `parameters`, `link` |
+| joints on the way to the root, links carried | `model::support`, `subtree_links` | `ksl_model_support`, `ksl_model_subtree_links` | `support`, `subtree_links` |
+
+Quaternions that differ from unit length by more than 1e-6 are normalised: Python warns (`ksl.QuaternionWarning`), and in C
+`ksl_warning_message` says so after a call for one state. Beyond 1e-2 they are refused. C++ and batches in C check no numbers.
+
+In Python only: MJCF files (`ksl.mjcf`), identification, base parameters and the consistency of inertial parameters
+([identification](../identification.md)), tables of loads and reports ([loads](../loads.md)).
+"""
 
 SECTION = """\
 ## {name}
@@ -57,6 +81,10 @@ def section(row: Algorithm) -> str:
         "reactions": "Request: joints. Part, side, point, axes and order of the wrenches are options.",
     }.get(row.request, "")
     lines += [request] if request else []
+    lines += [f"`order` is that of the six numbers, by default {ORDER}."] if ordered(row) else []
+    for keyword, rows in row.choices.items():
+        values = ", ".join(f'`"{value}"`: [{name}](#{name})' for value, name in rows.items())
+        lines += [f"In Python, `{keyword}` chooses: {values}."]
     lines += [f"By default: {DEFAULTS[row.request]}."] if row.request in DEFAULTS else []
     lines += [f"Computed by `{kernels_of(row).name}`."] if row.variant_of else []
     lines += [f"`{r.name}`{shape(r)}: {r.text}." for r in row.results]

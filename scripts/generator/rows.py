@@ -20,6 +20,21 @@ COMPUTING = tuple(row for row in ALGORITHMS if not row.variant_of)
 """Rows with kernels of their own."""
 
 
+ORDER = "linear first"
+"""Of six numbers, by default."""
+
+
+def ordered(row: Algorithm) -> bool:
+    """Does a call ask for the order of six numbers, and for nothing else that frame_options hold?"""
+    return row.keywords == "order"
+
+
+def with_request(row: Algorithm, results: list, request: list) -> list:
+    """Results, with what is requested before them: before those that depend on it, which efforts beside reactions don't."""
+    first = len(results) - 1 if row.request == "reactions" else 0
+    return [*results[:first], *request, *results[first:]]
+
+
 def kernels_of(row: Algorithm) -> Algorithm:
     return BY_NAME[row.variant_of] if row.variant_of else row
 

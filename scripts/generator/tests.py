@@ -1,7 +1,7 @@
 """The test that compares the C++ and C interfaces with each other (Python: test/python/algorithms_test.py)."""
 
 from generator.c_calls import SCALARS, batches
-from generator.rows import ALGORITHMS, MARK, Algorithm, call, has
+from generator.rows import ALGORITHMS, MARK, Algorithm, call, has, ordered, with_request
 
 REQUEST_CPP = {"links": ["3", "s.r.links.data()"], "frame": ["s.r.links[0]", "s.r.how"], "link": ["s.r.links[0]"],
                "frames": ["3", "s.r.links.data()", "s.r.how"], "relative": ["s.r.links[0]", "s.r.links[1]", "s.r.how"],
@@ -12,20 +12,27 @@ REQUEST_C = {"links": ["3", "s.r.links.data()"], "frame": ["s.r.links[0]", "s.r.
              "joints": JOINTS, "reactions": JOINTS}  # fmt: skip
 
 
+CPP, C = (REQUEST_CPP, "s.r.order()"), (REQUEST_C, "s.r.c_order()")
+
+
+def request(row: Algorithm, of: tuple[dict[str, list[str]], str]) -> list[str]:
+    return of[0].get(row.request, []) + ([of[1]] if ordered(row) else [])
+
+
 def results(row: Algorithm) -> list[str]:
     return [f"s.result[{i}]" for i in range(len(row.results))] + (["s.wrenches"] if row.request == "reactions" else [])
 
 
 def cpp(row: Algorithm) -> str:
     out = results(row)
-    arguments = ["s.r.m", "s.r.d", *(f"s.{name}" for name in row.inputs), *out[:-1], *REQUEST_CPP.get(row.request, []), out[-1]]
+    arguments = ["s.r.m", "s.r.d", *(f"s.{name}" for name in row.inputs), *with_request(row, out, request(row, CPP))]
     return call(f"    ksl::{row.name}(", arguments + (["s.external"] if row.external else []), ");")
 
 
 def c(row: Algorithm, suffix: str) -> str:
     out = results(row)
     external = ["&s.c_external"] if row.external else []
-    arguments = ["s.r.c_model", "s.r.c_data", *(f"s.{name}" for name in row.inputs), *external, *out[:-1], *REQUEST_C.get(row.request, []), out[-1]]
+    arguments = ["s.r.c_model", "s.r.c_data", *(f"s.{name}" for name in row.inputs), *external, *with_request(row, out, request(row, C))]
     return call(f"    CHECK(ksl_{row.name}{suffix}(", arguments, ") == KSL_OK);")
 
 
@@ -33,9 +40,9 @@ def c_batch(row: Algorithm, suffix: str) -> str:
     strided = lambda rows: [f"{rows}.first", f"{rows}.stride"]
     out = [strided(f"s.batch.result[{i}]") for i in range(len(row.results))] + ([strided("s.batch.reactions->out")] if row.request == "reactions" else [])
     inputs = [a for name in row.inputs for a in strided(f"s.batch.{name}")]
-    before = [a for pair in out[:-1] for a in pair]
+    after = [a for some in with_request(row, out, [request(row, C)]) for a in some]
     name, external = batches(row)[-1]
-    arguments = ["s.r.c_model", "s.n", *inputs, *(["&s.external"] if external else []), *before, *REQUEST_C.get(row.request, []), *out[-1], "s.threads"]
+    arguments = ["s.r.c_model", "s.n", *inputs, *(["&s.external"] if external else []), *after, "s.threads"]
     return call(f"    CHECK({name}{suffix}(", arguments, ") == KSL_OK);")
 
 
@@ -53,7 +60,7 @@ TEST_CASE("{name}: C++ and C, one state and batches, in {scalar}") {{
   const auto c_batch = [](faces::many<{scalar}> &s) {{
 {c_batch}
   }};
-  faces::agree<{scalar}>(ksl::rows::{name}, cpp, c, cpp_batch, c_batch);
+  faces::agree<{scalar}>(ksl::rows::{name}, cpp, c, cpp_batch, c_batch{ordered});
 }}
 """
 
@@ -69,7 +76,7 @@ TEST = """\
 def files() -> dict[str, str]:
     rows = [row for row in ALGORITHMS if has(row, "c++")]
     cases = [
-        CASE.format(name=row.name, scalar=scalar, cpp=cpp(row), c=c(row, suffix), c_batch=c_batch(row, suffix))
+        CASE.format(name=row.name, scalar=scalar, ordered=", true" if ordered(row) else "", cpp=cpp(row), c=c(row, suffix), c_batch=c_batch(row, suffix))
         for row in rows
         for scalar, suffix in SCALARS.items()
     ]

@@ -3,6 +3,7 @@
 #include "batch/compute_batch.hpp"
 #include "batch/inverse_kinematics_kernels.hpp"
 #include "batch/threads.hpp"
+#include "ksl/engine/quaternion_tolerance.hpp"
 
 #include <cstddef>
 
@@ -14,6 +15,17 @@ constexpr std::size_t targets_each = 16; ///< in a part at least: some ten micro
 template <class S> inverse_kinematics_kernel<S> kernel();
 template <> inverse_kinematics_kernel<double> kernel() { return inverse_kinematics_kernels_in_force().in_double; }
 template <> inverse_kinematics_kernel<float> kernel() { return inverse_kinematics_kernels_in_force().in_float; }
+
+/// A start that reaches its target is the result: its quaternions, which algorithms divide by their lengths, are then not yet unit.
+template <class S> void normalize_quaternions(const model &m, const inverse_kinematics_batch<S> &batch) {
+  for (const model::quaternion_in_q &quaternion : m.quaternions())
+    for (std::size_t k = 0; k < batch.n; ++k)
+      if (S *const x = row(batch.q, k) + quaternion.q_index; !is_unit_quaternion(x, quaternion_rounding)) {
+        const double length = quaternion_length(x);
+        for (int i = 0; i < 4; ++i)
+          x[i] = static_cast<S>(x[i] / length);
+      }
+}
 
 } // namespace
 
@@ -28,6 +40,7 @@ template <class S> void inverse_kinematics(const model &m, const inverse_kinemat
   on_threads(parts, [&](std::size_t first, std::size_t end, std::size_t seat) {
     solve(view, coupling, options, batch, first, end, memory + bytes * seat);
   });
+  normalize_quaternions(m, batch);
 }
 template void inverse_kinematics(const model &, const inverse_kinematics_options &, const inverse_kinematics_batch<double> &, int);
 template void inverse_kinematics(const model &, const inverse_kinematics_options &, const inverse_kinematics_batch<float> &, int);

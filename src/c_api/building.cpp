@@ -4,6 +4,7 @@
 #include "ksl/surgery.hpp"
 #include "ksl/urdf.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 struct ksl_builder_t {
@@ -35,7 +36,9 @@ ksl::joint_options options_of(const ksl_joint_options_t &of) {
   const auto number = [](double x) { return std::isnan(x) ? std::nullopt : ksl::optional_number(x); };
   ksl::joint_options options = {vector(of.axis), vector(of.axis2), number(of.pitch), number(of.lower), number(of.upper),
                                 number(of.effort), number(of.velocity), of.damping, of.friction, {}, number(of.friction_width),
-                                of.armature, of.rotor_inertia, of.gear_ratio, of.spring_stiffness, of.spring_rest};
+                                of.armature, of.rotor_inertia, of.gear_ratio, of.spring_stiffness, of.spring_rest, {}};
+  for (std::size_t c = 0; c < 2; ++c)
+    options.further[c] = {number(of.further_lower[c]), number(of.further_upper[c])};
   if (of.mimics)
     options.mimic = {of.mimics, of.multiplier, of.offset, {}};
   return options;
@@ -65,7 +68,7 @@ template <class Make> ksl_status_t made_from(const ksl_model_t *model, ksl_model
 
 extern "C" {
 
-ksl_joint_options_t ksl_joint_options(void) { return {nullptr, nullptr, NAN, NAN, NAN, NAN, NAN, 0, 0, nullptr, 1, 0, NAN, 0, 0, 1, 0, 0}; }
+ksl_joint_options_t ksl_joint_options(void) { return {nullptr, nullptr, NAN, NAN, NAN, NAN, NAN, 0, 0, nullptr, 1, 0, NAN, 0, 0, 1, 0, 0, {NAN, NAN}, {NAN, NAN}}; }
 
 ksl_status_t ksl_builder_create(const char *name, ksl_builder_t **builder) {
   return guarded([&] {
@@ -208,6 +211,56 @@ int ksl_model_joint_above(const ksl_model_t *m, int link) {
 int ksl_model_parent_link(const ksl_model_t *m, int link) {
   const int above = ksl_model_joint_above(m, link);
   return above < 0 ? -1 : m->model.joints()[static_cast<std::size_t>(above)].parent_link;
+}
+
+ksl_status_t ksl_model_joint_info(const ksl_model_t *m, int joint, ksl_joint_info_t *info) {
+  return guarded([&] {
+    require(m && info, "model and info must not be null");
+    require_joint(m, joint);
+    const ksl::joint_row &row = m->model.joints()[static_cast<std::size_t>(joint)];
+    const ksl::joint_kind_row kind = ksl::row_of(row.kind);
+    const bool moves = row.q_index >= 0;
+    *info = {kind.name, row.parent_link, row.link, row.q_index, row.v_index, moves ? kind.nq : 0, moves ? kind.nv : 0, kind.quaternion,
+             {row.axis.x, row.axis.y, row.axis.z}, {row.axis2.x, row.axis2.y, row.axis2.z}, row.pitch,
+             {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}, {HUGE_VAL, HUGE_VAL, HUGE_VAL}, HUGE_VAL, HUGE_VAL};
+    if (!kind.has_axis2)
+      info->axis2[0] = info->axis2[1] = info->axis2[2] = 0;
+    if (row.description < 0)
+      return;
+    const ksl::joint_description &given = m->model.description().joints[static_cast<std::size_t>(row.description)];
+    for (int c = 0; c < 3; ++c) {
+      const auto [lower, upper] = ksl::limits_of(given, c);
+      info->lower[c] = lower.value_or(-HUGE_VAL), info->upper[c] = upper.value_or(HUGE_VAL);
+    }
+    info->effort = given.effort.value_or(HUGE_VAL), info->velocity = given.velocity.value_or(HUGE_VAL);
+  });
+}
+
+ksl_status_t ksl_model_link_parameters(const ksl_model_t *m, int link, double *parameters) {
+  return guarded([&] {
+    require(m && parameters, "model and parameters must not be null");
+    ksl::c_api::require_links(m, 1, &link);
+    const ksl::spatial_inertia<double> &I = m->model.links()[static_cast<std::size_t>(link)].inertia;
+    const double ten[] = {I.m, I.h.x, I.h.y, I.h.z, I.Ixx, I.Ixy, I.Iyy, I.Izx, I.Iyz, I.Izz};
+    std::copy(ten, ten + 10, parameters);
+  });
+}
+
+namespace {
+
+int listed(const std::vector<int> &found, int *out) {
+  if (out)
+    std::copy(found.begin(), found.end(), out);
+  return static_cast<int>(found.size());
+}
+
+} // namespace
+
+int ksl_model_support(const ksl_model_t *m, int link, int *joints) {
+  return link < 0 || link >= ksl_model_links(m) ? -1 : listed(m->model.support(link), joints);
+}
+int ksl_model_subtree_links(const ksl_model_t *m, int joint, int *links) {
+  return joint < 0 || joint >= ksl_model_joints(m) ? -1 : listed(m->model.subtree_links(joint), links);
 }
 
 } // extern "C"

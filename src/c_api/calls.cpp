@@ -3,6 +3,7 @@
 #include "ksl/engine/quaternion_tolerance.hpp"
 
 #include <cmath>
+#include <cstdio>
 
 namespace ksl::c_api {
 
@@ -15,13 +16,22 @@ template <class S> void require_finite(const S *x, int n, const char *name) {
 
 template <class S> void require_position(const model &m, const S *q, const char *name) {
   require_finite(q, m.nq(), name);
-  for (const model::quaternion_in_q &quaternion : m.quaternions())
-    if (!is_unit_quaternion(q + quaternion.q_index))
-      throw bad_argument(std::string(name) + ": the quaternion [qx qy qz qw] of " + m.joints()[static_cast<std::size_t>(quaternion.joint)].name +
-                         " is not of unit length");
+  for (const model::quaternion_in_q &quaternion : m.quaternions()) {
+    const S *const x = q + quaternion.q_index;
+    if (is_unit_quaternion(x, quaternion_rounding))
+      continue;
+    const char *const joint = m.joints()[static_cast<std::size_t>(quaternion.joint)].name.c_str();
+    char length[32];
+    std::snprintf(length, sizeof length, "%.6g", quaternion_length(x));
+    if (!is_unit_quaternion(x))
+      throw bad_argument(std::string(name) + ": the quaternion [qx qy qz qw] of " + joint + " has length " + length + "; expected a unit quaternion");
+    std::snprintf(last_warning(), sizeof last_warning(),
+                  "%s: the quaternion [qx qy qz qw] of %s has length %s, differs from unit length by more than 1e-6 and was normalised", name, joint, length);
+  }
 }
 
 void require_workspace(const ksl_model_t *m, const ksl_data_t *d) {
+  last_warning()[0] = '\0'; // a call begins
   require(m && d, "model and data must not be null");
   require(d->model == m, "this workspace was made for another model; make one with ksl_data_create for each model");
 }

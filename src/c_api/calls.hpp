@@ -35,7 +35,13 @@ constexpr absent no_external{}, no_external_rows{};
 /// Checks that n numbers are finite; the message names the first that is not.
 template <class S> void require_finite(const S *x, int n, const char *name);
 
-/// Checks that positions are finite and quaternions have unit length.
+/// Of this thread's last call that took positions; empty: none.  No memory is allocated for it.
+inline char (&last_warning())[256] {
+  thread_local char message[256] = "";
+  return message;
+}
+
+/// Checks that positions are finite and quaternions have unit length; warns where they haven't quite.
 template <class S> void require_position(const model &m, const S *q, const char *name);
 
 /// Checks that a workspace was created for this model.

@@ -2,9 +2,11 @@
 #include "c_api/calls.hpp"
 
 #include "ksl/builder.hpp"
+#include "ksl/section.hpp"
 
 #include "load/robot_file.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -50,6 +52,67 @@ template <class S> ksl_status_t random_position(const ksl_model_t *m, const S *u
   });
 }
 
+/// The index of a name; if it is −1, the message says which names are near.
+template <class Items> int found(int index, const char *what, const char *name, const std::vector<Items> &items) {
+  if (index < 0)
+    guarded([&] {
+      std::vector<std::string> names;
+      for (const Items &item : items)
+        names.push_back(item.name);
+      throw ksl::c_api::bad_argument(ksl::unknown_name(what, name, names));
+    });
+  return index;
+}
+
+/// The section that a call names, checked.
+ksl::link_section section_of(const ksl_model_t *m, const ksl_section_t *given) {
+  require(given, "section must not be null");
+  ksl::c_api::require_links(m, 1, &given->link);
+  require_finite(given->point, 3, "point");
+  require_finite(given->normal, 3, "normal");
+  require(given->normal[0] != 0 || given->normal[1] != 0 || given->normal[2] != 0, "normal is zero; it needs a direction");
+  require(given->share >= KSL_BY_CENTER && given->share <= KSL_INERTIA, "share must be a value of its enumeration");
+  require(given->share != KSL_FRACTION || (given->fraction >= 0 && given->fraction <= 1), "fraction must be between 0 and 1");
+  require_finite(given->inertia, given->share == KSL_INERTIA ? 10 : 0, "inertia");
+  require(given->beyond_n <= 0 || given->beyond, "beyond must not be null");
+  for (int k = 0; k < given->beyond_n; ++k) {
+    const int j = given->beyond[k];
+    require(j >= 0 && j < ksl_model_joints(m), "beyond names a joint out of range");
+    const ksl::joint_row &joint = m->model.joints()[static_cast<std::size_t>(j)];
+    if (joint.link != given->link && joint.parent_link != given->link)
+      throw ksl::c_api::bad_argument("beyond names " + joint.name + ", which neither carries " + ksl_model_link_name(m, given->link) +
+                                     " nor is carried by it");
+  }
+  const ksl_frame_options_t how = {given->axes, KSL_IN_FRAME, given->order, KSL_SPATIAL, {0, 0, 0}};
+  ksl::c_api::frame_options_of(&how);
+  ksl::link_section section;
+  section.link = given->link;
+  for (int i = 0; i < 3; ++i)
+    section.point[i] = given->point[i], section.normal[i] = given->normal[i];
+  section.share = static_cast<ksl::section_share>(given->share), section.fraction = given->fraction;
+  const double *const I = given->inertia; // Ixx Ixy Iyy Ixz Iyz Izz
+  section.inertia = {I[0], {I[1], I[2], I[3]}, I[4], I[6], I[9], I[5], I[8], I[7]};
+  section.beyond_n = given->beyond_n, section.beyond = given->beyond;
+  section.axes = static_cast<ksl::expressed_in>(given->axes);
+  section.order = static_cast<ksl::component_order>(given->order);
+  return section;
+}
+
+template <class S>
+ksl_status_t section_wrench(const ksl_model_t *m, ksl_data_t *d, const S *q, const S *v, const S *a,
+                            const typename ksl::c_api::c_types<S>::external *external, const ksl_section_t *given, S *wrench) {
+  return guarded([&] {
+    ksl::c_api::require_workspace(m, d);
+    require(wrench, "wrench must not be null");
+    const ksl::link_section section = section_of(m, given);
+    ksl::c_api::require_position(m->model, q, "q");
+    require_finite(v, m->model.nv(), "v");
+    require_finite(a, m->model.nv(), "a");
+    d->holds_wrenches = 0;
+    ksl::section_wrench<S>(m->model, d->data, q, v, a, section, wrench, ksl::c_api::external_of<S>(m, external));
+  });
+}
+
 std::vector<ksl::payload> payloads_of(const ksl_model_options_t &options) {
   require(options.payloads_n >= 0 && (options.payloads || options.payloads_n == 0),
           "payloads_n must say how many payloads there are");
@@ -91,6 +154,7 @@ ksl::model_options ksl::c_api::options_of(const ksl_model_options_t &options) {
 extern "C" {
 
 const char *ksl_error_message(void) { return ksl::c_api::last_message().c_str(); }
+const char *ksl_warning_message(void) { return ksl::c_api::last_warning()[0] ? ksl::c_api::last_warning() : nullptr; }
 
 const char *ksl_instruction_set(void) {
   const char *name = nullptr;
@@ -157,8 +221,8 @@ ksl_physics_t ksl_model_physics(const ksl_model_t *m) {
   return {p.damping, p.friction, p.armature, p.rotor, p.spring, p.rotor_bodies, p.exact_friction, p.friction_width};
 }
 
-int ksl_model_joint(const ksl_model_t *m, const char *name) { return m && name ? m->model.find_joint(name) : -1; }
-int ksl_model_link(const ksl_model_t *m, const char *name) { return m && name ? m->model.find_link(name) : -1; }
+int ksl_model_joint(const ksl_model_t *m, const char *name) { return m && name ? found(m->model.find_joint(name), "joint", name, m->model.joints()) : -1; }
+int ksl_model_link(const ksl_model_t *m, const char *name) { return m && name ? found(m->model.find_link(name), "link", name, m->model.links()) : -1; }
 
 const char *ksl_model_warning(const ksl_model_t *m, int i) { return m ? line(m->model.description().warnings, i) : nullptr; }
 const char *ksl_model_unused(const ksl_model_t *m, int i) { return m ? line(m->model.description().unused, i) : nullptr; }
@@ -170,6 +234,30 @@ ksl_status_t ksl_reactions(const ksl_model_t *m, ksl_data_t *d, int n, const int
 ksl_status_t ksl_reactionsf(const ksl_model_t *m, ksl_data_t *d, int n, const int *joints,
                             const ksl_reaction_options_t *options, const ksl_externalf_t *external, float *wrenches) {
   return reactions_of_last_state(m, d, n, joints, options, external, wrenches);
+}
+
+ksl_section_t ksl_section(int link) {
+  return {link, {0, 0, 0}, {0, 0, 1}, KSL_BY_CENTER, 0, {}, -1, nullptr, KSL_IN_FRAME, KSL_LINEAR_FIRST};
+}
+ksl_status_t ksl_section_wrench(const ksl_model_t *m, ksl_data_t *d, const double *q, const double *v, const double *a,
+                                const ksl_external_t *external, const ksl_section_t *section, double *wrench) {
+  return section_wrench(m, d, q, v, a, external, section, wrench);
+}
+ksl_status_t ksl_section_wrenchf(const ksl_model_t *m, ksl_data_t *d, const float *q, const float *v, const float *a,
+                                 const ksl_externalf_t *external, const ksl_section_t *section, float *wrench) {
+  return section_wrench(m, d, q, v, a, external, section, wrench);
+}
+
+int ksl_model_tree_elements(const ksl_model_t *m) { return m ? m->model.tree_elements() : 0; }
+ksl_status_t ksl_model_tree(const ksl_model_t *m, int *rows, int *columns) {
+  return guarded([&] {
+    require(m, "model must not be null");
+    const std::vector<int> found = m->model.tree_columns();
+    if (rows)
+      std::copy(m->model.tree_rows().begin(), m->model.tree_rows().end(), rows);
+    if (columns)
+      std::copy(found.begin(), found.end(), columns);
+  });
 }
 
 ksl_status_t ksl_neutral(const ksl_model_t *m, double *q) { return neutral(m, q); }

@@ -375,16 +375,16 @@ ksl_status_t ksl_forward_dynamics_by_mass_matrix_external_batchf(
 }
 
 ksl_status_t ksl_hybrid_dynamics(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
-                                 const double *a, const double *tau, const ksl_external_t *external, double *a_out,
-                                 int n, const int *links, double *tau_out) {
+                                 const double *a, const double *tau, const ksl_external_t *external, int n,
+                                 const int *links, double *a_out, double *tau_out) {
   return state_call<rows::hybrid_dynamics, double>(model, data,
                                                    {.q = q, .v = v, .a = a, .tau = tau, .links = {n, links}, .result = {a_out, tau_out}},
                                                    external);
 }
 
 ksl_status_t ksl_hybrid_dynamicsf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
-                                  const float *a, const float *tau, const ksl_externalf_t *external, float *a_out,
-                                  int n, const int *links, float *tau_out) {
+                                  const float *a, const float *tau, const ksl_externalf_t *external, int n,
+                                  const int *links, float *a_out, float *tau_out) {
   return state_call<rows::hybrid_dynamics, float>(model, data,
                                                   {.q = q, .v = v, .a = a, .tau = tau, .links = {n, links}, .result = {a_out, tau_out}},
                                                   external);
@@ -392,8 +392,8 @@ ksl_status_t ksl_hybrid_dynamicsf(const ksl_model_t *model, ksl_data_t *data, co
 
 ksl_status_t ksl_hybrid_dynamics_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
                                        const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
-                                       const double *tau, ptrdiff_t tau_stride, double *a_out, ptrdiff_t a_out_stride,
-                                       int links_n, const int *links, double *tau_out, ptrdiff_t tau_out_stride,
+                                       const double *tau, ptrdiff_t tau_stride, int links_n, const int *links,
+                                       double *a_out, ptrdiff_t a_out_stride, double *tau_out, ptrdiff_t tau_out_stride,
                                        int threads) {
   return batch_call<double>(rows::hybrid_dynamics, model,
                             {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .tau = {tau, tau_stride}, .links = {links_n, links}, .result = {{a_out, a_out_stride}, {tau_out, tau_out_stride}}},
@@ -403,8 +403,8 @@ ksl_status_t ksl_hybrid_dynamics_batch(const ksl_model_t *model, size_t n, const
 ksl_status_t ksl_hybrid_dynamics_external_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
                                                 const double *v, ptrdiff_t v_stride, const double *a,
                                                 ptrdiff_t a_stride, const double *tau, ptrdiff_t tau_stride,
-                                                const ksl_external_rows_t *external, double *a_out,
-                                                ptrdiff_t a_out_stride, int links_n, const int *links, double *tau_out,
+                                                const ksl_external_rows_t *external, int links_n, const int *links,
+                                                double *a_out, ptrdiff_t a_out_stride, double *tau_out,
                                                 ptrdiff_t tau_out_stride, int threads) {
   return batch_call<double>(rows::hybrid_dynamics, model,
                             {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .tau = {tau, tau_stride}, .links = {links_n, links}, .result = {{a_out, a_out_stride}, {tau_out, tau_out_stride}}},
@@ -413,8 +413,8 @@ ksl_status_t ksl_hybrid_dynamics_external_batch(const ksl_model_t *model, size_t
 
 ksl_status_t ksl_hybrid_dynamics_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
                                         const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
-                                        const float *tau, ptrdiff_t tau_stride, float *a_out, ptrdiff_t a_out_stride,
-                                        int links_n, const int *links, float *tau_out, ptrdiff_t tau_out_stride,
+                                        const float *tau, ptrdiff_t tau_stride, int links_n, const int *links,
+                                        float *a_out, ptrdiff_t a_out_stride, float *tau_out, ptrdiff_t tau_out_stride,
                                         int threads) {
   return batch_call<float>(rows::hybrid_dynamics, model,
                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .tau = {tau, tau_stride}, .links = {links_n, links}, .result = {{a_out, a_out_stride}, {tau_out, tau_out_stride}}},
@@ -424,8 +424,8 @@ ksl_status_t ksl_hybrid_dynamics_batchf(const ksl_model_t *model, size_t n, cons
 ksl_status_t ksl_hybrid_dynamics_external_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
                                                  const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
                                                  const float *tau, ptrdiff_t tau_stride,
-                                                 const ksl_external_rowsf_t *external, float *a_out,
-                                                 ptrdiff_t a_out_stride, int links_n, const int *links, float *tau_out,
+                                                 const ksl_external_rowsf_t *external, int links_n, const int *links,
+                                                 float *a_out, ptrdiff_t a_out_stride, float *tau_out,
                                                  ptrdiff_t tau_out_stride, int threads) {
   return batch_call<float>(rows::hybrid_dynamics, model,
                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .tau = {tau, tau_stride}, .links = {links_n, links}, .result = {{a_out, a_out_stride}, {tau_out, tau_out_stride}}},
@@ -1011,59 +1011,64 @@ ksl_status_t ksl_operational_space_inertia_inverse_batchf(const ksl_model_t *mod
                            no_external_rows, threads, options);
 }
 
-ksl_status_t ksl_operational_space_inertia(const ksl_model_t *model, ksl_data_t *data, const double *q, double *inertia,
-                                           int n, const int *links, const ksl_frame_options_t *options, double *rank) {
+ksl_status_t ksl_operational_space_inertia(const ksl_model_t *model, ksl_data_t *data, const double *q, int n,
+                                           const int *links, const ksl_frame_options_t *options, double *inertia,
+                                           double *rank) {
   return state_call<rows::operational_space_inertia, double>(
       model, data, {.q = q, .links = {n, links}, .result = {inertia, rank}}, no_external, options);
 }
 
-ksl_status_t ksl_operational_space_inertiaf(const ksl_model_t *model, ksl_data_t *data, const float *q, float *inertia,
-                                            int n, const int *links, const ksl_frame_options_t *options, float *rank) {
+ksl_status_t ksl_operational_space_inertiaf(const ksl_model_t *model, ksl_data_t *data, const float *q, int n,
+                                            const int *links, const ksl_frame_options_t *options, float *inertia,
+                                            float *rank) {
   return state_call<rows::operational_space_inertia, float>(model, data,
                                                             {.q = q, .links = {n, links}, .result = {inertia, rank}},
                                                             no_external, options);
 }
 
 ksl_status_t ksl_operational_space_inertia_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                 ptrdiff_t q_stride, double *inertia, ptrdiff_t inertia_stride,
-                                                 int links_n, const int *links, const ksl_frame_options_t *options,
-                                                 double *rank, ptrdiff_t rank_stride, int threads) {
+                                                 ptrdiff_t q_stride, int links_n, const int *links,
+                                                 const ksl_frame_options_t *options, double *inertia,
+                                                 ptrdiff_t inertia_stride, double *rank, ptrdiff_t rank_stride,
+                                                 int threads) {
   return batch_call<double>(rows::operational_space_inertia, model,
                             {.n = n, .q = {q, q_stride}, .links = {links_n, links}, .result = {{inertia, inertia_stride}, {rank, rank_stride}}},
                             no_external_rows, threads, options);
 }
 
 ksl_status_t ksl_operational_space_inertia_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                  ptrdiff_t q_stride, float *inertia, ptrdiff_t inertia_stride,
-                                                  int links_n, const int *links, const ksl_frame_options_t *options,
-                                                  float *rank, ptrdiff_t rank_stride, int threads) {
+                                                  ptrdiff_t q_stride, int links_n, const int *links,
+                                                  const ksl_frame_options_t *options, float *inertia,
+                                                  ptrdiff_t inertia_stride, float *rank, ptrdiff_t rank_stride,
+                                                  int threads) {
   return batch_call<float>(rows::operational_space_inertia, model,
                            {.n = n, .q = {q, q_stride}, .links = {links_n, links}, .result = {{inertia, inertia_stride}, {rank, rank_stride}}},
                            no_external_rows, threads, options);
 }
 
 ksl_status_t ksl_operational_space(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
-                                   const ksl_external_t *external, double *inertia, double *bias,
-                                   double *pseudo_inverse, int n, const int *links, const ksl_frame_options_t *options,
-                                   double *rank) {
+                                   const ksl_external_t *external, int n, const int *links,
+                                   const ksl_frame_options_t *options, double *inertia, double *bias,
+                                   double *pseudo_inverse, double *rank) {
   return state_call<rows::operational_space, double>(model, data,
                                                      {.q = q, .v = v, .links = {n, links}, .result = {inertia, bias, pseudo_inverse, rank}},
                                                      external, options);
 }
 
 ksl_status_t ksl_operational_spacef(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
-                                    const ksl_externalf_t *external, float *inertia, float *bias, float *pseudo_inverse,
-                                    int n, const int *links, const ksl_frame_options_t *options, float *rank) {
+                                    const ksl_externalf_t *external, int n, const int *links,
+                                    const ksl_frame_options_t *options, float *inertia, float *bias,
+                                    float *pseudo_inverse, float *rank) {
   return state_call<rows::operational_space, float>(model, data,
                                                     {.q = q, .v = v, .links = {n, links}, .result = {inertia, bias, pseudo_inverse, rank}},
                                                     external, options);
 }
 
 ksl_status_t ksl_operational_space_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
-                                         const double *v, ptrdiff_t v_stride, double *inertia, ptrdiff_t inertia_stride,
+                                         const double *v, ptrdiff_t v_stride, int links_n, const int *links,
+                                         const ksl_frame_options_t *options, double *inertia, ptrdiff_t inertia_stride,
                                          double *bias, ptrdiff_t bias_stride, double *pseudo_inverse,
-                                         ptrdiff_t pseudo_inverse_stride, int links_n, const int *links,
-                                         const ksl_frame_options_t *options, double *rank, ptrdiff_t rank_stride,
+                                         ptrdiff_t pseudo_inverse_stride, double *rank, ptrdiff_t rank_stride,
                                          int threads) {
   return batch_call<double>(rows::operational_space, model,
                             {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{inertia, inertia_stride}, {bias, bias_stride}, {pseudo_inverse, pseudo_inverse_stride}, {rank, rank_stride}}},
@@ -1072,10 +1077,10 @@ ksl_status_t ksl_operational_space_batch(const ksl_model_t *model, size_t n, con
 
 ksl_status_t ksl_operational_space_external_batch(const ksl_model_t *model, size_t n, const double *q,
                                                   ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                  const ksl_external_rows_t *external, double *inertia,
+                                                  const ksl_external_rows_t *external, int links_n, const int *links,
+                                                  const ksl_frame_options_t *options, double *inertia,
                                                   ptrdiff_t inertia_stride, double *bias, ptrdiff_t bias_stride,
-                                                  double *pseudo_inverse, ptrdiff_t pseudo_inverse_stride, int links_n,
-                                                  const int *links, const ksl_frame_options_t *options, double *rank,
+                                                  double *pseudo_inverse, ptrdiff_t pseudo_inverse_stride, double *rank,
                                                   ptrdiff_t rank_stride, int threads) {
   return batch_call<double>(rows::operational_space, model,
                             {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{inertia, inertia_stride}, {bias, bias_stride}, {pseudo_inverse, pseudo_inverse_stride}, {rank, rank_stride}}},
@@ -1083,10 +1088,10 @@ ksl_status_t ksl_operational_space_external_batch(const ksl_model_t *model, size
 }
 
 ksl_status_t ksl_operational_space_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
-                                          const float *v, ptrdiff_t v_stride, float *inertia, ptrdiff_t inertia_stride,
+                                          const float *v, ptrdiff_t v_stride, int links_n, const int *links,
+                                          const ksl_frame_options_t *options, float *inertia, ptrdiff_t inertia_stride,
                                           float *bias, ptrdiff_t bias_stride, float *pseudo_inverse,
-                                          ptrdiff_t pseudo_inverse_stride, int links_n, const int *links,
-                                          const ksl_frame_options_t *options, float *rank, ptrdiff_t rank_stride,
+                                          ptrdiff_t pseudo_inverse_stride, float *rank, ptrdiff_t rank_stride,
                                           int threads) {
   return batch_call<float>(rows::operational_space, model,
                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{inertia, inertia_stride}, {bias, bias_stride}, {pseudo_inverse, pseudo_inverse_stride}, {rank, rank_stride}}},
@@ -1095,10 +1100,10 @@ ksl_status_t ksl_operational_space_batchf(const ksl_model_t *model, size_t n, co
 
 ksl_status_t ksl_operational_space_external_batchf(const ksl_model_t *model, size_t n, const float *q,
                                                    ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-                                                   const ksl_external_rowsf_t *external, float *inertia,
+                                                   const ksl_external_rowsf_t *external, int links_n, const int *links,
+                                                   const ksl_frame_options_t *options, float *inertia,
                                                    ptrdiff_t inertia_stride, float *bias, ptrdiff_t bias_stride,
-                                                   float *pseudo_inverse, ptrdiff_t pseudo_inverse_stride, int links_n,
-                                                   const int *links, const ksl_frame_options_t *options, float *rank,
+                                                   float *pseudo_inverse, ptrdiff_t pseudo_inverse_stride, float *rank,
                                                    ptrdiff_t rank_stride, int threads) {
   return batch_call<float>(rows::operational_space, model,
                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{inertia, inertia_stride}, {bias, bias_stride}, {pseudo_inverse, pseudo_inverse_stride}, {rank, rank_stride}}},
@@ -1258,86 +1263,112 @@ ksl_status_t ksl_center_of_mass_acceleration_batchf(const ksl_model_t *model, si
 }
 
 ksl_status_t ksl_centroidal_momentum(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
-                                     double *momentum) {
-  return state_call<rows::centroidal_momentum, double>(model, data, {.q = q, .v = v, .result = {momentum}},
-                                                       no_external);
+                                     ksl_order_t order, double *momentum) {
+  ksl_frame_options_t options = {};
+  options.order = order;
+  return state_call<rows::centroidal_momentum, double>(model, data, {.q = q, .v = v, .result = {momentum}}, no_external,
+                                                       &options);
 }
 
 ksl_status_t ksl_centroidal_momentumf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
-                                      float *momentum) {
-  return state_call<rows::centroidal_momentum, float>(model, data, {.q = q, .v = v, .result = {momentum}}, no_external);
+                                      ksl_order_t order, float *momentum) {
+  ksl_frame_options_t options = {};
+  options.order = order;
+  return state_call<rows::centroidal_momentum, float>(model, data, {.q = q, .v = v, .result = {momentum}}, no_external,
+                                                      &options);
 }
 
 ksl_status_t ksl_centroidal_momentum_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
-                                           const double *v, ptrdiff_t v_stride, double *momentum,
+                                           const double *v, ptrdiff_t v_stride, ksl_order_t order, double *momentum,
                                            ptrdiff_t momentum_stride, int threads) {
+  ksl_frame_options_t options = {};
+  options.order = order;
   return batch_call<double>(rows::centroidal_momentum, model,
                             {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .result = {{momentum, momentum_stride}}},
-                            no_external_rows, threads);
+                            no_external_rows, threads, &options);
 }
 
 ksl_status_t ksl_centroidal_momentum_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
-                                            const float *v, ptrdiff_t v_stride, float *momentum,
+                                            const float *v, ptrdiff_t v_stride, ksl_order_t order, float *momentum,
                                             ptrdiff_t momentum_stride, int threads) {
+  ksl_frame_options_t options = {};
+  options.order = order;
   return batch_call<float>(rows::centroidal_momentum, model,
                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .result = {{momentum, momentum_stride}}},
-                           no_external_rows, threads);
+                           no_external_rows, threads, &options);
 }
 
 ksl_status_t ksl_centroidal_momentum_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                            double *matrix) {
+                                            ksl_order_t order, double *matrix) {
+  ksl_frame_options_t options = {};
+  options.order = order;
   return state_call<rows::centroidal_momentum_matrix, double>(
-      model, data, {.q = q, .result = {matrix}}, no_external);
+      model, data, {.q = q, .result = {matrix}}, no_external, &options);
 }
 
 ksl_status_t ksl_centroidal_momentum_matrixf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                             float *matrix) {
+                                             ksl_order_t order, float *matrix) {
+  ksl_frame_options_t options = {};
+  options.order = order;
   return state_call<rows::centroidal_momentum_matrix, float>(
-      model, data, {.q = q, .result = {matrix}}, no_external);
+      model, data, {.q = q, .result = {matrix}}, no_external, &options);
 }
 
 ksl_status_t ksl_centroidal_momentum_matrix_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                  ptrdiff_t q_stride, double *matrix, ptrdiff_t matrix_stride,
-                                                  int threads) {
+                                                  ptrdiff_t q_stride, ksl_order_t order, double *matrix,
+                                                  ptrdiff_t matrix_stride, int threads) {
+  ksl_frame_options_t options = {};
+  options.order = order;
   return batch_call<double>(rows::centroidal_momentum_matrix, model,
                             {.n = n, .q = {q, q_stride}, .result = {{matrix, matrix_stride}}}, no_external_rows,
-                            threads);
+                            threads, &options);
 }
 
 ksl_status_t ksl_centroidal_momentum_matrix_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                   ptrdiff_t q_stride, float *matrix, ptrdiff_t matrix_stride,
-                                                   int threads) {
+                                                   ptrdiff_t q_stride, ksl_order_t order, float *matrix,
+                                                   ptrdiff_t matrix_stride, int threads) {
+  ksl_frame_options_t options = {};
+  options.order = order;
   return batch_call<float>(rows::centroidal_momentum_matrix, model,
-                           {.n = n, .q = {q, q_stride}, .result = {{matrix, matrix_stride}}}, no_external_rows,
-                           threads);
+                           {.n = n, .q = {q, q_stride}, .result = {{matrix, matrix_stride}}}, no_external_rows, threads,
+                           &options);
 }
 
 ksl_status_t ksl_centroidal_momentum_rate(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
-                                          const double *a, double *rate) {
+                                          const double *a, ksl_order_t order, double *rate) {
+  ksl_frame_options_t options = {};
+  options.order = order;
   return state_call<rows::centroidal_momentum_rate, double>(model, data, {.q = q, .v = v, .a = a, .result = {rate}},
-                                                            no_external);
+                                                            no_external, &options);
 }
 
 ksl_status_t ksl_centroidal_momentum_ratef(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
-                                           const float *a, float *rate) {
+                                           const float *a, ksl_order_t order, float *rate) {
+  ksl_frame_options_t options = {};
+  options.order = order;
   return state_call<rows::centroidal_momentum_rate, float>(model, data, {.q = q, .v = v, .a = a, .result = {rate}},
-                                                           no_external);
+                                                           no_external, &options);
 }
 
 ksl_status_t ksl_centroidal_momentum_rate_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
                                                 const double *v, ptrdiff_t v_stride, const double *a,
-                                                ptrdiff_t a_stride, double *rate, ptrdiff_t rate_stride, int threads) {
+                                                ptrdiff_t a_stride, ksl_order_t order, double *rate,
+                                                ptrdiff_t rate_stride, int threads) {
+  ksl_frame_options_t options = {};
+  options.order = order;
   return batch_call<double>(rows::centroidal_momentum_rate, model,
                             {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{rate, rate_stride}}},
-                            no_external_rows, threads);
+                            no_external_rows, threads, &options);
 }
 
 ksl_status_t ksl_centroidal_momentum_rate_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
                                                  const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
-                                                 float *rate, ptrdiff_t rate_stride, int threads) {
+                                                 ksl_order_t order, float *rate, ptrdiff_t rate_stride, int threads) {
+  ksl_frame_options_t options = {};
+  options.order = order;
   return batch_call<float>(rows::centroidal_momentum_rate, model,
                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{rate, rate_stride}}},
-                           no_external_rows, threads);
+                           no_external_rows, threads, &options);
 }
 
 ksl_status_t ksl_inverse_dynamics_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
@@ -1390,6 +1421,42 @@ ksl_status_t ksl_inverse_dynamics_derivatives_external_batchf(
   return batch_call<float>(rows::inverse_dynamics_derivatives, model,
                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{dtau_dq, dtau_dq_stride}, {dtau_dv, dtau_dv_stride}, {dtau_da, dtau_da_stride}}},
                            external, threads);
+}
+
+ksl_status_t ksl_stiffness(const ksl_model_t *model, ksl_data_t *data, const double *q, const ksl_external_t *external,
+                           double *K) {
+  return state_call<rows::stiffness, double>(model, data, {.q = q, .result = {K}}, external);
+}
+
+ksl_status_t ksl_stiffnessf(const ksl_model_t *model, ksl_data_t *data, const float *q, const ksl_externalf_t *external,
+                            float *K) {
+  return state_call<rows::stiffness, float>(model, data, {.q = q, .result = {K}}, external);
+}
+
+ksl_status_t ksl_stiffness_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, double *K,
+                                 ptrdiff_t K_stride, int threads) {
+  return batch_call<double>(rows::stiffness, model, {.n = n, .q = {q, q_stride}, .result = {{K, K_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_stiffness_external_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                          const ksl_external_rows_t *external, double *K, ptrdiff_t K_stride,
+                                          int threads) {
+  return batch_call<double>(rows::stiffness, model, {.n = n, .q = {q, q_stride}, .result = {{K, K_stride}}}, external,
+                            threads);
+}
+
+ksl_status_t ksl_stiffness_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, float *K,
+                                  ptrdiff_t K_stride, int threads) {
+  return batch_call<float>(rows::stiffness, model, {.n = n, .q = {q, q_stride}, .result = {{K, K_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_stiffness_external_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                           const ksl_external_rowsf_t *external, float *K, ptrdiff_t K_stride,
+                                           int threads) {
+  return batch_call<float>(rows::stiffness, model, {.n = n, .q = {q, q_stride}, .result = {{K, K_stride}}}, external,
+                           threads);
 }
 
 ksl_status_t ksl_forward_dynamics_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
@@ -1445,16 +1512,17 @@ ksl_status_t ksl_forward_dynamics_derivatives_external_batchf(
 }
 
 ksl_status_t ksl_reactions_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
-                                       const double *a, const ksl_external_t *external, double *by_q, double *by_v,
-                                       int n, const int *joints, const ksl_reaction_options_t *options, double *by_a) {
+                                       const double *a, const ksl_external_t *external, int n, const int *joints,
+                                       const ksl_reaction_options_t *options, double *by_q, double *by_v,
+                                       double *by_a) {
   return state_call<rows::reactions_derivatives, double>(model, data,
                                                          {.q = q, .v = v, .a = a, .result = {by_q, by_v, by_a}},
                                                          external, {n, joints, options});
 }
 
 ksl_status_t ksl_reactions_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
-                                        const float *a, const ksl_externalf_t *external, float *by_q, float *by_v,
-                                        int n, const int *joints, const ksl_reaction_options_t *options, float *by_a) {
+                                        const float *a, const ksl_externalf_t *external, int n, const int *joints,
+                                        const ksl_reaction_options_t *options, float *by_q, float *by_v, float *by_a) {
   return state_call<rows::reactions_derivatives, float>(model, data,
                                                         {.q = q, .v = v, .a = a, .result = {by_q, by_v, by_a}},
                                                         external, {n, joints, options});
@@ -1462,8 +1530,8 @@ ksl_status_t ksl_reactions_derivativesf(const ksl_model_t *model, ksl_data_t *da
 
 ksl_status_t ksl_reactions_derivatives_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
                                              const double *v, ptrdiff_t v_stride, const double *a, ptrdiff_t a_stride,
-                                             double *by_q, ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
                                              int joints_n, const int *joints, const ksl_reaction_options_t *options,
+                                             double *by_q, ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
                                              double *by_a, ptrdiff_t by_a_stride, int threads) {
   return batch_call<double>(rows::reactions_derivatives, model,
                             {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}, {by_a, by_a_stride}}},
@@ -1473,11 +1541,11 @@ ksl_status_t ksl_reactions_derivatives_batch(const ksl_model_t *model, size_t n,
 ksl_status_t ksl_reactions_derivatives_external_batch(const ksl_model_t *model, size_t n, const double *q,
                                                       ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
                                                       const double *a, ptrdiff_t a_stride,
-                                                      const ksl_external_rows_t *external, double *by_q,
-                                                      ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
-                                                      int joints_n, const int *joints,
-                                                      const ksl_reaction_options_t *options, double *by_a,
-                                                      ptrdiff_t by_a_stride, int threads) {
+                                                      const ksl_external_rows_t *external, int joints_n,
+                                                      const int *joints, const ksl_reaction_options_t *options,
+                                                      double *by_q, ptrdiff_t by_q_stride, double *by_v,
+                                                      ptrdiff_t by_v_stride, double *by_a, ptrdiff_t by_a_stride,
+                                                      int threads) {
   return batch_call<double>(rows::reactions_derivatives, model,
                             {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}, {by_a, by_a_stride}}},
                             external, threads, nullptr, {joints_n, joints, options});
@@ -1485,8 +1553,8 @@ ksl_status_t ksl_reactions_derivatives_external_batch(const ksl_model_t *model, 
 
 ksl_status_t ksl_reactions_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
                                               const float *v, ptrdiff_t v_stride, const float *a, ptrdiff_t a_stride,
-                                              float *by_q, ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride,
                                               int joints_n, const int *joints, const ksl_reaction_options_t *options,
+                                              float *by_q, ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride,
                                               float *by_a, ptrdiff_t by_a_stride, int threads) {
   return batch_call<float>(rows::reactions_derivatives, model,
                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}, {by_a, by_a_stride}}},
@@ -1496,11 +1564,11 @@ ksl_status_t ksl_reactions_derivatives_batchf(const ksl_model_t *model, size_t n
 ksl_status_t ksl_reactions_derivatives_external_batchf(const ksl_model_t *model, size_t n, const float *q,
                                                        ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
                                                        const float *a, ptrdiff_t a_stride,
-                                                       const ksl_external_rowsf_t *external, float *by_q,
-                                                       ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride,
-                                                       int joints_n, const int *joints,
-                                                       const ksl_reaction_options_t *options, float *by_a,
-                                                       ptrdiff_t by_a_stride, int threads) {
+                                                       const ksl_external_rowsf_t *external, int joints_n,
+                                                       const int *joints, const ksl_reaction_options_t *options,
+                                                       float *by_q, ptrdiff_t by_q_stride, float *by_v,
+                                                       ptrdiff_t by_v_stride, float *by_a, ptrdiff_t by_a_stride,
+                                                       int threads) {
   return batch_call<float>(rows::reactions_derivatives, model,
                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}, {by_a, by_a_stride}}},
                            external, threads, nullptr, {joints_n, joints, options});
@@ -1539,54 +1607,56 @@ ksl_status_t ksl_reactions_external_derivatives_batchf(const ksl_model_t *model,
 }
 
 ksl_status_t ksl_frame_velocity_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                            const double *v, double *by_q, int link, const ksl_frame_options_t *options,
+                                            const double *v, int link, const ksl_frame_options_t *options, double *by_q,
                                             double *by_v) {
   return state_call<rows::frame_velocity_derivatives, double>(
       model, data, {.q = q, .v = v, .links = {1, &link}, .result = {by_q, by_v}}, no_external, options);
 }
 
 ksl_status_t ksl_frame_velocity_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
-                                             float *by_q, int link, const ksl_frame_options_t *options, float *by_v) {
+                                             int link, const ksl_frame_options_t *options, float *by_q, float *by_v) {
   return state_call<rows::frame_velocity_derivatives, float>(
       model, data, {.q = q, .v = v, .links = {1, &link}, .result = {by_q, by_v}}, no_external, options);
 }
 
 ksl_status_t ksl_frame_velocity_derivatives_batch(const ksl_model_t *model, size_t n, const double *q,
-                                                  ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, double *by_q,
-                                                  ptrdiff_t by_q_stride, int link, const ksl_frame_options_t *options,
-                                                  double *by_v, ptrdiff_t by_v_stride, int threads) {
+                                                  ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, int link,
+                                                  const ksl_frame_options_t *options, double *by_q,
+                                                  ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
+                                                  int threads) {
   return batch_call<double>(rows::frame_velocity_derivatives, model,
                             {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {1, &link}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}}},
                             no_external_rows, threads, options);
 }
 
 ksl_status_t ksl_frame_velocity_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q,
-                                                   ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, float *by_q,
-                                                   ptrdiff_t by_q_stride, int link, const ksl_frame_options_t *options,
-                                                   float *by_v, ptrdiff_t by_v_stride, int threads) {
+                                                   ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, int link,
+                                                   const ksl_frame_options_t *options, float *by_q,
+                                                   ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride,
+                                                   int threads) {
   return batch_call<float>(rows::frame_velocity_derivatives, model,
                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {1, &link}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}}},
                            no_external_rows, threads, options);
 }
 
 ksl_status_t ksl_frame_velocities_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                              const double *v, double *by_q, int n, const int *links,
-                                              const ksl_frame_options_t *options, double *by_v) {
+                                              const double *v, int n, const int *links,
+                                              const ksl_frame_options_t *options, double *by_q, double *by_v) {
   return state_call<rows::frame_velocities_derivatives, double>(
       model, data, {.q = q, .v = v, .links = {n, links}, .result = {by_q, by_v}}, no_external, options);
 }
 
 ksl_status_t ksl_frame_velocities_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                               const float *v, float *by_q, int n, const int *links,
-                                               const ksl_frame_options_t *options, float *by_v) {
+                                               const float *v, int n, const int *links,
+                                               const ksl_frame_options_t *options, float *by_q, float *by_v) {
   return state_call<rows::frame_velocities_derivatives, float>(
       model, data, {.q = q, .v = v, .links = {n, links}, .result = {by_q, by_v}}, no_external, options);
 }
 
 ksl_status_t ksl_frame_velocities_derivatives_batch(const ksl_model_t *model, size_t n, const double *q,
                                                     ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                    double *by_q, ptrdiff_t by_q_stride, int links_n, const int *links,
-                                                    const ksl_frame_options_t *options, double *by_v,
+                                                    int links_n, const int *links, const ksl_frame_options_t *options,
+                                                    double *by_q, ptrdiff_t by_q_stride, double *by_v,
                                                     ptrdiff_t by_v_stride, int threads) {
   return batch_call<double>(rows::frame_velocities_derivatives, model,
                             {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}}},
@@ -1595,8 +1665,8 @@ ksl_status_t ksl_frame_velocities_derivatives_batch(const ksl_model_t *model, si
 
 ksl_status_t ksl_frame_velocities_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q,
                                                      ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-                                                     float *by_q, ptrdiff_t by_q_stride, int links_n, const int *links,
-                                                     const ksl_frame_options_t *options, float *by_v,
+                                                     int links_n, const int *links, const ksl_frame_options_t *options,
+                                                     float *by_q, ptrdiff_t by_q_stride, float *by_v,
                                                      ptrdiff_t by_v_stride, int threads) {
   return batch_call<float>(rows::frame_velocities_derivatives, model,
                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}}},
@@ -1604,25 +1674,27 @@ ksl_status_t ksl_frame_velocities_derivatives_batchf(const ksl_model_t *model, s
 }
 
 ksl_status_t ksl_frame_acceleration_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                const double *v, const double *a, double *by_q, double *by_v, int link,
-                                                const ksl_frame_options_t *options, double *by_a) {
+                                                const double *v, const double *a, int link,
+                                                const ksl_frame_options_t *options, double *by_q, double *by_v,
+                                                double *by_a) {
   return state_call<rows::frame_acceleration_derivatives, double>(
       model, data, {.q = q, .v = v, .a = a, .links = {1, &link}, .result = {by_q, by_v, by_a}}, no_external, options);
 }
 
 ksl_status_t ksl_frame_acceleration_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                 const float *v, const float *a, float *by_q, float *by_v, int link,
-                                                 const ksl_frame_options_t *options, float *by_a) {
+                                                 const float *v, const float *a, int link,
+                                                 const ksl_frame_options_t *options, float *by_q, float *by_v,
+                                                 float *by_a) {
   return state_call<rows::frame_acceleration_derivatives, float>(
       model, data, {.q = q, .v = v, .a = a, .links = {1, &link}, .result = {by_q, by_v, by_a}}, no_external, options);
 }
 
 ksl_status_t ksl_frame_acceleration_derivatives_batch(const ksl_model_t *model, size_t n, const double *q,
                                                       ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                      const double *a, ptrdiff_t a_stride, double *by_q,
+                                                      const double *a, ptrdiff_t a_stride, int link,
+                                                      const ksl_frame_options_t *options, double *by_q,
                                                       ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
-                                                      int link, const ksl_frame_options_t *options, double *by_a,
-                                                      ptrdiff_t by_a_stride, int threads) {
+                                                      double *by_a, ptrdiff_t by_a_stride, int threads) {
   return batch_call<double>(rows::frame_acceleration_derivatives, model,
                             {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .links = {1, &link}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}, {by_a, by_a_stride}}},
                             no_external_rows, threads, options);
@@ -1630,36 +1702,38 @@ ksl_status_t ksl_frame_acceleration_derivatives_batch(const ksl_model_t *model, 
 
 ksl_status_t ksl_frame_acceleration_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q,
                                                        ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-                                                       const float *a, ptrdiff_t a_stride, float *by_q,
+                                                       const float *a, ptrdiff_t a_stride, int link,
+                                                       const ksl_frame_options_t *options, float *by_q,
                                                        ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride,
-                                                       int link, const ksl_frame_options_t *options, float *by_a,
-                                                       ptrdiff_t by_a_stride, int threads) {
+                                                       float *by_a, ptrdiff_t by_a_stride, int threads) {
   return batch_call<float>(rows::frame_acceleration_derivatives, model,
                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .links = {1, &link}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}, {by_a, by_a_stride}}},
                            no_external_rows, threads, options);
 }
 
 ksl_status_t ksl_frame_accelerations_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                 const double *v, const double *a, double *by_q, double *by_v, int n,
-                                                 const int *links, const ksl_frame_options_t *options, double *by_a) {
+                                                 const double *v, const double *a, int n, const int *links,
+                                                 const ksl_frame_options_t *options, double *by_q, double *by_v,
+                                                 double *by_a) {
   return state_call<rows::frame_accelerations_derivatives, double>(
       model, data, {.q = q, .v = v, .a = a, .links = {n, links}, .result = {by_q, by_v, by_a}}, no_external, options);
 }
 
 ksl_status_t ksl_frame_accelerations_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                  const float *v, const float *a, float *by_q, float *by_v, int n,
-                                                  const int *links, const ksl_frame_options_t *options, float *by_a) {
+                                                  const float *v, const float *a, int n, const int *links,
+                                                  const ksl_frame_options_t *options, float *by_q, float *by_v,
+                                                  float *by_a) {
   return state_call<rows::frame_accelerations_derivatives, float>(
       model, data, {.q = q, .v = v, .a = a, .links = {n, links}, .result = {by_q, by_v, by_a}}, no_external, options);
 }
 
 ksl_status_t ksl_frame_accelerations_derivatives_batch(const ksl_model_t *model, size_t n, const double *q,
                                                        ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                       const double *a, ptrdiff_t a_stride, double *by_q,
-                                                       ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
-                                                       int links_n, const int *links,
-                                                       const ksl_frame_options_t *options, double *by_a,
-                                                       ptrdiff_t by_a_stride, int threads) {
+                                                       const double *a, ptrdiff_t a_stride, int links_n,
+                                                       const int *links, const ksl_frame_options_t *options,
+                                                       double *by_q, ptrdiff_t by_q_stride, double *by_v,
+                                                       ptrdiff_t by_v_stride, double *by_a, ptrdiff_t by_a_stride,
+                                                       int threads) {
   return batch_call<double>(rows::frame_accelerations_derivatives, model,
                             {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .links = {links_n, links}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}, {by_a, by_a_stride}}},
                             no_external_rows, threads, options);
@@ -1667,11 +1741,11 @@ ksl_status_t ksl_frame_accelerations_derivatives_batch(const ksl_model_t *model,
 
 ksl_status_t ksl_frame_accelerations_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q,
                                                         ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-                                                        const float *a, ptrdiff_t a_stride, float *by_q,
-                                                        ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride,
-                                                        int links_n, const int *links,
-                                                        const ksl_frame_options_t *options, float *by_a,
-                                                        ptrdiff_t by_a_stride, int threads) {
+                                                        const float *a, ptrdiff_t a_stride, int links_n,
+                                                        const int *links, const ksl_frame_options_t *options,
+                                                        float *by_q, ptrdiff_t by_q_stride, float *by_v,
+                                                        ptrdiff_t by_v_stride, float *by_a, ptrdiff_t by_a_stride,
+                                                        int threads) {
   return batch_call<float>(rows::frame_accelerations_derivatives, model,
                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .links = {links_n, links}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}, {by_a, by_a_stride}}},
                            no_external_rows, threads, options);
@@ -1712,66 +1786,83 @@ ksl_status_t ksl_energy_derivatives_batchf(const ksl_model_t *model, size_t n, c
 }
 
 ksl_status_t ksl_centroidal_momentum_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                 const double *v, double *by_q, double *by_v) {
+                                                 const double *v, ksl_order_t order, double *by_q, double *by_v) {
+  ksl_frame_options_t options = {};
+  options.order = order;
   return state_call<rows::centroidal_momentum_derivatives, double>(
-      model, data, {.q = q, .v = v, .result = {by_q, by_v}}, no_external);
+      model, data, {.q = q, .v = v, .result = {by_q, by_v}}, no_external, &options);
 }
 
 ksl_status_t ksl_centroidal_momentum_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                  const float *v, float *by_q, float *by_v) {
+                                                  const float *v, ksl_order_t order, float *by_q, float *by_v) {
+  ksl_frame_options_t options = {};
+  options.order = order;
   return state_call<rows::centroidal_momentum_derivatives, float>(
-      model, data, {.q = q, .v = v, .result = {by_q, by_v}}, no_external);
+      model, data, {.q = q, .v = v, .result = {by_q, by_v}}, no_external, &options);
 }
 
 ksl_status_t ksl_centroidal_momentum_derivatives_batch(const ksl_model_t *model, size_t n, const double *q,
                                                        ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                       double *by_q, ptrdiff_t by_q_stride, double *by_v,
-                                                       ptrdiff_t by_v_stride, int threads) {
+                                                       ksl_order_t order, double *by_q, ptrdiff_t by_q_stride,
+                                                       double *by_v, ptrdiff_t by_v_stride, int threads) {
+  ksl_frame_options_t options = {};
+  options.order = order;
   return batch_call<double>(rows::centroidal_momentum_derivatives, model,
                             {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}}},
-                            no_external_rows, threads);
+                            no_external_rows, threads, &options);
 }
 
 ksl_status_t ksl_centroidal_momentum_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q,
                                                         ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-                                                        float *by_q, ptrdiff_t by_q_stride, float *by_v,
-                                                        ptrdiff_t by_v_stride, int threads) {
+                                                        ksl_order_t order, float *by_q, ptrdiff_t by_q_stride,
+                                                        float *by_v, ptrdiff_t by_v_stride, int threads) {
+  ksl_frame_options_t options = {};
+  options.order = order;
   return batch_call<float>(rows::centroidal_momentum_derivatives, model,
                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}}},
-                           no_external_rows, threads);
+                           no_external_rows, threads, &options);
 }
 
 ksl_status_t ksl_centroidal_momentum_rate_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
-                                                      const double *v, const double *a, double *by_q, double *by_v,
-                                                      double *by_a) {
+                                                      const double *v, const double *a, ksl_order_t order, double *by_q,
+                                                      double *by_v, double *by_a) {
+  ksl_frame_options_t options = {};
+  options.order = order;
   return state_call<rows::centroidal_momentum_rate_derivatives, double>(
-      model, data, {.q = q, .v = v, .a = a, .result = {by_q, by_v, by_a}}, no_external);
+      model, data, {.q = q, .v = v, .a = a, .result = {by_q, by_v, by_a}}, no_external, &options);
 }
 
 ksl_status_t ksl_centroidal_momentum_rate_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
-                                                       const float *v, const float *a, float *by_q, float *by_v,
-                                                       float *by_a) {
+                                                       const float *v, const float *a, ksl_order_t order, float *by_q,
+                                                       float *by_v, float *by_a) {
+  ksl_frame_options_t options = {};
+  options.order = order;
   return state_call<rows::centroidal_momentum_rate_derivatives, float>(
-      model, data, {.q = q, .v = v, .a = a, .result = {by_q, by_v, by_a}}, no_external);
+      model, data, {.q = q, .v = v, .a = a, .result = {by_q, by_v, by_a}}, no_external, &options);
 }
 
 ksl_status_t ksl_centroidal_momentum_rate_derivatives_batch(const ksl_model_t *model, size_t n, const double *q,
                                                             ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
-                                                            const double *a, ptrdiff_t a_stride, double *by_q,
-                                                            ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
-                                                            double *by_a, ptrdiff_t by_a_stride, int threads) {
+                                                            const double *a, ptrdiff_t a_stride, ksl_order_t order,
+                                                            double *by_q, ptrdiff_t by_q_stride, double *by_v,
+                                                            ptrdiff_t by_v_stride, double *by_a, ptrdiff_t by_a_stride,
+                                                            int threads) {
+  ksl_frame_options_t options = {};
+  options.order = order;
   return batch_call<double>(rows::centroidal_momentum_rate_derivatives, model,
                             {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}, {by_a, by_a_stride}}},
-                            no_external_rows, threads);
+                            no_external_rows, threads, &options);
 }
 
 ksl_status_t ksl_centroidal_momentum_rate_derivatives_batchf(
     const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
-    const float *a, ptrdiff_t a_stride, float *by_q, ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride,
-    float *by_a, ptrdiff_t by_a_stride, int threads) {
+    const float *a, ptrdiff_t a_stride, ksl_order_t order, float *by_q, ptrdiff_t by_q_stride, float *by_v,
+    ptrdiff_t by_v_stride, float *by_a, ptrdiff_t by_a_stride, int threads) {
+  ksl_frame_options_t options = {};
+  options.order = order;
   return batch_call<float>(rows::centroidal_momentum_rate_derivatives, model,
                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}, {by_a, by_a_stride}}},
-                           no_external_rows, threads);
+                           no_external_rows, threads, &options);
 }
 
 ksl_status_t ksl_inverse_dynamics_second_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
@@ -1984,64 +2075,72 @@ ksl_status_t ksl_reactions_regressor_batchf(const ksl_model_t *model, size_t n, 
                            no_external_rows, threads, nullptr, {joints_n, joints, options});
 }
 
-ksl_status_t ksl_energy_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
-                                  double *kinetic, int n, const int *links, double *potential) {
+ksl_status_t ksl_energy_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, int n,
+                                  const int *links, double *kinetic, double *potential) {
   return state_call<rows::energy_regressor, double>(model, data,
                                                     {.q = q, .v = v, .links = {n, links}, .result = {kinetic, potential}},
                                                     no_external);
 }
 
-ksl_status_t ksl_energy_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
-                                   float *kinetic, int n, const int *links, float *potential) {
+ksl_status_t ksl_energy_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, int n,
+                                   const int *links, float *kinetic, float *potential) {
   return state_call<rows::energy_regressor, float>(model, data,
                                                    {.q = q, .v = v, .links = {n, links}, .result = {kinetic, potential}},
                                                    no_external);
 }
 
 ksl_status_t ksl_energy_regressor_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
-                                        const double *v, ptrdiff_t v_stride, double *kinetic, ptrdiff_t kinetic_stride,
-                                        int links_n, const int *links, double *potential, ptrdiff_t potential_stride,
-                                        int threads) {
+                                        const double *v, ptrdiff_t v_stride, int links_n, const int *links,
+                                        double *kinetic, ptrdiff_t kinetic_stride, double *potential,
+                                        ptrdiff_t potential_stride, int threads) {
   return batch_call<double>(rows::energy_regressor, model,
                             {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{kinetic, kinetic_stride}, {potential, potential_stride}}},
                             no_external_rows, threads);
 }
 
 ksl_status_t ksl_energy_regressor_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
-                                         const float *v, ptrdiff_t v_stride, float *kinetic, ptrdiff_t kinetic_stride,
-                                         int links_n, const int *links, float *potential, ptrdiff_t potential_stride,
-                                         int threads) {
+                                         const float *v, ptrdiff_t v_stride, int links_n, const int *links,
+                                         float *kinetic, ptrdiff_t kinetic_stride, float *potential,
+                                         ptrdiff_t potential_stride, int threads) {
   return batch_call<float>(rows::energy_regressor, model,
                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{kinetic, kinetic_stride}, {potential, potential_stride}}},
                            no_external_rows, threads);
 }
 
 ksl_status_t ksl_momentum_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, int n,
-                                    const int *links, double *P) {
+                                    const int *links, ksl_order_t order, double *P) {
+  ksl_frame_options_t options = {};
+  options.order = order;
   return state_call<rows::momentum_regressor, double>(model, data, {.q = q, .v = v, .links = {n, links}, .result = {P}},
-                                                      no_external);
+                                                      no_external, &options);
 }
 
 ksl_status_t ksl_momentum_regressorf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, int n,
-                                     const int *links, float *P) {
+                                     const int *links, ksl_order_t order, float *P) {
+  ksl_frame_options_t options = {};
+  options.order = order;
   return state_call<rows::momentum_regressor, float>(model, data, {.q = q, .v = v, .links = {n, links}, .result = {P}},
-                                                     no_external);
+                                                     no_external, &options);
 }
 
 ksl_status_t ksl_momentum_regressor_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
-                                          const double *v, ptrdiff_t v_stride, int links_n, const int *links, double *P,
-                                          ptrdiff_t P_stride, int threads) {
+                                          const double *v, ptrdiff_t v_stride, int links_n, const int *links,
+                                          ksl_order_t order, double *P, ptrdiff_t P_stride, int threads) {
+  ksl_frame_options_t options = {};
+  options.order = order;
   return batch_call<double>(rows::momentum_regressor, model,
                             {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{P, P_stride}}},
-                            no_external_rows, threads);
+                            no_external_rows, threads, &options);
 }
 
 ksl_status_t ksl_momentum_regressor_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
-                                           const float *v, ptrdiff_t v_stride, int links_n, const int *links, float *P,
-                                           ptrdiff_t P_stride, int threads) {
+                                           const float *v, ptrdiff_t v_stride, int links_n, const int *links,
+                                           ksl_order_t order, float *P, ptrdiff_t P_stride, int threads) {
+  ksl_frame_options_t options = {};
+  options.order = order;
   return batch_call<float>(rows::momentum_regressor, model,
                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{P, P_stride}}},
-                           no_external_rows, threads);
+                           no_external_rows, threads, &options);
 }
 
 ksl_status_t ksl_integrate(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *dv, double *q1) {

@@ -21,6 +21,7 @@ template <class S>
 ksl_status_t solve(const ksl_model_t *m, int frames_n, const ksl_wanted_frame_t *frames, const ksl_inverse_kinematics_options_t *given,
                    const inverse_kinematics_batch<S> &batch, int threads) {
   return guarded([&] {
+    last_warning()[0] = '\0';
     require(m && frames_n > 0 && frames, "model and frames must not be null, and there must be a frame");
     require(batch.n == 0 || (batch.target.first && batch.q.first), "targets and q must not be null");
     inverse_kinematics_options options = options_of(given);

@@ -60,10 +60,11 @@ enum class coupled_by : unsigned char {
   inverse,        ///< M⁻¹
   upper_triangle, ///< of M; the elements below the diagonal are not written
   solution_derivatives, ///< of a by q, v and τ
+  solution_second_derivatives,
   hybrid,         ///< a and τ, where some of each are given
   jump,           ///< M⁻¹ Jᵀ impulses
   operational_inverse, operational_inertia, operational_space, ///< J M⁻¹ Jᵀ, and what follows from it
-  refusal         ///< not at all: where the layout is that of the tree, and second derivatives of solutions
+  refusal         ///< not at all: where the layout is that of the tree
 };
 
 constexpr int most_inputs = 4; ///< how many an algorithm can have

@@ -736,7 +736,7 @@ constexpr algorithm_row forward_dynamics_second_derivatives = {
     .results = 4,
     .result = {{"d2a_dqdq", 3, {extent::nv, extent::nv, extent::nv}}, {"d2a_dvdv", 3, {extent::nv, extent::nv, extent::nv}}, {"d2a_dqdv", 3, {extent::nv, extent::nv, extent::nv}}, {"d2a_dqdtau", 3, {extent::nv, extent::nv, extent::nv}}},
     .kernels = &kernel_table::forward_dynamics_second_derivatives,
-    .coupled = coupled_by::refusal,
+    .coupled = coupled_by::solution_second_derivatives,
 };
 
 constexpr algorithm_row inverse_dynamics_regressor = {
@@ -955,6 +955,21 @@ constexpr algorithm_row frame_acceleration = {
     .variant_of = &frame_accelerations,
 };
 
+constexpr algorithm_row stiffness = {
+    .name = "stiffness",
+    .inputs = 1,
+    .input_list = {input::q},
+    .input_name = {"q"},
+    .external = external_use::optional,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .smooth_friction = true,
+    .results = 1,
+    .result = {{"K", 2, {extent::nv, extent::nv}}},
+    .kernels = &kernel_table::inverse_dynamics_derivatives,
+    .variant_of = &inverse_dynamics_derivatives,
+};
+
 constexpr algorithm_row frame_velocity_derivatives = {
     .name = "frame_velocity_derivatives",
     .inputs = 2,
@@ -1044,6 +1059,7 @@ constexpr const algorithm_row *all[] = {
     &centroidal_momentum_matrix,
     &centroidal_momentum_rate,
     &inverse_dynamics_derivatives,
+    &stiffness,
     &forward_dynamics_derivatives,
     &reactions_derivatives,
     &reactions_external_derivatives,

@@ -79,7 +79,7 @@ vec3<double> checked_axis(const std::string &who, const joint_kind_row &row, con
 
 /// Copies what the kind has, and refuses what it hasn't.  A limit that is infinite is none.
 void set_limits(const std::string &who, const joint_kind_row &row, const joint_options &from, joint_description &to) {
-  const auto check = [&](const char *what, const optional_number &x, bool may_have) {
+  const auto check = [&](const std::string &what, const optional_number &x, bool may_have) {
     if (!x)
       return;
     if (std::isnan(*x))
@@ -87,15 +87,22 @@ void set_limits(const std::string &who, const joint_kind_row &row, const joint_o
     if (!may_have)
       refuse(who + "a " + row.name + " joint has no " + what + "; leave it out");
   };
-  check("lower limit", from.lower, row.has_limits);
-  check("upper limit", from.upper, row.has_limits);
+  const int numbers = numbers_with_limits(row);
+  for (int c = 0; c < 3; ++c) {
+    const auto [lower, upper] = c == 0 ? coordinate_limits{from.lower, from.upper} : from.further[static_cast<std::size_t>(c - 1)];
+    const std::string which = c > 0 || numbers > 1 ? " of number " + std::to_string(c + 1) + " of its position" : "";
+    check("lower limit" + which, lower, c < numbers);
+    check("upper limit" + which, upper, c < numbers);
+    if (lower && upper && *lower > *upper)
+      refuse(who + (which.empty() ? "" : "limits" + which + ": ") + "lower limit " + shown(*lower) + " is above upper limit " + shown(*upper) +
+             "; exchange or correct them");
+  }
   check("effort limit", from.effort, row.nv == 1);
   check("velocity limit", from.velocity, row.nv == 1);
-  if (from.lower && from.upper && *from.lower > *from.upper)
-    refuse(who + "lower limit " + shown(*from.lower) + " is above upper limit " + shown(*from.upper) +
-           "; exchange or correct them");
   const auto finite_or_none = [](const optional_number &x) { return x && std::isfinite(*x) ? x : std::nullopt; };
   to.lower = finite_or_none(from.lower), to.upper = finite_or_none(from.upper);
+  for (std::size_t c = 0; c < 2; ++c)
+    to.further[c] = {finite_or_none(from.further[c].lower), finite_or_none(from.further[c].upper)};
   to.effort = finite_or_none(from.effort), to.velocity = finite_or_none(from.velocity);
 }
 

@@ -3,13 +3,29 @@
 
 #include "engine/coupled.hpp"
 
+#include "ksl/engine/workspace.hpp"
+
 #include <cstdint>
 #include <memory>
 
 namespace ksl {
 
+/// Does a row have fewer results than its kernels write?
+constexpr bool has_unread_results(const algorithm_row &row) { return row.variant_of && row.results < row.variant_of->results; }
+
+/// The same state with memory for those that the row doesn't have: the end of the workspace, which is longer by unread_bytes than
+/// any algorithm needs.
+template <class S> state_view<S> with_unread_results(const algorithm_row &row, const model &m, data &d, state_view<S> s) {
+  arena memory(static_cast<std::byte *>(d.memory()) + d.bytes() - unread_bytes(row, extents_of(m, s)));
+  for (int r = row.results; r < row.variant_of->results; ++r)
+    s.result[r] = memory.take<S>(numbers_of(row.variant_of->result[r], extents_of(m, s)));
+  return s;
+}
+
 /// Runs an algorithm.  The inputs that it reads and the results that it writes must not be null.
 template <class S> void compute(const algorithm_row &row, const model &m, data &d, const state_view<S> &s) {
+  if (m.followers() == 0 && has_unread_results(row))
+    return kernels_of_row<S>(row).state(m.view_in<S>(), d.memory(), with_unread_results(row, m, d, s));
   if (m.followers() == 0)
     return kernels_of_row<S>(row).state(m.view_in<S>(), d.memory(), s);
   coupled::require_projection(row, m);

@@ -112,11 +112,9 @@ private:
 void require_projection(const algorithm_row &row, const model &m) {
   if (!m.followers() || row.coupled != coupled_by::refusal)
     return;
-  const result_row &first = row.result[0];
-  const bool of_tree = std::find(first.shape, first.shape + first.axes, extent::tree) != first.shape + first.axes;
-  throw std::invalid_argument(std::string(row.name) + " is not available for robots with mimic joints" +
-                              (of_tree ? ", whose mass matrix has other zeros than those of the tree; use mass_matrix, or load" : "; load") +
-                              " the robot with mimic=\"independent\" (mimic_independent in C and C++), which gives each joint a " +
+  throw std::invalid_argument(std::string(row.name) + " is not available for robots with mimic joints, whose mass matrix has other zeros " +
+                              "than those of the tree; use " + (row.needs_mass ? "solve_mass_matrix or mass_matrix_inverse" : "mass_matrix or mass_matrix_upper") +
+                              ", or load the robot with mimic=\"independent\" (mimic_independent in C and C++), which gives each joint a " +
                               "coordinate of its own");
 }
 

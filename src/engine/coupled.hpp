@@ -12,6 +12,14 @@ template <class View> extents extents_of(const model &m, const View &view) {
   return {m.nq(), m.nv(), view.links.n, view.joints ? view.joints->n : 0, m.tree_elements(), static_cast<int>(m.links().size())};
 }
 
+/// Bytes of the results that the kernels of a row write, and that the row doesn't have.
+inline std::size_t unread_bytes(const algorithm_row &row, const extents &asked) {
+  std::size_t bytes = 0;
+  for (int r = row.results; row.variant_of && r < row.variant_of->results; ++r)
+    bytes += (static_cast<std::size_t>(numbers_of(row.variant_of->result[r], asked)) * sizeof(double) + 63) / 64 * 64;
+  return bytes;
+}
+
 namespace coupled {
 
 /// Throws std::invalid_argument if the algorithm can't be computed for a model with followers.

@@ -40,7 +40,7 @@ template <class S> struct systems {
   const coupled_by what;
   const model &m;
   projection<S> inertia{rows::mass_matrix, m}, efforts{rows::inverse_dynamics, m};
-  projection<S> derivatives{rows::inverse_dynamics_derivatives, m};
+  projection<S> derivatives{rows::inverse_dynamics_derivatives, m}, second{rows::inverse_dynamics_second_derivatives, m};
   projection<S> columns{rows::jacobian, m}, rates{rows::frame_accelerations, m};
   projection<S> impulses{rows::inverse_dynamics, m, weightless<S>(m)};
 
@@ -59,6 +59,7 @@ template <class S> struct systems {
     run(inertia, w, given, w.M);
     switch (what) {
     case coupled_by::solution_derivatives: return set_derivatives(w, given);
+    case coupled_by::solution_second_derivatives: return set_second_derivatives(w, given);
     case coupled_by::hybrid: return set_hybrid(w, given);
     case coupled_by::jump: return set_jump(w, given);
     default: return set_operational(w, given);
@@ -72,6 +73,7 @@ private:
     S *M;              ///< (nv, nv)
     S *x, *zero;       ///< (nv)
     S *matrix;         ///< (nv, nv) of derivatives and of hybrid dynamics; by_q and by_v are two of them
+    S *first;          ///< (3, nv, nv) first derivatives of the accelerations, where second ones are asked for
     S *J, *solved;     ///< (6 frames, nv) of frames, and the same rows times M⁻¹
     S *square, *pivots; ///< (6 frames, 6 frames), (4 × 6 frames)
     int *user;         ///< (expanded nv) which of the user's coordinates each coordinate is, or follows
@@ -81,15 +83,18 @@ private:
     void lay_out(arena &memory, const systems &of, const extents &asked) {
       const int nv = of.m.nv(), all = of.m.view().nv;
       const bool frames = of.what >= coupled_by::operational_inverse, hybrid = of.what == coupled_by::hybrid;
+      const bool second = of.what == coupled_by::solution_second_derivatives;
       const int rows = frames ? 6 * asked.links : 0;
       M = memory.take<S>(nv * nv), x = memory.take<S>(nv), zero = memory.take<S>(nv);
-      matrix = memory.take<S>(frames ? 0 : 2 * nv * nv);
+      matrix = memory.take<S>(frames ? 0 : 2 * nv * nv), first = memory.take<S>(second ? 3 * nv * nv : 0);
       J = memory.take<S>(rows * nv), solved = memory.take<S>(rows * nv);
       square = memory.take<S>(rows * rows), pivots = memory.take<S>(4 * rows);
       user = memory.take<int>(hybrid ? all : 0), is_given = memory.take<bool>(hybrid ? nv : 0);
       std::size_t most = std::max(of.inertia.state_bytes(asked), of.efforts.state_bytes(asked));
-      if (of.what == coupled_by::solution_derivatives)
+      if (of.what == coupled_by::solution_derivatives || second)
         most = std::max(most, of.derivatives.state_bytes(asked));
+      if (second)
+        most = std::max(most, of.second.state_bytes(asked));
       if (frames)
         most = std::max({most, of.columns.state_bytes(asked), of.rates.state_bytes(asked)});
       rest = memory.take<std::byte>(static_cast<int>(most));
@@ -139,6 +144,51 @@ private:
           given.result[which][i * nv + k] = sum;
         }
     std::copy_n(w.M, nv * nv, inverse);
+  }
+
+  /// −M times the second derivatives of a, from those of inverse dynamics at the accelerations that solve the
+  /// system, and then times −M⁻¹: the equations of ksl/engine/forward_dynamics_second_derivatives.hpp, without zeros to leave out.
+  void set_second_derivatives(const memory_of_state &w, const state_view<S> &given) const {
+    const int nv = m.nv(), matrix = nv * nv;
+    state_view<S> s = given;
+    for (int which = 0; which < 3; ++which)
+      s.result[which] = w.first + which * matrix;
+    set_derivatives(w, s);
+    s = given;
+    s.a = w.x;
+    second.state(w.rest, s);
+    for (int i = 0; i < nv; ++i)
+      add_products(w, given.result[0] + i * matrix, given.result[2] + i * matrix, given.result[3] + i * matrix);
+    for (int r = 0; r < 4; ++r)
+      for (int at = 0; at < matrix; ++at) { // one of (k, m), for all i
+        S *const X = given.result[r] + at;
+        for (int i = 0; i < nv; ++i)
+          w.x[i] = X[i * matrix];
+        for (int i = 0; i < nv; ++i) {
+          S sum = 0;
+          for (int l = 0; l < nv; ++l)
+            sum -= w.M[i * nv + l] * w.x[l];
+          X[i * matrix] = sum;
+        }
+      }
+  }
+
+  /// Adds to the second derivatives of one effort what the accelerations' first derivatives add.  by_tau is dM_il/dq_k before.
+  void add_products(const memory_of_state &w, S *by_q, S *by_qv, S *by_tau) const {
+    const int nv = m.nv(), matrix = nv * nv;
+    S *const M = w.matrix, *const product = w.matrix + matrix;
+    std::copy_n(by_tau, matrix, M);
+    std::fill_n(by_tau, matrix, S(0));
+    std::fill_n(product, matrix, S(0));
+    S *const to[] = {product, by_qv, by_tau};
+    for (int which = 0; which < 3; ++which)
+      for (int l = 0; l < nv; ++l)
+        for (int k = 0; k < nv; ++k)
+          for (int c = 0; c < nv; ++c)
+            to[which][k * nv + c] += M[l * nv + k] * w.first[which * matrix + l * nv + c];
+    for (int k = 0; k < nv; ++k)
+      for (int c = 0; c < nv; ++c)
+        by_q[k * nv + c] += product[k * nv + c] + product[c * nv + k];
   }
 
   /// Of which coordinates are the accelerations given?  A follower's is if its leader's is.

@@ -3,6 +3,7 @@
 #include "ksl/builder.hpp"
 
 #include "engine/compute.hpp"
+#include "engine/section.hpp"
 #include "load/check.hpp"
 #include "load/robot_file.hpp"
 
@@ -36,6 +37,27 @@ void reactions(const model &m, data &d, const reaction_request &request, S *out,
 }
 template void reactions(const model &, data &, const reaction_request &, double *, const external_wrenches<double> &);
 template void reactions(const model &, data &, const reaction_request &, float *, const external_wrenches<float> &);
+
+bool is_beyond(const model &m, const link_section &section, int joint) {
+  for (int k = 0; k < section.beyond_n; ++k)
+    if (section.beyond[k] == joint)
+      return true;
+  if (section.beyond_n >= 0)
+    return false;
+  const joint_row &row = m.joints()[static_cast<std::size_t>(joint)];
+  double height = 0; // of the joint's origin, in the link's frame, above the plane; the joint that carries the link is at its origin
+  for (int i = 0; i < 3; ++i)
+    height -= section.normal[i] * section.point[i];
+  if (row.link == section.link)
+    return height > 0;
+  const vec3<double> origin = m.description().joints[static_cast<std::size_t>(row.description)].placement.t;
+  return height + sections::dot(section.normal, origin) >= 0;
+}
+
+template void section_wrench(const model &, data &, const double *, const double *, const double *, const link_section &, double *,
+                             const external_wrenches<double> &);
+template void section_wrench(const model &, data &, const float *, const float *, const float *, const link_section &, float *,
+                             const external_wrenches<float> &);
 
 template <class S> void neutral(const model &m, S *q) {
   for (int i = 0; i < m.nq(); ++i)

@@ -53,8 +53,8 @@ void forward_dynamics_by_mass_matrix(const model &m, data &d, const S *q, const 
 }
 
 template <class S>
-void hybrid_dynamics(const model &m, data &d, const S *q, const S *v, const S *a, const S *tau, S *a_out, int n,
-                     const int *links, S *tau_out, const external_wrenches<S> &external) {
+void hybrid_dynamics(const model &m, data &d, const S *q, const S *v, const S *a, const S *tau, int n, const int *links,
+                     S *a_out, S *tau_out, const external_wrenches<S> &external) {
   compute<S>(rows::hybrid_dynamics, m, d, {.q = q, .v = v, .a = a, .tau = tau, .external = external,
                                            .links = {n, links}, .result = {a_out, tau_out}});
 }
@@ -178,15 +178,16 @@ void operational_space_inertia_inverse(const model &m, data &d, const S *q, int 
 }
 
 template <class S>
-void operational_space_inertia(const model &m, data &d, const S *q, S *inertia, int n, const int *links,
-                               const frame_options &how, S *rank) {
+void operational_space_inertia(const model &m, data &d, const S *q, int n, const int *links, const frame_options &how,
+                               S *inertia, S *rank) {
   compute<S>(rows::operational_space_inertia, m, d, {.q = q, .links = {n, links}, .frame = how,
                                                      .result = {inertia, rank}});
 }
 
 template <class S>
-void operational_space(const model &m, data &d, const S *q, const S *v, S *inertia, S *bias, S *pseudo_inverse, int n,
-                       const int *links, const frame_options &how, S *rank, const external_wrenches<S> &external) {
+void operational_space(const model &m, data &d, const S *q, const S *v, int n, const int *links,
+                       const frame_options &how, S *inertia, S *bias, S *pseudo_inverse, S *rank,
+                       const external_wrenches<S> &external) {
   compute<S>(rows::operational_space, m, d, {.q = q, .v = v, .external = external, .links = {n, links}, .frame = how,
                                              .result = {inertia, bias, pseudo_inverse, rank}});
 }
@@ -222,18 +223,20 @@ void center_of_mass_acceleration(const model &m, data &d, const S *q, const S *v
 }
 
 template <class S>
-void centroidal_momentum(const model &m, data &d, const S *q, const S *v, S *momentum) {
-  compute<S>(rows::centroidal_momentum, m, d, {.q = q, .v = v, .result = {momentum}});
+void centroidal_momentum(const model &m, data &d, const S *q, const S *v, component_order order, S *momentum) {
+  compute<S>(rows::centroidal_momentum, m, d, {.q = q, .v = v, .frame = options_of(order), .result = {momentum}});
 }
 
 template <class S>
-void centroidal_momentum_matrix(const model &m, data &d, const S *q, S *matrix) {
-  compute<S>(rows::centroidal_momentum_matrix, m, d, {.q = q, .result = {matrix}});
+void centroidal_momentum_matrix(const model &m, data &d, const S *q, component_order order, S *matrix) {
+  compute<S>(rows::centroidal_momentum_matrix, m, d, {.q = q, .frame = options_of(order), .result = {matrix}});
 }
 
 template <class S>
-void centroidal_momentum_rate(const model &m, data &d, const S *q, const S *v, const S *a, S *rate) {
-  compute<S>(rows::centroidal_momentum_rate, m, d, {.q = q, .v = v, .a = a, .result = {rate}});
+void centroidal_momentum_rate(const model &m, data &d, const S *q, const S *v, const S *a, component_order order,
+                              S *rate) {
+  compute<S>(rows::centroidal_momentum_rate, m, d, {.q = q, .v = v, .a = a, .frame = options_of(order),
+                                                    .result = {rate}});
 }
 
 template <class S>
@@ -244,6 +247,12 @@ void inverse_dynamics_derivatives(const model &m, data &d, const S *q, const S *
 }
 
 template <class S>
+void stiffness(const model &m, data &d, const S *q, S *K, const external_wrenches<S> &external) {
+  const S *const zero = d.template zero<S>();
+  compute<S>(rows::stiffness, m, d, {.q = q, .v = zero, .a = zero, .external = external, .result = {K}});
+}
+
+template <class S>
 void forward_dynamics_derivatives(const model &m, data &d, const S *q, const S *v, const S *tau, S *da_dq, S *da_dv,
                                   S *da_dtau, const external_wrenches<S> &external) {
   compute<S>(rows::forward_dynamics_derivatives, m, d, {.q = q, .v = v, .tau = tau, .external = external,
@@ -251,8 +260,8 @@ void forward_dynamics_derivatives(const model &m, data &d, const S *q, const S *
 }
 
 template <class S>
-void reactions_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *by_q, S *by_v,
-                           const reaction_request &request, S *by_a, const external_wrenches<S> &external) {
+void reactions_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, const reaction_request &request,
+                           S *by_q, S *by_v, S *by_a, const external_wrenches<S> &external) {
   compute<S>(rows::reactions_derivatives, m, d, {.q = q, .v = v, .a = a, .external = external, .joints = &request,
                                                  .result = {by_q, by_v, by_a}});
 }
@@ -264,29 +273,29 @@ void reactions_external_derivatives(const model &m, data &d, const S *q, const r
 }
 
 template <class S>
-void frame_velocity_derivatives(const model &m, data &d, const S *q, const S *v, S *by_q, int link,
-                                const frame_options &how, S *by_v) {
+void frame_velocity_derivatives(const model &m, data &d, const S *q, const S *v, int link, const frame_options &how,
+                                S *by_q, S *by_v) {
   compute<S>(rows::frame_velocity_derivatives, m, d, {.q = q, .v = v, .links = {1, &link}, .frame = how,
                                                       .result = {by_q, by_v}});
 }
 
 template <class S>
-void frame_velocities_derivatives(const model &m, data &d, const S *q, const S *v, S *by_q, int n, const int *links,
-                                  const frame_options &how, S *by_v) {
+void frame_velocities_derivatives(const model &m, data &d, const S *q, const S *v, int n, const int *links,
+                                  const frame_options &how, S *by_q, S *by_v) {
   compute<S>(rows::frame_velocities_derivatives, m, d, {.q = q, .v = v, .links = {n, links}, .frame = how,
                                                         .result = {by_q, by_v}});
 }
 
 template <class S>
-void frame_acceleration_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *by_q, S *by_v,
-                                    int link, const frame_options &how, S *by_a) {
+void frame_acceleration_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, int link,
+                                    const frame_options &how, S *by_q, S *by_v, S *by_a) {
   compute<S>(rows::frame_acceleration_derivatives, m, d, {.q = q, .v = v, .a = a, .links = {1, &link}, .frame = how,
                                                           .result = {by_q, by_v, by_a}});
 }
 
 template <class S>
-void frame_accelerations_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *by_q, S *by_v,
-                                     int n, const int *links, const frame_options &how, S *by_a) {
+void frame_accelerations_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, int n,
+                                     const int *links, const frame_options &how, S *by_q, S *by_v, S *by_a) {
   compute<S>(rows::frame_accelerations_derivatives, m, d, {.q = q, .v = v, .a = a, .links = {n, links}, .frame = how,
                                                            .result = {by_q, by_v, by_a}});
 }
@@ -298,15 +307,17 @@ void energy_derivatives(const model &m, data &d, const S *q, const S *v, S *kine
 }
 
 template <class S>
-void centroidal_momentum_derivatives(const model &m, data &d, const S *q, const S *v, S *by_q, S *by_v) {
-  compute<S>(rows::centroidal_momentum_derivatives, m, d, {.q = q, .v = v, .result = {by_q, by_v}});
+void centroidal_momentum_derivatives(const model &m, data &d, const S *q, const S *v, component_order order, S *by_q,
+                                     S *by_v) {
+  compute<S>(rows::centroidal_momentum_derivatives, m, d, {.q = q, .v = v, .frame = options_of(order),
+                                                           .result = {by_q, by_v}});
 }
 
 template <class S>
-void centroidal_momentum_rate_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *by_q, S *by_v,
-                                          S *by_a) {
+void centroidal_momentum_rate_derivatives(const model &m, data &d, const S *q, const S *v, const S *a,
+                                          component_order order, S *by_q, S *by_v, S *by_a) {
   compute<S>(rows::centroidal_momentum_rate_derivatives, m, d, {
-      .q = q, .v = v, .a = a, .result = {by_q, by_v, by_a}});
+      .q = q, .v = v, .a = a, .frame = options_of(order), .result = {by_q, by_v, by_a}});
 }
 
 template <class S>
@@ -343,14 +354,16 @@ void reactions_regressor(const model &m, data &d, const S *q, const S *v, const 
 }
 
 template <class S>
-void energy_regressor(const model &m, data &d, const S *q, const S *v, S *kinetic, int n, const int *links,
+void energy_regressor(const model &m, data &d, const S *q, const S *v, int n, const int *links, S *kinetic,
                       S *potential) {
   compute<S>(rows::energy_regressor, m, d, {.q = q, .v = v, .links = {n, links}, .result = {kinetic, potential}});
 }
 
 template <class S>
-void momentum_regressor(const model &m, data &d, const S *q, const S *v, int n, const int *links, S *P) {
-  compute<S>(rows::momentum_regressor, m, d, {.q = q, .v = v, .links = {n, links}, .result = {P}});
+void momentum_regressor(const model &m, data &d, const S *q, const S *v, int n, const int *links, component_order order,
+                        S *P) {
+  compute<S>(rows::momentum_regressor, m, d, {.q = q, .v = v, .links = {n, links}, .frame = options_of(order),
+                                              .result = {P}});
 }
 
 template <class S>
@@ -408,10 +421,10 @@ template void forward_dynamics_by_mass_matrix<double>(const model &, data &, con
 template void forward_dynamics_by_mass_matrix<float>(const model &, data &, const float *, const float *, const float *,
                                                      float *, const external_wrenches<float> &);
 template void hybrid_dynamics<double>(const model &, data &, const double *, const double *, const double *,
-                                      const double *, double *, int, const int *, double *,
+                                      const double *, int, const int *, double *, double *,
                                       const external_wrenches<double> &);
 template void hybrid_dynamics<float>(const model &, data &, const float *, const float *, const float *, const float *,
-                                     float *, int, const int *, float *, const external_wrenches<float> &);
+                                     int, const int *, float *, float *, const external_wrenches<float> &);
 template void velocity_jump<double>(const model &, data &, const double *, double *, const external_wrenches<double> &);
 template void velocity_jump<float>(const model &, data &, const float *, float *, const external_wrenches<float> &);
 template void mass_matrix<double>(const model &, data &, const double *, double *);
@@ -473,15 +486,15 @@ template void operational_space_inertia_inverse<double>(const model &, data &, c
                                                         const frame_options &, double *);
 template void operational_space_inertia_inverse<float>(const model &, data &, const float *, int, const int *,
                                                        const frame_options &, float *);
-template void operational_space_inertia<double>(const model &, data &, const double *, double *, int, const int *,
-                                                const frame_options &, double *);
-template void operational_space_inertia<float>(const model &, data &, const float *, float *, int, const int *,
-                                               const frame_options &, float *);
-template void operational_space<double>(const model &, data &, const double *, const double *, double *, double *,
-                                        double *, int, const int *, const frame_options &, double *,
+template void operational_space_inertia<double>(const model &, data &, const double *, int, const int *,
+                                                const frame_options &, double *, double *);
+template void operational_space_inertia<float>(const model &, data &, const float *, int, const int *,
+                                               const frame_options &, float *, float *);
+template void operational_space<double>(const model &, data &, const double *, const double *, int, const int *,
+                                        const frame_options &, double *, double *, double *, double *,
                                         const external_wrenches<double> &);
-template void operational_space<float>(const model &, data &, const float *, const float *, float *, float *, float *,
-                                       int, const int *, const frame_options &, float *,
+template void operational_space<float>(const model &, data &, const float *, const float *, int, const int *,
+                                       const frame_options &, float *, float *, float *, float *,
                                        const external_wrenches<float> &);
 template void energy<double>(const model &, data &, const double *, const double *, double *, double *);
 template void energy<float>(const model &, data &, const float *, const float *, float *, float *);
@@ -499,64 +512,68 @@ template void center_of_mass_acceleration<double>(const model &, data &, const d
                                                   double *);
 template void center_of_mass_acceleration<float>(const model &, data &, const float *, const float *, const float *,
                                                  float *);
-template void centroidal_momentum<double>(const model &, data &, const double *, const double *, double *);
-template void centroidal_momentum<float>(const model &, data &, const float *, const float *, float *);
-template void centroidal_momentum_matrix<double>(const model &, data &, const double *, double *);
-template void centroidal_momentum_matrix<float>(const model &, data &, const float *, float *);
+template void centroidal_momentum<double>(const model &, data &, const double *, const double *, component_order,
+                                          double *);
+template void centroidal_momentum<float>(const model &, data &, const float *, const float *, component_order, float *);
+template void centroidal_momentum_matrix<double>(const model &, data &, const double *, component_order, double *);
+template void centroidal_momentum_matrix<float>(const model &, data &, const float *, component_order, float *);
 template void centroidal_momentum_rate<double>(const model &, data &, const double *, const double *, const double *,
-                                               double *);
+                                               component_order, double *);
 template void centroidal_momentum_rate<float>(const model &, data &, const float *, const float *, const float *,
-                                              float *);
+                                              component_order, float *);
 template void inverse_dynamics_derivatives<double>(const model &, data &, const double *, const double *,
                                                    const double *, double *, double *, double *,
                                                    const external_wrenches<double> &);
 template void inverse_dynamics_derivatives<float>(const model &, data &, const float *, const float *, const float *,
                                                   float *, float *, float *, const external_wrenches<float> &);
+template void stiffness<double>(const model &, data &, const double *, double *, const external_wrenches<double> &);
+template void stiffness<float>(const model &, data &, const float *, float *, const external_wrenches<float> &);
 template void forward_dynamics_derivatives<double>(const model &, data &, const double *, const double *,
                                                    const double *, double *, double *, double *,
                                                    const external_wrenches<double> &);
 template void forward_dynamics_derivatives<float>(const model &, data &, const float *, const float *, const float *,
                                                   float *, float *, float *, const external_wrenches<float> &);
 template void reactions_derivatives<double>(const model &, data &, const double *, const double *, const double *,
-                                            double *, double *, const reaction_request &, double *,
+                                            const reaction_request &, double *, double *, double *,
                                             const external_wrenches<double> &);
-template void reactions_derivatives<float>(const model &, data &, const float *, const float *, const float *, float *,
-                                           float *, const reaction_request &, float *,
+template void reactions_derivatives<float>(const model &, data &, const float *, const float *, const float *,
+                                           const reaction_request &, float *, float *, float *,
                                            const external_wrenches<float> &);
 template void reactions_external_derivatives<double>(const model &, data &, const double *, const reaction_request &,
                                                      double *);
 template void reactions_external_derivatives<float>(const model &, data &, const float *, const reaction_request &,
                                                     float *);
-template void frame_velocity_derivatives<double>(const model &, data &, const double *, const double *, double *, int,
-                                                 const frame_options &, double *);
-template void frame_velocity_derivatives<float>(const model &, data &, const float *, const float *, float *, int,
-                                                const frame_options &, float *);
-template void frame_velocities_derivatives<double>(const model &, data &, const double *, const double *, double *, int,
-                                                   const int *, const frame_options &, double *);
-template void frame_velocities_derivatives<float>(const model &, data &, const float *, const float *, float *, int,
-                                                  const int *, const frame_options &, float *);
+template void frame_velocity_derivatives<double>(const model &, data &, const double *, const double *, int,
+                                                 const frame_options &, double *, double *);
+template void frame_velocity_derivatives<float>(const model &, data &, const float *, const float *, int,
+                                                const frame_options &, float *, float *);
+template void frame_velocities_derivatives<double>(const model &, data &, const double *, const double *, int,
+                                                   const int *, const frame_options &, double *, double *);
+template void frame_velocities_derivatives<float>(const model &, data &, const float *, const float *, int, const int *,
+                                                  const frame_options &, float *, float *);
 template void frame_acceleration_derivatives<double>(const model &, data &, const double *, const double *,
-                                                     const double *, double *, double *, int, const frame_options &,
+                                                     const double *, int, const frame_options &, double *, double *,
                                                      double *);
 template void frame_acceleration_derivatives<float>(const model &, data &, const float *, const float *, const float *,
-                                                    float *, float *, int, const frame_options &, float *);
+                                                    int, const frame_options &, float *, float *, float *);
 template void frame_accelerations_derivatives<double>(const model &, data &, const double *, const double *,
-                                                      const double *, double *, double *, int, const int *,
-                                                      const frame_options &, double *);
+                                                      const double *, int, const int *, const frame_options &, double *,
+                                                      double *, double *);
 template void frame_accelerations_derivatives<float>(const model &, data &, const float *, const float *, const float *,
-                                                     float *, float *, int, const int *, const frame_options &,
+                                                     int, const int *, const frame_options &, float *, float *,
                                                      float *);
 template void energy_derivatives<double>(const model &, data &, const double *, const double *, double *, double *,
                                          double *);
 template void energy_derivatives<float>(const model &, data &, const float *, const float *, float *, float *, float *);
-template void centroidal_momentum_derivatives<double>(const model &, data &, const double *, const double *, double *,
-                                                      double *);
-template void centroidal_momentum_derivatives<float>(const model &, data &, const float *, const float *, float *,
-                                                     float *);
+template void centroidal_momentum_derivatives<double>(const model &, data &, const double *, const double *,
+                                                      component_order, double *, double *);
+template void centroidal_momentum_derivatives<float>(const model &, data &, const float *, const float *,
+                                                     component_order, float *, float *);
 template void centroidal_momentum_rate_derivatives<double>(const model &, data &, const double *, const double *,
-                                                           const double *, double *, double *, double *);
+                                                           const double *, component_order, double *, double *,
+                                                           double *);
 template void centroidal_momentum_rate_derivatives<float>(const model &, data &, const float *, const float *,
-                                                          const float *, float *, float *, float *);
+                                                          const float *, component_order, float *, float *, float *);
 template void inverse_dynamics_second_derivatives<double>(const model &, data &, const double *, const double *,
                                                           const double *, double *, double *, double *, double *,
                                                           const external_wrenches<double> &);
@@ -579,13 +596,14 @@ template void reactions_regressor<double>(const model &, data &, const double *,
                                           const reaction_request &, double *);
 template void reactions_regressor<float>(const model &, data &, const float *, const float *, const float *,
                                          const reaction_request &, float *);
-template void energy_regressor<double>(const model &, data &, const double *, const double *, double *, int,
-                                       const int *, double *);
-template void energy_regressor<float>(const model &, data &, const float *, const float *, float *, int, const int *,
+template void energy_regressor<double>(const model &, data &, const double *, const double *, int, const int *,
+                                       double *, double *);
+template void energy_regressor<float>(const model &, data &, const float *, const float *, int, const int *, float *,
                                       float *);
 template void momentum_regressor<double>(const model &, data &, const double *, const double *, int, const int *,
-                                         double *);
-template void momentum_regressor<float>(const model &, data &, const float *, const float *, int, const int *, float *);
+                                         component_order, double *);
+template void momentum_regressor<float>(const model &, data &, const float *, const float *, int, const int *,
+                                        component_order, float *);
 template void integrate<double>(const model &, data &, const double *, const double *, double *);
 template void integrate<float>(const model &, data &, const float *, const float *, float *);
 template void difference<double>(const model &, data &, const double *, const double *, double *);

@@ -42,8 +42,12 @@ SE3<double> with_z(const vec3<double> &z) { return {frame_with_z(z), {0, 0, 0}};
 void add_payload(const payload &p, robot_description &robot) {
   const auto carries = [&](const link_description &l) { return l.name == p.link; };
   const auto l = std::find_if(robot.links.begin(), robot.links.end(), carries);
-  if (l == robot.links.end())
-    load::refuse(robot.file, 0, "no link " + p.link + " to carry the payload");
+  if (l == robot.links.end()) {
+    std::vector<std::string> names;
+    for (const link_description &link : robot.links)
+      names.push_back(link.name);
+    load::refuse(robot.file, 0, "no link " + p.link + " to carry the payload" + load::suggestion(p.link, names, "name one of " + load::listed(names)));
+  }
   const vec3<double> c = {p.point[0], p.point[1], p.point[2]};
   spatial_inertia<double> I;
   A::spatial_inertia_fromMassCentroid(p.mass, &c, 0, 0, 0, 0, 0, 0, &I);
@@ -393,18 +397,23 @@ private:
     }
   }
 
-  /// Limits of joints with one coordinate, in the expanded mechanism.
+  /// Limits of the numbers of joints, in the expanded mechanism.
   void add_limits() {
     const auto n = static_cast<std::size_t>(m_.expanded_nq_);
     m_.double_.lower.assign(n, -INFINITY), m_.double_.upper.assign(n, INFINITY);
     for (const joint_row &j : m_.joints_) {
-      const joint_kind_row kind = row_of(j.kind);
-      if (j.description < 0 || !kind.has_limits || kind.nq != 1)
+      const int numbers = numbers_with_limits(row_of(j.kind));
+      if (j.description < 0 || numbers == 0)
         continue;
       const joint_description &given = m_.description_.joints[static_cast<std::size_t>(j.description)];
       const int body = m_.double_.links[static_cast<std::size_t>(j.link)].body;
-      const auto k = static_cast<std::size_t>(m_.double_.bodies[static_cast<std::size_t>(body)].q_index);
-      m_.double_.lower[k] = given.lower.value_or(-INFINITY), m_.double_.upper[k] = given.upper.value_or(INFINITY);
+      const ksl::body<double> &b = m_.double_.bodies[static_cast<std::size_t>(body)];
+      const auto first = static_cast<std::size_t>(b.ends_universal ? b.q_index - 1 : b.q_index);
+      for (int c = 0; c < numbers; ++c) {
+        const auto [lower, upper] = limits_of(given, c);
+        m_.double_.lower[first + static_cast<std::size_t>(c)] = lower.value_or(-INFINITY);
+        m_.double_.upper[first + static_cast<std::size_t>(c)] = upper.value_or(INFINITY);
+      }
     }
   }
 
@@ -421,16 +430,16 @@ private:
       for (int i = 0; i < 4; ++i)
         m_.position_ranges_[static_cast<std::size_t>(quaternion.q_index + i)] = {-1, 1};
     for (const joint_row &row : m_.joints_)
-      if (row_of(row.kind).has_limits && row.description >= 0)
-        limit_range(row, m_.description_.joints[static_cast<std::size_t>(row.description)]);
+      for (int c = 0; row.description >= 0 && c < numbers_with_limits(row_of(row.kind)); ++c)
+        limit_range(row, c, limits_of(m_.description_.joints[static_cast<std::size_t>(row.description)], c));
   }
 
-  /// Limits the range of a joint with one coordinate, or that of its leader, unless nothing would be left of it.  Followers come
-  /// after their leaders.
-  void limit_range(const joint_row &row, const joint_description &described) {
+  /// Limits the range of number c of a joint, or that of its leader, unless nothing would be left of it.  Followers come after their
+  /// leaders.
+  void limit_range(const joint_row &row, int c, const coordinate_limits &described) {
     const bool follows = row.leader >= 0;
     const joint_row &moved = follows ? m_.joints_[static_cast<std::size_t>(row.leader)] : row;
-    model::position_range &range = m_.position_ranges_[static_cast<std::size_t>(moved.q_index)];
+    model::position_range &range = m_.position_ranges_[static_cast<std::size_t>(moved.q_index + c)];
     const double width = range.upper - range.lower;
     if (!follows) { // where one limit is missing, the usual width beyond the other
       if (described.lower || described.upper)
@@ -538,6 +547,10 @@ std::vector<int> model::subtree_links(int joint) const {
   return links;
 }
 
+std::string unknown_name(const std::string &what, const std::string &name, const std::vector<std::string> &known) {
+  return "no " + what + " named " + load::quoted(name) + load::suggestion(name, known, "known: " + load::listed(known));
+}
+
 int model::find_joint(const std::string &name) const {
   for (std::size_t i = 0; i < joints_.size(); ++i)
     if (joints_[i].name == name)
@@ -579,13 +592,26 @@ std::vector<int> model::tree_columns() const {
 
 namespace {
 
+/// With a request for each link and joint.
+extents extents_of_all(const model &m) {
+  const model_view<double> view = m.view();
+  return {m.nq(), m.nv(), view.links, static_cast<int>(m.joints().size()), view.tree_elements, view.links};
+}
+
+/// Room for the results that kernels write and rows don't have (engine/compute.hpp).
+std::size_t unread_bytes(const model &m) {
+  std::size_t most = 0;
+  for (const algorithm_row *row : rows::all)
+    most = std::max(most, unread_bytes(*row, extents_of_all(m)));
+  return most;
+}
+
 /// What engine/coupled.cpp needs for one state of any algorithm, with a request for each link and joint.
 std::size_t coupled_bytes(const model &m) {
   if (m.followers() == 0)
     return 0;
-  const model_view<double> view = m.view();
-  const extents all = {m.nq(), m.nv(), view.links, static_cast<int>(m.joints().size()), view.tree_elements, view.links};
   std::size_t most = 0;
+  const extents all = extents_of_all(m);
   for (const algorithm_row *row : rows::all)
     if (row->coupled != coupled_by::refusal)
       most = std::max({most, coupled::state_bytes<double>(*row, m, all), coupled::state_bytes<float>(*row, m, all)});
@@ -595,7 +621,7 @@ std::size_t coupled_bytes(const model &m) {
 } // namespace
 
 data::data(const model &m)
-    : bytes_(std::max(largest_workspace(m.view()), coupled_bytes(m))), memory_(::operator new(bytes_, alignment)), zero_(static_cast<std::size_t>(m.nv())),
+    : bytes_(std::max(largest_workspace(m.view()), coupled_bytes(m)) + unread_bytes(m)), memory_(::operator new(bytes_, alignment)), zero_(static_cast<std::size_t>(m.nv())),
       zero_single_(zero_.size()) {
 #ifndef NDEBUG
   std::fill_n(static_cast<double *>(memory_.get()), bytes_ / sizeof(double), std::numeric_limits<double>::quiet_NaN());

@@ -216,7 +216,12 @@ robot_description with_frozen_joints(const robot_description &robot, const std::
   for (const frozen_joint &frozen : with_followers(robot, joints)) {
     if (is_floating_base(out, frozen.joint))
       describe_floating_base(out, frozen.joint);
-    freeze(out.joints[index(find(out.joints, frozen.joint, "joint", out.name))], frozen.q);
+    joint_description &joint = out.joints[index(find(out.joints, frozen.joint, "joint", out.name))];
+    const int quaternion = row_of(joint.kind).quaternion;
+    freeze(joint, frozen.q);
+    if (quaternion >= 0 && !is_unit_quaternion(&frozen.q[index(quaternion)], quaternion_rounding))
+      out.warnings.push_back("joint " + joint.name + ": frozen at a quaternion of length " +
+                             load::shown(quaternion_length(&frozen.q[index(quaternion)])) + ", which was normalised");
   }
   return out;
 }

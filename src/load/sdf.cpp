@@ -57,7 +57,7 @@ private:
   void read_motion(const part &joint, joint_description &out);
   vec3<double> axis_in(const part &joint, const char *tag, vec3<double> &given) const;
   double pitch_in(const element &joint, double &metres_a_revolution) const;
-  void read_limit(const element &axis, joint_description &out);
+  void read_limit(const element &axis, int number, joint_description &out);
   void read_dynamics(const element &axis, const std::string &scope, joint_description &out);
   void read_mimic(const element &mimic, const std::string &scope, joint_description &out);
   void connect(joint_description joint, const std::string &parent, const std::string &child, const std::string &frame);
@@ -395,7 +395,7 @@ void sdf_reader::read_motion(const part &joint, joint_description &out) {
   for (const char *tag : {"axis", "axis2"})
     if (const element axis = joint.at.child(tag); axis && has_axis) {
       axis.expect({}, {"xyz", "limit", "dynamics", "mimic"});
-      read_limit(axis, out);
+      read_limit(axis, tag == std::string_view("axis2"), out);
       read_dynamics(axis, joint.scope, out);
     }
 }
@@ -445,16 +445,12 @@ double sdf_reader::pitch_in(const element &joint, double &metres_a_revolution) c
   return -1 / *older;
 }
 
-/// Joints with one coordinate have limits.  1e16, or −1 for an effort or a velocity, stands for no limit in older files.
-void sdf_reader::read_limit(const element &axis, joint_description &out) {
+/// Limits of number 0 or 1 of the joint's position.  1e16, or −1 for an effort or a velocity, stands for no limit in older files.
+void sdf_reader::read_limit(const element &axis, int number, joint_description &out) {
   const element limit = axis.child("limit");
   if (!limit)
     return;
   const joint_kind_row row = row_of(out.kind);
-  if (row.nv != 1) {
-    unused_.in_joint("limit", "not used on a " + std::string(row.name) + " joint", out.name);
-    return;
-  }
   limit.expect({}, {"lower", "upper", "effort", "velocity", "stiffness", "dissipation"});
   for (const char *tag : {"stiffness", "dissipation"})
     if (limit.node().child(tag))
@@ -464,15 +460,20 @@ void sdf_reader::read_limit(const element &axis, joint_description &out) {
     return x && std::fabs(*x) >= 1e16 ? std::nullopt : x;
   };
   const auto positive = [](const optional_number &x) { return x && *x < 0 ? std::nullopt : x; };
-  out.effort = positive(read("effort"));
-  out.velocity = positive(read("velocity"));
+  if (row.nv == 1)
+    out.effort = positive(read("effort")), out.velocity = positive(read("velocity"));
+  else if (limit.node().child("effort") || limit.node().child("velocity"))
+    unused_.in_joint("limit effort, velocity", "not used on a " + std::string(row.name) + " joint", out.name);
   const optional_number lower = read("lower"), upper = read("upper");
-  if (!row.has_limits) {
+  if (number >= numbers_with_limits(row)) {
     if (lower || upper)
       unused_.in_joint("limit lower, upper", "no effect on a " + std::string(row.name) + " joint", out.name);
     return;
   }
-  out.lower = lower, out.upper = upper;
+  if (number == 0)
+    out.lower = lower, out.upper = upper;
+  else
+    out.further[0] = {lower, upper};
   if (lower && upper && *lower > *upper)
     limit.refuse("lower limit " + load::shown(*lower) + " is above upper limit " + load::shown(*upper) + "; exchange or correct them");
 }

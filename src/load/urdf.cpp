@@ -48,6 +48,7 @@ private:
   void ignore(const element &joint, const char *tag, const joint_description &out);
   void warn_of_extensions();
   void read_limit(const element &joint, joint_description &out);
+  void read_limits_of_several(const element &joint, joint_description &out);
   void read_dynamics(const element &joint, joint_description &out);
   void read_mimic(const element &joint, joint_description &out);
   void read_transmission(pugi::xml_node node);
@@ -187,7 +188,7 @@ void urdf_reader::read_joint(pugi::xml_node node) {
   if (joint.where().name.empty())
     joint.refuse("<" + joint.tag() + "> has no name; write <" + joint.tag() + " name=\"...\" type=\"...\">");
   joint.expect({"name", "type"},
-               {"origin", "parent", "child", "axis", "axis2", "limit", "dynamics", "mimic", "safety_controller", "calibration",
+               {"origin", "parent", "child", "axis", "axis2", "limit", "limit1", "limit2", "limit3", "dynamics", "mimic", "safety_controller", "calibration",
                 "screw_thread_pitch", "drake:screw_thread_pitch"});
   joint_description out;
   out.name = joint.where().name;
@@ -253,8 +254,8 @@ int urdf_reader::link_named_in(const element &joint, const char *tag) const {
              load::suggestion(name, names, "add that link, or name one of " + load::listed(names)));
 }
 
-/// Reads what the joint's kind needs: axes, limits, pitch.  <limit> has one number for each bound, so only joints with one
-/// coordinate have limits.
+/// Reads what the joint's kind needs: axes, limits, pitch.  <limit> has one number for each bound, and is for joints with one
+/// coordinate.
 void urdf_reader::read_motion(const element &joint, joint_description &out) {
   const joint_kind_row row = row_of(out.kind);
   if (row.has_axis)
@@ -271,6 +272,7 @@ void urdf_reader::read_motion(const element &joint, joint_description &out) {
     read_limit(joint, out);
   else
     ignore(joint, "limit", out);
+  read_limits_of_several(joint, out);
   if (row.has_pitch)
     read_pitch(joint, "screw_thread_pitch", out);
   else
@@ -293,6 +295,7 @@ void urdf_reader::read_drake_motion(const element &joint, joint_description &out
   } else {
     for (const char *tag : {"axis", "limit", "drake:screw_thread_pitch"})
       ignore(joint, tag, out);
+    read_limits_of_several(joint, out);
   }
   for (const char *tag : {"axis2", "screw_thread_pitch"})
     ignore(joint, tag, out);
@@ -351,6 +354,27 @@ void urdf_reader::read_limit(const element &joint, joint_description &out) {
   if (out.lower && out.upper && *out.lower > *out.upper)
     limit.refuse("lower limit " + load::shown(*out.lower) + " is above upper limit " + load::shown(*out.upper) +
                  "; exchange or correct them");
+}
+
+/// <limit1>, <limit2>, <limit3>: of the numbers of a position that has several.
+void urdf_reader::read_limits_of_several(const element &joint, joint_description &out) {
+  const int numbers = row_of(out.kind).nv > 1 ? numbers_with_limits(row_of(out.kind)) : 0;
+  for (int c = 0; c < 3; ++c) {
+    const std::string tag = "limit" + std::to_string(c + 1);
+    const element limit = joint.child(tag.c_str());
+    if (c >= numbers)
+      ignore(joint, tag.c_str(), out);
+    if (!limit || c >= numbers)
+      continue;
+    limit.expect({"lower", "upper"}, {});
+    const coordinate_limits given = {limit.number("lower"), limit.number("upper")};
+    if (given.lower && given.upper && *given.lower > *given.upper)
+      limit.refuse("lower limit " + load::shown(*given.lower) + " is above upper limit " + load::shown(*given.upper) + "; exchange or correct them");
+    if (c == 0)
+      out.lower = given.lower, out.upper = given.upper;
+    else
+      out.further[static_cast<std::size_t>(c - 1)] = given;
+  }
 }
 
 void urdf_reader::read_dynamics(const element &joint, joint_description &out) {

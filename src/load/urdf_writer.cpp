@@ -188,9 +188,13 @@ private:
     if (row.has_pitch)
       set(node.append_child("screw_thread_pitch"), "value",
           words({pitch_as_given(joint.pitch.value_or(0), joint.given.pitch)}));
-    write_numbers(
-        node, "limit",
-        {{"lower", joint.lower}, {"upper", joint.upper}, {"effort", joint.effort}, {"velocity", joint.velocity}});
+    if (row.nv == 1)
+      write_numbers(
+          node, "limit",
+          {{"lower", joint.lower}, {"upper", joint.upper}, {"effort", joint.effort}, {"velocity", joint.velocity}});
+    for (int c = 0; row.nv > 1 && c < numbers_with_limits(row); ++c)
+      write_numbers(node, ("limit" + std::to_string(c + 1)).c_str(),
+                    {{"lower", limits_of(joint, c).lower}, {"upper", limits_of(joint, c).upper}});
     if (joint.mimic) {
       pugi::xml_node mimic = node.append_child("mimic");
       set(mimic, "joint", joint.mimic->joint);

@@ -261,11 +261,11 @@ TEST_CASE("forward_dynamics_by_mass_matrix: C++ and C, one state and batches, in
 
 TEST_CASE("hybrid_dynamics: C++ and C, one state and batches, in double") {
   const auto cpp = [](faces::one<double> &s) {
-    ksl::hybrid_dynamics(s.r.m, s.r.d, s.q, s.v, s.a, s.tau, s.result[0], 3, s.r.links.data(), s.result[1], s.external);
+    ksl::hybrid_dynamics(s.r.m, s.r.d, s.q, s.v, s.a, s.tau, 3, s.r.links.data(), s.result[0], s.result[1], s.external);
   };
   const auto c = [](faces::one<double> &s) {
-    CHECK(ksl_hybrid_dynamics(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.tau, &s.c_external, s.result[0], 3,
-                              s.r.links.data(), s.result[1]) == KSL_OK);
+    CHECK(ksl_hybrid_dynamics(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.tau, &s.c_external, 3, s.r.links.data(),
+                              s.result[0], s.result[1]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<double> &s) {
     ksl::hybrid_dynamics_batch(s.r.m, s.batch, s.threads);
@@ -273,8 +273,8 @@ TEST_CASE("hybrid_dynamics: C++ and C, one state and batches, in double") {
   const auto c_batch = [](faces::many<double> &s) {
     CHECK(ksl_hybrid_dynamics_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
                                              s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.batch.tau.first,
-                                             s.batch.tau.stride, &s.external, s.batch.result[0].first,
-                                             s.batch.result[0].stride, 3, s.r.links.data(), s.batch.result[1].first,
+                                             s.batch.tau.stride, &s.external, 3, s.r.links.data(),
+                                             s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
                                              s.batch.result[1].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::hybrid_dynamics, cpp, c, cpp_batch, c_batch);
@@ -282,11 +282,11 @@ TEST_CASE("hybrid_dynamics: C++ and C, one state and batches, in double") {
 
 TEST_CASE("hybrid_dynamics: C++ and C, one state and batches, in float") {
   const auto cpp = [](faces::one<float> &s) {
-    ksl::hybrid_dynamics(s.r.m, s.r.d, s.q, s.v, s.a, s.tau, s.result[0], 3, s.r.links.data(), s.result[1], s.external);
+    ksl::hybrid_dynamics(s.r.m, s.r.d, s.q, s.v, s.a, s.tau, 3, s.r.links.data(), s.result[0], s.result[1], s.external);
   };
   const auto c = [](faces::one<float> &s) {
-    CHECK(ksl_hybrid_dynamicsf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.tau, &s.c_external, s.result[0], 3,
-                               s.r.links.data(), s.result[1]) == KSL_OK);
+    CHECK(ksl_hybrid_dynamicsf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.tau, &s.c_external, 3, s.r.links.data(),
+                               s.result[0], s.result[1]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<float> &s) {
     ksl::hybrid_dynamics_batch(s.r.m, s.batch, s.threads);
@@ -294,9 +294,9 @@ TEST_CASE("hybrid_dynamics: C++ and C, one state and batches, in float") {
   const auto c_batch = [](faces::many<float> &s) {
     CHECK(ksl_hybrid_dynamics_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
                                               s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.batch.tau.first,
-                                              s.batch.tau.stride, &s.external, s.batch.result[0].first,
-                                              s.batch.result[0].stride, 3, s.r.links.data(), s.batch.result[1].first,
-                                              s.batch.result[1].stride, s.threads) == KSL_OK);
+                                              s.batch.tau.stride, &s.external, 3, s.r.links.data(),
+                                              s.batch.result[0].first, s.batch.result[0].stride,
+                                              s.batch.result[1].first, s.batch.result[1].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::hybrid_dynamics, cpp, c, cpp_batch, c_batch);
 }
@@ -1059,62 +1059,60 @@ TEST_CASE("operational_space_inertia_inverse: C++ and C, one state and batches, 
 
 TEST_CASE("operational_space_inertia: C++ and C, one state and batches, in double") {
   const auto cpp = [](faces::one<double> &s) {
-    ksl::operational_space_inertia(s.r.m, s.r.d, s.q, s.result[0], 3, s.r.links.data(), s.r.how, s.result[1]);
+    ksl::operational_space_inertia(s.r.m, s.r.d, s.q, 3, s.r.links.data(), s.r.how, s.result[0], s.result[1]);
   };
   const auto c = [](faces::one<double> &s) {
-    CHECK(ksl_operational_space_inertia(s.r.c_model, s.r.c_data, s.q, s.result[0], 3, s.r.links.data(), s.r.c_how,
+    CHECK(ksl_operational_space_inertia(s.r.c_model, s.r.c_data, s.q, 3, s.r.links.data(), s.r.c_how, s.result[0],
                                         s.result[1]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<double> &s) {
     ksl::operational_space_inertia_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_operational_space_inertia_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                              s.batch.result[0].first, s.batch.result[0].stride, 3, s.r.links.data(),
-                                              s.r.c_how, s.batch.result[1].first, s.batch.result[1].stride,
-                                              s.threads) == KSL_OK);
+    CHECK(ksl_operational_space_inertia_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, 3, s.r.links.data(),
+                                              s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride,
+                                              s.batch.result[1].first, s.batch.result[1].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::operational_space_inertia, cpp, c, cpp_batch, c_batch);
 }
 
 TEST_CASE("operational_space_inertia: C++ and C, one state and batches, in float") {
   const auto cpp = [](faces::one<float> &s) {
-    ksl::operational_space_inertia(s.r.m, s.r.d, s.q, s.result[0], 3, s.r.links.data(), s.r.how, s.result[1]);
+    ksl::operational_space_inertia(s.r.m, s.r.d, s.q, 3, s.r.links.data(), s.r.how, s.result[0], s.result[1]);
   };
   const auto c = [](faces::one<float> &s) {
-    CHECK(ksl_operational_space_inertiaf(s.r.c_model, s.r.c_data, s.q, s.result[0], 3, s.r.links.data(), s.r.c_how,
+    CHECK(ksl_operational_space_inertiaf(s.r.c_model, s.r.c_data, s.q, 3, s.r.links.data(), s.r.c_how, s.result[0],
                                          s.result[1]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<float> &s) {
     ksl::operational_space_inertia_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    CHECK(ksl_operational_space_inertia_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                               s.batch.result[0].first, s.batch.result[0].stride, 3, s.r.links.data(),
-                                               s.r.c_how, s.batch.result[1].first, s.batch.result[1].stride,
-                                               s.threads) == KSL_OK);
+    CHECK(ksl_operational_space_inertia_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, 3, s.r.links.data(),
+                                               s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride,
+                                               s.batch.result[1].first, s.batch.result[1].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::operational_space_inertia, cpp, c, cpp_batch, c_batch);
 }
 
 TEST_CASE("operational_space: C++ and C, one state and batches, in double") {
   const auto cpp = [](faces::one<double> &s) {
-    ksl::operational_space(s.r.m, s.r.d, s.q, s.v, s.result[0], s.result[1], s.result[2], 3, s.r.links.data(), s.r.how,
+    ksl::operational_space(s.r.m, s.r.d, s.q, s.v, 3, s.r.links.data(), s.r.how, s.result[0], s.result[1], s.result[2],
                            s.result[3], s.external);
   };
   const auto c = [](faces::one<double> &s) {
-    CHECK(ksl_operational_space(s.r.c_model, s.r.c_data, s.q, s.v, &s.c_external, s.result[0], s.result[1], s.result[2],
-                                3, s.r.links.data(), s.r.c_how, s.result[3]) == KSL_OK);
+    CHECK(ksl_operational_space(s.r.c_model, s.r.c_data, s.q, s.v, &s.c_external, 3, s.r.links.data(), s.r.c_how,
+                                s.result[0], s.result[1], s.result[2], s.result[3]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<double> &s) {
     ksl::operational_space_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
     CHECK(ksl_operational_space_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                               s.batch.v.stride, &s.external, s.batch.result[0].first,
-                                               s.batch.result[0].stride, s.batch.result[1].first,
-                                               s.batch.result[1].stride, s.batch.result[2].first,
-                                               s.batch.result[2].stride, 3, s.r.links.data(), s.r.c_how,
+                                               s.batch.v.stride, &s.external, 3, s.r.links.data(), s.r.c_how,
+                                               s.batch.result[0].first, s.batch.result[0].stride,
+                                               s.batch.result[1].first, s.batch.result[1].stride,
+                                               s.batch.result[2].first, s.batch.result[2].stride,
                                                s.batch.result[3].first, s.batch.result[3].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::operational_space, cpp, c, cpp_batch, c_batch);
@@ -1122,22 +1120,22 @@ TEST_CASE("operational_space: C++ and C, one state and batches, in double") {
 
 TEST_CASE("operational_space: C++ and C, one state and batches, in float") {
   const auto cpp = [](faces::one<float> &s) {
-    ksl::operational_space(s.r.m, s.r.d, s.q, s.v, s.result[0], s.result[1], s.result[2], 3, s.r.links.data(), s.r.how,
+    ksl::operational_space(s.r.m, s.r.d, s.q, s.v, 3, s.r.links.data(), s.r.how, s.result[0], s.result[1], s.result[2],
                            s.result[3], s.external);
   };
   const auto c = [](faces::one<float> &s) {
-    CHECK(ksl_operational_spacef(s.r.c_model, s.r.c_data, s.q, s.v, &s.c_external, s.result[0], s.result[1],
-                                 s.result[2], 3, s.r.links.data(), s.r.c_how, s.result[3]) == KSL_OK);
+    CHECK(ksl_operational_spacef(s.r.c_model, s.r.c_data, s.q, s.v, &s.c_external, 3, s.r.links.data(), s.r.c_how,
+                                 s.result[0], s.result[1], s.result[2], s.result[3]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<float> &s) {
     ksl::operational_space_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
     CHECK(ksl_operational_space_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                                s.batch.v.stride, &s.external, s.batch.result[0].first,
-                                                s.batch.result[0].stride, s.batch.result[1].first,
-                                                s.batch.result[1].stride, s.batch.result[2].first,
-                                                s.batch.result[2].stride, 3, s.r.links.data(), s.r.c_how,
+                                                s.batch.v.stride, &s.external, 3, s.r.links.data(), s.r.c_how,
+                                                s.batch.result[0].first, s.batch.result[0].stride,
+                                                s.batch.result[1].first, s.batch.result[1].stride,
+                                                s.batch.result[2].first, s.batch.result[2].stride,
                                                 s.batch.result[3].first, s.batch.result[3].stride,
                                                 s.threads) == KSL_OK);
   };
@@ -1360,109 +1358,109 @@ TEST_CASE("center_of_mass_acceleration: C++ and C, one state and batches, in flo
 
 TEST_CASE("centroidal_momentum: C++ and C, one state and batches, in double") {
   const auto cpp = [](faces::one<double> &s) {
-    ksl::centroidal_momentum(s.r.m, s.r.d, s.q, s.v, s.result[0]);
+    ksl::centroidal_momentum(s.r.m, s.r.d, s.q, s.v, s.r.order(), s.result[0]);
   };
   const auto c = [](faces::one<double> &s) {
-    CHECK(ksl_centroidal_momentum(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0]) == KSL_OK);
+    CHECK(ksl_centroidal_momentum(s.r.c_model, s.r.c_data, s.q, s.v, s.r.c_order(), s.result[0]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<double> &s) {
     ksl::centroidal_momentum_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
     CHECK(ksl_centroidal_momentum_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                        s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride,
-                                        s.threads) == KSL_OK);
+                                        s.batch.v.stride, s.r.c_order(), s.batch.result[0].first,
+                                        s.batch.result[0].stride, s.threads) == KSL_OK);
   };
-  faces::agree<double>(ksl::rows::centroidal_momentum, cpp, c, cpp_batch, c_batch);
+  faces::agree<double>(ksl::rows::centroidal_momentum, cpp, c, cpp_batch, c_batch, true);
 }
 
 TEST_CASE("centroidal_momentum: C++ and C, one state and batches, in float") {
   const auto cpp = [](faces::one<float> &s) {
-    ksl::centroidal_momentum(s.r.m, s.r.d, s.q, s.v, s.result[0]);
+    ksl::centroidal_momentum(s.r.m, s.r.d, s.q, s.v, s.r.order(), s.result[0]);
   };
   const auto c = [](faces::one<float> &s) {
-    CHECK(ksl_centroidal_momentumf(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0]) == KSL_OK);
+    CHECK(ksl_centroidal_momentumf(s.r.c_model, s.r.c_data, s.q, s.v, s.r.c_order(), s.result[0]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<float> &s) {
     ksl::centroidal_momentum_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
     CHECK(ksl_centroidal_momentum_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                         s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride,
-                                         s.threads) == KSL_OK);
+                                         s.batch.v.stride, s.r.c_order(), s.batch.result[0].first,
+                                         s.batch.result[0].stride, s.threads) == KSL_OK);
   };
-  faces::agree<float>(ksl::rows::centroidal_momentum, cpp, c, cpp_batch, c_batch);
+  faces::agree<float>(ksl::rows::centroidal_momentum, cpp, c, cpp_batch, c_batch, true);
 }
 
 TEST_CASE("centroidal_momentum_matrix: C++ and C, one state and batches, in double") {
   const auto cpp = [](faces::one<double> &s) {
-    ksl::centroidal_momentum_matrix(s.r.m, s.r.d, s.q, s.result[0]);
+    ksl::centroidal_momentum_matrix(s.r.m, s.r.d, s.q, s.r.order(), s.result[0]);
   };
   const auto c = [](faces::one<double> &s) {
-    CHECK(ksl_centroidal_momentum_matrix(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+    CHECK(ksl_centroidal_momentum_matrix(s.r.c_model, s.r.c_data, s.q, s.r.c_order(), s.result[0]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<double> &s) {
     ksl::centroidal_momentum_matrix_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_centroidal_momentum_matrix_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+    CHECK(ksl_centroidal_momentum_matrix_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.r.c_order(),
                                                s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
-  faces::agree<double>(ksl::rows::centroidal_momentum_matrix, cpp, c, cpp_batch, c_batch);
+  faces::agree<double>(ksl::rows::centroidal_momentum_matrix, cpp, c, cpp_batch, c_batch, true);
 }
 
 TEST_CASE("centroidal_momentum_matrix: C++ and C, one state and batches, in float") {
   const auto cpp = [](faces::one<float> &s) {
-    ksl::centroidal_momentum_matrix(s.r.m, s.r.d, s.q, s.result[0]);
+    ksl::centroidal_momentum_matrix(s.r.m, s.r.d, s.q, s.r.order(), s.result[0]);
   };
   const auto c = [](faces::one<float> &s) {
-    CHECK(ksl_centroidal_momentum_matrixf(s.r.c_model, s.r.c_data, s.q, s.result[0]) == KSL_OK);
+    CHECK(ksl_centroidal_momentum_matrixf(s.r.c_model, s.r.c_data, s.q, s.r.c_order(), s.result[0]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<float> &s) {
     ksl::centroidal_momentum_matrix_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    CHECK(ksl_centroidal_momentum_matrix_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+    CHECK(ksl_centroidal_momentum_matrix_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.r.c_order(),
                                                 s.batch.result[0].first, s.batch.result[0].stride,
                                                 s.threads) == KSL_OK);
   };
-  faces::agree<float>(ksl::rows::centroidal_momentum_matrix, cpp, c, cpp_batch, c_batch);
+  faces::agree<float>(ksl::rows::centroidal_momentum_matrix, cpp, c, cpp_batch, c_batch, true);
 }
 
 TEST_CASE("centroidal_momentum_rate: C++ and C, one state and batches, in double") {
   const auto cpp = [](faces::one<double> &s) {
-    ksl::centroidal_momentum_rate(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0]);
+    ksl::centroidal_momentum_rate(s.r.m, s.r.d, s.q, s.v, s.a, s.r.order(), s.result[0]);
   };
   const auto c = [](faces::one<double> &s) {
-    CHECK(ksl_centroidal_momentum_rate(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.result[0]) == KSL_OK);
+    CHECK(ksl_centroidal_momentum_rate(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.r.c_order(), s.result[0]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<double> &s) {
     ksl::centroidal_momentum_rate_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
     CHECK(ksl_centroidal_momentum_rate_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                             s.batch.v.stride, s.batch.a.first, s.batch.a.stride,
+                                             s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.r.c_order(),
                                              s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
-  faces::agree<double>(ksl::rows::centroidal_momentum_rate, cpp, c, cpp_batch, c_batch);
+  faces::agree<double>(ksl::rows::centroidal_momentum_rate, cpp, c, cpp_batch, c_batch, true);
 }
 
 TEST_CASE("centroidal_momentum_rate: C++ and C, one state and batches, in float") {
   const auto cpp = [](faces::one<float> &s) {
-    ksl::centroidal_momentum_rate(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0]);
+    ksl::centroidal_momentum_rate(s.r.m, s.r.d, s.q, s.v, s.a, s.r.order(), s.result[0]);
   };
   const auto c = [](faces::one<float> &s) {
-    CHECK(ksl_centroidal_momentum_ratef(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.result[0]) == KSL_OK);
+    CHECK(ksl_centroidal_momentum_ratef(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.r.c_order(), s.result[0]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<float> &s) {
     ksl::centroidal_momentum_rate_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
     CHECK(ksl_centroidal_momentum_rate_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                              s.batch.v.stride, s.batch.a.first, s.batch.a.stride,
+                                              s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.r.c_order(),
                                               s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
-  faces::agree<float>(ksl::rows::centroidal_momentum_rate, cpp, c, cpp_batch, c_batch);
+  faces::agree<float>(ksl::rows::centroidal_momentum_rate, cpp, c, cpp_batch, c_batch, true);
 }
 
 TEST_CASE("inverse_dynamics_derivatives: C++ and C, one state and batches, in double") {
@@ -1507,6 +1505,40 @@ TEST_CASE("inverse_dynamics_derivatives: C++ and C, one state and batches, in fl
                                                            s.batch.result[2].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::inverse_dynamics_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("stiffness: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::stiffness(s.r.m, s.r.d, s.q, s.result[0], s.external);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_stiffness(s.r.c_model, s.r.c_data, s.q, &s.c_external, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::stiffness_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_stiffness_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, &s.external,
+                                       s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::stiffness, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("stiffness: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::stiffness(s.r.m, s.r.d, s.q, s.result[0], s.external);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_stiffnessf(s.r.c_model, s.r.c_data, s.q, &s.c_external, s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::stiffness_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_stiffness_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, &s.external,
+                                        s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::stiffness, cpp, c, cpp_batch, c_batch);
 }
 
 TEST_CASE("forward_dynamics_derivatives: C++ and C, one state and batches, in double") {
@@ -1555,12 +1587,12 @@ TEST_CASE("forward_dynamics_derivatives: C++ and C, one state and batches, in fl
 
 TEST_CASE("reactions_derivatives: C++ and C, one state and batches, in double") {
   const auto cpp = [](faces::one<double> &s) {
-    ksl::reactions_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0], s.result[1], s.r.request, s.result[2],
+    ksl::reactions_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.r.request, s.result[0], s.result[1], s.result[2],
                                s.external);
   };
   const auto c = [](faces::one<double> &s) {
-    CHECK(ksl_reactions_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, s.a, &s.c_external, s.result[0], s.result[1],
-                                    s.r.request.n, s.r.joints.data(), nullptr, s.result[2]) == KSL_OK);
+    CHECK(ksl_reactions_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, s.a, &s.c_external, s.r.request.n,
+                                    s.r.joints.data(), nullptr, s.result[0], s.result[1], s.result[2]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<double> &s) {
     ksl::reactions_derivatives_batch(s.r.m, s.batch, s.threads);
@@ -1568,9 +1600,9 @@ TEST_CASE("reactions_derivatives: C++ and C, one state and batches, in double") 
   const auto c_batch = [](faces::many<double> &s) {
     CHECK(ksl_reactions_derivatives_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
                                                    s.batch.v.stride, s.batch.a.first, s.batch.a.stride, &s.external,
-                                                   s.batch.result[0].first, s.batch.result[0].stride,
-                                                   s.batch.result[1].first, s.batch.result[1].stride, s.r.request.n,
-                                                   s.r.joints.data(), nullptr, s.batch.result[2].first,
+                                                   s.r.request.n, s.r.joints.data(), nullptr, s.batch.result[0].first,
+                                                   s.batch.result[0].stride, s.batch.result[1].first,
+                                                   s.batch.result[1].stride, s.batch.result[2].first,
                                                    s.batch.result[2].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::reactions_derivatives, cpp, c, cpp_batch, c_batch);
@@ -1578,12 +1610,12 @@ TEST_CASE("reactions_derivatives: C++ and C, one state and batches, in double") 
 
 TEST_CASE("reactions_derivatives: C++ and C, one state and batches, in float") {
   const auto cpp = [](faces::one<float> &s) {
-    ksl::reactions_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0], s.result[1], s.r.request, s.result[2],
+    ksl::reactions_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.r.request, s.result[0], s.result[1], s.result[2],
                                s.external);
   };
   const auto c = [](faces::one<float> &s) {
-    CHECK(ksl_reactions_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, &s.c_external, s.result[0], s.result[1],
-                                     s.r.request.n, s.r.joints.data(), nullptr, s.result[2]) == KSL_OK);
+    CHECK(ksl_reactions_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, &s.c_external, s.r.request.n,
+                                     s.r.joints.data(), nullptr, s.result[0], s.result[1], s.result[2]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<float> &s) {
     ksl::reactions_derivatives_batch(s.r.m, s.batch, s.threads);
@@ -1591,9 +1623,9 @@ TEST_CASE("reactions_derivatives: C++ and C, one state and batches, in float") {
   const auto c_batch = [](faces::many<float> &s) {
     CHECK(ksl_reactions_derivatives_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
                                                     s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-                                                    s.batch.a.stride, &s.external, s.batch.result[0].first,
-                                                    s.batch.result[0].stride, s.batch.result[1].first,
-                                                    s.batch.result[1].stride, s.r.request.n, s.r.joints.data(), nullptr,
+                                                    s.batch.a.stride, &s.external, s.r.request.n, s.r.joints.data(),
+                                                    nullptr, s.batch.result[0].first, s.batch.result[0].stride,
+                                                    s.batch.result[1].first, s.batch.result[1].stride,
                                                     s.batch.result[2].first, s.batch.result[2].stride,
                                                     s.threads) == KSL_OK);
   };
@@ -1640,10 +1672,10 @@ TEST_CASE("reactions_external_derivatives: C++ and C, one state and batches, in 
 
 TEST_CASE("frame_velocity_derivatives: C++ and C, one state and batches, in double") {
   const auto cpp = [](faces::one<double> &s) {
-    ksl::frame_velocity_derivatives(s.r.m, s.r.d, s.q, s.v, s.result[0], s.r.links[0], s.r.how, s.result[1]);
+    ksl::frame_velocity_derivatives(s.r.m, s.r.d, s.q, s.v, s.r.links[0], s.r.how, s.result[0], s.result[1]);
   };
   const auto c = [](faces::one<double> &s) {
-    CHECK(ksl_frame_velocity_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0], s.r.links[0], s.r.c_how,
+    CHECK(ksl_frame_velocity_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, s.r.links[0], s.r.c_how, s.result[0],
                                          s.result[1]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<double> &s) {
@@ -1651,8 +1683,8 @@ TEST_CASE("frame_velocity_derivatives: C++ and C, one state and batches, in doub
   };
   const auto c_batch = [](faces::many<double> &s) {
     CHECK(ksl_frame_velocity_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                               s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride,
-                                               s.r.links[0], s.r.c_how, s.batch.result[1].first,
+                                               s.batch.v.stride, s.r.links[0], s.r.c_how, s.batch.result[0].first,
+                                               s.batch.result[0].stride, s.batch.result[1].first,
                                                s.batch.result[1].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::frame_velocity_derivatives, cpp, c, cpp_batch, c_batch);
@@ -1660,10 +1692,10 @@ TEST_CASE("frame_velocity_derivatives: C++ and C, one state and batches, in doub
 
 TEST_CASE("frame_velocity_derivatives: C++ and C, one state and batches, in float") {
   const auto cpp = [](faces::one<float> &s) {
-    ksl::frame_velocity_derivatives(s.r.m, s.r.d, s.q, s.v, s.result[0], s.r.links[0], s.r.how, s.result[1]);
+    ksl::frame_velocity_derivatives(s.r.m, s.r.d, s.q, s.v, s.r.links[0], s.r.how, s.result[0], s.result[1]);
   };
   const auto c = [](faces::one<float> &s) {
-    CHECK(ksl_frame_velocity_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0], s.r.links[0], s.r.c_how,
+    CHECK(ksl_frame_velocity_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, s.r.links[0], s.r.c_how, s.result[0],
                                           s.result[1]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<float> &s) {
@@ -1671,8 +1703,8 @@ TEST_CASE("frame_velocity_derivatives: C++ and C, one state and batches, in floa
   };
   const auto c_batch = [](faces::many<float> &s) {
     CHECK(ksl_frame_velocity_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                                s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride,
-                                                s.r.links[0], s.r.c_how, s.batch.result[1].first,
+                                                s.batch.v.stride, s.r.links[0], s.r.c_how, s.batch.result[0].first,
+                                                s.batch.result[0].stride, s.batch.result[1].first,
                                                 s.batch.result[1].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::frame_velocity_derivatives, cpp, c, cpp_batch, c_batch);
@@ -1680,62 +1712,64 @@ TEST_CASE("frame_velocity_derivatives: C++ and C, one state and batches, in floa
 
 TEST_CASE("frame_velocities_derivatives: C++ and C, one state and batches, in double") {
   const auto cpp = [](faces::one<double> &s) {
-    ksl::frame_velocities_derivatives(s.r.m, s.r.d, s.q, s.v, s.result[0], 3, s.r.links.data(), s.r.how, s.result[1]);
+    ksl::frame_velocities_derivatives(s.r.m, s.r.d, s.q, s.v, 3, s.r.links.data(), s.r.how, s.result[0], s.result[1]);
   };
   const auto c = [](faces::one<double> &s) {
-    CHECK(ksl_frame_velocities_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0], 3, s.r.links.data(),
-                                           s.r.c_how, s.result[1]) == KSL_OK);
+    CHECK(ksl_frame_velocities_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, 3, s.r.links.data(), s.r.c_how,
+                                           s.result[0], s.result[1]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<double> &s) {
     ksl::frame_velocities_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
     CHECK(ksl_frame_velocities_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                                 s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride, 3,
-                                                 s.r.links.data(), s.r.c_how, s.batch.result[1].first,
-                                                 s.batch.result[1].stride, s.threads) == KSL_OK);
+                                                 s.batch.v.stride, 3, s.r.links.data(), s.r.c_how,
+                                                 s.batch.result[0].first, s.batch.result[0].stride,
+                                                 s.batch.result[1].first, s.batch.result[1].stride,
+                                                 s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::frame_velocities_derivatives, cpp, c, cpp_batch, c_batch);
 }
 
 TEST_CASE("frame_velocities_derivatives: C++ and C, one state and batches, in float") {
   const auto cpp = [](faces::one<float> &s) {
-    ksl::frame_velocities_derivatives(s.r.m, s.r.d, s.q, s.v, s.result[0], 3, s.r.links.data(), s.r.how, s.result[1]);
+    ksl::frame_velocities_derivatives(s.r.m, s.r.d, s.q, s.v, 3, s.r.links.data(), s.r.how, s.result[0], s.result[1]);
   };
   const auto c = [](faces::one<float> &s) {
-    CHECK(ksl_frame_velocities_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0], 3, s.r.links.data(),
-                                            s.r.c_how, s.result[1]) == KSL_OK);
+    CHECK(ksl_frame_velocities_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, 3, s.r.links.data(), s.r.c_how,
+                                            s.result[0], s.result[1]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<float> &s) {
     ksl::frame_velocities_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
     CHECK(ksl_frame_velocities_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                                  s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride,
-                                                  3, s.r.links.data(), s.r.c_how, s.batch.result[1].first,
-                                                  s.batch.result[1].stride, s.threads) == KSL_OK);
+                                                  s.batch.v.stride, 3, s.r.links.data(), s.r.c_how,
+                                                  s.batch.result[0].first, s.batch.result[0].stride,
+                                                  s.batch.result[1].first, s.batch.result[1].stride,
+                                                  s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::frame_velocities_derivatives, cpp, c, cpp_batch, c_batch);
 }
 
 TEST_CASE("frame_acceleration_derivatives: C++ and C, one state and batches, in double") {
   const auto cpp = [](faces::one<double> &s) {
-    ksl::frame_acceleration_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0], s.result[1], s.r.links[0], s.r.how,
+    ksl::frame_acceleration_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.r.links[0], s.r.how, s.result[0], s.result[1],
                                         s.result[2]);
   };
   const auto c = [](faces::one<double> &s) {
-    CHECK(ksl_frame_acceleration_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.result[0], s.result[1],
-                                             s.r.links[0], s.r.c_how, s.result[2]) == KSL_OK);
+    CHECK(ksl_frame_acceleration_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.r.links[0], s.r.c_how,
+                                             s.result[0], s.result[1], s.result[2]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<double> &s) {
     ksl::frame_acceleration_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
     CHECK(ksl_frame_acceleration_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                                   s.batch.v.stride, s.batch.a.first, s.batch.a.stride,
-                                                   s.batch.result[0].first, s.batch.result[0].stride,
-                                                   s.batch.result[1].first, s.batch.result[1].stride, s.r.links[0],
-                                                   s.r.c_how, s.batch.result[2].first, s.batch.result[2].stride,
+                                                   s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.r.links[0],
+                                                   s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride,
+                                                   s.batch.result[1].first, s.batch.result[1].stride,
+                                                   s.batch.result[2].first, s.batch.result[2].stride,
                                                    s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::frame_acceleration_derivatives, cpp, c, cpp_batch, c_batch);
@@ -1743,12 +1777,12 @@ TEST_CASE("frame_acceleration_derivatives: C++ and C, one state and batches, in 
 
 TEST_CASE("frame_acceleration_derivatives: C++ and C, one state and batches, in float") {
   const auto cpp = [](faces::one<float> &s) {
-    ksl::frame_acceleration_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0], s.result[1], s.r.links[0], s.r.how,
+    ksl::frame_acceleration_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.r.links[0], s.r.how, s.result[0], s.result[1],
                                         s.result[2]);
   };
   const auto c = [](faces::one<float> &s) {
-    CHECK(ksl_frame_acceleration_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.result[0], s.result[1],
-                                              s.r.links[0], s.r.c_how, s.result[2]) == KSL_OK);
+    CHECK(ksl_frame_acceleration_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.r.links[0], s.r.c_how,
+                                              s.result[0], s.result[1], s.result[2]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<float> &s) {
     ksl::frame_acceleration_derivatives_batch(s.r.m, s.batch, s.threads);
@@ -1756,22 +1790,22 @@ TEST_CASE("frame_acceleration_derivatives: C++ and C, one state and batches, in 
   const auto c_batch = [](faces::many<float> &s) {
     CHECK(ksl_frame_acceleration_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
                                                     s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-                                                    s.batch.a.stride, s.batch.result[0].first, s.batch.result[0].stride,
-                                                    s.batch.result[1].first, s.batch.result[1].stride, s.r.links[0],
-                                                    s.r.c_how, s.batch.result[2].first, s.batch.result[2].stride,
-                                                    s.threads) == KSL_OK);
+                                                    s.batch.a.stride, s.r.links[0], s.r.c_how, s.batch.result[0].first,
+                                                    s.batch.result[0].stride, s.batch.result[1].first,
+                                                    s.batch.result[1].stride, s.batch.result[2].first,
+                                                    s.batch.result[2].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::frame_acceleration_derivatives, cpp, c, cpp_batch, c_batch);
 }
 
 TEST_CASE("frame_accelerations_derivatives: C++ and C, one state and batches, in double") {
   const auto cpp = [](faces::one<double> &s) {
-    ksl::frame_accelerations_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0], s.result[1], 3, s.r.links.data(),
-                                         s.r.how, s.result[2]);
+    ksl::frame_accelerations_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, 3, s.r.links.data(), s.r.how, s.result[0],
+                                         s.result[1], s.result[2]);
   };
   const auto c = [](faces::one<double> &s) {
-    CHECK(ksl_frame_accelerations_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.result[0], s.result[1], 3,
-                                              s.r.links.data(), s.r.c_how, s.result[2]) == KSL_OK);
+    CHECK(ksl_frame_accelerations_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, s.a, 3, s.r.links.data(), s.r.c_how,
+                                              s.result[0], s.result[1], s.result[2]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<double> &s) {
     ksl::frame_accelerations_derivatives_batch(s.r.m, s.batch, s.threads);
@@ -1779,22 +1813,23 @@ TEST_CASE("frame_accelerations_derivatives: C++ and C, one state and batches, in
   const auto c_batch = [](faces::many<double> &s) {
     CHECK(ksl_frame_accelerations_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
                                                     s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-                                                    s.batch.a.stride, s.batch.result[0].first, s.batch.result[0].stride,
-                                                    s.batch.result[1].first, s.batch.result[1].stride, 3,
-                                                    s.r.links.data(), s.r.c_how, s.batch.result[2].first,
-                                                    s.batch.result[2].stride, s.threads) == KSL_OK);
+                                                    s.batch.a.stride, 3, s.r.links.data(), s.r.c_how,
+                                                    s.batch.result[0].first, s.batch.result[0].stride,
+                                                    s.batch.result[1].first, s.batch.result[1].stride,
+                                                    s.batch.result[2].first, s.batch.result[2].stride,
+                                                    s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::frame_accelerations_derivatives, cpp, c, cpp_batch, c_batch);
 }
 
 TEST_CASE("frame_accelerations_derivatives: C++ and C, one state and batches, in float") {
   const auto cpp = [](faces::one<float> &s) {
-    ksl::frame_accelerations_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0], s.result[1], 3, s.r.links.data(),
-                                         s.r.how, s.result[2]);
+    ksl::frame_accelerations_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, 3, s.r.links.data(), s.r.how, s.result[0],
+                                         s.result[1], s.result[2]);
   };
   const auto c = [](faces::one<float> &s) {
-    CHECK(ksl_frame_accelerations_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.result[0], s.result[1], 3,
-                                               s.r.links.data(), s.r.c_how, s.result[2]) == KSL_OK);
+    CHECK(ksl_frame_accelerations_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, 3, s.r.links.data(), s.r.c_how,
+                                               s.result[0], s.result[1], s.result[2]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<float> &s) {
     ksl::frame_accelerations_derivatives_batch(s.r.m, s.batch, s.threads);
@@ -1802,9 +1837,9 @@ TEST_CASE("frame_accelerations_derivatives: C++ and C, one state and batches, in
   const auto c_batch = [](faces::many<float> &s) {
     CHECK(ksl_frame_accelerations_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
                                                      s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-                                                     s.batch.a.stride, s.batch.result[0].first,
-                                                     s.batch.result[0].stride, s.batch.result[1].first,
-                                                     s.batch.result[1].stride, 3, s.r.links.data(), s.r.c_how,
+                                                     s.batch.a.stride, 3, s.r.links.data(), s.r.c_how,
+                                                     s.batch.result[0].first, s.batch.result[0].stride,
+                                                     s.batch.result[1].first, s.batch.result[1].stride,
                                                      s.batch.result[2].first, s.batch.result[2].stride,
                                                      s.threads) == KSL_OK);
   };
@@ -1851,49 +1886,54 @@ TEST_CASE("energy_derivatives: C++ and C, one state and batches, in float") {
 
 TEST_CASE("centroidal_momentum_derivatives: C++ and C, one state and batches, in double") {
   const auto cpp = [](faces::one<double> &s) {
-    ksl::centroidal_momentum_derivatives(s.r.m, s.r.d, s.q, s.v, s.result[0], s.result[1]);
+    ksl::centroidal_momentum_derivatives(s.r.m, s.r.d, s.q, s.v, s.r.order(), s.result[0], s.result[1]);
   };
   const auto c = [](faces::one<double> &s) {
-    CHECK(ksl_centroidal_momentum_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0], s.result[1]) == KSL_OK);
+    CHECK(ksl_centroidal_momentum_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, s.r.c_order(), s.result[0],
+                                              s.result[1]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<double> &s) {
     ksl::centroidal_momentum_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
     CHECK(ksl_centroidal_momentum_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                                    s.batch.v.first, s.batch.v.stride, s.batch.result[0].first,
-                                                    s.batch.result[0].stride, s.batch.result[1].first,
-                                                    s.batch.result[1].stride, s.threads) == KSL_OK);
+                                                    s.batch.v.first, s.batch.v.stride, s.r.c_order(),
+                                                    s.batch.result[0].first, s.batch.result[0].stride,
+                                                    s.batch.result[1].first, s.batch.result[1].stride,
+                                                    s.threads) == KSL_OK);
   };
-  faces::agree<double>(ksl::rows::centroidal_momentum_derivatives, cpp, c, cpp_batch, c_batch);
+  faces::agree<double>(ksl::rows::centroidal_momentum_derivatives, cpp, c, cpp_batch, c_batch, true);
 }
 
 TEST_CASE("centroidal_momentum_derivatives: C++ and C, one state and batches, in float") {
   const auto cpp = [](faces::one<float> &s) {
-    ksl::centroidal_momentum_derivatives(s.r.m, s.r.d, s.q, s.v, s.result[0], s.result[1]);
+    ksl::centroidal_momentum_derivatives(s.r.m, s.r.d, s.q, s.v, s.r.order(), s.result[0], s.result[1]);
   };
   const auto c = [](faces::one<float> &s) {
-    CHECK(ksl_centroidal_momentum_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0], s.result[1]) == KSL_OK);
+    CHECK(ksl_centroidal_momentum_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, s.r.c_order(), s.result[0],
+                                               s.result[1]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<float> &s) {
     ksl::centroidal_momentum_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
     CHECK(ksl_centroidal_momentum_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                                     s.batch.v.first, s.batch.v.stride, s.batch.result[0].first,
-                                                     s.batch.result[0].stride, s.batch.result[1].first,
-                                                     s.batch.result[1].stride, s.threads) == KSL_OK);
+                                                     s.batch.v.first, s.batch.v.stride, s.r.c_order(),
+                                                     s.batch.result[0].first, s.batch.result[0].stride,
+                                                     s.batch.result[1].first, s.batch.result[1].stride,
+                                                     s.threads) == KSL_OK);
   };
-  faces::agree<float>(ksl::rows::centroidal_momentum_derivatives, cpp, c, cpp_batch, c_batch);
+  faces::agree<float>(ksl::rows::centroidal_momentum_derivatives, cpp, c, cpp_batch, c_batch, true);
 }
 
 TEST_CASE("centroidal_momentum_rate_derivatives: C++ and C, one state and batches, in double") {
   const auto cpp = [](faces::one<double> &s) {
-    ksl::centroidal_momentum_rate_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0], s.result[1], s.result[2]);
+    ksl::centroidal_momentum_rate_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.r.order(), s.result[0], s.result[1],
+                                              s.result[2]);
   };
   const auto c = [](faces::one<double> &s) {
-    CHECK(ksl_centroidal_momentum_rate_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.result[0], s.result[1],
-                                                   s.result[2]) == KSL_OK);
+    CHECK(ksl_centroidal_momentum_rate_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.r.c_order(), s.result[0],
+                                                   s.result[1], s.result[2]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<double> &s) {
     ksl::centroidal_momentum_rate_derivatives_batch(s.r.m, s.batch, s.threads);
@@ -1901,21 +1941,22 @@ TEST_CASE("centroidal_momentum_rate_derivatives: C++ and C, one state and batche
   const auto c_batch = [](faces::many<double> &s) {
     CHECK(ksl_centroidal_momentum_rate_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
                                                          s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-                                                         s.batch.a.stride, s.batch.result[0].first,
+                                                         s.batch.a.stride, s.r.c_order(), s.batch.result[0].first,
                                                          s.batch.result[0].stride, s.batch.result[1].first,
                                                          s.batch.result[1].stride, s.batch.result[2].first,
                                                          s.batch.result[2].stride, s.threads) == KSL_OK);
   };
-  faces::agree<double>(ksl::rows::centroidal_momentum_rate_derivatives, cpp, c, cpp_batch, c_batch);
+  faces::agree<double>(ksl::rows::centroidal_momentum_rate_derivatives, cpp, c, cpp_batch, c_batch, true);
 }
 
 TEST_CASE("centroidal_momentum_rate_derivatives: C++ and C, one state and batches, in float") {
   const auto cpp = [](faces::one<float> &s) {
-    ksl::centroidal_momentum_rate_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0], s.result[1], s.result[2]);
+    ksl::centroidal_momentum_rate_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.r.order(), s.result[0], s.result[1],
+                                              s.result[2]);
   };
   const auto c = [](faces::one<float> &s) {
-    CHECK(ksl_centroidal_momentum_rate_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.result[0], s.result[1],
-                                                    s.result[2]) == KSL_OK);
+    CHECK(ksl_centroidal_momentum_rate_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.r.c_order(), s.result[0],
+                                                    s.result[1], s.result[2]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<float> &s) {
     ksl::centroidal_momentum_rate_derivatives_batch(s.r.m, s.batch, s.threads);
@@ -1923,12 +1964,12 @@ TEST_CASE("centroidal_momentum_rate_derivatives: C++ and C, one state and batche
   const auto c_batch = [](faces::many<float> &s) {
     CHECK(ksl_centroidal_momentum_rate_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
                                                           s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-                                                          s.batch.a.stride, s.batch.result[0].first,
+                                                          s.batch.a.stride, s.r.c_order(), s.batch.result[0].first,
                                                           s.batch.result[0].stride, s.batch.result[1].first,
                                                           s.batch.result[1].stride, s.batch.result[2].first,
                                                           s.batch.result[2].stride, s.threads) == KSL_OK);
   };
-  faces::agree<float>(ksl::rows::centroidal_momentum_rate_derivatives, cpp, c, cpp_batch, c_batch);
+  faces::agree<float>(ksl::rows::centroidal_momentum_rate_derivatives, cpp, c, cpp_batch, c_batch, true);
 }
 
 TEST_CASE("inverse_dynamics_second_derivatives: C++ and C, one state and batches, in double") {
@@ -2134,10 +2175,10 @@ TEST_CASE("reactions_regressor: C++ and C, one state and batches, in float") {
 
 TEST_CASE("energy_regressor: C++ and C, one state and batches, in double") {
   const auto cpp = [](faces::one<double> &s) {
-    ksl::energy_regressor(s.r.m, s.r.d, s.q, s.v, s.result[0], 3, s.r.links.data(), s.result[1]);
+    ksl::energy_regressor(s.r.m, s.r.d, s.q, s.v, 3, s.r.links.data(), s.result[0], s.result[1]);
   };
   const auto c = [](faces::one<double> &s) {
-    CHECK(ksl_energy_regressor(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0], 3, s.r.links.data(),
+    CHECK(ksl_energy_regressor(s.r.c_model, s.r.c_data, s.q, s.v, 3, s.r.links.data(), s.result[0],
                                s.result[1]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<double> &s) {
@@ -2145,8 +2186,8 @@ TEST_CASE("energy_regressor: C++ and C, one state and batches, in double") {
   };
   const auto c_batch = [](faces::many<double> &s) {
     CHECK(ksl_energy_regressor_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                     s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride, 3,
-                                     s.r.links.data(), s.batch.result[1].first, s.batch.result[1].stride,
+                                     s.batch.v.stride, 3, s.r.links.data(), s.batch.result[0].first,
+                                     s.batch.result[0].stride, s.batch.result[1].first, s.batch.result[1].stride,
                                      s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::energy_regressor, cpp, c, cpp_batch, c_batch);
@@ -2154,10 +2195,10 @@ TEST_CASE("energy_regressor: C++ and C, one state and batches, in double") {
 
 TEST_CASE("energy_regressor: C++ and C, one state and batches, in float") {
   const auto cpp = [](faces::one<float> &s) {
-    ksl::energy_regressor(s.r.m, s.r.d, s.q, s.v, s.result[0], 3, s.r.links.data(), s.result[1]);
+    ksl::energy_regressor(s.r.m, s.r.d, s.q, s.v, 3, s.r.links.data(), s.result[0], s.result[1]);
   };
   const auto c = [](faces::one<float> &s) {
-    CHECK(ksl_energy_regressorf(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0], 3, s.r.links.data(),
+    CHECK(ksl_energy_regressorf(s.r.c_model, s.r.c_data, s.q, s.v, 3, s.r.links.data(), s.result[0],
                                 s.result[1]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<float> &s) {
@@ -2165,8 +2206,8 @@ TEST_CASE("energy_regressor: C++ and C, one state and batches, in float") {
   };
   const auto c_batch = [](faces::many<float> &s) {
     CHECK(ksl_energy_regressor_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                      s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride, 3,
-                                      s.r.links.data(), s.batch.result[1].first, s.batch.result[1].stride,
+                                      s.batch.v.stride, 3, s.r.links.data(), s.batch.result[0].first,
+                                      s.batch.result[0].stride, s.batch.result[1].first, s.batch.result[1].stride,
                                       s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::energy_regressor, cpp, c, cpp_batch, c_batch);
@@ -2174,38 +2215,40 @@ TEST_CASE("energy_regressor: C++ and C, one state and batches, in float") {
 
 TEST_CASE("momentum_regressor: C++ and C, one state and batches, in double") {
   const auto cpp = [](faces::one<double> &s) {
-    ksl::momentum_regressor(s.r.m, s.r.d, s.q, s.v, 3, s.r.links.data(), s.result[0]);
+    ksl::momentum_regressor(s.r.m, s.r.d, s.q, s.v, 3, s.r.links.data(), s.r.order(), s.result[0]);
   };
   const auto c = [](faces::one<double> &s) {
-    CHECK(ksl_momentum_regressor(s.r.c_model, s.r.c_data, s.q, s.v, 3, s.r.links.data(), s.result[0]) == KSL_OK);
+    CHECK(ksl_momentum_regressor(s.r.c_model, s.r.c_data, s.q, s.v, 3, s.r.links.data(), s.r.c_order(),
+                                 s.result[0]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<double> &s) {
     ksl::momentum_regressor_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
     CHECK(ksl_momentum_regressor_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                       s.batch.v.stride, 3, s.r.links.data(), s.batch.result[0].first,
+                                       s.batch.v.stride, 3, s.r.links.data(), s.r.c_order(), s.batch.result[0].first,
                                        s.batch.result[0].stride, s.threads) == KSL_OK);
   };
-  faces::agree<double>(ksl::rows::momentum_regressor, cpp, c, cpp_batch, c_batch);
+  faces::agree<double>(ksl::rows::momentum_regressor, cpp, c, cpp_batch, c_batch, true);
 }
 
 TEST_CASE("momentum_regressor: C++ and C, one state and batches, in float") {
   const auto cpp = [](faces::one<float> &s) {
-    ksl::momentum_regressor(s.r.m, s.r.d, s.q, s.v, 3, s.r.links.data(), s.result[0]);
+    ksl::momentum_regressor(s.r.m, s.r.d, s.q, s.v, 3, s.r.links.data(), s.r.order(), s.result[0]);
   };
   const auto c = [](faces::one<float> &s) {
-    CHECK(ksl_momentum_regressorf(s.r.c_model, s.r.c_data, s.q, s.v, 3, s.r.links.data(), s.result[0]) == KSL_OK);
+    CHECK(ksl_momentum_regressorf(s.r.c_model, s.r.c_data, s.q, s.v, 3, s.r.links.data(), s.r.c_order(),
+                                  s.result[0]) == KSL_OK);
   };
   const auto cpp_batch = [](faces::many<float> &s) {
     ksl::momentum_regressor_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
     CHECK(ksl_momentum_regressor_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                        s.batch.v.stride, 3, s.r.links.data(), s.batch.result[0].first,
+                                        s.batch.v.stride, 3, s.r.links.data(), s.r.c_order(), s.batch.result[0].first,
                                         s.batch.result[0].stride, s.threads) == KSL_OK);
   };
-  faces::agree<float>(ksl::rows::momentum_regressor, cpp, c, cpp_batch, c_batch);
+  faces::agree<float>(ksl::rows::momentum_regressor, cpp, c, cpp_batch, c_batch, true);
 }
 
 TEST_CASE("integrate: C++ and C, one state and batches, in double") {

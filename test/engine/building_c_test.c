@@ -61,6 +61,44 @@ static ksl_model_t *pendulum(void) {
   return m;
 }
 
+/* Each number of a joint with several has limits; what a file or a program gets wrong is said in words. */
+static void test_limits_of_several(void) {
+  const double up[3] = {0, 0, 1}, downwards[3] = {0, 0, -2};
+  ksl_builder_t *b = NULL;
+  ksl_model_t *m = NULL;
+  ksl_joint_info_t info;
+  ksl_joint_options_t o = ksl_joint_options();
+  const ksl_link_mass_t mass = {1, {0, 0, 0}, {{0}}};
+  CHECK(ksl_builder_create("lift", &b) == KSL_OK);
+  CHECK(ksl_builder_add_link(b, "a", NULL) == KSL_OK && ksl_builder_add_link(b, "b", &mass) == KSL_OK);
+  o.axis = up, o.lower = -1, o.upper = 1, o.further_lower[0] = 0.5, o.further_upper[0] = 0.25;
+  CHECK_REFUSED(ksl_builder_add_joint(b, "screw", "cylindrical", "a", "b", NULL, &o), KSL_BAD_DESCRIPTION,
+                "number 2 of its position: lower limit 0.5 is above upper limit 0.25");
+  CHECK_REFUSED(ksl_builder_add_joint(b, "screw", "revolute", "a", "b", NULL, &o), KSL_BAD_DESCRIPTION, "has no lower limit of number 2");
+  o.further_lower[0] = NAN;
+  CHECK_REFUSED(ksl_builder_add_joint(b, "screw", "helical", "a", "b", NULL, &o), KSL_BAD_DESCRIPTION, "screw");
+  CHECK(ksl_builder_add_joint(b, "screw", "cylindrical", "a", "b", NULL, &o) == KSL_OK);
+  CHECK(ksl_builder_build(b, NULL, &m) == KSL_OK);
+  CHECK(ksl_model_joint_info(m, 0, &info) == KSL_OK);
+  CHECK(info.lower[0] == -1 && info.upper[0] == 1 && isinf(info.lower[1]) && info.upper[1] == 0.25 && isinf(info.upper[2]));
+  CHECK(ksl_model_link(m, "bb") == -1 && strstr(ksl_error_message(), "no link named") != NULL);
+  CHECK(ksl_model_joint(m, "scrw") == -1 && strstr(ksl_error_message(), "did you mean \"screw\"?") != NULL);
+  ksl_model_free(m);
+  ksl_builder_free(b);
+
+  o = ksl_joint_options();
+  o.axis = up, o.axis2 = downwards;
+  CHECK(ksl_builder_create("bad", &b) == KSL_OK);
+  CHECK(ksl_builder_add_link(b, "a", NULL) == KSL_OK && ksl_builder_add_link(b, "b", &mass) == KSL_OK);
+  o.axis2 = NULL;
+  CHECK_REFUSED(ksl_builder_add_joint(b, "j", "universal", "a", "b", NULL, &o), KSL_BAD_DESCRIPTION, "needs an axis2");
+  CHECK_REFUSED(ksl_builder_add_joint(b, "j", "helical", "a", "b", NULL, &o), KSL_BAD_DESCRIPTION, "needs its pitch");
+  o.axis2 = downwards;
+  CHECK(ksl_builder_add_joint(b, "j", "universal", "a", "b", NULL, &o) == KSL_OK);
+  CHECK_REFUSED(ksl_builder_build(b, NULL, &m), KSL_BAD_DESCRIPTION, "not parallel");
+  ksl_builder_free(b);
+}
+
 static void test_models_from_models(ksl_model_t *m, const char *folder) {
   const int rod = ksl_model_link(m, "rod"), hinge = ksl_model_joint(m, "hinge");
   const double q = 0.3, g = 9.81, moment = 2 * 0.5 * g * sin(q);
@@ -138,5 +176,6 @@ int main(int argc, char **argv) {
   test_models_from_models(m, argv[1]);
   ksl_model_free(m);
   test_table();
+  test_limits_of_several();
   return failures;
 }

@@ -48,6 +48,9 @@ struct robot {
   }
   robot(const robot &) = delete;
 
+  ksl::component_order order() const { return order_of(how); }
+  ksl_order_t c_order() const { return c_how ? c_how->order : KSL_LINEAR_FIRST; }
+
   static ksl::model load(const std::string &path, bool floating_base) {
     ksl::model_options options;
     options.floating_base = floating_base;
@@ -234,9 +237,9 @@ void agree(robot &r, const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_b
 }
 
 /// Three robots: one that floats as a whole, one with every kind of joint, and the same with joints that follow others.  Where a
-/// frame's motion is asked for, it is asked for in every way that tells the options apart.
+/// frame's motion is asked for, or the order of six numbers, it is asked for in every way that tells the options apart.
 template <class S, class Cpp, class C, class CppBatch, class CBatch>
-void agree(const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_batch, CBatch c_batch) {
+void agree(const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_batch, CBatch c_batch, bool ordered = false) {
   static robot floating(KSL_EXAMPLES "/robots/panda.urdf", true), every_kind(KSL_EVERY_KIND, false), coupled(KSL_COUPLED, false);
   static constexpr ksl_frame_options_t crossed[] = {
       {KSL_IN_WORLD, KSL_IN_FRAME, KSL_LINEAR_FIRST, KSL_CLASSICAL, {0, 0, 0}},
@@ -248,10 +251,14 @@ void agree(const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_batch, CBat
     r->how = {}, r->c_how = nullptr;
     r->push_axes = r == &every_kind ? expressed_in::world : expressed_in::frame;
     agree<S>(*r, row, cpp, c, cpp_batch, c_batch);
-    if (row.request != ksl::request_kind::frame && row.request != ksl::request_kind::frames && row.request != ksl::request_kind::relative)
+    const bool of_frames = row.request == ksl::request_kind::frame || row.request == ksl::request_kind::frames ||
+                           row.request == ksl::request_kind::relative;
+    if (!of_frames && !ordered)
       continue;
-    r->how = {.axes = expressed_in::world, .at = expressed_in::frame, .kind = ksl::acceleration_kind::classical}, r->c_how = &crossed[0];
-    agree<S>(*r, row, cpp, c, cpp_batch, c_batch);
+    if (of_frames)
+      r->how = {.axes = expressed_in::world, .at = expressed_in::frame, .kind = ksl::acceleration_kind::classical}, r->c_how = &crossed[0];
+    if (of_frames)
+      agree<S>(*r, row, cpp, c, cpp_batch, c_batch);
     r->how = {.axes = expressed_in::frame, .at = expressed_in::world, .angular_first = true, .offset = {0.3, -0.2, 0.1}}, r->c_how = &crossed[1];
     agree<S>(*r, row, cpp, c, cpp_batch, c_batch);
   }

@@ -11,6 +11,8 @@
 
 namespace {
 
+constexpr ksl::component_order order = ksl::component_order::linear_first;
+
 using namespace derivatives;
 
 /// All links, the last first; other axes, points, orders and kinds for every turn.
@@ -69,13 +71,13 @@ void check_momentum(const ksl::model &m, const state &s) {
   const auto momentum = [&](const numbers<T> &q, const numbers<T> &v, const numbers<T> &, const ksl::external_wrenches<T> &) {
     numbers<T> out(6);
     const ksl::owned_workspace<ksl::centroidal_momentum_workspace<T>> w(m.view());
-    ksl::centroidal_momentum<T>(m.view(), *w, q.data(), v.data(), out.data());
+    ksl::centroidal_momentum<T>(m.view(), *w, q.data(), v.data(), order, out.data());
     return out;
   };
   numbers<double> D(3 * size, 0);
   std::fill_n(D.begin(), 2 * size, NAN);
   const ksl::owned_workspace<ksl::centroidal_momentum_derivatives_workspace<double>> w(m.view());
-  ksl::centroidal_momentum_derivatives(m.view(), *w, s.q.data(), s.v.data(), D.data(), &D[size]);
+  ksl::centroidal_momentum_derivatives(m.view(), *w, s.q.data(), s.v.data(), order, D.data(), &D[size]);
   check_derivatives(function<decltype(momentum)>{m, s, momentum}, D, 1e-13);
 }
 
@@ -84,12 +86,12 @@ void check_momentum_rate(const ksl::model &m, const state &s) {
   const auto rate = [&](const numbers<T> &q, const numbers<T> &v, const numbers<T> &a, const ksl::external_wrenches<T> &) {
     numbers<T> out(6);
     const ksl::owned_workspace<ksl::centroidal_momentum_rate_workspace<T>> w(m.view());
-    ksl::centroidal_momentum_rate<T>(m.view(), *w, q.data(), v.data(), a.data(), out.data());
+    ksl::centroidal_momentum_rate<T>(m.view(), *w, q.data(), v.data(), a.data(), order, out.data());
     return out;
   };
   numbers<double> D(3 * size, NAN);
   const ksl::owned_workspace<ksl::centroidal_momentum_rate_derivatives_workspace<double>> w(m.view());
-  ksl::centroidal_momentum_rate_derivatives(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), D.data(), &D[size], &D[2 * size]);
+  ksl::centroidal_momentum_rate_derivatives(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), order, D.data(), &D[size], &D[2 * size]);
   check_derivatives(function<decltype(rate)>{m, s, rate}, D, 1e-13);
 }
 
@@ -133,8 +135,8 @@ void check_duals(const ksl::model &m, const state &s) {
     ksl::frame_velocities_derivatives<T>(m.view(), *frames, p, r, f.n(), f.links.data(), f.how, x, x + n);
     ksl::frame_accelerations_derivatives<T>(m.view(), *frames, p, r, t, f.n(), f.links.data(), f.how, x + 2 * n, x + 3 * n, x + 4 * n);
     x += 5 * n;
-    ksl::centroidal_momentum_derivatives<T>(m.view(), *momentum, p, r, x, x + one);
-    ksl::centroidal_momentum_rate_derivatives<T>(m.view(), *rate, p, r, t, x + 2 * one, x + 3 * one, x + 4 * one);
+    ksl::centroidal_momentum_derivatives<T>(m.view(), *momentum, p, r, order, x, x + one);
+    ksl::centroidal_momentum_rate_derivatives<T>(m.view(), *rate, p, r, t, order, x + 2 * one, x + 3 * one, x + 4 * one);
     x += 5 * one;
     ksl::energy_derivatives<T>(m.view(), *energy, p, r, x, x + nv, x + 2 * nv);
   };

@@ -21,6 +21,7 @@ namespace {
 
 using rate = ksl::dual<1>;
 template <class T> using numbers = std::vector<T>;
+constexpr ksl::component_order order = ksl::component_order::linear_first;
 
 ksl::model robot(bool with_gravity = true) {
   ksl::model_options options;
@@ -97,15 +98,15 @@ template <class T> numbers<T> acceleration(const ksl::model &m, const motion<T> 
 }
 template <class T> numbers<T> momentum(const ksl::model &m, const motion<T> &s) {
   return results<ksl::centroidal_momentum_workspace<T>, T>(
-      m, 6, [&](const auto &w, T *out) { ksl::centroidal_momentum<T>(m.view(), w, s.q.data(), s.v.data(), out); });
+      m, 6, [&](const auto &w, T *out) { ksl::centroidal_momentum<T>(m.view(), w, s.q.data(), s.v.data(), order, out); });
 }
 template <class T> numbers<T> momentum_matrix(const ksl::model &m, const motion<T> &s) {
   return results<ksl::centroidal_momentum_matrix_workspace<T>, T>(
-      m, 6 * s.v.size(), [&](const auto &w, T *out) { ksl::centroidal_momentum_matrix<T>(m.view(), w, s.q.data(), out); });
+      m, 6 * s.v.size(), [&](const auto &w, T *out) { ksl::centroidal_momentum_matrix<T>(m.view(), w, s.q.data(), order, out); });
 }
 template <class T> numbers<T> momentum_rate(const ksl::model &m, const motion<T> &s) {
   return results<ksl::centroidal_momentum_rate_workspace<T>, T>(m, 6, [&](const auto &w, T *out) {
-    ksl::centroidal_momentum_rate<T>(m.view(), w, s.q.data(), s.v.data(), s.a.data(), out);
+    ksl::centroidal_momentum_rate<T>(m.view(), w, s.q.data(), s.v.data(), s.a.data(), order, out);
   });
 }
 
@@ -131,7 +132,7 @@ template <class T> numbers<T> energy_regressors(const ksl::model &m, const motio
 template <class T> numbers<T> momenta(const ksl::model &m, const motion<T> &s) {
   const numbers<int> links = all_links(m);
   return results<ksl::momentum_regressor_workspace<T>, T>(m, 60 * links.size(), [&](const auto &w, T *out) {
-    ksl::momentum_regressor<T>(m.view(), w, s.q.data(), s.v.data(), static_cast<int>(links.size()), links.data(), out);
+    ksl::momentum_regressor<T>(m.view(), w, s.q.data(), s.v.data(), static_cast<int>(links.size()), links.data(), order, out);
   });
 }
 /// Of the joint that carries the root, and with it all links; about the world's origin, in its axes.

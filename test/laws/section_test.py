@@ -67,6 +67,18 @@ def test_a_section_carries_what_a_weld_in_its_place_does(floating):
     assert np.abs(back + expected).max() < 1e-12 * np.abs(expected).max()
 
 
+def test_wrenches_in_world_axes_are_those_in_the_links():
+    m, rng = load_text(tree(False)), np.random.default_rng(3)
+    q, v, a = random_states(m, rng, 4)
+    world = {name: rng.normal(size=(4, 6)) for name in ("tip", "middle", "first")}
+    R = {name: m.frame_pose(q, name)[:, :3, :3] for name in world}
+    link = {name: np.concatenate([np.einsum("sji,sj->si", R[name], w[:, k]) for k in (slice(3), slice(3, 6))], axis=1) for name, w in world.items()}
+    for normal in ((0, 0, 1), (0, 0, -1)):
+        found = m.section_wrench(q, v, a, "middle", (0, 0, 0.3), normal, external=world, external_axes="world")
+        expected = m.section_wrench(q, v, a, "middle", (0, 0, 0.3), normal, external=link)
+        assert np.abs(found - expected).max() < 1e-12 * np.abs(expected).max()
+
+
 def test_shares_and_bad_input():
     m = load_text(tree(False))
     q, v, a = random_states(m, np.random.default_rng(2), 3)

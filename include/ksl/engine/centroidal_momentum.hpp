@@ -7,6 +7,7 @@
 
 #include "ksl/engine/body_motions.hpp"
 #include "ksl/engine/external_wrenches.hpp"
+#include "ksl/engine/frame_options.hpp"
 #include "ksl/engine/subtree_moment.hpp"
 
 namespace ksl {
@@ -46,10 +47,10 @@ template <class T> KSL_LANES vec3<T> first_origin(const model_view<scalar_of<T>>
 }
 
 /// Sums the momenta, or their rates, of all bodies but the ground, each in the frame of its body, about the centre of mass and in
-/// the world's axes: out (6), linear first.
+/// the world's axes: out (6).
 template <class T>
 KSL_LANES void sum_about_center(const model_view<scalar_of<T>> &model, const pose_workspace<T> &pose, const per_body<coscrew, T> &sum,
-                                const per_body<mass_moment, T> &children, T *out) {
+                                const per_body<mass_moment, T> &children, component_order order, T *out) {
   using A = algebra<T>;
   const vec3<T> reference = first_origin(model, pose);
   const T o = T(0);
@@ -71,14 +72,16 @@ KSL_LANES void sum_about_center(const model_view<scalar_of<T>> &model, const pos
   coscrew<T> all = sum[0];
   const vec3<T> center = point_of_momentum(children[0]);
   A::product_CoAdtinvc(&center, &all, &all);
-  out[0] = all.lin.x, out[1] = all.lin.y, out[2] = all.lin.z;
-  out[3] = all.ang.x, out[4] = all.ang.y, out[5] = all.ang.z;
+  const bool angular_first = order == component_order::angular_first;
+  T *const lin = out + (angular_first ? 3 : 0), *const ang = out + (angular_first ? 0 : 3);
+  lin[0] = all.lin.x, lin[1] = all.lin.y, lin[2] = all.lin.z;
+  ang[0] = all.ang.x, ang[1] = all.ang.y, ang[2] = all.ang.z;
 }
 
-/// Momentum (6) about the centre of mass and in the world's axes, linear first, kg m/s and kg m²/s, for q (nq) and v (nv).  O(bodies).
+/// Momentum (6) about the centre of mass and in the world's axes, kg m/s and kg m²/s, for q (nq) and v (nv).  O(bodies).
 template <class T>
 void centroidal_momentum(const model_view<scalar_of<T>> &model, const centroidal_momentum_workspace<T> &w, const T *q, const T *v,
-                         T *momentum) {
+                         component_order order, T *momentum) {
   body_twists(model, w.pose, w.twist, q, v, [&]<class P>(bodies_at<P, T> k) KSL_INLINED {
     const spatial_inertia<P> I = k.inertia(model);
     const screw<P> s = w.twist[k];
@@ -86,18 +89,17 @@ void centroidal_momentum(const model_view<scalar_of<T>> &model, const centroidal
     algebra<P>::product_Ms(&I, &s, &p);
     w.sum.set(k, p);
   });
-  sum_about_center(model, w.pose, w.sum, w.children, momentum);
+  sum_about_center(model, w.pose, w.sum, w.children, order, momentum);
 }
 
-/// Rate (6) of the momentum about the centre of mass, in the world's axes, linear first, N and N m, for q (nq), v (nv) and dv (nv): the
-/// sum of all external wrenches, those of gravity and of the ground among them.  O(bodies).
+/// Rate (6) of the momentum about the centre of mass, in the world's axes, N and N m, for q (nq), v (nv) and dv (nv): the sum of all external wrenches, those of gravity and of the ground among them.  O(bodies).
 template <class T>
 void centroidal_momentum_rate(const model_view<scalar_of<T>> &model, const centroidal_momentum_rate_workspace<T> &w, const T *q,
-                              const T *v, const T *dv, T *rate) {
+                              const T *v, const T *dv, component_order order, T *rate) {
   body_motions(model, w.pose, w.motion, ground_at_rest<T>(), q, v, dv, [&](auto k) KSL_INLINED {
     w.sum.set(k, newton_euler(k.inertia(model), w.motion[k]));
   });
-  sum_about_center(model, w.pose, w.sum, w.children, rate);
+  sum_about_center(model, w.pose, w.sum, w.children, order, rate);
 }
 
 } // namespace KSL_ISA

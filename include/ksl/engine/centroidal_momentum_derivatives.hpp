@@ -85,13 +85,14 @@ template <class P> struct to_center {
 };
 
 /// The columns (6, nv) of each result, from the derivatives of the wrenches through the joints; by_v may be null.
-template <class T> void set_centroidal_columns(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w, T *by_q,
-                                               T *by_v, T *by_a) {
+template <class T> void set_centroidal_columns(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w,
+                                               component_order order, T *by_q, T *by_v, T *by_a) {
   using A = algebra<T>;
   const sum_of_trees<T> all = sum_trees(model, w);
   const vec3<T> center = point_of_momentum(all.moment);
   const T per_mass = T(1) / mass_divisor(all.moment);
-  const twist_columns<T> of_q = {by_q, model.nv, false}, of_v = {by_v, model.nv, false}, of_a = {by_a, model.nv, false};
+  const bool first = order == component_order::angular_first;
+  const twist_columns<T> of_q = {by_q, model.nv, first}, of_v = {by_v, model.nv, first}, of_a = {by_a, model.nv, first};
   for (int i = 1; i < model.bodies; ++i) {
     const body<scalar_of<T>> &b = model.body[i];
     if (b.parent > 0)
@@ -118,24 +119,24 @@ template <class T> void set_centroidal_columns(const model_view<scalar_of<T>> &m
 template <class T>
 void centroidal_momentum_rate_derivatives(const model_view<scalar_of<T>> &model,
                                           const centroidal_momentum_rate_derivatives_workspace<T> &w, const T *q, const T *v, const T *a,
-                                          T *by_q, T *by_v, T *by_a) {
+                                          component_order order, T *by_q, T *by_v, T *by_a) {
   const T o = T(0);
   forward_motions<T>(model, w, {o, o, o}, q, v, a, {});
   sum_subtrees(model, w);
-  set_centroidal_columns(model, w, by_q, by_v, by_a);
+  set_centroidal_columns(model, w, order, by_q, by_v, by_a);
 }
 
 /// The derivatives of centroidal_momentum(q, v), each (6, nv), row-major: by q along q ⊕ s e_k with v held componentwise, and by v,
 /// which is the centroidal momentum matrix.  O(bodies).
 template <class T>
 void centroidal_momentum_derivatives(const model_view<scalar_of<T>> &model, const centroidal_momentum_derivatives_workspace<T> &w,
-                                     const T *q, const T *v, T *by_q, T *by_v) {
+                                     const T *q, const T *v, component_order order, T *by_q, T *by_v) {
   const T o = T(0);
   for (int k = 0; k < model.nv; ++k)
     w.rest[k] = o;
   forward_motions<T>(model, w.wrenches, {o, o, o}, q, &w.rest[0], v, {});
   sum_subtrees(model, w.wrenches);
-  set_centroidal_columns<T>(model, w.wrenches, by_q, nullptr, by_v);
+  set_centroidal_columns<T>(model, w.wrenches, order, by_q, nullptr, by_v);
 }
 
 } // namespace KSL_ISA

@@ -5,6 +5,7 @@
 // own joint, in which the momentum of a column is an element of the inertia.
 #pragma once
 
+#include "ksl/engine/frame_options.hpp"
 #include "ksl/engine/subtree_inertia.hpp"
 #include "ksl/engine/subtree_moment.hpp"
 #include "ksl/engine/world_axes.hpp"
@@ -24,17 +25,22 @@ template <class T> struct centroidal_momentum_matrix_workspace {
   }
 };
 
-/// Stores column c of a matrix (6, nv), linear first.
-template <class T> KSL_LANES void put_column(const coscrew<T> &p, T *matrix, std::ptrdiff_t nv, std::ptrdiff_t c) {
-  matrix[c] = p.lin.x, matrix[nv + c] = p.lin.y, matrix[2 * nv + c] = p.lin.z;
-  matrix[3 * nv + c] = p.ang.x, matrix[4 * nv + c] = p.ang.y, matrix[5 * nv + c] = p.ang.z;
-}
+/// The three linear and the three angular rows of a matrix (6, nv).
+template <class T> struct momentum_rows {
+  T *lin, *ang;
+  std::ptrdiff_t nv;
+
+  KSL_LANES void put_column(const coscrew<T> &p, std::ptrdiff_t c) const {
+    lin[c] = p.lin.x, lin[nv + c] = p.lin.y, lin[2 * nv + c] = p.lin.z;
+    ang[c] = p.ang.x, ang[nv + c] = p.ang.y, ang[2 * nv + c] = p.ang.z;
+  }
+};
 
 /// Sets the columns of joint i, about the reference point, adds the inertia of its subtree to its parent, and the first moment of a
 /// subtree that the ground carries to `all`.
 template <joint_kind K, class T>
 KSL_LANES void set_momenta(const model_view<scalar_of<T>> &model, const centroidal_momentum_matrix_workspace<T> &w, int i,
-                           T *matrix, mass_moment<T> &all) {
+                           const momentum_rows<T> &rows, mass_moment<T> &all) {
   using A = algebra<T>;
   const body<scalar_of<T>> &b = model.body[i];
   const spatial_inertia<T> I = subtree_inertia(model, w.children, i);
@@ -44,7 +50,7 @@ KSL_LANES void set_momenta(const model_view<scalar_of<T>> &model, const centroid
     coscrew<T> p = joint<K>::template momentum<c>(b, I);
     A::product_CoAdrc(&R, &p, &p);
     A::product_CoAdtc(&origin, &p, &p);
-    put_column(p, matrix, model.nv, b.v_index + c);
+    rows.put_column(p, b.v_index + c);
   });
   add_to_parent<K>(I, model, w.bodies.pose, w.children, i);
   if (b.parent == 0) {
@@ -55,20 +61,22 @@ KSL_LANES void set_momenta(const model_view<scalar_of<T>> &model, const centroid
   }
 }
 
-/// A (6, nv), row-major: A v is the momentum of the bodies that move, about their centre of mass and in the world's axes, linear
-/// first, for q (nq).  O(bodies).
+/// A (6, nv), row-major: A v is the momentum of the bodies that move, about their centre of mass and in the world's axes, for q (nq).
+/// O(bodies).
 template <class T>
 void centroidal_momentum_matrix(const model_view<scalar_of<T>> &model, const centroidal_momentum_matrix_workspace<T> &w, const T *q,
-                                T *matrix) {
+                                component_order order, T *matrix) {
+  const std::ptrdiff_t nv = model.nv;
+  const bool angular_first = order == component_order::angular_first;
+  const momentum_rows<T> rows = {matrix + (angular_first ? 3 * nv : 0), matrix + (angular_first ? 0 : 3 * nv), nv};
   mass_moment<T> all = {T(0), {T(0), T(0), T(0)}};
   express_in_world(model, w.bodies, q);
   for (int i = model.bodies - 1; i > 0; --i)
-    by_kind(model.body[i].kind, [&]<joint_kind K>() KSL_INLINED { set_momenta<K>(model, w, i, matrix, all); });
+    by_kind(model.body[i].kind, [&]<joint_kind K>() KSL_INLINED { set_momenta<K>(model, w, i, rows, all); });
 
   const vec3<T> center = point_of_momentum(all);
-  const std::ptrdiff_t nv = model.nv;
-  const T *const x = matrix, *const y = x + nv, *const z = y + nv;
-  T *const about_x = matrix + 3 * nv, *const about_y = about_x + nv, *const about_z = about_y + nv;
+  const T *const x = rows.lin, *const y = x + nv, *const z = y + nv;
+  T *const about_x = rows.ang, *const about_y = about_x + nv, *const about_z = about_y + nv;
   for (std::ptrdiff_t c = 0; c < nv; ++c) { // τ − center × f
     about_x[c] = about_x[c] - (center.y * z[c] - center.z * y[c]);
     about_y[c] = about_y[c] - (center.z * x[c] - center.x * z[c]);

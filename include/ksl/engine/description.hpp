@@ -67,6 +67,17 @@ struct mimic_description {
   file_position at;
 };
 
+/// Bounds of one number of a joint's position.
+struct coordinate_limits {
+  optional_number lower, upper; ///< rad or m
+};
+
+/// How many numbers of a joint's position can have bounds: that of joints with one coordinate, but not of continuous ones, and those of
+/// other joints, unless they are quaternions.
+inline int numbers_with_limits(const joint_kind_row &row) {
+  return row.nv == 1 ? row.has_limits : row.nv > 1 && row.quaternion < 0 ? row.nq : 0;
+}
+
 struct joint_description {
   std::string name;
   file_position at;
@@ -77,7 +88,8 @@ struct joint_description {
                                  ///< one of the kind, which is x, but z for planar joints
   vec3<double> axis2{0, 0, 0};   ///< likewise the second axis of universal joints, which must give it; fixed in the child
   optional_number pitch;         ///< m/rad; for kinds that have one (joint_kind_row), which must give it
-  optional_number lower, upper;  ///< rad or m
+  optional_number lower, upper;  ///< of its first number, rad or m
+  std::array<coordinate_limits, 2> further; ///< of its second and third, for kinds with several (numbers_with_limits)
   optional_number effort;        ///< N m or N
   optional_number velocity;      ///< rad/s or m/s
   double damping = 0;            ///< of each coordinate, N m s/rad or N s/m
@@ -92,6 +104,11 @@ struct joint_description {
   std::optional<mimic_description> mimic; ///< of joints with one coordinate
   given_joint given;
 };
+
+/// Of number c of the joint's position.
+inline coordinate_limits limits_of(const joint_description &joint, int c) {
+  return c == 0 ? coordinate_limits{joint.lower, joint.upper} : joint.further[static_cast<std::size_t>(c - 1)];
+}
 
 /// Which physics of joints a model has, besides that of rigid bodies.  None by default: the quantities of the textbook.
 struct physics_options {

@@ -1,6 +1,7 @@
 // KSL: energies and momentum as linear functions of the links' inertial parameters.
 #pragma once
 
+#include "ksl/engine/frame_options.hpp"
 #include "ksl/engine/link_regressor.hpp"
 
 namespace ksl {
@@ -43,11 +44,11 @@ void energy_regressor(const model_view<scalar_of<T>> &model, const energy_regres
   }
 }
 
-/// Momentum of n links about the world's origin, in its axes, linear first: P (6, n, 10), row-major, for q (nq) and v (nv).
+/// Momentum of n links about the world's origin, in its axes: P (6, n, 10), row-major, for q (nq) and v (nv).
 /// O(bodies + links).
 template <class T>
 void momentum_regressor(const model_view<scalar_of<T>> &model, const momentum_regressor_workspace<T> &w, const T *q, const T *v, int n,
-                        const int *links, T *P) {
+                        const int *links, component_order order, T *P) {
   const T o = T(0), one = T(1);
   body_twists(model, w.poses.pose, w.twist, q, v, [](auto) KSL_INLINED {});
   compose_poses(model, w.poses.pose, w.poses.in_world);
@@ -57,7 +58,7 @@ void momentum_regressor(const model_view<scalar_of<T>> &model, const momentum_re
     const screw<T> twist = twist_of_link(l, w.twist[l.body]);
     for (int c = 0; c < 6; ++c) { // its power on the unit twists of the world's frame
       T unit[6] = {o, o, o, o, o, o};
-      unit[c] = one;
+      unit[order == component_order::angular_first ? (c + 3) % 6 : c] = one;
       screw<T> s = {{unit[0], unit[1], unit[2]}, {unit[3], unit[4], unit[5]}};
       algebra<T>::product_Adinvs(&pose, &s, &s);
       momentum_form(s, twist, P + parameters_of_link * (c * n + k));

@@ -10,6 +10,9 @@ enum class expressed_in : int { frame, world }; ///< the frame of the link itsel
 /// where axes and origin are those of one frame, classical in the world's axes about the frame's origin.
 enum class acceleration_kind : int { spatial, classical, rate };
 
+/// The order of the six numbers of a twist, a wrench or a momentum.
+enum class component_order : int { linear_first, angular_first };
+
 /// The axes and the origin that a motion is expressed in, and the order of its six numbers.
 struct frame_options {
   expressed_in axes = expressed_in::frame;
@@ -18,5 +21,15 @@ struct frame_options {
   acceleration_kind kind = acceleration_kind::spatial; ///< of accelerations
   double offset[3] = {0, 0, 0}; ///< of the frame's origin from the link's, in the link's axes, m
 };
+
+/// The order alone.
+constexpr component_order order_of(const frame_options &how) {
+  return how.angular_first ? component_order::angular_first : component_order::linear_first;
+}
+constexpr frame_options options_of(component_order order) {
+  frame_options how;
+  how.angular_first = order == component_order::angular_first;
+  return how;
+}
 
 } // namespace ksl

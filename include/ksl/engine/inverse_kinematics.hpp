@@ -160,6 +160,13 @@ template <class P> KSL_LANES P within_turns(const P &q, const P &lower, const P 
   return math<P>::select(q >= upper, back, math<P>::select(q <= lower, forth, q));
 }
 
+/// From which number of a joint's position on, each may have limits and has a coordinate of the velocity as its rate; nv if none.
+/// Numbers before an angle have not: it turns the axes of their velocities.
+template <joint_kind K>
+constexpr int first_held = joint<K>::nq != joint<K>::nv || (joint<K>::nv == 1 && !joint<K>::has_limits) ? joint<K>::nv
+                           : joint<K>::angle > 0                                                        ? joint<K>::angle
+                                                                                                        : 0;
+
 /// Holds coordinates at the limits that they would cross: clears their columns.
 template <class P>
 void hold_at_limits(const model_view<scalar_of<P>> &model, const inverse_kinematics_workspace<P> &w, int rows) {
@@ -167,8 +174,8 @@ void hold_at_limits(const model_view<scalar_of<P>> &model, const inverse_kinemat
   for (int k = 0; k < w.bodies; ++k) {
     const body<scalar_of<P>> &b = model.body[w.body[k]];
     by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
-      if constexpr (joint<K>::has_limits && joint<K>::nq == joint<K>::nv) // a limit in q is one of a coordinate
-        for (int c = 0; c < joint<K>::nv; ++c) {
+      if constexpr (first_held<K> < joint<K>::nv)
+        for (int c = first_held<K>; c < joint<K>::nv; ++c) {
           P *const column = w.columns + w.coordinate[b.v_index + c] * rows;
           P slope = zero;
           for (int r = 0; r < rows; ++r)
@@ -421,7 +428,21 @@ private:
     if (batch_.start.first)
       for (int i = 0; i < numbers(); ++i)
         set(w_.q + at(i), l, row(batch_.start, state)[i]);
+    if (batch_.start.first && options_.limits)
+      enter_limits(l);
     begin_start(l, !batch_.start.first);
+  }
+
+  /// A start beyond limits, which might be at its target there, begins at the limits.
+  void enter_limits(int l) {
+    for (int k = 0; k < w_.bodies; ++k) {
+      const body<S> &b = model_.body[w_.body[k]];
+      const int numbers = row_of(b.kind).nq;
+      for (int i = b.q_index; i < b.q_index + numbers; ++i) {
+        const S q = number(w_.q + i, l), lower = number(w_.lower + i, l), upper = number(w_.upper + i, l);
+        set(w_.q + i, l, q < lower ? lower : q > upper ? upper : q);
+      }
+    }
   }
 
   void begin_start(int l, bool random) {

@@ -23,7 +23,7 @@ struct centroidal_momentum_rate_derivatives_algorithm {
 
   template <class T>
   static void compute(const model_view<scalar_of<T>> &model, const workspace<T> &w, const state_view<T> &s) {
-    centroidal_momentum_rate_derivatives(model, w, s.q, s.v, s.a, s.result[0], s.result[1], s.result[2]);
+    centroidal_momentum_rate_derivatives(model, w, s.q, s.v, s.a, order_of(s.frame), s.result[0], s.result[1], s.result[2]);
   }
 };
 

@@ -23,7 +23,7 @@ struct momentum_regressor_algorithm {
 
   template <class T>
   static void compute(const model_view<scalar_of<T>> &model, const workspace<T> &w, const state_view<T> &s) {
-    momentum_regressor(model, w, s.q, s.v, s.links.n, s.links.index, s.result[0]);
+    momentum_regressor(model, w, s.q, s.v, s.links.n, s.links.index, order_of(s.frame), s.result[0]);
   }
 };
 

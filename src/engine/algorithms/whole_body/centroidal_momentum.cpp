@@ -23,7 +23,7 @@ struct centroidal_momentum_algorithm {
 
   template <class T>
   static void compute(const model_view<scalar_of<T>> &model, const workspace<T> &w, const state_view<T> &s) {
-    centroidal_momentum(model, w, s.q, s.v, s.result[0]);
+    centroidal_momentum(model, w, s.q, s.v, order_of(s.frame), s.result[0]);
   }
 };
 

@@ -1,0 +1,39 @@
+// KSL: the wrench through a plane section of a link.
+#pragma once
+
+#include "ksl/engine/frame_options.hpp"
+#include "ksl/engine/reactions.hpp"
+#include "ksl/model.hpp"
+
+namespace ksl {
+
+/// How much of a link's own inertia is beyond a section: all or nothing, by its centre of mass; a fraction of it; or an inertia that
+/// is given.
+enum class section_share : int { by_center, fraction, inertia };
+
+/// A plane that cuts a link, and what is beyond it.
+struct link_section {
+  int link = 0;                        ///< index into model::links()
+  double point[3] = {0, 0, 0};         ///< on the plane, in the link's frame, m; moments are about it
+  double normal[3] = {0, 0, 1};        ///< of the plane, in the link's axes, of any length; it points to the part beyond
+  section_share share = section_share::by_center;
+  double fraction = 0;                 ///< 0 to 1
+  spatial_inertia<double> inertia{};   ///< of the part beyond, about the link's origin, in its axes
+  int beyond_n = -1;                   ///< how many joints are named; −1: none, the plane says which are beyond
+  const int *beyond = nullptr;         ///< (beyond_n) indices into model::joints(): of that which carries the link, and those that it carries
+  expressed_in axes = expressed_in::frame;
+  component_order order = component_order::linear_first;
+};
+
+/// Is the joint beyond the section: by the list if there is one, or else if its origin is, where no joint has moved.  In the plane
+/// itself the joint that carries the link is near, and those that it carries are beyond.
+KSL_EXPORT bool is_beyond(const model &m, const link_section &section, int joint);
+
+/// The wrench (6) that the near part of a link exerts on the part beyond a section, for q (nq), v (nv) and a (nv): Newton's and Euler's
+/// laws for the part beyond, with the reactions of its joints.  N, N m.  A wrench on the link itself acts on the part with the link's
+/// origin.  O(bodies).  No allocation.
+template <class S>
+KSL_EXPORT void section_wrench(const model &m, data &d, const S *q, const S *v, const S *a, const link_section &section, S *wrench,
+                               const external_wrenches<S> &external = {});
+
+} // namespace ksl

@@ -1,0 +1,112 @@
+"""Input as a careless or hostile user gives it: sentences that name the place and the mend, and never a wrong number in silence."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import ksl
+
+TIP = "panda_flange"
+
+
+@pytest.fixture(scope="module")
+def arm(examples):
+    return ksl.load(examples / "robots/panda.urdf")
+
+
+@pytest.fixture(scope="module")
+def floating(examples):
+    return ksl.load(examples / "robots/panda.urdf", floating_base=True)
+
+
+def rough(m: ksl.Model, off: float) -> np.ndarray:
+    q = m.neutral()
+    q[6] = 1 + off
+    return q
+
+
+@pytest.mark.parametrize("off", [2e-6, 1e-4, -9e-3])
+def test_quaternions_that_are_nearly_unit_are_used_as_normalised_with_a_warning(floating, off):
+    m, q, unit, zero = floating, rough(floating, off), floating.neutral(), np.zeros(floating.nv)
+    calls = {
+        "mass_matrix": lambda q: m.mass_matrix(q),
+        "integrate": lambda q: m.integrate(q, zero),
+        "difference": lambda q: m.difference(unit, q),
+        "interpolate": lambda q: m.interpolate(q, unit, 0.5),
+        "section": lambda q: m.section_wrench(q, zero, zero, "panda_link3", (0, 0, 0.1), (0, 0, 1)),
+        "kinematics": lambda q: m.inverse_kinematics(TIP, m.frame_pose(unit, TIP), q0=q).q,
+        "frozen": lambda q: m.with_frozen_joints({"floating_base": q[:7]}).frame_pose(np.zeros(7), TIP),
+    }
+    for name, call in calls.items():
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            expected = call(unit)
+        with pytest.warns(ksl.QuaternionWarning, match="normalised"):
+            found = call(q)
+        assert np.abs(found - expected).max() <= 1e-9 * max(1.0, np.abs(expected).max()), name
+        assert name not in ("integrate", "kinematics") or abs(np.linalg.norm(found[3:7]) - 1) < 1e-12, name
+
+
+@pytest.mark.parametrize("off", [1.1e-2, 1.0, -1.0])
+def test_other_quaternions_are_refused(floating, off):
+    m, q, zero = floating, rough(floating, off), np.zeros(floating.nv)
+    for call in (
+        lambda: m.mass_matrix(q),
+        lambda: m.difference(m.neutral(), q),
+        lambda: m.inverse_kinematics(TIP, np.eye(4), q0=q),
+        lambda: m.with_frozen_joints({"floating_base": q[:7]}),
+        lambda: m.section_wrench(q, zero, zero, "panda_link3", (0, 0, 0), (0, 0, 1)),
+    ):
+        with pytest.raises(ValueError, match=f"floating_base.*length {abs(1 + off):.6g}"):
+            call()
+
+
+def test_rounding_is_not_warned_of(floating):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        floating.mass_matrix(rough(floating, 5e-7))
+
+
+def test_names_that_are_near_are_suggested(arm, examples):
+    q = np.zeros(7)
+    for call, near in (
+        (lambda: arm.frame_pose(q, "panda_flang"), "did you mean 'panda_flange'"),
+        (lambda: arm.bias(q, q, external={"panda_lnk3": np.zeros(6)}), "did you mean 'panda_link3'"),
+        (lambda: arm.reactions(q, q, q, joints=["panda_jont2"]), "did you mean 'panda_joint2'"),
+        (lambda: arm.reactions(q, q, q, axes="wrld"), "did you mean 'world'"),
+        (lambda: arm.joint("panda_joint_2"), "did you mean 'panda_joint2'"),
+        (lambda: arm.subtree("panda_lnk3"), 'did you mean "panda_link3"'),
+        (lambda: ksl.load(examples / "robots/panda.urdf", payloads={"panda_flang": (1, (0, 0, 0))}), 'did you mean "panda_flange"'),
+    ):
+        with pytest.raises(ValueError, match=near):
+            call()
+    with pytest.raises(ValueError, match="no link or joint named 'gripper'; known: panda_link0"):
+        arm.frame_pose(q, "gripper")
+
+
+@pytest.mark.parametrize(
+    ("keywords", "sentence"),
+    [
+        ({"tolerance": "fine"}, "tolerance='fine'; expected a positive number, or two"),
+        ({"tolerance": (1e-6, 1e-6, 1e-6)}, "tolerance=.*expected a positive number, or two"),
+        ({"tolerance": np.nan}, "tolerance=nan"),
+        ({"iterations": 1.5}, "iterations=1.5; expected a positive whole number"),
+        ({"starts": 0}, "starts=0; expected a positive whole number"),
+        ({"seed": 0.5}, "seed=0.5; expected a whole number"),
+        ({"limits": "no"}, "limits='no'; expected True or False"),
+        ({"weights": {"panda_flang": 2.0}}, "weights: no frame named 'panda_flang'; did you mean 'panda_flange'"),
+        ({"target": 2 * np.eye(4)}, "target 0 is not a pose"),
+        ({"target": np.diag([1.0, 1, -1, 1])}, "target 0 is not a pose"),
+        ({"target": np.full((4, 4), np.nan)}, "target 0 is not a pose"),
+        ({"names": None}, "names=None; expected a link or joint"),
+    ],
+)
+def test_inverse_kinematics_says_what_is_wrong(arm, keywords, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        arm.inverse_kinematics(**({"names": TIP, "target": np.eye(4)} | keywords))
+
+
+def test_payloads_that_are_no_mapping(examples):
+    with pytest.raises(ValueError, match="payloads is list; expected a mapping"):
+        ksl.load(examples / "robots/panda.urdf", payloads=[(TIP, 1.0, (0, 0, 0))])
