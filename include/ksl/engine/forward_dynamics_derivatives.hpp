@@ -3,32 +3,158 @@
 // With tau held, a change of the state is answered by ∂a = −M⁻¹ ∂tau, where ∂tau is that of inverse dynamics at the accelerations of
 // forward dynamics (Carpentier and Mansard, "Analytical derivatives of rigid body dynamics algorithms", RSS 2018, eq. (27)).  M⁻¹ is a
 // result, too.  Multiplying by it keeps sums in registers, which takes half the time of solving with the factors of M.
+//
+// One pass over the bodies serves all: motions and wrenches are computed without joint accelerations first.  The wrenches are then the
+// bias, and the inertias of subtrees give M.  Accelerations change the wrenches, and what depends on them, linearly.
 #pragma once
 
-#include "ksl/engine/forward_dynamics_by_mass_matrix.hpp"
 #include "ksl/engine/inverse_dynamics_derivatives.hpp"
 #include "ksl/engine/mass_matrix_inverse.hpp"
 
 namespace ksl {
+
+/// What joint accelerations add, at a coordinate.
+template <class T> struct acceleration_change {
+  screw<T> carrier, body; ///< to the accelerations of the body that carries the joint, and of the joint's own
+  coscrew<T> wrench;      ///< to the wrench through the joint, by the joints that it carries
+};
+
 inline namespace KSL_ISA {
 
 template <class T> struct forward_dynamics_derivatives_workspace {
-  forward_dynamics_by_mass_matrix_workspace<T> forward;
   inverse_dynamics_derivatives_workspace<T> derivatives;
-  padded_matrix<T> W;     ///< M⁻¹; with plain numbers
-  array_of<T> a;          ///< accelerations
-  array_of<T> dtau;       ///< derivatives of inverse dynamics: by q, by v, by a
-  array_of<int> related;  ///< the coordinates that carry one body or are carried by it, its own included; of some columns
+  factor_workspace<T> factor;
+  per_coordinate<acceleration_change, T> change;
+  array_of<screw<T>> acceleration; ///< what joint accelerations add to that of each body
+  array_of<coscrew<T>> wrench;     ///< and to the wrench through its joint, by the joints that it carries
+  padded_matrix<T> W;              ///< M⁻¹; with plain numbers
+  array_of<T> a;                   ///< accelerations
+  array_of<T> dtau;                ///< derivatives of inverse dynamics: by q, by v
+  array_of<int> related;           ///< the coordinates that carry one body or are carried by it, its own included; of some columns
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
-    forward.lay_out(memory, model);
     derivatives.lay_out(memory, model);
+    factor.lay_out(memory, model);
+    memory.lay_out(model.nv, change, a);
+    memory.lay_out(model.bodies, acceleration, wrench);
     W.lay_out(memory, is_number<T> ? model.nv : 0);
-    a.lay_out(memory, model.nv);
-    dtau.lay_out(memory, 3 * model.nv * model.nv + (is_number<T> ? padded(1) : 0)); // registers are loaded at any column
+    dtau.lay_out(memory, 2 * model.nv * model.nv + (is_number<T> ? padded(1) : 0)); // registers are loaded at any column
     related.lay_out(memory, model.nv);
   }
 };
+
+/// Sets the momenta I S of the coordinates, and rest = tau − bias.
+template <class T> KSL_LANES void set_momenta(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w,
+                                              const T *tau, T *rest) {
+  using A = algebra<lanes_of_coordinates<T>>;
+  using P = lanes_of_coordinates<T>;
+  for (int k = 0; k < model.nv; k += static_cast<int>(sizeof(P) / sizeof(T))) {
+    const auto d = w.subtree.template get<P>(k);
+    const auto S = w.coordinate.template part<screw, P>(k);
+    coscrew<P> momentum;
+    A::product_Ms(&d.I, &S, &momentum);
+    w.derivative.template set_part<coscrew, P, 12>(k, momentum);
+    if constexpr (is_number<T>)
+      store_first<T>(load_first(tau + k, model.nv - k) - A::dot_cs(&d.f, &S), rest + k, model.nv - k);
+    else
+      rest[k] = tau[k] - A::dot_cs(&d.f, &S);
+  }
+}
+
+/// The rows of M (tree_rows.hpp), of the momenta.
+template <class T> KSL_LANES void set_mass_rows(const model_view<scalar_of<T>> &model, const inverse_dynamics_derivatives_workspace<T> &w,
+                                                const tree_rows<T> &rows) {
+  const wrench_derivatives_workspace<T> &d = w.wrenches;
+  rows.clear_padding(model.nv);
+  for (int i = 1; i < model.bodies; ++i) {
+    const body<scalar_of<T>> &b = model.body[i];
+    if constexpr (is_number<T>) { // several elements of a row in lanes
+      using P = native_pack<T>;
+      const int runs = extend_runs<T>(model, w, i);
+      for (int row = b.v_index; row < b.v_index + b.nv; ++row) {
+        const auto momentum = in_all_lanes<P, coscrew>(d.derivative.template part<coscrew, T, 12>(row));
+        T *to = rows[row];
+        for (int r = 0; r < runs; ++r) {
+          const coordinate_run run = w.runs[r];
+          for (int k = run.first; k < run.end; k += native_lanes<T>) {
+            const auto S = d.coordinate.template part<screw, P>(k);
+            store_first<T>(algebra<P>::dot_cs(&momentum, &S), to + (k - run.first), run.end - k);
+          }
+          to += run.end - run.first;
+        }
+      }
+    } else {
+      for (int row = b.v_index; row < b.v_index + b.nv; ++row)
+        for (int j = i; j > 0; j = model.body[j].parent)
+          for (int c = 0; c < model.body[j].nv; ++c)
+            rows[row][model.body[j].ancestors + c] =
+                algebra<T>::dot_cs(&d.derivative.at(row).by_a, &d.coordinate.at(model.body[j].v_index + c).S);
+    }
+  }
+}
+
+/// Adds what motors supply besides the transmitted efforts.
+template <class T> void add_physics(const model_view<scalar_of<T>> &model, const tree_rows<T> &rows, const T *q, const T *v, T *rest) {
+  for_each_row(model, [&](const auto &, index row, index place) {
+    const coordinate_physics<scalar_of<T>> &c = model.physics[row];
+    rows[row][place] = rows[row][place] + T(c.armature);
+    rest[row] = rest[row] - passive_effort(c, q, v[row]);
+  });
+}
+
+/// Adds what the accelerations a contribute, after the other motions, to rates and wrenches; sets the derivatives of the wrenches.
+template <class T> KSL_LANES void accelerate(const model_view<scalar_of<T>> &model,
+                                             const forward_dynamics_derivatives_workspace<T> &w, const T *a) {
+  using A = algebra<T>;
+  const wrench_derivatives_workspace<T> &d = w.derivatives.wrenches;
+  const vec3<T> zero = {T(0), T(0), T(0)};
+  w.change.clear_beyond(model.nv);
+  w.acceleration[0] = {zero, zero};
+  for (int i = 1; i < model.bodies; ++i) {
+    const body<scalar_of<T>> &b = model.body[i];
+    const screw<T> carrier = w.acceleration[b.parent];
+    screw<T> own = carrier;
+    for (int k = b.v_index; k < b.v_index + b.nv; ++k) {
+      const screw<T> S = d.coordinate.template part<screw, T>(k);
+      A::axpy_ss(a[k], &S, &own);
+    }
+    w.acceleration[i] = own;
+    w.wrench[i] = {zero, zero};
+    for (int k = b.v_index; k < b.v_index + b.nv; ++k) {
+      w.change.template set_part<screw, T>(k, carrier);
+      w.change.template set_part<screw, T, 6>(k, own);
+    }
+  }
+  for (int i = model.bodies - 1; i > 0; --i) {
+    const body<scalar_of<T>> &b = model.body[i];
+    coscrew<T> f = w.wrench[i];
+    for (int k = b.v_index; k < b.v_index + b.nv; ++k)
+      w.change.template set_part<coscrew, T, 12>(k, f);
+    if (b.parent == 0)
+      continue;
+    for (int k = b.v_index; k < b.v_index + b.nv; ++k) {
+      const coscrew<T> momentum = d.derivative.template part<coscrew, T, 12>(k);
+      A::axpy_cc(a[k], &momentum, &f);
+    }
+    A::xpy_cc(&f, &w.wrench[b.parent]);
+  }
+  using P = lanes_of_coordinates<T>;
+  using AP = algebra<P>;
+  for (int k = 0; k < model.nv; k += static_cast<int>(sizeof(P) / sizeof(T))) {
+    auto c = d.coordinate.template get<P>(k);
+    auto dynamics = d.subtree.template get<P>(k);
+    const auto change = w.change.template get<P>(k);
+    screw<P> turned;
+    coscrew<P> f;
+    AP::cross_ss(&change.carrier, &c.S, &turned);
+    AP::xpy_ss(&turned, &c.acceleration_by_q);
+    AP::product_Ms(&dynamics.I, &change.body, &f);
+    AP::xpy_cc(&change.wrench, &f);
+    AP::xpy_cc(&f, &dynamics.f);
+    d.coordinate.template set_part<screw, P, 12>(k, c.acceleration_by_q);
+    d.derivative.template set<P>(k, derivative_of(dynamics, c));
+  }
+}
 
 /// Rows [row, row + rows) of both products −W X and −W Y, summed over the related coordinates: as many columns as P has lanes.
 /// The rows of W begin at distances of `pitch`.
@@ -119,15 +245,36 @@ void forward_dynamics_derivatives(const model_view<scalar_of<T>> &model, const f
                                   const T *q, const T *v, const T *tau, const external_wrenches<T> &external, T *da_dq, T *da_dv,
                                   T *da_dtau) {
   const index n = index(model.nv) * model.nv;
+  const inverse_dynamics_derivatives_workspace<T> &d = w.derivatives;
   T *const by_q = &w.dtau[0], *const by_v = by_q + n, *const a = &w.a[0];
-  forward_dynamics_by_mass_matrix(model, w.forward, q, v, tau, external, a);
-  inverse_dynamics_derivatives(model, w.derivatives, q, v, a, external, by_q, by_v, by_v + n);
+  for (int k = 0; k < model.nv; ++k)
+    a[k] = T(0);
+  forward_motions(model, d.wrenches, q, v, a, external);
+  sum_subtrees<false>(model, d.wrenches);
+  set_momenta(model, d.wrenches, tau, a);
+  set_mass_rows(model, d, w.factor.rows);
+  if (model.physics)
+    add_physics(model, w.factor.rows, q, v, a);
+  factorise(model, w.factor);
+  solve_factorised(model, w.factor, a);
+  accelerate(model, w, a);
+
+  const tau_derivative_matrices<T, false> dtau = {by_q, by_v, nullptr, model.nv};
   if constexpr (is_number<T>) {
-    invert_factorised(model, w.forward.factor, w.W);
+    set_rows(model, d, dtau);
+  } else {
+    for (int i = model.bodies - 1; i > 0; --i)
+      for (int k = model.body[i].v_index; k < model.body[i].v_index + model.body[i].nv; ++k)
+        set_elements(model, d.wrenches, i, k, d.wrenches.derivative.at(k), dtau);
+  }
+  if (model.physics)
+    add_physics_derivatives(model, v, by_q, by_v, static_cast<T *>(nullptr));
+  if constexpr (is_number<T>) {
+    invert_factorised(model, w.factor, w.W);
     w.W.store(da_dtau);
     negative_products(model, w.related, w.W[0], w.W.pitch(), by_q, by_v, da_dq, da_dv);
   } else {
-    invert_factorised(model, w.forward.factor, da_dtau);
+    invert_factorised(model, w.factor, da_dtau);
     negative_products(model, w.related, da_dtau, model.nv, by_q, by_v, da_dq, da_dv);
   }
 }

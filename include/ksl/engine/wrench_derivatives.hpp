@@ -315,8 +315,8 @@ template <class T> KSL_LANES void add_dynamics(const subtree_dynamics<T> &d, sub
   }
 }
 
-/// Adds the dynamics of each subtree to its parent's, and sets the derivatives of the wrenches through the joints.
-template <class T>
+/// Adds the dynamics of each subtree to its parent's, and sets the derivatives of the wrenches through the joints, if asked for.
+template <bool derivatives = true, class T>
 KSL_LANES void sum_subtrees(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w) {
   for (int i = model.bodies - 1; i > 0; --i) {
     const body<scalar_of<T>> &b = model.body[i];
@@ -325,7 +325,7 @@ KSL_LANES void sum_subtrees(const model_view<scalar_of<T>> &model, const wrench_
     for (int k = b.v_index; k <= last; ++k) {
       if (k < last)
         w.subtree.set(k, d);
-      if constexpr (!is_number<T>)
+      if constexpr (derivatives && !is_number<T>)
         w.derivative.set(k, derivative_of(d, w.coordinate.at(k)));
     }
     if (b.parent == 0)
@@ -336,7 +336,7 @@ KSL_LANES void sum_subtrees(const model_view<scalar_of<T>> &model, const wrench_
       sum = sum + reinterpret_cast<const T *>(&d)[c];
     }
   }
-  if constexpr (is_number<T>)
+  if constexpr (derivatives && is_number<T>)
     for (int k = 0; k < model.nv; k += native_lanes<T>) {
       using P = native_pack<T>;
       w.derivative.set(k, derivative_of(w.subtree.template get<P>(k), w.coordinate.template get<P>(k)));
