@@ -15,31 +15,33 @@ namespace ksl {
 
 /// What joint accelerations add, at a coordinate.
 template <class T> struct acceleration_change {
-  screw<T> carrier, body; ///< to the accelerations of the body that carries the joint, and of the joint's own
-  coscrew<T> wrench;      ///< to the wrench through the joint, by the joints that it carries
+  screw<T> carrier;  ///< to the acceleration of the body that carries the joint
+  coscrew<T> wrench; ///< to the wrench through the joint, by its own accelerations and those of the joints that it carries
 };
 
 inline namespace KSL_ISA {
+
+constexpr int column_groups = 4; ///< groups of columns that are multiplied together
 
 template <class T> struct forward_dynamics_derivatives_workspace {
   inverse_dynamics_derivatives_workspace<T> derivatives;
   factor_workspace<T> factor;
   per_coordinate<acceleration_change, T> change;
   array_of<screw<T>> acceleration; ///< what joint accelerations add to that of each body
-  array_of<coscrew<T>> wrench;     ///< and to the wrench through its joint, by the joints that it carries
+  array_of<coscrew<T>> wrench;     ///< and to the wrench through its joint, by joints from there on
   padded_matrix<T> W;              ///< M⁻¹; with plain numbers
-  array_of<T> a;                   ///< accelerations
+  array_of<T> a, rest;             ///< accelerations, and the efforts that cause them: tau − bias
   array_of<T> dtau;                ///< derivatives of inverse dynamics: by q, by v
-  array_of<int> related;           ///< the coordinates that carry one body or are carried by it, its own included; of some columns
+  array_of<int> related;           ///< the coordinates that carry some columns or are carried by them, their own included
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     derivatives.lay_out(memory, model);
     factor.lay_out(memory, model);
-    memory.lay_out(model.nv, change, a);
+    memory.lay_out(model.nv, change, a, rest);
     memory.lay_out(model.bodies, acceleration, wrench);
     W.lay_out(memory, is_number<T> ? model.nv : 0);
     dtau.lay_out(memory, 2 * model.nv * model.nv + (is_number<T> ? padded(1) : 0)); // registers are loaded at any column
-    related.lay_out(memory, model.nv);
+    related.lay_out(memory, column_groups * model.nv);
   }
 };
 
@@ -109,7 +111,7 @@ template <class T> KSL_LANES void accelerate(const model_view<scalar_of<T>> &mod
   const wrench_derivatives_workspace<T> &d = w.derivatives.wrenches;
   const vec3<T> zero = {T(0), T(0), T(0)};
   w.change.clear_beyond(model.nv);
-  w.acceleration[0] = {zero, zero};
+  w.acceleration[0] = {zero, zero}, w.wrench[0] = {zero, zero};
   for (int i = 1; i < model.bodies; ++i) {
     const body<scalar_of<T>> &b = model.body[i];
     const screw<T> carrier = w.acceleration[b.parent];
@@ -117,25 +119,20 @@ template <class T> KSL_LANES void accelerate(const model_view<scalar_of<T>> &mod
     for (int k = b.v_index; k < b.v_index + b.nv; ++k) {
       const screw<T> S = d.coordinate.template part<screw, T>(k);
       A::axpy_ss(a[k], &S, &own);
+      w.change.template set_part<screw, T>(k, carrier);
     }
     w.acceleration[i] = own;
     w.wrench[i] = {zero, zero};
-    for (int k = b.v_index; k < b.v_index + b.nv; ++k) {
-      w.change.template set_part<screw, T>(k, carrier);
-      w.change.template set_part<screw, T, 6>(k, own);
-    }
   }
   for (int i = model.bodies - 1; i > 0; --i) {
     const body<scalar_of<T>> &b = model.body[i];
     coscrew<T> f = w.wrench[i];
-    for (int k = b.v_index; k < b.v_index + b.nv; ++k)
-      w.change.template set_part<coscrew, T, 12>(k, f);
-    if (b.parent == 0)
-      continue;
     for (int k = b.v_index; k < b.v_index + b.nv; ++k) {
       const coscrew<T> momentum = d.derivative.template part<coscrew, T, 12>(k);
       A::axpy_cc(a[k], &momentum, &f);
     }
+    for (int k = b.v_index; k < b.v_index + b.nv; ++k)
+      w.change.template set_part<coscrew, T, 6>(k, f);
     A::xpy_cc(&f, &w.wrench[b.parent]);
   }
   using P = lanes_of_coordinates<T>;
@@ -148,7 +145,7 @@ template <class T> KSL_LANES void accelerate(const model_view<scalar_of<T>> &mod
     coscrew<P> f;
     AP::cross_ss(&change.carrier, &c.S, &turned);
     AP::xpy_ss(&turned, &c.acceleration_by_q);
-    AP::product_Ms(&dynamics.I, &change.body, &f);
+    AP::product_Ms(&dynamics.I, &change.carrier, &f);
     AP::xpy_cc(&change.wrench, &f);
     AP::xpy_cc(&f, &dynamics.f);
     d.coordinate.template set_part<screw, P, 12>(k, c.acceleration_by_q);
@@ -156,11 +153,29 @@ template <class T> KSL_LANES void accelerate(const model_view<scalar_of<T>> &mod
   }
 }
 
+/// a = W x for symmetric W, whose rows begin at distances of `pitch`: with plain numbers, several elements of a in lanes.  M⁻¹ is a
+/// result; sums in registers take a fraction of the time of substitutions.
+template <class T> KSL_LANES void multiply_symmetric(const T *W, index pitch, const T *x, index n, T *a) {
+  using P = lanes_of_coordinates<T>;
+  for (index i = 0; i < n; i += static_cast<index>(sizeof(P) / sizeof(T))) {
+    P sum(T(0));
+    for (index k = 0; k < n; ++k) {
+      P w;
+      body_lanes::read(W + k * pitch + i, w);
+      sum = sum + w * P(x[k]);
+    }
+    if constexpr (is_number<T>)
+      store_first<T>(sum, a + i, static_cast<int>(n - i));
+    else
+      a[i] = sum;
+  }
+}
+
 /// Rows [row, row + rows) of both products −W X and −W Y, summed over the related coordinates: as many columns as P has lanes.
 /// The rows of W begin at distances of `pitch`.
 template <class P, int rows, class T>
 KSL_LANES void multiply_related(const T *W, index pitch, const T *X, const T *Y, index n, index row, index column,
-                                const array_of<int> &related, index terms, T *X_out, T *Y_out) {
+                                const int *related, index terms, T *X_out, T *Y_out) {
   P x_sum[rows], y_sum[rows];
   for (int b = 0; b < rows; ++b)
     x_sum[b] = y_sum[b] = P(T(0));
@@ -186,23 +201,31 @@ KSL_LANES void multiply_related(const T *W, index pitch, const T *X, const T *Y,
   }
 }
 
-/// All rows of these columns.  Sums of several rows hide each other's latency.
+/// Some columns: where they begin, and the coordinates that they are related to.
+struct related_columns { index column, terms; const int *related; };
+
+/// All rows of a few groups of columns, each of as many as P has lanes.  A block of rows stays in the nearest cache for all groups.
+/// Sums of several rows hide each other's latency.
 template <class P, class T>
-KSL_LANES void multiply_columns(const T *W, index pitch, const T *X, const T *Y, index n, index column, const array_of<int> &related,
-                                index terms, T *X_out, T *Y_out) {
+KSL_LANES void multiply_columns(const T *W, index pitch, const T *X, const T *Y, index n, const related_columns *columns, index groups,
+                                T *X_out, T *Y_out) {
+  const auto multiply = [&](auto rows, index row) KSL_INLINED {
+    for (index g = 0; g < groups; ++g)
+      multiply_related<P, rows>(W, pitch, X, Y, n, row, columns[g].column, columns[g].related, columns[g].terms, X_out, Y_out);
+  };
   index row = 0;
   for (; row + 4 <= n; row += 4)
-    multiply_related<P, 4>(W, pitch, X, Y, n, row, column, related, terms, X_out, Y_out);
+    multiply(coordinate_number<4>{}, row);
   if (row + 2 <= n) {
-    multiply_related<P, 2>(W, pitch, X, Y, n, row, column, related, terms, X_out, Y_out);
+    multiply(coordinate_number<2>{}, row);
     row += 2;
   }
   if (row < n)
-    multiply_related<P, 1>(W, pitch, X, Y, n, row, column, related, terms, X_out, Y_out);
+    multiply(coordinate_number<1>{}, row);
 }
 
 /// Lists the coordinates that carry any of the columns [column, end) or are carried by one, in order, and returns their number.
-template <class S> KSL_LANES index list_related(const model_view<S> &model, index column, index end, const array_of<int> &related) {
+template <class S> KSL_LANES index list_related(const model_view<S> &model, index column, index end, int *related) {
   index terms = 0, carried = 0; // coordinates before `carried` that come after the columns are carried by one of them
   for (int i = 1; i < model.bodies; ++i) {
     const body<S> &b = model.body[i];
@@ -220,20 +243,17 @@ template <class S> KSL_LANES index list_related(const model_view<S> &model, inde
 template <class T>
 void negative_products(const model_view<scalar_of<T>> &model, const array_of<int> &related, const T *W, index pitch, const T *X,
                        const T *Y, T *X_out, T *Y_out) {
+  using P = lanes_of_coordinates<T>;
+  constexpr index lanes = static_cast<index>(sizeof(P) / sizeof(T));
   const index n = model.nv;
-  if constexpr (is_number<T>) {
-    constexpr index lanes = native_lanes<T>;
-    for (index column = 0; column < n; column += lanes) {
-      const index terms = list_related(model, column, column + lanes, related);
-      multiply_columns<native_pack<T>>(W, pitch, X, Y, n, column, related, terms, X_out, Y_out);
+  related_columns columns[column_groups] = {};
+  for (index column = 0; column < n;) {
+    index groups = 0;
+    for (; column < n && groups < (is_number<T> ? 1 : column_groups); column += lanes, ++groups) {
+      int *const list = &related[groups * n];
+      columns[groups] = {column, list_related(model, column, column + lanes, list), list};
     }
-  } else {
-    for (int i = 1; i < model.bodies; ++i) {
-      const body<scalar_of<T>> &b = model.body[i];
-      const index terms = list_related(model, b.v_index, b.v_index + b.nv, related);
-      for (index column = b.v_index; column < b.v_index + b.nv; ++column)
-        multiply_columns<T>(W, pitch, X, Y, n, column, related, terms, X_out, Y_out);
-    }
+    multiply_columns<P>(W, pitch, X, Y, n, columns, groups, X_out, Y_out);
   }
 }
 
@@ -244,22 +264,31 @@ template <class T>
 void forward_dynamics_derivatives(const model_view<scalar_of<T>> &model, const forward_dynamics_derivatives_workspace<T> &w,
                                   const T *q, const T *v, const T *tau, const external_wrenches<T> &external, T *da_dq, T *da_dv,
                                   T *da_dtau) {
-  const index n = index(model.nv) * model.nv;
+  const index n = model.nv;
   const inverse_dynamics_derivatives_workspace<T> &d = w.derivatives;
-  T *const by_q = &w.dtau[0], *const by_v = by_q + n, *const a = &w.a[0];
-  for (int k = 0; k < model.nv; ++k)
+  T *const by_q = &w.dtau[0], *const by_v = by_q + n * n, *const a = &w.a[0], *const rest = &w.rest[0];
+  for (index k = 0; k < n; ++k)
     a[k] = T(0);
   forward_motions(model, d.wrenches, q, v, a, external);
   sum_subtrees<false>(model, d.wrenches);
-  set_momenta(model, d.wrenches, tau, a);
+  set_momenta(model, d.wrenches, tau, rest);
   set_mass_rows(model, d, w.factor.rows);
   if (model.physics)
-    add_physics(model, w.factor.rows, q, v, a);
+    add_physics(model, w.factor.rows, q, v, rest);
   factorise(model, w.factor);
-  solve_factorised(model, w.factor, a);
+  const T *W = da_dtau;
+  index pitch = n;
+  if constexpr (is_number<T>) {
+    invert_factorised(model, w.factor, w.W);
+    w.W.store(da_dtau);
+    W = w.W[0], pitch = w.W.pitch();
+  } else {
+    invert_factorised(model, w.factor, da_dtau);
+  }
+  multiply_symmetric(W, pitch, rest, n, a);
   accelerate(model, w, a);
 
-  const tau_derivative_matrices<T, false> dtau = {by_q, by_v, nullptr, model.nv};
+  const tau_derivative_matrices<T, false> dtau = {by_q, by_v, nullptr, n};
   if constexpr (is_number<T>) {
     set_rows(model, d, dtau);
   } else {
@@ -269,14 +298,7 @@ void forward_dynamics_derivatives(const model_view<scalar_of<T>> &model, const f
   }
   if (model.physics)
     add_physics_derivatives(model, v, by_q, by_v, static_cast<T *>(nullptr));
-  if constexpr (is_number<T>) {
-    invert_factorised(model, w.factor, w.W);
-    w.W.store(da_dtau);
-    negative_products(model, w.related, w.W[0], w.W.pitch(), by_q, by_v, da_dq, da_dv);
-  } else {
-    invert_factorised(model, w.factor, da_dtau);
-    negative_products(model, w.related, da_dtau, model.nv, by_q, by_v, da_dq, da_dv);
-  }
+  negative_products(model, w.related, W, pitch, by_q, by_v, da_dq, da_dv);
 }
 
 } // namespace KSL_ISA
