@@ -26,7 +26,7 @@ constexpr int column_groups = 4; ///< groups of columns that are multiplied toge
 template <class T> struct forward_dynamics_derivatives_workspace {
   inverse_dynamics_derivatives_workspace<T> derivatives;
   factor_workspace<T> factor;
-  per_coordinate<acceleration_change, T> change;
+  per_coordinate<acceleration_change, T> change; ///< with plain numbers
   array_of<screw<T>> acceleration; ///< what joint accelerations add to that of each body
   array_of<coscrew<T>> wrench;     ///< and to the wrench through its joint, by joints from there on
   padded_matrix<T> W;              ///< M⁻¹; with plain numbers
@@ -37,7 +37,8 @@ template <class T> struct forward_dynamics_derivatives_workspace {
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     derivatives.lay_out(memory, model);
     factor.lay_out(memory, model);
-    memory.lay_out(model.nv, change, a, rest);
+    memory.lay_out(is_number<T> ? model.nv : 0, change);
+    memory.lay_out(model.nv, a, rest);
     memory.lay_out(model.bodies, acceleration, wrench);
     W.lay_out(memory, is_number<T> ? model.nv : 0);
     dtau.lay_out(memory, 2 * model.nv * model.nv + (is_number<T> ? padded(1) : 0)); // registers are loaded at any column
@@ -48,18 +49,27 @@ template <class T> struct forward_dynamics_derivatives_workspace {
 /// Sets the momenta I S of the coordinates, and rest = tau − bias.
 template <class T> KSL_LANES void set_momenta(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w,
                                               const T *tau, T *rest) {
-  using A = algebra<lanes_of_coordinates<T>>;
-  using P = lanes_of_coordinates<T>;
-  for (int k = 0; k < model.nv; k += static_cast<int>(sizeof(P) / sizeof(T))) {
-    const auto d = w.subtree.template get<P>(k);
-    const auto S = w.coordinate.template part<screw, P>(k);
-    coscrew<P> momentum;
-    A::product_Ms(&d.I, &S, &momentum);
-    w.derivative.template set_part<coscrew, P, 12>(k, momentum);
-    if constexpr (is_number<T>)
+  if constexpr (is_number<T>) {
+    using P = native_pack<T>;
+    using A = algebra<P>;
+    for (int k = 0; k < model.nv; k += native_lanes<T>) {
+      const auto d = w.subtree.template get<P>(k);
+      const auto S = w.coordinate.template part<screw, P>(k);
+      coscrew<P> momentum;
+      A::product_Ms(&d.I, &S, &momentum);
+      w.derivative.template set_part<coscrew, P, 12>(k, momentum);
       store_first<T>(load_first(tau + k, model.nv - k) - A::dot_cs(&d.f, &S), rest + k, model.nv - k);
-    else
-      rest[k] = tau[k] - A::dot_cs(&d.f, &S);
+    }
+  } else {
+    using A = algebra<T>;
+    for (int i = 1; i < model.bodies; ++i) {
+      const subtree_dynamics<T> &d = w.subtree.at(last_coordinate(model, i));
+      for (int k = model.body[i].v_index; k < model.body[i].v_index + model.body[i].nv; ++k) {
+        const screw<T> &S = w.coordinate.at(k).S;
+        A::product_Ms(&d.I, &S, &w.derivative.at(k).by_a);
+        rest[k] = tau[k] - A::dot_cs(&d.f, &S);
+      }
+    }
   }
 }
 
@@ -104,13 +114,24 @@ template <class T> void add_physics(const model_view<scalar_of<T>> &model, const
   });
 }
 
-/// Adds what the accelerations a contribute, after the other motions, to rates and wrenches; sets the derivatives of the wrenches.
-template <class T> KSL_LANES void accelerate(const model_view<scalar_of<T>> &model,
-                                             const forward_dynamics_derivatives_workspace<T> &w, const T *a) {
-  using A = algebra<T>;
+/// What accelerations add to Ψ̈ of a coordinate, and to the wrench through a joint.
+template <class T> KSL_LANES void accelerate(const screw<T> &carrier, coordinate_motion<T> &c) {
+  screw<T> turned;
+  algebra<T>::cross_ss(&carrier, &c.S, &turned);
+  algebra<T>::xpy_ss(&turned, &c.acceleration_by_q);
+}
+template <class T> KSL_LANES void accelerate(const acceleration_change<T> &change, subtree_dynamics<T> &d) {
+  coscrew<T> f;
+  algebra<T>::product_Ms(&d.I, &change.carrier, &f);
+  algebra<T>::xpy_cc(&change.wrench, &f);
+  algebra<T>::xpy_cc(&f, &d.f);
+}
+
+/// Sets what the accelerations a add to those of the bodies.
+template <class T> KSL_LANES void accelerate_bodies(const model_view<scalar_of<T>> &model,
+                                                    const forward_dynamics_derivatives_workspace<T> &w, const T *a) {
   const wrench_derivatives_workspace<T> &d = w.derivatives.wrenches;
   const vec3<T> zero = {T(0), T(0), T(0)};
-  w.change.clear_beyond(model.nv);
   w.acceleration[0] = {zero, zero}, w.wrench[0] = {zero, zero};
   for (int i = 1; i < model.bodies; ++i) {
     const body<scalar_of<T>> &b = model.body[i];
@@ -118,12 +139,25 @@ template <class T> KSL_LANES void accelerate(const model_view<scalar_of<T>> &mod
     screw<T> own = carrier;
     for (int k = b.v_index; k < b.v_index + b.nv; ++k) {
       const screw<T> S = d.coordinate.template part<screw, T>(k);
-      A::axpy_ss(a[k], &S, &own);
-      w.change.template set_part<screw, T>(k, carrier);
+      algebra<T>::axpy_ss(a[k], &S, &own);
+      if constexpr (is_number<T>)
+        w.change.template set_part<screw, T>(k, carrier);
+      else
+        accelerate(carrier, d.coordinate.at(k));
     }
     w.acceleration[i] = own;
     w.wrench[i] = {zero, zero};
   }
+}
+
+/// Adds what the accelerations a contribute, after the other motions, and sets the derivatives of inverse dynamics.
+template <class T>
+KSL_LANES void accelerate(const model_view<scalar_of<T>> &model, const forward_dynamics_derivatives_workspace<T> &w, const T *a,
+                          const tau_derivative_matrices<T, false> &dtau) {
+  using A = algebra<T>;
+  const wrench_derivatives_workspace<T> &d = w.derivatives.wrenches;
+  w.change.clear_beyond(model.nv);
+  accelerate_bodies(model, w, a);
   for (int i = model.bodies - 1; i > 0; --i) {
     const body<scalar_of<T>> &b = model.body[i];
     coscrew<T> f = w.wrench[i];
@@ -131,25 +165,29 @@ template <class T> KSL_LANES void accelerate(const model_view<scalar_of<T>> &mod
       const coscrew<T> momentum = d.derivative.template part<coscrew, T, 12>(k);
       A::axpy_cc(a[k], &momentum, &f);
     }
-    for (int k = b.v_index; k < b.v_index + b.nv; ++k)
-      w.change.template set_part<coscrew, T, 6>(k, f);
     A::xpy_cc(&f, &w.wrench[b.parent]);
+    if constexpr (is_number<T>) {
+      for (int k = b.v_index; k < b.v_index + b.nv; ++k)
+        w.change.template set_part<coscrew, T, 6>(k, f);
+    } else {
+      subtree_dynamics<T> &subtree = d.subtree.at(b.v_index + b.nv - 1);
+      accelerate({w.acceleration[b.parent], f}, subtree);
+      for (int k = b.v_index; k < b.v_index + b.nv; ++k)
+        set_elements(model, d, i, k, derivative_of(subtree, d.coordinate.at(k)), dtau);
+    }
   }
-  using P = lanes_of_coordinates<T>;
-  using AP = algebra<P>;
-  for (int k = 0; k < model.nv; k += static_cast<int>(sizeof(P) / sizeof(T))) {
-    auto c = d.coordinate.template get<P>(k);
-    auto dynamics = d.subtree.template get<P>(k);
-    const auto change = w.change.template get<P>(k);
-    screw<P> turned;
-    coscrew<P> f;
-    AP::cross_ss(&change.carrier, &c.S, &turned);
-    AP::xpy_ss(&turned, &c.acceleration_by_q);
-    AP::product_Ms(&dynamics.I, &change.carrier, &f);
-    AP::xpy_cc(&change.wrench, &f);
-    AP::xpy_cc(&f, &dynamics.f);
-    d.coordinate.template set_part<screw, P, 12>(k, c.acceleration_by_q);
-    d.derivative.template set<P>(k, derivative_of(dynamics, c));
+  if constexpr (is_number<T>) {
+    using P = native_pack<T>;
+    for (int k = 0; k < model.nv; k += native_lanes<T>) {
+      auto c = d.coordinate.template get<P>(k);
+      auto subtree = d.subtree.template get<P>(k);
+      const auto change = w.change.template get<P>(k);
+      accelerate(change.carrier, c);
+      accelerate(change, subtree);
+      d.coordinate.template set_part<screw, P, 12>(k, c.acceleration_by_q);
+      d.derivative.template set<P>(k, derivative_of(subtree, c));
+    }
+    set_rows(model, w.derivatives, dtau);
   }
 }
 
@@ -286,16 +324,7 @@ void forward_dynamics_derivatives(const model_view<scalar_of<T>> &model, const f
     invert_factorised(model, w.factor, da_dtau);
   }
   multiply_symmetric(W, pitch, rest, n, a);
-  accelerate(model, w, a);
-
-  const tau_derivative_matrices<T, false> dtau = {by_q, by_v, nullptr, n};
-  if constexpr (is_number<T>) {
-    set_rows(model, d, dtau);
-  } else {
-    for (int i = model.bodies - 1; i > 0; --i)
-      for (int k = model.body[i].v_index; k < model.body[i].v_index + model.body[i].nv; ++k)
-        set_elements(model, d.wrenches, i, k, d.wrenches.derivative.at(k), dtau);
-  }
+  accelerate(model, w, a, tau_derivative_matrices<T, false>{by_q, by_v, nullptr, n});
   if (model.physics)
     add_physics_derivatives(model, v, by_q, by_v, static_cast<T *>(nullptr));
   negative_products(model, w.related, W, pitch, by_q, by_v, da_dq, da_dv);

@@ -52,7 +52,8 @@ template <class T> struct wrench_derivatives_workspace {
   per_body<vec3, T> origin;
   per_body<body_twist, T> motion;
   per_coordinate<coordinate_motion, T> coordinate;
-  per_coordinate<subtree_dynamics, T> subtree;     ///< of each body, at its joint's last coordinate; later of its subtree, at all
+  per_coordinate<subtree_dynamics, T> subtree;     ///< of each body, at its joint's last coordinate; later of its subtree; for plain
+                                                   ///< numbers then at all of the joint's coordinates
   per_coordinate<body_twist, T> carrier;           ///< motion of the body that carries the joint; for plain numbers
   per_coordinate<wrench_derivative, T> derivative;
 
@@ -320,20 +321,21 @@ template <bool derivatives = true, class T>
 KSL_LANES void sum_subtrees(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w) {
   for (int i = model.bodies - 1; i > 0; --i) {
     const body<scalar_of<T>> &b = model.body[i];
-    const int last = b.v_index + b.nv - 1;
-    const subtree_dynamics<T> d = w.subtree.get(last);
-    for (int k = b.v_index; k <= last; ++k) {
-      if (k < last)
+    const int last = b.v_index + b.nv - 1, parent = last_coordinate(model, b.parent);
+    if constexpr (is_number<T>) {
+      const subtree_dynamics<T> d = w.subtree.get(last);
+      for (int k = b.v_index; k < last; ++k)
         w.subtree.set(k, d);
-      if constexpr (derivatives && !is_number<T>)
+      for (int c = 0; b.parent > 0 && c < numbers_in<subtree_dynamics<T>, T>; ++c) {
+        T &sum = w.subtree.number(parent, c);
+        sum = sum + reinterpret_cast<const T *>(&d)[c];
+      }
+    } else {
+      const subtree_dynamics<T> &d = w.subtree.at(last);
+      for (int k = b.v_index; derivatives && k <= last; ++k)
         w.derivative.set(k, derivative_of(d, w.coordinate.at(k)));
-    }
-    if (b.parent == 0)
-      continue;
-    const int parent = last_coordinate(model, b.parent);
-    for (int c = 0; c < numbers_in<subtree_dynamics<T>, T>; ++c) {
-      T &sum = w.subtree.number(parent, c);
-      sum = sum + reinterpret_cast<const T *>(&d)[c];
+      if (b.parent > 0)
+        add_dynamics(d, w.subtree.at(parent));
     }
   }
   if constexpr (derivatives && is_number<T>)
