@@ -173,7 +173,7 @@ KSL_LANES void accelerate(const model_view<scalar_of<T>> &model, const forward_d
       subtree_dynamics<T> &subtree = d.subtree.at(b.v_index + b.nv - 1);
       accelerate({w.acceleration[b.parent], f}, subtree);
       for (int k = b.v_index; k < b.v_index + b.nv; ++k)
-        set_elements(model, d, i, k, derivative_of(subtree, d.coordinate.at(k)), dtau);
+        set_elements(model, d, i, k, derivative_of(subtree, d.coordinate.at(k), d.derivative.at(k).by_a), dtau);
     }
   }
   if constexpr (is_number<T>) {
@@ -185,7 +185,7 @@ KSL_LANES void accelerate(const model_view<scalar_of<T>> &model, const forward_d
       accelerate(change.carrier, c);
       accelerate(change, subtree);
       d.coordinate.template set_part<screw, P, 12>(k, c.acceleration_by_q);
-      d.derivative.template set<P>(k, derivative_of(subtree, c));
+      d.derivative.template set<P>(k, derivative_of(subtree, c, d.derivative.template part<coscrew, P, 12>(k)));
     }
     set_rows(model, w.derivatives, dtau);
   }

@@ -149,8 +149,9 @@ template <class T> KSL_LANES coscrew<T> wrench_change(const subtree_dynamics<T> 
   return change;
 }
 
-/// How the wrench through a joint changes with one of its coordinates; d is the sum over its subtree.
-template <class T> KSL_LANES wrench_derivative<T> derivative_of(const subtree_dynamics<T> &d, const coordinate_motion<T> &c) {
+/// How the wrench through a joint changes with one of its coordinates; d is the sum over its subtree, by_a is I S.
+template <class T>
+KSL_LANES wrench_derivative<T> derivative_of(const subtree_dynamics<T> &d, const coordinate_motion<T> &c, const coscrew<T> &by_a) {
   using A = algebra<T>;
   wrench_derivative<T> out;
   coscrew<T> carried;
@@ -159,11 +160,16 @@ template <class T> KSL_LANES wrench_derivative<T> derivative_of(const subtree_dy
   A::cross_sc(&c.S, &d.f, &carried);
   A::xpy_cc(&carried, &out.by_q);
   out.by_v = wrench_change(d, c.S.ang, c.acceleration_by_v);
-  A::product_Ms(&d.I, &c.S, &out.by_a);
+  out.by_a = by_a;
   A::cross_vv(&d.twice_p, &c.S.lin, &out.turn);
   A::product_drinvv(&d.K, &c.S.ang, &turn);
   A::xpy_vv(&turn, &out.turn);
   return out;
+}
+template <class T> KSL_LANES wrench_derivative<T> derivative_of(const subtree_dynamics<T> &d, const coordinate_motion<T> &c) {
+  coscrew<T> by_a;
+  algebra<T>::product_Ms(&d.I, &c.S, &by_a);
+  return derivative_of(d, c, by_a);
 }
 
 /// Sets the motion of the ground: it accelerates upwards, which has the effect of gravity.
