@@ -52,8 +52,7 @@ template <class T> struct wrench_derivatives_workspace {
   per_body<vec3, T> origin;
   per_body<body_twist, T> motion;
   per_coordinate<coordinate_motion, T> coordinate;
-  per_coordinate<subtree_dynamics, T> subtree;     ///< of each body, at its joint's last coordinate; later of its subtree; for plain
-                                                   ///< numbers then at all of the joint's coordinates
+  per_coordinate<subtree_dynamics, T> subtree;     ///< of each body, at its joint's last coordinate; later of its subtree, at all
   per_coordinate<body_twist, T> carrier;           ///< motion of the body that carries the joint; for plain numbers
   per_coordinate<wrench_derivative, T> derivative;
 
@@ -322,7 +321,8 @@ template <class T> KSL_LANES void add_dynamics(const subtree_dynamics<T> &d, sub
   }
 }
 
-/// Adds the dynamics of each subtree to its parent's, and sets the derivatives of the wrenches through the joints, if asked for.
+/// Adds the dynamics of each subtree to its parent's, and sets the derivatives of the wrenches through the joints.  Without these,
+/// the dynamics are at all coordinates of a joint with plain numbers only, and at the last one otherwise.
 template <bool derivatives = true, class T>
 KSL_LANES void sum_subtrees(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w) {
   for (int i = model.bodies - 1; i > 0; --i) {
@@ -338,8 +338,11 @@ KSL_LANES void sum_subtrees(const model_view<scalar_of<T>> &model, const wrench_
       }
     } else {
       const subtree_dynamics<T> &d = w.subtree.at(last);
-      for (int k = b.v_index; derivatives && k <= last; ++k)
+      for (int k = b.v_index; derivatives && k <= last; ++k) {
+        if (k < last)
+          w.subtree.at(k) = d;
         w.derivative.set(k, derivative_of(d, w.coordinate.at(k)));
+      }
       if (b.parent > 0)
         add_dynamics(d, w.subtree.at(parent));
     }
