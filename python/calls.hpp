@@ -210,6 +210,7 @@ private:
     for (std::size_t i = 0; i < inputs_.size(); ++i)
       inputs_[i].object = made[0][i];
     external_ = made[1];
+    world_axes_ = nb::cast<bool>(made[2]);
     take_external();
   }
 
@@ -385,6 +386,7 @@ private:
     for (const argument &x : wrenches_)
       external.push_back({x.link, x.array.template rows<const S>()});
     batch.external_n = static_cast<int>(external.size()), batch.external = external.data();
+    batch.external_axes = world_axes_ ? ksl::expressed_in::world : ksl::expressed_in::frame;
     if (links_)
       batch.links = {link_count(), links_->index.data()}, batch.frame = links_->frame;
     batch.joints = joints_;
@@ -502,6 +504,7 @@ private:
   mutable std::atomic<std::size_t> rough_state_{none}; ///< the first with a quaternion that isn't quite of unit length
   std::vector<argument> inputs_, wrenches_;
   nb::object external_;
+  bool world_axes_ = false; ///< of external wrenches
   const link_request *links_ = nullptr;
   const ksl::reaction_request *joints_ = nullptr; ///< of results that are those of the row
   std::vector<const ksl::reaction_request *> reactions_;

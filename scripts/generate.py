@@ -25,7 +25,7 @@ def files() -> dict[str, str]:
 def stale() -> list[Path]:
     """Files in generated folders that belong to no row."""
     wanted = {ROOT / path for path in files()}
-    return sorted(path for folder in FOLDERS for path in (ROOT / folder).glob("*") if path not in wanted)
+    return sorted(path for folder in FOLDERS for path in (ROOT / folder).rglob("*.*") if path not in wanted)
 
 
 def main(argv: list[str]) -> int:

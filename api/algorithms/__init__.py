@@ -9,7 +9,7 @@ from importlib import import_module
 
 from algorithms.row import INPUTS, Algorithm, Result
 
-__all__ = ["ALGORITHMS", "INPUTS", "Algorithm", "Result"]
+__all__ = ["ALGORITHMS", "GROUP_OF", "INPUTS", "Algorithm", "Result"]
 
 GROUPS = (
     "inverse",
@@ -25,4 +25,5 @@ GROUPS = (
 )
 """In the order of the reference."""
 
+GROUP_OF: dict[str, str] = {row.name: group for group in GROUPS for row in import_module(f"algorithms.{group}").ROWS}
 ALGORITHMS: tuple[Algorithm, ...] = tuple(row for group in GROUPS for row in import_module(f"algorithms.{group}").ROWS)

@@ -18,12 +18,12 @@ ROWS = (
         summary="Derivatives of inverse_dynamics by q, v and a, each (…, nv, nv).",
         text="Derivatives {dtau_dq}, {dtau_dv}, {dtau_da} of the joint efforts that inverse dynamics gives for {q}, {v}, {a}, each "
         "row-major: element (i, k) is that of effort i by coordinate k.  By q is along q ⊕ s e_k with v and a held componentwise; "
-        "by a is the mass matrix.  External wrenches are held in their links' axes, and move with the links (Singh, Russell, "
-        "Wensing, RA-L 7(2), 2022).  O(bodies × depth).",
+        "by a is the mass matrix.  External wrenches are held in the axes in which they are given, those of their links, which move, or "
+        "of the world (Singh, Russell, Wensing, RA-L 7(2), 2022).  O(bodies × depth).",
         python="""
 q, v, a, external, threads: as in :meth:`inverse_dynamics`.  Element (i, k) is that of effort i by coordinate k.
 By q is along q ⊕ s e_k (:meth:`integrate`), with v and a held componentwise.  By a is the mass matrix.
-External wrenches are held in their links' axes, and move with the links.
+External wrenches are held in `external_axes`: in those of their links, with which they move, or in the world's.
 out: three arrays, one for each derivative.
 Singh, Russell, Wensing, Efficient Analytical Derivatives of Rigid-Body Dynamics Using Spatial Vector Algebra
 (RA-L 7(2), 2022); O(bodies × depth).
@@ -45,12 +45,12 @@ Singh, Russell, Wensing, Efficient Analytical Derivatives of Rigid-Body Dynamics
         summary="Derivatives of forward_dynamics by q, v and tau, each (…, nv, nv).",
         text="Derivatives {da_dq}, {da_dv}, {da_dtau} of the accelerations that forward dynamics gives for {q}, {v}, {tau}, each "
         "row-major: element (i, k) is that of acceleration i by coordinate k.  By q is along q ⊕ s e_k with v and tau held "
-        "componentwise; by tau is the inverse of the mass matrix.  External wrenches are held in their links' axes, and move with "
-        "the links (Carpentier and Mansard, RSS 2018, eq. (27)).  O(nv² × depth).",
+        "componentwise; by tau is the inverse of the mass matrix.  External wrenches are held in the axes in which they are given, those "
+        "of their links, which move, or of the world (Carpentier and Mansard, RSS 2018, eq. (27)).  O(nv² × depth).",
         python="""
 q, v, tau, external, threads: as in :meth:`forward_dynamics`.  Element (i, k) is that of acceleration i by coordinate k.
 By q is along q ⊕ s e_k (:meth:`integrate`), with v and tau held componentwise.  By tau is the inverse of the mass matrix.
-External wrenches are held in their links' axes, and move with the links.
+External wrenches are held in `external_axes`: in those of their links, with which they move, or in the world's.
 out: three arrays, one for each derivative.
 From those of inverse dynamics and factors of the mass matrix: Carpentier and Mansard, Analytical Derivatives of Rigid Body
 Dynamics Algorithms (RSS 2018), eq. (27); O(nv² × depth).
@@ -71,13 +71,165 @@ Dynamics Algorithms (RSS 2018), eq. (27); O(nv² × depth).
         summary="Derivatives of reactions by q, v and a, each (…, joints, 6, nv).",
         text="Derivatives {by_q}, {by_v}, {by_a} of the reactions of the joints that are asked for, for {q}, {v}, {a}: those of the "
         "components in the requested axes, about the requested point, of the requested part.  By q is along q ⊕ s e_k with v and a "
-        "held componentwise.  External wrenches are held in their links' axes, and move with the links (after Singh, Russell, "
-        "Wensing, RA-L 7(2), 2022).  O(joints × nv).",
+        "held componentwise.  External wrenches are held in the axes in which they are given, those of their links, which move, "
+        "or of the world (after Singh, Russell, Wensing, RA-L 7(2), 2022).  O(joints × nv).",
         python="""
 All arguments as in :meth:`reactions`, whose components in the requested axes are differentiated, whether or not
 these axes and the point move.  By q is along q ⊕ s e_k (:meth:`integrate`), with v and a held componentwise.
-External wrenches are held in their links' axes, and move with the links.
+External wrenches are held in `external_axes`: in those of their links, with which they move, or in the world's.
 out: three arrays, one for each derivative.  After Singh, Russell, Wensing (RA-L 7(2), 2022); O(joints × nv).
+""",
+    ),
+    Algorithm(
+        name="reactions_external_derivatives",
+        header="reactions_external_derivatives.hpp",
+        inputs=("q",),
+        request="joints",
+        results=(Result("by_external", ("joints", 6, "all_links", 6), "derivative of the reactions by the wrench on each link"),),
+        summary="Derivatives of reactions by the external wrench on each link, (…, joints, 6, links, 6), for q (…, nq).",
+        text="Derivatives {by_external} of the reactions of the joints that are asked for by the external wrench on each link of the model, in "
+        "the link's axes, linear first, for {q}; row-major.  They don't depend on velocities and accelerations (Featherstone, RBDA 2008, "
+        "table 5.1).  O(joints × links).",
+        python="""
+on, at, axes, order, part, joints: as in :meth:`reactions`, which changes by
+numpy.einsum("...jclk,...lk->...jc", derivatives, wrenches) for changes of wrenches on all links, in the order of `link_names`, in
+their axes, linear first.  For wrenches in the world's axes, turn the last axis by the links' rotations (:meth:`frame_poses`).
+q, out, threads: as in :meth:`inverse_dynamics`.  Featherstone, RBDA 2008, table 5.1; O(joints × links).
+""",
+    ),
+    Algorithm(
+        name="frame_velocity_derivatives",
+        header="frame_motion_derivatives.hpp",
+        inputs=("q", "v"),
+        request="frame",
+        results=(Result("by_q", (6, "nv"), "derivative of the twist by q"), Result("by_v", (6, "nv"), "by v: the Jacobian")),
+        variant_of="frame_velocities_derivatives",
+        summary="Derivatives of frame_velocity by q and v, each (…, 6, nv).",
+        text="Derivatives {by_q} and {by_v} of the twist of a link's frame, for {q} and {v}: those of its components, row-major.  By q is "
+        "along q ⊕ s e_k with v held componentwise; by v is the Jacobian.  O(depth), besides writing 12 nv numbers.",
+        python="""
+All arguments as in :meth:`frame_velocity`, whose components in the requested axes are differentiated, whether or not
+these axes and the point move.  By q is along q ⊕ s e_k (:meth:`integrate`), with v held componentwise; by v is
+:meth:`jacobian`.  out: two arrays, one for each derivative.
+O(depth), besides writing 12 nv numbers.
+""",
+    ),
+    Algorithm(
+        name="frame_velocities_derivatives",
+        header="frame_motion_derivatives.hpp",
+        inputs=("q", "v"),
+        request="frames",
+        results=(
+            Result("by_q", ("links", 6, "nv"), "derivative of the twists by q"),
+            Result("by_v", ("links", 6, "nv"), "by v: the Jacobians"),
+        ),
+        summary="Derivatives of frame_velocities by q and v, each (…, names, 6, nv).",
+        text="Derivatives {by_q} and {by_v} of the twists of links' frames, for {q} and {v}: those of their components, row-major.  By q is "
+        "along q ⊕ s e_k with v held componentwise; by v are the Jacobians.  A link may come twice (after Singh, Russell, Wensing, RA-L "
+        "7(2), 2022).  O(bodies + links × depth), besides writing 12 nv numbers for each link.",
+        python="""
+All arguments as in :meth:`frame_velocities`; the rest as in :meth:`frame_velocity_derivatives`.
+out: two arrays, one for each derivative.  After Singh, Russell, Wensing (RA-L 7(2), 2022);
+O(bodies + links × depth), besides writing 12 nv numbers for each link.
+""",
+    ),
+    Algorithm(
+        name="frame_acceleration_derivatives",
+        header="frame_motion_derivatives.hpp",
+        inputs=("q", "v", "a"),
+        request="frame",
+        keywords="kind",
+        results=(
+            Result("by_q", (6, "nv"), "derivative of the acceleration by q"),
+            Result("by_v", (6, "nv"), "by v"),
+            Result("by_a", (6, "nv"), "by a: the Jacobian"),
+        ),
+        variant_of="frame_accelerations_derivatives",
+        summary="Derivatives of frame_acceleration by q, v and a, each (…, 6, nv).",
+        text="Derivatives {by_q}, {by_v}, {by_a} of the acceleration of a link's frame, of the kind that the options say, for {q}, {v} and "
+        "{a}: those of its components, row-major.  By q is along q ⊕ s e_k with v and a held componentwise; by a is the Jacobian.  "
+        "O(depth), besides writing 18 nv numbers.",
+        python="""
+All arguments as in :meth:`frame_acceleration`, whose components in the requested axes are differentiated, whether or
+not these axes and the point move.  By q is along q ⊕ s e_k (:meth:`integrate`), with v and a held componentwise; by a is
+:meth:`jacobian`.  out: three arrays, one for each derivative.
+O(depth), besides writing 18 nv numbers.
+""",
+    ),
+    Algorithm(
+        name="frame_accelerations_derivatives",
+        header="frame_motion_derivatives.hpp",
+        inputs=("q", "v", "a"),
+        request="frames",
+        keywords="kind",
+        results=(
+            Result("by_q", ("links", 6, "nv"), "derivative of the accelerations by q"),
+            Result("by_v", ("links", 6, "nv"), "by v"),
+            Result("by_a", ("links", 6, "nv"), "by a: the Jacobians"),
+        ),
+        summary="Derivatives of frame_accelerations by q, v and a, each (…, names, 6, nv).",
+        text="Derivatives {by_q}, {by_v}, {by_a} of the accelerations of links' frames, of the kind that the options say, for {q}, {v} and "
+        "{a}: those of their components, row-major.  By q is along q ⊕ s e_k with v and a held componentwise; by a are the Jacobians.  A "
+        "link may come twice (after Singh, Russell, Wensing, RA-L 7(2), 2022).  O(bodies + links × depth), besides writing 18 nv numbers "
+        "for each link.",
+        python="""
+All arguments as in :meth:`frame_accelerations`; the rest as in :meth:`frame_acceleration_derivatives`.
+out: three arrays, one for each derivative.  After Singh, Russell, Wensing (RA-L 7(2), 2022);
+O(bodies + links × depth), besides writing 18 nv numbers for each link.
+""",
+    ),
+    Algorithm(
+        name="energy_derivatives",
+        header="energy_derivatives.hpp",
+        inputs=("q", "v"),
+        results=(
+            Result("kinetic_by_q", ("nv",), "derivative of the kinetic energy by q"),
+            Result("kinetic_by_v", ("nv",), "by v: the joint momentum M v"),
+            Result("potential_by_q", ("nv",), "derivative of the potential energy by q"),
+        ),
+        summary="Derivatives of energy: of the kinetic energy by q and by v, of the potential energy by q, each (…, nv).",
+        text="Derivatives {kinetic_by_q} and {kinetic_by_v} of the kinetic energy, {potential_by_q} of the potential energy, for {q} and {v}.  "
+        "By q is along q ⊕ s e_k with v held componentwise; by v is M v; that of the potential energy is the effort that holds the "
+        "mechanism at rest.  O(bodies).",
+        python="""
+By q is along q ⊕ s e_k (:meth:`integrate`), with v held componentwise.  By v is M v; the potential energy's is
+:meth:`gravity_torque`.  It doesn't depend on v.  N m or N; by v N m s or N s.
+out: three arrays, one for each derivative.  q, v, threads: as in :meth:`inverse_dynamics`.  O(bodies).
+""",
+    ),
+    Algorithm(
+        name="centroidal_momentum_derivatives",
+        header="centroidal_momentum_derivatives.hpp",
+        inputs=("q", "v"),
+        results=(
+            Result("by_q", (6, "nv"), "derivative of the momentum by q"),
+            Result("by_v", (6, "nv"), "by v: the centroidal momentum matrix"),
+        ),
+        summary="Derivatives of centroidal_momentum by q and v, each (…, 6, nv).",
+        text="Derivatives {by_q} and {by_v} of the momentum about the centre of mass, in the world's axes, linear first, row-major, for {q} and "
+        "{v}.  By q is along q ⊕ s e_k with v held componentwise; by v is the centroidal momentum matrix.  O(bodies).",
+        python="""
+By q is along q ⊕ s e_k (:meth:`integrate`), with v held componentwise.  By v is :meth:`centroidal_momentum_matrix`.
+out: two arrays, one for each derivative.  q, v, threads: as in :meth:`inverse_dynamics`.  O(bodies).
+""",
+    ),
+    Algorithm(
+        name="centroidal_momentum_rate_derivatives",
+        header="centroidal_momentum_derivatives.hpp",
+        inputs=("q", "v", "a"),
+        results=(
+            Result("by_q", (6, "nv"), "derivative of the rate of the momentum by q"),
+            Result("by_v", (6, "nv"), "by v"),
+            Result("by_a", (6, "nv"), "by a: the centroidal momentum matrix"),
+        ),
+        summary="Derivatives of centroidal_momentum_rate by q, v and a, each (…, 6, nv).",
+        text="Derivatives {by_q}, {by_v}, {by_a} of the rate of the momentum about the centre of mass, in the world's axes, linear first, "
+        "row-major, for {q}, {v} and {a}.  By q is along q ⊕ s e_k with v and a held componentwise; by a is the centroidal momentum "
+        "matrix (after Carpentier and Mansard, RSS 2018).  O(bodies).",
+        python="""
+By q is along q ⊕ s e_k (:meth:`integrate`), with v and a held componentwise.  By a is :meth:`centroidal_momentum_matrix`.
+out: three arrays, one for each derivative.  q, v, a, threads: as in :meth:`inverse_dynamics`.
+After Carpentier and Mansard (RSS 2018); O(bodies).
 """,
     ),
     Algorithm(
@@ -98,13 +250,14 @@ out: three arrays, one for each derivative.  After Singh, Russell, Wensing (RA-L
         "{q}, {v}, {a}, each row-major.  Element (i, k, m) is that of effort i by q_k and q_m; by v_k and v_m; by q_k and v_m; by a_k "
         "and q_m, which is dM_ik/dq_m.  The first is the derivative along q ⊕ s e_m of the derivative along q ⊕ s e_k, with v and a "
         "held componentwise; it is symmetric in k and m unless both are of one joint with several coordinates.  External wrenches are "
-        "held in their links' axes, and move with the links (after Singh, Russell, Wensing, T-RO 40, 2024).  O(nv × depth²), besides "
-        "writing 4 nv³ numbers.",
+        "held in the axes in which they are given, those of their links, which move, or of the world (after Singh, Russell, Wensing, T-RO 40, "
+        "2024).  O(nv × depth²), besides writing 4 nv³ numbers.",
         python="""
 q, v, a, external, threads: as in :meth:`inverse_dynamics`.  Element (i, k, m) is that of effort i by q_k and q_m; by v_k
 and v_m; by q_k and v_m; by a_k and q_m, which is dM_ik/dq_m.  The first is the derivative along q ⊕ s e_m
 (:meth:`integrate`) of the derivative along q ⊕ s e_k, with v and a held componentwise.  It is symmetric in k and m unless
-both are of one joint with several coordinates.  External wrenches are held in their links' axes, and move with the links.
+both are of one joint with several coordinates.  External wrenches are held in `external_axes`: in those of their links, with
+which they move, or in the world's.
 out: four arrays, one for each derivative.
 After Singh, Russell, Wensing, On Second-Order Derivatives of Rigid-Body Dynamics: Theory & Implementation (T-RO 40, 2024),
 analytic; O(nv × depth²), besides writing 4 nv³ numbers.
@@ -129,12 +282,13 @@ analytic; O(nv × depth²), besides writing 4 nv³ numbers.
         "{q}, {v}, {tau}, each row-major.  Element (i, k, m) is that of acceleration i by q_k and q_m; by v_k and v_m; by q_k and v_m; "
         "by q_k and tau_m.  The first is the derivative along q ⊕ s e_m of the derivative along q ⊕ s e_k, with v and tau held "
         "componentwise; it is symmetric in k and m unless both are of one joint with several coordinates.  External wrenches are held "
-        "in their links' axes, and move with the links (after Singh, Russell, Wensing, T-RO 40, 2024).  O(nv⁴).",
+        "in the axes in which they are given, those of their links, which move, or of the world (after Singh, Russell, Wensing, T-RO 40, 2024).  O(nv⁴).",
         python="""
 q, v, tau, external, threads: as in :meth:`forward_dynamics`.  Element (i, k, m) is that of acceleration i by q_k and q_m;
 by v_k and v_m; by q_k and v_m; by q_k and tau_m.  The first is the derivative along q ⊕ s e_m (:meth:`integrate`) of the
 derivative along q ⊕ s e_k, with v and tau held componentwise.  It is symmetric in k and m unless both are of one joint
-with several coordinates.  External wrenches are held in their links' axes, and move with the links.
+with several coordinates.  External wrenches are held in `external_axes`: in those of their links, with which they move, or in
+the world's.
 out: four arrays, one for each derivative.
 Not for robots with mimic joints (ValueError).
 From those of inverse dynamics and the inverse of the mass matrix, analytic: after Singh, Russell, Wensing, On Second-Order

@@ -74,7 +74,8 @@ q, v, external, out, threads: as in :meth:`inverse_dynamics`.  Articulated-body 
         "(Featherstone, RBDA 2008, section 11.7).  O(bodies).",
         python="""
 external: {link name: (…, 6)}, impulses that the environment exerts on links, N s and N m s: linear first, about the link's origin, in the
-link's axes.  q, out, threads: as in :meth:`inverse_dynamics`.  Articulated-body algorithm without gravity and velocities; O(bodies).
+link's axes or, with external_axes="world", the world's.  q, out, threads: as in :meth:`inverse_dynamics`.
+Articulated-body algorithm without gravity and velocities; O(bodies).
 """,
     ),
 )

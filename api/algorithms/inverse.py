@@ -15,8 +15,8 @@ ROWS = (
         python="""
 q (…, nq), v and a (…, nv) → (…, nv); rad, m, N m, N.  Leading shapes are broadcast.
 external: {link name: (…, 6)}, the wrench that the environment exerts on the link: force first, about the
-link's origin, in the link's axes.  Gravity is included.  Damping, friction, rotors and springs of joints are where
-`physics=` of :func:`ksl.load` names them; :meth:`effort_parts` gives each.
+link's origin, in the link's axes, or with external_axes="world" in the world's.  Gravity is included.  Damping, friction,
+rotors and springs of joints are where `physics=` of :func:`ksl.load` names them; :meth:`effort_parts` gives each.
 
 A floating base is the first joint: q = [x y z qx qy qz qw] in the world, v = [linear, angular] in the body's
 frame, a = dv/dt componentwise; its effort is the wrench on the body in the same frame.

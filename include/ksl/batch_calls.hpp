@@ -284,42 +284,110 @@ KSL_EXPORT void centroidal_momentum_rate_batch(const model &m, const batch_view<
 
 /// Derivatives dtau_dq (nv, nv), dtau_dv (nv, nv), dtau_da (nv, nv) of the joint efforts that inverse dynamics gives
 /// for q (nq), v (nv), a (nv), each row-major: element (i, k) is that of effort i by coordinate k.  By q is along q ⊕ s
-/// e_k with v and a held componentwise; by a is the mass matrix.  External wrenches are held in their links' axes, and
-/// move with the links (Singh, Russell, Wensing, RA-L 7(2), 2022).  O(bodies × depth).  Reads batch.q, batch.v,
-/// batch.a, batch.external; writes dtau_dq into batch.result[0] (rows of nv × nv), dtau_dv into batch.result[1] (rows
-/// of nv × nv), dtau_da into batch.result[2] (rows of nv × nv).
+/// e_k with v and a held componentwise; by a is the mass matrix.  External wrenches are held in the axes in which they
+/// are given, those of their links, which move, or of the world (Singh, Russell, Wensing, RA-L 7(2), 2022).  O(bodies ×
+/// depth).  Reads batch.q, batch.v, batch.a, batch.external; writes dtau_dq into batch.result[0] (rows of nv × nv),
+/// dtau_dv into batch.result[1] (rows of nv × nv), dtau_da into batch.result[2] (rows of nv × nv).
 template <class S>
 KSL_EXPORT void inverse_dynamics_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Derivatives da_dq (nv, nv), da_dv (nv, nv), da_dtau (nv, nv) of the accelerations that forward dynamics gives for q
 /// (nq), v (nv), tau (nv), each row-major: element (i, k) is that of acceleration i by coordinate k.  By q is along q ⊕
 /// s e_k with v and tau held componentwise; by tau is the inverse of the mass matrix.  External wrenches are held in
-/// their links' axes, and move with the links (Carpentier and Mansard, RSS 2018, eq. (27)).  O(nv² × depth).  Reads
-/// batch.q, batch.v, batch.tau, batch.external; writes da_dq into batch.result[0] (rows of nv × nv), da_dv into
-/// batch.result[1] (rows of nv × nv), da_dtau into batch.result[2] (rows of nv × nv).
+/// the axes in which they are given, those of their links, which move, or of the world (Carpentier and Mansard, RSS
+/// 2018, eq. (27)).  O(nv² × depth).  Reads batch.q, batch.v, batch.tau, batch.external; writes da_dq into
+/// batch.result[0] (rows of nv × nv), da_dv into batch.result[1] (rows of nv × nv), da_dtau into batch.result[2] (rows
+/// of nv × nv).
 template <class S>
 KSL_EXPORT void forward_dynamics_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Derivatives by_q (joints, 6, nv), by_v (joints, 6, nv), by_a (joints, 6, nv) of the reactions of the joints that are
 /// asked for, for q (nq), v (nv), a (nv): those of the components in the requested axes, about the requested point, of
-/// the requested part.  By q is along q ⊕ s e_k with v and a held componentwise.  External wrenches are held in their
-/// links' axes, and move with the links (after Singh, Russell, Wensing, RA-L 7(2), 2022).  O(joints × nv).
-/// reaction_request by default: the whole wrench on the child side, about the joint's origin, in the axes of the child
-/// link, linear first.  Reads batch.q, batch.v, batch.a, batch.external, batch.joints; writes by_q into batch.result[0]
-/// (rows of joints->n × 6 × nv), by_v into batch.result[1] (rows of joints->n × 6 × nv), by_a into batch.result[2]
-/// (rows of joints->n × 6 × nv).
+/// the requested part.  By q is along q ⊕ s e_k with v and a held componentwise.  External wrenches are held in the
+/// axes in which they are given, those of their links, which move, or of the world (after Singh, Russell, Wensing, RA-L
+/// 7(2), 2022).  O(joints × nv).  reaction_request by default: the whole wrench on the child side, about the joint's
+/// origin, in the axes of the child link, linear first.  Reads batch.q, batch.v, batch.a, batch.external, batch.joints;
+/// writes by_q into batch.result[0] (rows of joints->n × 6 × nv), by_v into batch.result[1] (rows of joints->n × 6 ×
+/// nv), by_a into batch.result[2] (rows of joints->n × 6 × nv).
 template <class S>
 KSL_EXPORT void reactions_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Derivatives by_external (joints, 6, all links, 6) of the reactions of the joints that are asked for by the external
+/// wrench on each link of the model, in the link's axes, linear first, for q (nq); row-major.  They don't depend on
+/// velocities and accelerations (Featherstone, RBDA 2008, table 5.1).  O(joints × links).  reaction_request by default:
+/// the whole wrench on the child side, about the joint's origin, in the axes of the child link, linear first.  Reads
+/// batch.q, batch.joints; writes by_external into batch.result[0] (rows of joints->n × 6 × all links × 6).
+template <class S>
+KSL_EXPORT void reactions_external_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Derivatives by_q (6, nv) and by_v (6, nv) of the twist of a link's frame, for q (nq) and v (nv): those of its
+/// components, row-major.  By q is along q ⊕ s e_k with v held componentwise; by v is the Jacobian.  O(depth), besides
+/// writing 12 nv numbers.  frame_options by default: about the frame's origin, in its axes, linear first.  Reads
+/// batch.q, batch.v, batch.links (the first; without one nothing is computed), batch.frame; writes by_q into
+/// batch.result[0] (rows of 6 × nv), by_v into batch.result[1] (rows of 6 × nv).
+template <class S>
+KSL_EXPORT void frame_velocity_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Derivatives by_q (links, 6, nv) and by_v (links, 6, nv) of the twists of links' frames, for q (nq) and v (nv): those
+/// of their components, row-major.  By q is along q ⊕ s e_k with v held componentwise; by v are the Jacobians.  A link
+/// may come twice (after Singh, Russell, Wensing, RA-L 7(2), 2022).  O(bodies + links × depth), besides writing 12 nv
+/// numbers for each link.  frame_options by default: about the frame's origin, in its axes, linear first.  Reads
+/// batch.q, batch.v, batch.links, batch.frame; writes by_q into batch.result[0] (rows of links.n × 6 × nv), by_v into
+/// batch.result[1] (rows of links.n × 6 × nv).
+template <class S>
+KSL_EXPORT void frame_velocities_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Derivatives by_q (6, nv), by_v (6, nv), by_a (6, nv) of the acceleration of a link's frame, of the kind that the
+/// options say, for q (nq), v (nv) and a (nv): those of its components, row-major.  By q is along q ⊕ s e_k with v and
+/// a held componentwise; by a is the Jacobian.  O(depth), besides writing 18 nv numbers.  frame_options by default:
+/// about the frame's origin, in its axes, linear first.  Reads batch.q, batch.v, batch.a, batch.links (the first;
+/// without one nothing is computed), batch.frame; writes by_q into batch.result[0] (rows of 6 × nv), by_v into
+/// batch.result[1] (rows of 6 × nv), by_a into batch.result[2] (rows of 6 × nv).
+template <class S>
+KSL_EXPORT void frame_acceleration_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Derivatives by_q (links, 6, nv), by_v (links, 6, nv), by_a (links, 6, nv) of the accelerations of links' frames, of
+/// the kind that the options say, for q (nq), v (nv) and a (nv): those of their components, row-major.  By q is along q
+/// ⊕ s e_k with v and a held componentwise; by a are the Jacobians.  A link may come twice (after Singh, Russell,
+/// Wensing, RA-L 7(2), 2022).  O(bodies + links × depth), besides writing 18 nv numbers for each link.  frame_options
+/// by default: about the frame's origin, in its axes, linear first.  Reads batch.q, batch.v, batch.a, batch.links,
+/// batch.frame; writes by_q into batch.result[0] (rows of links.n × 6 × nv), by_v into batch.result[1] (rows of links.n
+/// × 6 × nv), by_a into batch.result[2] (rows of links.n × 6 × nv).
+template <class S>
+KSL_EXPORT void frame_accelerations_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Derivatives kinetic_by_q (nv) and kinetic_by_v (nv) of the kinetic energy, potential_by_q (nv) of the potential
+/// energy, for q (nq) and v (nv).  By q is along q ⊕ s e_k with v held componentwise; by v is M v; that of the
+/// potential energy is the effort that holds the mechanism at rest.  O(bodies).  Reads batch.q, batch.v; writes
+/// kinetic_by_q into batch.result[0] (rows of nv), kinetic_by_v into batch.result[1] (rows of nv), potential_by_q into
+/// batch.result[2] (rows of nv).
+template <class S>
+KSL_EXPORT void energy_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Derivatives by_q (6, nv) and by_v (6, nv) of the momentum about the centre of mass, in the world's axes, linear
+/// first, row-major, for q (nq) and v (nv).  By q is along q ⊕ s e_k with v held componentwise; by v is the centroidal
+/// momentum matrix.  O(bodies).  Reads batch.q, batch.v; writes by_q into batch.result[0] (rows of 6 × nv), by_v into
+/// batch.result[1] (rows of 6 × nv).
+template <class S>
+KSL_EXPORT void centroidal_momentum_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
+
+/// Derivatives by_q (6, nv), by_v (6, nv), by_a (6, nv) of the rate of the momentum about the centre of mass, in the
+/// world's axes, linear first, row-major, for q (nq), v (nv) and a (nv).  By q is along q ⊕ s e_k with v and a held
+/// componentwise; by a is the centroidal momentum matrix (after Carpentier and Mansard, RSS 2018).  O(bodies).  Reads
+/// batch.q, batch.v, batch.a; writes by_q into batch.result[0] (rows of 6 × nv), by_v into batch.result[1] (rows of 6 ×
+/// nv), by_a into batch.result[2] (rows of 6 × nv).
+template <class S>
+KSL_EXPORT void centroidal_momentum_rate_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Second derivatives d2tau_dqdq (nv, nv, nv), d2tau_dvdv (nv, nv, nv), d2tau_dqdv (nv, nv, nv), dM_dq (nv, nv, nv) of
 /// the joint efforts that inverse dynamics gives for q (nq), v (nv), a (nv), each row-major.  Element (i, k, m) is that
 /// of effort i by q_k and q_m; by v_k and v_m; by q_k and v_m; by a_k and q_m, which is dM_ik/dq_m.  The first is the
 /// derivative along q ⊕ s e_m of the derivative along q ⊕ s e_k, with v and a held componentwise; it is symmetric in k
-/// and m unless both are of one joint with several coordinates.  External wrenches are held in their links' axes, and
-/// move with the links (after Singh, Russell, Wensing, T-RO 40, 2024).  O(nv × depth²), besides writing 4 nv³ numbers.
-/// Reads batch.q, batch.v, batch.a, batch.external; writes d2tau_dqdq into batch.result[0] (rows of nv × nv × nv),
-/// d2tau_dvdv into batch.result[1] (rows of nv × nv × nv), d2tau_dqdv into batch.result[2] (rows of nv × nv × nv),
-/// dM_dq into batch.result[3] (rows of nv × nv × nv).
+/// and m unless both are of one joint with several coordinates.  External wrenches are held in the axes in which they
+/// are given, those of their links, which move, or of the world (after Singh, Russell, Wensing, T-RO 40, 2024).  O(nv ×
+/// depth²), besides writing 4 nv³ numbers.  Reads batch.q, batch.v, batch.a, batch.external; writes d2tau_dqdq into
+/// batch.result[0] (rows of nv × nv × nv), d2tau_dvdv into batch.result[1] (rows of nv × nv × nv), d2tau_dqdv into
+/// batch.result[2] (rows of nv × nv × nv), dM_dq into batch.result[3] (rows of nv × nv × nv).
 template <class S>
 KSL_EXPORT void inverse_dynamics_second_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
@@ -327,11 +395,11 @@ KSL_EXPORT void inverse_dynamics_second_derivatives_batch(const model &m, const 
 /// the accelerations that forward dynamics gives for q (nq), v (nv), tau (nv), each row-major.  Element (i, k, m) is
 /// that of acceleration i by q_k and q_m; by v_k and v_m; by q_k and v_m; by q_k and tau_m.  The first is the
 /// derivative along q ⊕ s e_m of the derivative along q ⊕ s e_k, with v and tau held componentwise; it is symmetric in
-/// k and m unless both are of one joint with several coordinates.  External wrenches are held in their links' axes, and
-/// move with the links (after Singh, Russell, Wensing, T-RO 40, 2024).  O(nv⁴).  Reads batch.q, batch.v, batch.tau,
-/// batch.external; writes d2a_dqdq into batch.result[0] (rows of nv × nv × nv), d2a_dvdv into batch.result[1] (rows of
-/// nv × nv × nv), d2a_dqdv into batch.result[2] (rows of nv × nv × nv), d2a_dqdtau into batch.result[3] (rows of nv ×
-/// nv × nv).
+/// k and m unless both are of one joint with several coordinates.  External wrenches are held in the axes in which they
+/// are given, those of their links, which move, or of the world (after Singh, Russell, Wensing, T-RO 40, 2024).
+/// O(nv⁴).  Reads batch.q, batch.v, batch.tau, batch.external; writes d2a_dqdq into batch.result[0] (rows of nv × nv ×
+/// nv), d2a_dvdv into batch.result[1] (rows of nv × nv × nv), d2a_dqdv into batch.result[2] (rows of nv × nv × nv),
+/// d2a_dqdtau into batch.result[3] (rows of nv × nv × nv).
 template <class S>
 KSL_EXPORT void forward_dynamics_second_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 

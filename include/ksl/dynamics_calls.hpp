@@ -265,8 +265,9 @@ KSL_EXPORT void centroidal_momentum_rate(const model &m, data &d, const S *q, co
 
 /// Derivatives dtau_dq (nv, nv), dtau_dv (nv, nv), dtau_da (nv, nv) of the joint efforts that inverse dynamics gives
 /// for q (nq), v (nv), a (nv), each row-major: element (i, k) is that of effort i by coordinate k.  By q is along q ⊕ s
-/// e_k with v and a held componentwise; by a is the mass matrix.  External wrenches are held in their links' axes, and
-/// move with the links (Singh, Russell, Wensing, RA-L 7(2), 2022).  O(bodies × depth).  No allocation.
+/// e_k with v and a held componentwise; by a is the mass matrix.  External wrenches are held in the axes in which they
+/// are given, those of their links, which move, or of the world (Singh, Russell, Wensing, RA-L 7(2), 2022).  O(bodies ×
+/// depth).  No allocation.
 template <class S>
 KSL_EXPORT void inverse_dynamics_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *dtau_dq,
                                              S *dtau_dv, S *dtau_da, const external_wrenches<S> &external = {});
@@ -274,30 +275,94 @@ KSL_EXPORT void inverse_dynamics_derivatives(const model &m, data &d, const S *q
 /// Derivatives da_dq (nv, nv), da_dv (nv, nv), da_dtau (nv, nv) of the accelerations that forward dynamics gives for q
 /// (nq), v (nv), tau (nv), each row-major: element (i, k) is that of acceleration i by coordinate k.  By q is along q ⊕
 /// s e_k with v and tau held componentwise; by tau is the inverse of the mass matrix.  External wrenches are held in
-/// their links' axes, and move with the links (Carpentier and Mansard, RSS 2018, eq. (27)).  O(nv² × depth).  No
-/// allocation.
+/// the axes in which they are given, those of their links, which move, or of the world (Carpentier and Mansard, RSS
+/// 2018, eq. (27)).  O(nv² × depth).  No allocation.
 template <class S>
 KSL_EXPORT void forward_dynamics_derivatives(const model &m, data &d, const S *q, const S *v, const S *tau, S *da_dq,
                                              S *da_dv, S *da_dtau, const external_wrenches<S> &external = {});
 
 /// Derivatives by_q (joints, 6, nv), by_v (joints, 6, nv), by_a (joints, 6, nv) of the reactions of the joints that are
 /// asked for, for q (nq), v (nv), a (nv): those of the components in the requested axes, about the requested point, of
-/// the requested part.  By q is along q ⊕ s e_k with v and a held componentwise.  External wrenches are held in their
-/// links' axes, and move with the links (after Singh, Russell, Wensing, RA-L 7(2), 2022).  O(joints × nv).
-/// reaction_request by default: the whole wrench on the child side, about the joint's origin, in the axes of the child
-/// link, linear first.  No allocation.
+/// the requested part.  By q is along q ⊕ s e_k with v and a held componentwise.  External wrenches are held in the
+/// axes in which they are given, those of their links, which move, or of the world (after Singh, Russell, Wensing, RA-L
+/// 7(2), 2022).  O(joints × nv).  reaction_request by default: the whole wrench on the child side, about the joint's
+/// origin, in the axes of the child link, linear first.  No allocation.
 template <class S>
 KSL_EXPORT void reactions_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *by_q, S *by_v,
                                       const reaction_request &request, S *by_a,
                                       const external_wrenches<S> &external = {});
 
+/// Derivatives by_external (joints, 6, all links, 6) of the reactions of the joints that are asked for by the external
+/// wrench on each link of the model, in the link's axes, linear first, for q (nq); row-major.  They don't depend on
+/// velocities and accelerations (Featherstone, RBDA 2008, table 5.1).  O(joints × links).  reaction_request by default:
+/// the whole wrench on the child side, about the joint's origin, in the axes of the child link, linear first.  No
+/// allocation.
+template <class S>
+KSL_EXPORT void reactions_external_derivatives(const model &m, data &d, const S *q, const reaction_request &request,
+                                               S *by_external);
+
+/// Derivatives by_q (6, nv) and by_v (6, nv) of the twist of a link's frame, for q (nq) and v (nv): those of its
+/// components, row-major.  By q is along q ⊕ s e_k with v held componentwise; by v is the Jacobian.  O(depth), besides
+/// writing 12 nv numbers.  frame_options by default: about the frame's origin, in its axes, linear first.  No
+/// allocation.
+template <class S>
+KSL_EXPORT void frame_velocity_derivatives(const model &m, data &d, const S *q, const S *v, S *by_q, int link,
+                                           const frame_options &how, S *by_v);
+
+/// Derivatives by_q (links, 6, nv) and by_v (links, 6, nv) of the twists of links' frames, for q (nq) and v (nv): those
+/// of their components, row-major.  By q is along q ⊕ s e_k with v held componentwise; by v are the Jacobians.  A link
+/// may come twice (after Singh, Russell, Wensing, RA-L 7(2), 2022).  O(bodies + links × depth), besides writing 12 nv
+/// numbers for each link.  frame_options by default: about the frame's origin, in its axes, linear first.  No
+/// allocation.
+template <class S>
+KSL_EXPORT void frame_velocities_derivatives(const model &m, data &d, const S *q, const S *v, S *by_q, int n,
+                                             const int *links, const frame_options &how, S *by_v);
+
+/// Derivatives by_q (6, nv), by_v (6, nv), by_a (6, nv) of the acceleration of a link's frame, of the kind that the
+/// options say, for q (nq), v (nv) and a (nv): those of its components, row-major.  By q is along q ⊕ s e_k with v and
+/// a held componentwise; by a is the Jacobian.  O(depth), besides writing 18 nv numbers.  frame_options by default:
+/// about the frame's origin, in its axes, linear first.  No allocation.
+template <class S>
+KSL_EXPORT void frame_acceleration_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *by_q,
+                                               S *by_v, int link, const frame_options &how, S *by_a);
+
+/// Derivatives by_q (links, 6, nv), by_v (links, 6, nv), by_a (links, 6, nv) of the accelerations of links' frames, of
+/// the kind that the options say, for q (nq), v (nv) and a (nv): those of their components, row-major.  By q is along q
+/// ⊕ s e_k with v and a held componentwise; by a are the Jacobians.  A link may come twice (after Singh, Russell,
+/// Wensing, RA-L 7(2), 2022).  O(bodies + links × depth), besides writing 18 nv numbers for each link.  frame_options
+/// by default: about the frame's origin, in its axes, linear first.  No allocation.
+template <class S>
+KSL_EXPORT void frame_accelerations_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *by_q,
+                                                S *by_v, int n, const int *links, const frame_options &how, S *by_a);
+
+/// Derivatives kinetic_by_q (nv) and kinetic_by_v (nv) of the kinetic energy, potential_by_q (nv) of the potential
+/// energy, for q (nq) and v (nv).  By q is along q ⊕ s e_k with v held componentwise; by v is M v; that of the
+/// potential energy is the effort that holds the mechanism at rest.  O(bodies).  No allocation.
+template <class S>
+KSL_EXPORT void energy_derivatives(const model &m, data &d, const S *q, const S *v, S *kinetic_by_q, S *kinetic_by_v,
+                                   S *potential_by_q);
+
+/// Derivatives by_q (6, nv) and by_v (6, nv) of the momentum about the centre of mass, in the world's axes, linear
+/// first, row-major, for q (nq) and v (nv).  By q is along q ⊕ s e_k with v held componentwise; by v is the centroidal
+/// momentum matrix.  O(bodies).  No allocation.
+template <class S>
+KSL_EXPORT void centroidal_momentum_derivatives(const model &m, data &d, const S *q, const S *v, S *by_q, S *by_v);
+
+/// Derivatives by_q (6, nv), by_v (6, nv), by_a (6, nv) of the rate of the momentum about the centre of mass, in the
+/// world's axes, linear first, row-major, for q (nq), v (nv) and a (nv).  By q is along q ⊕ s e_k with v and a held
+/// componentwise; by a is the centroidal momentum matrix (after Carpentier and Mansard, RSS 2018).  O(bodies).  No
+/// allocation.
+template <class S>
+KSL_EXPORT void centroidal_momentum_rate_derivatives(const model &m, data &d, const S *q, const S *v, const S *a,
+                                                     S *by_q, S *by_v, S *by_a);
+
 /// Second derivatives d2tau_dqdq (nv, nv, nv), d2tau_dvdv (nv, nv, nv), d2tau_dqdv (nv, nv, nv), dM_dq (nv, nv, nv) of
 /// the joint efforts that inverse dynamics gives for q (nq), v (nv), a (nv), each row-major.  Element (i, k, m) is that
 /// of effort i by q_k and q_m; by v_k and v_m; by q_k and v_m; by a_k and q_m, which is dM_ik/dq_m.  The first is the
 /// derivative along q ⊕ s e_m of the derivative along q ⊕ s e_k, with v and a held componentwise; it is symmetric in k
-/// and m unless both are of one joint with several coordinates.  External wrenches are held in their links' axes, and
-/// move with the links (after Singh, Russell, Wensing, T-RO 40, 2024).  O(nv × depth²), besides writing 4 nv³ numbers.
-/// No allocation.
+/// and m unless both are of one joint with several coordinates.  External wrenches are held in the axes in which they
+/// are given, those of their links, which move, or of the world (after Singh, Russell, Wensing, T-RO 40, 2024).  O(nv ×
+/// depth²), besides writing 4 nv³ numbers.  No allocation.
 template <class S>
 KSL_EXPORT void inverse_dynamics_second_derivatives(const model &m, data &d, const S *q, const S *v, const S *a,
                                                     S *d2tau_dqdq, S *d2tau_dvdv, S *d2tau_dqdv, S *dM_dq,
@@ -307,8 +372,9 @@ KSL_EXPORT void inverse_dynamics_second_derivatives(const model &m, data &d, con
 /// the accelerations that forward dynamics gives for q (nq), v (nv), tau (nv), each row-major.  Element (i, k, m) is
 /// that of acceleration i by q_k and q_m; by v_k and v_m; by q_k and v_m; by q_k and tau_m.  The first is the
 /// derivative along q ⊕ s e_m of the derivative along q ⊕ s e_k, with v and tau held componentwise; it is symmetric in
-/// k and m unless both are of one joint with several coordinates.  External wrenches are held in their links' axes, and
-/// move with the links (after Singh, Russell, Wensing, T-RO 40, 2024).  O(nv⁴).  No allocation.
+/// k and m unless both are of one joint with several coordinates.  External wrenches are held in the axes in which they
+/// are given, those of their links, which move, or of the world (after Singh, Russell, Wensing, T-RO 40, 2024).
+/// O(nv⁴).  No allocation.
 template <class S>
 KSL_EXPORT void forward_dynamics_second_derivatives(const model &m, data &d, const S *q, const S *v, const S *tau,
                                                     S *d2a_dqdq, S *d2a_dvdv, S *d2a_dqdv, S *d2a_dqdtau,

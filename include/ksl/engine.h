@@ -103,17 +103,22 @@ KSL_EXPORT ksl_physics_t ksl_model_physics(const ksl_model_t *model);
 KSL_EXPORT int ksl_model_joint(const ksl_model_t *model, const char *name);
 KSL_EXPORT int ksl_model_link(const ksl_model_t *model, const char *name);
 
-/** Wrenches that the environment exerts on links: at the link's origin, in the link's axes. */
+typedef enum ksl_expressed_t { KSL_IN_FRAME, KSL_IN_WORLD } ksl_expressed_t;
+
+/** Wrenches that the environment exerts on links: at the link's origin, in the link's axes (KSL_IN_FRAME, the default) or in those
+    of the world.  In derivatives by q, wrenches are held in these axes. */
 typedef struct ksl_external_t {
   int n;
   const int *link;               /**< (n) */
   const ksl_coscrew_t *wrench;   /**< (n) */
+  ksl_expressed_t axes;
 } ksl_external_t;
 
 typedef struct ksl_externalf_t {
   int n;
   const int *link;
   const ksl_coscrewf_t *wrench;
+  ksl_expressed_t axes;
 } ksl_externalf_t;
 
 /** The same for a batch: the n wrenches of state k are contiguous, six numbers each, and begin at wrench + k × stride. */
@@ -122,12 +127,14 @@ typedef struct ksl_external_rows_t {
   const int *link; /**< (n) */
   const double *wrench;
   ptrdiff_t stride;
+  ksl_expressed_t axes;
 } ksl_external_rows_t;
 typedef struct ksl_external_rowsf_t {
   int n;
   const int *link;
   const float *wrench;
   ptrdiff_t stride;
+  ksl_expressed_t axes;
 } ksl_external_rowsf_t;
 
 typedef enum ksl_part_t { KSL_TOTAL, KSL_CONSTRAINT, KSL_ACTUATION, KSL_COUPLING } ksl_part_t;
@@ -149,8 +156,6 @@ typedef struct ksl_reaction_options_t {
   int axes_link;
   ksl_order_t order;
 } ksl_reaction_options_t;
-
-typedef enum ksl_expressed_t { KSL_IN_FRAME, KSL_IN_WORLD } ksl_expressed_t;
 
 /** Which acceleration.  Classical: that of the link's point which is at the origin in question.  Spatial: less ω × v of it.
     Rate: that of the numbers of the twist. */

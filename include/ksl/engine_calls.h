@@ -738,9 +738,9 @@ KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate_batchf(const ksl_model_t *m
 
 /** Derivatives dtau_dq (nv, nv), dtau_dv (nv, nv), dtau_da (nv, nv) of the joint efforts that inverse dynamics gives
     for q (nq), v (nv), a (nv), each row-major: element (i, k) is that of effort i by coordinate k.  By q is along q
-    ⊕ s e_k with v and a held componentwise; by a is the mass matrix.  External wrenches are held in their links'
-    axes, and move with the links (Singh, Russell, Wensing, RA-L 7(2), 2022).  O(bodies × depth).  external may be
-    NULL: no wrench. */
+    ⊕ s e_k with v and a held componentwise; by a is the mass matrix.  External wrenches are held in the axes in
+    which they are given, those of their links, which move, or of the world (Singh, Russell, Wensing, RA-L 7(2),
+    2022).  O(bodies × depth).  external may be NULL: no wrench. */
 KSL_EXPORT ksl_status_t ksl_inverse_dynamics_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
                                                          const double *v, const double *a,
                                                          const ksl_external_t *external, double *dtau_dq,
@@ -769,8 +769,8 @@ KSL_EXPORT ksl_status_t ksl_inverse_dynamics_derivatives_external_batchf(
 /** Derivatives da_dq (nv, nv), da_dv (nv, nv), da_dtau (nv, nv) of the accelerations that forward dynamics gives for
     q (nq), v (nv), tau (nv), each row-major: element (i, k) is that of acceleration i by coordinate k.  By q is
     along q ⊕ s e_k with v and tau held componentwise; by tau is the inverse of the mass matrix.  External wrenches
-    are held in their links' axes, and move with the links (Carpentier and Mansard, RSS 2018, eq. (27)).  O(nv² ×
-    depth).  external may be NULL: no wrench. */
+    are held in the axes in which they are given, those of their links, which move, or of the world (Carpentier and
+    Mansard, RSS 2018, eq. (27)).  O(nv² × depth).  external may be NULL: no wrench. */
 KSL_EXPORT ksl_status_t ksl_forward_dynamics_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
                                                          const double *v, const double *tau,
                                                          const ksl_external_t *external, double *da_dq, double *da_dv,
@@ -799,9 +799,9 @@ KSL_EXPORT ksl_status_t ksl_forward_dynamics_derivatives_external_batchf(
 /** Derivatives by_q (joints, 6, nv), by_v (joints, 6, nv), by_a (joints, 6, nv) of the reactions of the joints that
     are asked for, for q (nq), v (nv), a (nv): those of the components in the requested axes, about the requested
     point, of the requested part.  By q is along q ⊕ s e_k with v and a held componentwise.  External wrenches are
-    held in their links' axes, and move with the links (after Singh, Russell, Wensing, RA-L 7(2), 2022).  O(joints ×
-    nv).  external may be NULL: no wrench.  options may be NULL: the whole wrench on the child side, about the
-    joint's origin, in the axes of the child link, linear first. */
+    held in the axes in which they are given, those of their links, which move, or of the world (after Singh,
+    Russell, Wensing, RA-L 7(2), 2022).  O(joints × nv).  external may be NULL: no wrench.  options may be NULL: the
+    whole wrench on the child side, about the joint's origin, in the axes of the child link, linear first. */
 KSL_EXPORT ksl_status_t ksl_reactions_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
                                                   const double *v, const double *a, const ksl_external_t *external,
                                                   double *by_q, double *by_v, int n, const int *joints,
@@ -835,13 +835,163 @@ KSL_EXPORT ksl_status_t ksl_reactions_derivatives_external_batchf(
     float *by_v, ptrdiff_t by_v_stride, int joints_n, const int *joints, const ksl_reaction_options_t *options,
     float *by_a, ptrdiff_t by_a_stride, int threads);
 
+/** Derivatives by_external (joints, 6, all links, 6) of the reactions of the joints that are asked for by the
+    external wrench on each link of the model, in the link's axes, linear first, for q (nq); row-major.  They don't
+    depend on velocities and accelerations (Featherstone, RBDA 2008, table 5.1).  O(joints × links).  options may be
+    NULL: the whole wrench on the child side, about the joint's origin, in the axes of the child link, linear first. */
+KSL_EXPORT ksl_status_t ksl_reactions_external_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                           int n, const int *joints,
+                                                           const ksl_reaction_options_t *options, double *by_external);
+KSL_EXPORT ksl_status_t ksl_reactions_external_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                            int n, const int *joints,
+                                                            const ksl_reaction_options_t *options, float *by_external);
+KSL_EXPORT ksl_status_t ksl_reactions_external_derivatives_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, int joints_n, const int *joints,
+    const ksl_reaction_options_t *options, double *by_external, ptrdiff_t by_external_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_reactions_external_derivatives_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, int joints_n, const int *joints,
+    const ksl_reaction_options_t *options, float *by_external, ptrdiff_t by_external_stride, int threads);
+
+/** Derivatives by_q (6, nv) and by_v (6, nv) of the twist of a link's frame, for q (nq) and v (nv): those of its
+    components, row-major.  By q is along q ⊕ s e_k with v held componentwise; by v is the Jacobian.  O(depth),
+    besides writing 12 nv numbers.  options may be NULL: about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_frame_velocity_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                       const double *v, double *by_q, int link,
+                                                       const ksl_frame_options_t *options, double *by_v);
+KSL_EXPORT ksl_status_t ksl_frame_velocity_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                        const float *v, float *by_q, int link,
+                                                        const ksl_frame_options_t *options, float *by_v);
+KSL_EXPORT ksl_status_t ksl_frame_velocity_derivatives_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    double *by_q, ptrdiff_t by_q_stride, int link, const ksl_frame_options_t *options, double *by_v,
+    ptrdiff_t by_v_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_frame_velocity_derivatives_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    float *by_q, ptrdiff_t by_q_stride, int link, const ksl_frame_options_t *options, float *by_v,
+    ptrdiff_t by_v_stride, int threads);
+
+/** Derivatives by_q (links, 6, nv) and by_v (links, 6, nv) of the twists of links' frames, for q (nq) and v (nv):
+    those of their components, row-major.  By q is along q ⊕ s e_k with v held componentwise; by v are the
+    Jacobians.  A link may come twice (after Singh, Russell, Wensing, RA-L 7(2), 2022).  O(bodies + links × depth),
+    besides writing 12 nv numbers for each link.  options may be NULL: about the frame's origin, in its axes, linear
+    first. */
+KSL_EXPORT ksl_status_t ksl_frame_velocities_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                         const double *v, double *by_q, int n, const int *links,
+                                                         const ksl_frame_options_t *options, double *by_v);
+KSL_EXPORT ksl_status_t ksl_frame_velocities_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                          const float *v, float *by_q, int n, const int *links,
+                                                          const ksl_frame_options_t *options, float *by_v);
+KSL_EXPORT ksl_status_t ksl_frame_velocities_derivatives_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    double *by_q, ptrdiff_t by_q_stride, int links_n, const int *links, const ksl_frame_options_t *options,
+    double *by_v, ptrdiff_t by_v_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_frame_velocities_derivatives_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    float *by_q, ptrdiff_t by_q_stride, int links_n, const int *links, const ksl_frame_options_t *options, float *by_v,
+    ptrdiff_t by_v_stride, int threads);
+
+/** Derivatives by_q (6, nv), by_v (6, nv), by_a (6, nv) of the acceleration of a link's frame, of the kind that the
+    options say, for q (nq), v (nv) and a (nv): those of its components, row-major.  By q is along q ⊕ s e_k with v
+    and a held componentwise; by a is the Jacobian.  O(depth), besides writing 18 nv numbers.  options may be NULL:
+    about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_frame_acceleration_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                           const double *v, const double *a, double *by_q, double *by_v,
+                                                           int link, const ksl_frame_options_t *options, double *by_a);
+KSL_EXPORT ksl_status_t ksl_frame_acceleration_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                            const float *v, const float *a, float *by_q, float *by_v,
+                                                            int link, const ksl_frame_options_t *options, float *by_a);
+KSL_EXPORT ksl_status_t ksl_frame_acceleration_derivatives_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *a, ptrdiff_t a_stride, double *by_q, ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
+    int link, const ksl_frame_options_t *options, double *by_a, ptrdiff_t by_a_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_frame_acceleration_derivatives_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *a, ptrdiff_t a_stride, float *by_q, ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride,
+    int link, const ksl_frame_options_t *options, float *by_a, ptrdiff_t by_a_stride, int threads);
+
+/** Derivatives by_q (links, 6, nv), by_v (links, 6, nv), by_a (links, 6, nv) of the accelerations of links' frames,
+    of the kind that the options say, for q (nq), v (nv) and a (nv): those of their components, row-major.  By q is
+    along q ⊕ s e_k with v and a held componentwise; by a are the Jacobians.  A link may come twice (after Singh,
+    Russell, Wensing, RA-L 7(2), 2022).  O(bodies + links × depth), besides writing 18 nv numbers for each link.
+    options may be NULL: about the frame's origin, in its axes, linear first. */
+KSL_EXPORT ksl_status_t ksl_frame_accelerations_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                            const double *v, const double *a, double *by_q,
+                                                            double *by_v, int n, const int *links,
+                                                            const ksl_frame_options_t *options, double *by_a);
+KSL_EXPORT ksl_status_t ksl_frame_accelerations_derivativesf(
+    const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *a, float *by_q,
+    float *by_v, int n, const int *links, const ksl_frame_options_t *options, float *by_a);
+KSL_EXPORT ksl_status_t ksl_frame_accelerations_derivatives_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *a, ptrdiff_t a_stride, double *by_q, ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
+    int links_n, const int *links, const ksl_frame_options_t *options, double *by_a, ptrdiff_t by_a_stride,
+    int threads);
+KSL_EXPORT ksl_status_t ksl_frame_accelerations_derivatives_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *a, ptrdiff_t a_stride, float *by_q, ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride,
+    int links_n, const int *links, const ksl_frame_options_t *options, float *by_a, ptrdiff_t by_a_stride, int threads);
+
+/** Derivatives kinetic_by_q (nv) and kinetic_by_v (nv) of the kinetic energy, potential_by_q (nv) of the potential
+    energy, for q (nq) and v (nv).  By q is along q ⊕ s e_k with v held componentwise; by v is M v; that of the
+    potential energy is the effort that holds the mechanism at rest.  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_energy_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                               const double *v, double *kinetic_by_q, double *kinetic_by_v,
+                                               double *potential_by_q);
+KSL_EXPORT ksl_status_t ksl_energy_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                const float *v, float *kinetic_by_q, float *kinetic_by_v,
+                                                float *potential_by_q);
+KSL_EXPORT ksl_status_t ksl_energy_derivatives_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                     ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                     double *kinetic_by_q, ptrdiff_t kinetic_by_q_stride,
+                                                     double *kinetic_by_v, ptrdiff_t kinetic_by_v_stride,
+                                                     double *potential_by_q, ptrdiff_t potential_by_q_stride,
+                                                     int threads);
+KSL_EXPORT ksl_status_t ksl_energy_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                      ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                      float *kinetic_by_q, ptrdiff_t kinetic_by_q_stride,
+                                                      float *kinetic_by_v, ptrdiff_t kinetic_by_v_stride,
+                                                      float *potential_by_q, ptrdiff_t potential_by_q_stride,
+                                                      int threads);
+
+/** Derivatives by_q (6, nv) and by_v (6, nv) of the momentum about the centre of mass, in the world's axes, linear
+    first, row-major, for q (nq) and v (nv).  By q is along q ⊕ s e_k with v held componentwise; by v is the
+    centroidal momentum matrix.  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                            const double *v, double *by_q, double *by_v);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_derivativesf(
+    const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, float *by_q, float *by_v);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_derivatives_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    double *by_q, ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_derivatives_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    float *by_q, ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride, int threads);
+
+/** Derivatives by_q (6, nv), by_v (6, nv), by_a (6, nv) of the rate of the momentum about the centre of mass, in the
+    world's axes, linear first, row-major, for q (nq), v (nv) and a (nv).  By q is along q ⊕ s e_k with v and a held
+    componentwise; by a is the centroidal momentum matrix (after Carpentier and Mansard, RSS 2018).  O(bodies). */
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate_derivatives(
+    const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *a, double *by_q,
+    double *by_v, double *by_a);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate_derivativesf(
+    const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v, const float *a, float *by_q,
+    float *by_v, float *by_a);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate_derivatives_batch(
+    const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+    const double *a, ptrdiff_t a_stride, double *by_q, ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
+    double *by_a, ptrdiff_t by_a_stride, int threads);
+KSL_EXPORT ksl_status_t ksl_centroidal_momentum_rate_derivatives_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *a, ptrdiff_t a_stride, float *by_q, ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride,
+    float *by_a, ptrdiff_t by_a_stride, int threads);
+
 /** Second derivatives d2tau_dqdq (nv, nv, nv), d2tau_dvdv (nv, nv, nv), d2tau_dqdv (nv, nv, nv), dM_dq (nv, nv, nv)
     of the joint efforts that inverse dynamics gives for q (nq), v (nv), a (nv), each row-major.  Element (i, k, m)
     is that of effort i by q_k and q_m; by v_k and v_m; by q_k and v_m; by a_k and q_m, which is dM_ik/dq_m.  The
     first is the derivative along q ⊕ s e_m of the derivative along q ⊕ s e_k, with v and a held componentwise; it is
-    symmetric in k and m unless both are of one joint with several coordinates.  External wrenches are held in their
-    links' axes, and move with the links (after Singh, Russell, Wensing, T-RO 40, 2024).  O(nv × depth²), besides
-    writing 4 nv³ numbers.  external may be NULL: no wrench. */
+    symmetric in k and m unless both are of one joint with several coordinates.  External wrenches are held in the
+    axes in which they are given, those of their links, which move, or of the world (after Singh, Russell, Wensing,
+    T-RO 40, 2024).  O(nv × depth²), besides writing 4 nv³ numbers.  external may be NULL: no wrench. */
 KSL_EXPORT ksl_status_t ksl_inverse_dynamics_second_derivatives(
     const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *a,
     const ksl_external_t *external, double *d2tau_dqdq, double *d2tau_dvdv, double *d2tau_dqdv, double *dM_dq);
@@ -873,9 +1023,9 @@ KSL_EXPORT ksl_status_t ksl_inverse_dynamics_second_derivatives_external_batchf(
     of the accelerations that forward dynamics gives for q (nq), v (nv), tau (nv), each row-major.  Element (i, k, m)
     is that of acceleration i by q_k and q_m; by v_k and v_m; by q_k and v_m; by q_k and tau_m.  The first is the
     derivative along q ⊕ s e_m of the derivative along q ⊕ s e_k, with v and tau held componentwise; it is symmetric
-    in k and m unless both are of one joint with several coordinates.  External wrenches are held in their links'
-    axes, and move with the links (after Singh, Russell, Wensing, T-RO 40, 2024).  O(nv⁴).  external may be NULL: no
-    wrench. */
+    in k and m unless both are of one joint with several coordinates.  External wrenches are held in the axes in
+    which they are given, those of their links, which move, or of the world (after Singh, Russell, Wensing, T-RO 40,
+    2024).  O(nv⁴).  external may be NULL: no wrench. */
 KSL_EXPORT ksl_status_t ksl_forward_dynamics_second_derivatives(
     const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v, const double *tau,
     const ksl_external_t *external, double *d2a_dqdq, double *d2a_dvdv, double *d2a_dqdv, double *d2a_dqdtau);

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ksl import _core
 from ksl.requests import Requests
-from ksl.states import Acceleration, Array, Expressed, External, Order, Part, Point, Side, numbers
+from ksl.states import Acceleration, Array, Expressed, External, ExternalAxes, Order, Part, Point, Side, external_in, numbers
 
 
 class Calls(Requests):
@@ -20,14 +20,21 @@ class Calls(Requests):
         return self._core.inverse_dynamics_with_reactions(q, v, a, None, external, requests, None, None)
 
     def inverse_dynamics(
-        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, external: External | None = None, out: Array | None = None, threads: int | None = None
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        external: External | None = None,
+        out: Array | None = None,
+        threads: int | None = None,
+        external_axes: ExternalAxes = "link",
     ) -> Array:
         """Joint efforts that give accelerations `a` at positions `q` and velocities `v`.
 
         q (…, nq), v and a (…, nv) → (…, nv); rad, m, N m, N.  Leading shapes are broadcast.
         external: {link name: (…, 6)}, the wrench that the environment exerts on the link: force first, about the
-        link's origin, in the link's axes.  Gravity is included.  Damping, friction, rotors and springs of joints are where
-        `physics=` of :func:`ksl.load` names them; :meth:`effort_parts` gives each.
+        link's origin, in the link's axes, or with external_axes="world" in the world's.  Gravity is included.  Damping, friction,
+        rotors and springs of joints are where `physics=` of :func:`ksl.load` names them; :meth:`effort_parts` gives each.
 
         A floating base is the first joint: q = [x y z qx qy qz qw] in the world, v = [linear, angular] in the body's
         frame, a = dv/dt componentwise; its effort is the wrench on the body in the same frame.
@@ -41,6 +48,8 @@ class Calls(Requests):
         Recursive Newton–Euler (Featherstone, RBDA 2008, table 5.1); O(bodies).
         Raises ValueError for shapes that don't fit and numbers that are complex or not finite.
         """
+        if external_axes != "link":
+            external = external_in(external, external_axes)
         return self._core.inverse_dynamics(q, v, a, None, external, None, out, threads)
 
     def reactions(
@@ -57,6 +66,7 @@ class Calls(Requests):
         joints: Iterable[str] | None = None,
         out: Array | None = None,
         threads: int | None = None,
+        external_axes: ExternalAxes = "link",
     ) -> Array:
         """The wrench through each joint: what the parent side exerts on the child side.
 
@@ -73,10 +83,19 @@ class Calls(Requests):
         the sum of Sᵀ f of its own joint's actuation and, times their multipliers, of their couplings.  The split is made in
         the joint's frame and then moved by the coadjoint (Coscrews page, (7)–(9)).
         """
+        if external_axes != "link":
+            external = external_in(external, external_axes)
         return self._core.reactions(q, v, a, None, external, self._request(on, at, axes, order, part, joints), out, threads)
 
     def effort_parts(
-        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, external: External | None = None, out: Array | None = None, threads: int | None = None
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        external: External | None = None,
+        out: Array | None = None,
+        threads: int | None = None,
+        external_axes: ExternalAxes = "link",
     ) -> Array:
         """What the efforts (…, 5, nv) of inverse_dynamics consist of: transmitted, damping, friction, rotor, spring.
 
@@ -85,24 +104,47 @@ class Calls(Requests):
         for `physics="exact friction"`), the spring's stiffness · (q − rest).  They are zero unless `physics=` of :func:`ksl.load` names them.
         O(bodies).
         """
+        if external_axes != "link":
+            external = external_in(external, external_axes)
         return self._core.effort_parts(q, v, a, None, external, None, out, threads)
 
-    def bias(self, q: ArrayLike, v: ArrayLike, external: External | None = None, out: Array | None = None, threads: int | None = None) -> Array:
+    def bias(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        external: External | None = None,
+        out: Array | None = None,
+        threads: int | None = None,
+        external_axes: ExternalAxes = "link",
+    ) -> Array:
         """Efforts (…, nv) that hold velocities v without acceleration: Coriolis, centrifugal, gravity, less external wrenches.
 
         q, v, external, out, threads: as in :meth:`inverse_dynamics`, of which this is the case a = 0.
         """
+        if external_axes != "link":
+            external = external_in(external, external_axes)
         return self._core.bias(q, v, None, None, external, None, out, threads)
 
-    def gravity_torque(self, q: ArrayLike, external: External | None = None, out: Array | None = None, threads: int | None = None) -> Array:
+    def gravity_torque(
+        self, q: ArrayLike, external: External | None = None, out: Array | None = None, threads: int | None = None, external_axes: ExternalAxes = "link"
+    ) -> Array:
         """Efforts (…, nv) that hold the mechanism at rest at q, against gravity and external wrenches.
 
         q, external, out, threads: as in :meth:`inverse_dynamics`, of which this is the case v = a = 0.
         """
+        if external_axes != "link":
+            external = external_in(external, external_axes)
         return self._core.gravity_torque(q, None, None, None, external, None, out, threads)
 
     def forward_dynamics(
-        self, q: ArrayLike, v: ArrayLike, tau: ArrayLike, external: External | None = None, out: Array | None = None, threads: int | None = None
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        tau: ArrayLike,
+        external: External | None = None,
+        out: Array | None = None,
+        threads: int | None = None,
+        external_axes: ExternalAxes = "link",
     ) -> Array:
         """Accelerations (…, nv) under joint efforts tau (…, nv) at q (…, nq) and v (…, nv).
 
@@ -112,16 +154,27 @@ class Calls(Requests):
         Raises ValueError where a joint can move without moving any mass, at an end of the mechanism whose links have none, say: its
         acceleration is not determined.
         """
+        if external_axes != "link":
+            external = external_in(external, external_axes)
         return self._core.forward_dynamics(q, v, tau, None, external, None, out, threads)
 
     def forward_dynamics_by_mass_matrix(
-        self, q: ArrayLike, v: ArrayLike, tau: ArrayLike, external: External | None = None, out: Array | None = None, threads: int | None = None
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        tau: ArrayLike,
+        external: External | None = None,
+        out: Array | None = None,
+        threads: int | None = None,
+        external_axes: ExternalAxes = "link",
     ) -> Array:
         """The same as forward_dynamics, through the mass matrix: a = M⁻¹ (tau − bias).
 
         For checks of :meth:`forward_dynamics`, with which it shares no step; it is slower, except for very small mechanisms.  Composite-rigid-body
         algorithm and sparse factors (Featherstone, RBDA 2008, tables 6.2 and 6.3); O(nv × depth²).
         """
+        if external_axes != "link":
+            external = external_in(external, external_axes)
         return self._core.forward_dynamics_by_mass_matrix(q, v, tau, None, external, None, out, threads)
 
     def hybrid_dynamics(
@@ -135,6 +188,7 @@ class Calls(Requests):
         out: tuple[Array,
         Array] | None = None,
         threads: int | None = None,
+        external_axes: ExternalAxes = "link",
     ) -> tuple[Array, Array]:
         """Accelerations and efforts of all joints, where the accelerations of some are given, and the efforts of the others.
 
@@ -143,14 +197,21 @@ class Calls(Requests):
         named stands for its leader.
         q, v, external, out, threads: as in :meth:`inverse_dynamics`.  Articulated-body algorithm (Featherstone, RBDA 2008, section 9.2); O(bodies).
         """
+        if external_axes != "link":
+            external = external_in(external, external_axes)
         return self._core.hybrid_dynamics(q, v, a, tau, external, self._links_of(names), out, threads)
 
-    def velocity_jump(self, q: ArrayLike, external: External, out: Array | None = None, threads: int | None = None) -> Array:
+    def velocity_jump(
+        self, q: ArrayLike, external: External, out: Array | None = None, threads: int | None = None, external_axes: ExternalAxes = "link"
+    ) -> Array:
         """Jump (…, nv) of the joint velocities that impulses on links cause.
 
         external: {link name: (…, 6)}, impulses that the environment exerts on links, N s and N m s: linear first, about the link's origin, in the
-        link's axes.  q, out, threads: as in :meth:`inverse_dynamics`.  Articulated-body algorithm without gravity and velocities; O(bodies).
+        link's axes or, with external_axes="world", the world's.  q, out, threads: as in :meth:`inverse_dynamics`.
+        Articulated-body algorithm without gravity and velocities; O(bodies).
         """
+        if external_axes != "link":
+            external = external_in(external, external_axes)
         return self._core.velocity_jump(q, None, None, None, external, None, out, threads)
 
     def mass_matrix(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
@@ -499,6 +560,7 @@ class Calls(Requests):
         Array,
         Array] | None = None,
         threads: int | None = None,
+        external_axes: ExternalAxes = "link",
     ) -> tuple[Array, Array, Array, Array]:
         """Inertia, bias force, dynamically consistent pseudo-inverse and rank of frames, for q (…, nq) and v (…, nv).
 
@@ -512,6 +574,8 @@ class Calls(Requests):
         :meth:`inverse_dynamics`.  out: four arrays.  Khatib, IEEE J. Robotics and Automation 3 (1987) 43.
         O(n bodies + n² depth + n³).
         """
+        if external_axes != "link":
+            external = external_in(external, external_axes)
         return self._core.operational_space(q, v, None, None, external, self._frames_of(names, axes, at, order, None), out, threads)
 
     def energy(self, q: ArrayLike, v: ArrayLike, out: tuple[Array, Array] | None = None, threads: int | None = None) -> tuple[Array, Array]:
@@ -522,11 +586,15 @@ class Calls(Requests):
         """
         return self._core.energy(q, v, None, None, None, None, out, threads)
 
-    def external_power(self, q: ArrayLike, v: ArrayLike, external: External, out: Array | None = None, threads: int | None = None) -> Array:
+    def external_power(
+        self, q: ArrayLike, v: ArrayLike, external: External, out: Array | None = None, threads: int | None = None, external_axes: ExternalAxes = "link"
+    ) -> Array:
         """Power (…) of external wrenches, W: the sum of f · v of the links that they act on.
 
         q (…, nq), v (…, nv); external, out, threads: as in :meth:`inverse_dynamics`.  No wrench, no power.
         """
+        if external_axes != "link":
+            external = external_in(external, external_axes)
         return self._core.external_power(q, v, None, None, external, None, out, threads)
 
     def center_of_mass(self, q: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
@@ -595,16 +663,19 @@ class Calls(Requests):
         Array,
         Array] | None = None,
         threads: int | None = None,
+        external_axes: ExternalAxes = "link",
     ) -> tuple[Array, Array, Array]:
         """Derivatives of inverse_dynamics by q, v and a, each (…, nv, nv).
 
         q, v, a, external, threads: as in :meth:`inverse_dynamics`.  Element (i, k) is that of effort i by coordinate k.
         By q is along q ⊕ s e_k (:meth:`integrate`), with v and a held componentwise.  By a is the mass matrix.
-        External wrenches are held in their links' axes, and move with the links.
+        External wrenches are held in `external_axes`: in those of their links, with which they move, or in the world's.
         out: three arrays, one for each derivative.
         Singh, Russell, Wensing, Efficient Analytical Derivatives of Rigid-Body Dynamics Using Spatial Vector Algebra
         (RA-L 7(2), 2022); O(bodies × depth).
         """
+        if external_axes != "link":
+            external = external_in(external, external_axes)
         return self._core.inverse_dynamics_derivatives(q, v, a, None, external, None, out, threads)
 
     def forward_dynamics_derivatives(
@@ -617,16 +688,19 @@ class Calls(Requests):
         Array,
         Array] | None = None,
         threads: int | None = None,
+        external_axes: ExternalAxes = "link",
     ) -> tuple[Array, Array, Array]:
         """Derivatives of forward_dynamics by q, v and tau, each (…, nv, nv).
 
         q, v, tau, external, threads: as in :meth:`forward_dynamics`.  Element (i, k) is that of acceleration i by coordinate k.
         By q is along q ⊕ s e_k (:meth:`integrate`), with v and tau held componentwise.  By tau is the inverse of the mass matrix.
-        External wrenches are held in their links' axes, and move with the links.
+        External wrenches are held in `external_axes`: in those of their links, with which they move, or in the world's.
         out: three arrays, one for each derivative.
         From those of inverse dynamics and factors of the mass matrix: Carpentier and Mansard, Analytical Derivatives of Rigid Body
         Dynamics Algorithms (RSS 2018), eq. (27); O(nv² × depth).
         """
+        if external_axes != "link":
+            external = external_in(external, external_axes)
         return self._core.forward_dynamics_derivatives(q, v, tau, None, external, None, out, threads)
 
     def reactions_derivatives(
@@ -645,15 +719,161 @@ class Calls(Requests):
         Array,
         Array] | None = None,
         threads: int | None = None,
+        external_axes: ExternalAxes = "link",
     ) -> tuple[Array, Array, Array]:
         """Derivatives of reactions by q, v and a, each (…, joints, 6, nv).
 
         All arguments as in :meth:`reactions`, whose components in the requested axes are differentiated, whether or not
         these axes and the point move.  By q is along q ⊕ s e_k (:meth:`integrate`), with v and a held componentwise.
-        External wrenches are held in their links' axes, and move with the links.
+        External wrenches are held in `external_axes`: in those of their links, with which they move, or in the world's.
         out: three arrays, one for each derivative.  After Singh, Russell, Wensing (RA-L 7(2), 2022); O(joints × nv).
         """
+        if external_axes != "link":
+            external = external_in(external, external_axes)
         return self._core.reactions_derivatives(q, v, a, None, external, self._request(on, at, axes, order, part, joints), out, threads)
+
+    def reactions_external_derivatives(
+        self,
+        q: ArrayLike,
+        on: Side = "child",
+        at: Point = "joint",
+        axes: str = "joint",
+        order: Order = "lin_ang",
+        part: Part = "total",
+        joints: Iterable[str] | None = None,
+        out: Array | None = None,
+        threads: int | None = None,
+    ) -> Array:
+        """Derivatives of reactions by the external wrench on each link, (…, joints, 6, links, 6), for q (…, nq).
+
+        on, at, axes, order, part, joints: as in :meth:`reactions`, which changes by
+        numpy.einsum("...jclk,...lk->...jc", derivatives, wrenches) for changes of wrenches on all links, in the order of `link_names`, in
+        their axes, linear first.  For wrenches in the world's axes, turn the last axis by the links' rotations (:meth:`frame_poses`).
+        q, out, threads: as in :meth:`inverse_dynamics`.  Featherstone, RBDA 2008, table 5.1; O(joints × links).
+        """
+        return self._core.reactions_external_derivatives(q, None, None, None, None, self._request(on, at, axes, order, part, joints), out, threads)
+
+    def frame_velocity_derivatives(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        name: str,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        offset: ArrayLike | None = None,
+        out: tuple[Array,
+        Array] | None = None,
+        threads: int | None = None,
+    ) -> tuple[Array, Array]:
+        """Derivatives of frame_velocity by q and v, each (…, 6, nv).
+
+        All arguments as in :meth:`frame_velocity`, whose components in the requested axes are differentiated, whether or not
+        these axes and the point move.  By q is along q ⊕ s e_k (:meth:`integrate`), with v held componentwise; by v is
+        :meth:`jacobian`.  out: two arrays, one for each derivative.
+        O(depth), besides writing 12 nv numbers.
+        """
+        return self._core.frame_velocity_derivatives(q, v, None, None, None, self._frames_of((name,), axes, at, order, offset), out, threads)
+
+    def frame_velocities_derivatives(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        names: Iterable[str] | None = None,
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        out: tuple[Array,
+        Array] | None = None,
+        threads: int | None = None,
+    ) -> tuple[Array, Array]:
+        """Derivatives of frame_velocities by q and v, each (…, names, 6, nv).
+
+        All arguments as in :meth:`frame_velocities`; the rest as in :meth:`frame_velocity_derivatives`.
+        out: two arrays, one for each derivative.  After Singh, Russell, Wensing (RA-L 7(2), 2022);
+        O(bodies + links × depth), besides writing 12 nv numbers for each link.
+        """
+        return self._core.frame_velocities_derivatives(q, v, None, None, None, self._frames_of(names, axes, at, order, None), out, threads)
+
+    def frame_acceleration_derivatives(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        name: str,
+        kind: Acceleration = "spatial",
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        offset: ArrayLike | None = None,
+        out: tuple[Array,
+        Array,
+        Array] | None = None,
+        threads: int | None = None,
+    ) -> tuple[Array, Array, Array]:
+        """Derivatives of frame_acceleration by q, v and a, each (…, 6, nv).
+
+        All arguments as in :meth:`frame_acceleration`, whose components in the requested axes are differentiated, whether or
+        not these axes and the point move.  By q is along q ⊕ s e_k (:meth:`integrate`), with v and a held componentwise; by a is
+        :meth:`jacobian`.  out: three arrays, one for each derivative.
+        O(depth), besides writing 18 nv numbers.
+        """
+        return self._core.frame_acceleration_derivatives(q, v, a, None, None, self._frames_of((name,), axes, at, order, offset, kind), out, threads)
+
+    def frame_accelerations_derivatives(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        names: Iterable[str] | None = None,
+        kind: Acceleration = "spatial",
+        axes: Expressed = "frame",
+        at: Expressed = "frame",
+        order: Order = "lin_ang",
+        out: tuple[Array,
+        Array,
+        Array] | None = None,
+        threads: int | None = None,
+    ) -> tuple[Array, Array, Array]:
+        """Derivatives of frame_accelerations by q, v and a, each (…, names, 6, nv).
+
+        All arguments as in :meth:`frame_accelerations`; the rest as in :meth:`frame_acceleration_derivatives`.
+        out: three arrays, one for each derivative.  After Singh, Russell, Wensing (RA-L 7(2), 2022);
+        O(bodies + links × depth), besides writing 18 nv numbers for each link.
+        """
+        return self._core.frame_accelerations_derivatives(q, v, a, None, None, self._frames_of(names, axes, at, order, None, kind), out, threads)
+
+    def energy_derivatives(
+        self, q: ArrayLike, v: ArrayLike, out: tuple[Array, Array, Array] | None = None, threads: int | None = None
+    ) -> tuple[Array, Array, Array]:
+        """Derivatives of energy: of the kinetic energy by q and by v, of the potential energy by q, each (…, nv).
+
+        By q is along q ⊕ s e_k (:meth:`integrate`), with v held componentwise.  By v is M v; the potential energy's is
+        :meth:`gravity_torque`.  It doesn't depend on v.  N m or N; by v N m s or N s.
+        out: three arrays, one for each derivative.  q, v, threads: as in :meth:`inverse_dynamics`.  O(bodies).
+        """
+        return self._core.energy_derivatives(q, v, None, None, None, None, out, threads)
+
+    def centroidal_momentum_derivatives(
+        self, q: ArrayLike, v: ArrayLike, out: tuple[Array, Array] | None = None, threads: int | None = None
+    ) -> tuple[Array, Array]:
+        """Derivatives of centroidal_momentum by q and v, each (…, 6, nv).
+
+        By q is along q ⊕ s e_k (:meth:`integrate`), with v held componentwise.  By v is :meth:`centroidal_momentum_matrix`.
+        out: two arrays, one for each derivative.  q, v, threads: as in :meth:`inverse_dynamics`.  O(bodies).
+        """
+        return self._core.centroidal_momentum_derivatives(q, v, None, None, None, None, out, threads)
+
+    def centroidal_momentum_rate_derivatives(
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, out: tuple[Array, Array, Array] | None = None, threads: int | None = None
+    ) -> tuple[Array, Array, Array]:
+        """Derivatives of centroidal_momentum_rate by q, v and a, each (…, 6, nv).
+
+        By q is along q ⊕ s e_k (:meth:`integrate`), with v and a held componentwise.  By a is :meth:`centroidal_momentum_matrix`.
+        out: three arrays, one for each derivative.  q, v, a, threads: as in :meth:`inverse_dynamics`.
+        After Carpentier and Mansard (RSS 2018); O(bodies).
+        """
+        return self._core.centroidal_momentum_rate_derivatives(q, v, a, None, None, None, out, threads)
 
     def inverse_dynamics_second_derivatives(
         self,
@@ -666,17 +886,21 @@ class Calls(Requests):
         Array,
         Array] | None = None,
         threads: int | None = None,
+        external_axes: ExternalAxes = "link",
     ) -> tuple[Array, Array, Array, Array]:
         """Second derivatives of inverse_dynamics by q, v, q and v, a and q, each (…, nv, nv, nv).
 
         q, v, a, external, threads: as in :meth:`inverse_dynamics`.  Element (i, k, m) is that of effort i by q_k and q_m; by v_k
         and v_m; by q_k and v_m; by a_k and q_m, which is dM_ik/dq_m.  The first is the derivative along q ⊕ s e_m
         (:meth:`integrate`) of the derivative along q ⊕ s e_k, with v and a held componentwise.  It is symmetric in k and m unless
-        both are of one joint with several coordinates.  External wrenches are held in their links' axes, and move with the links.
+        both are of one joint with several coordinates.  External wrenches are held in `external_axes`: in those of their links, with
+        which they move, or in the world's.
         out: four arrays, one for each derivative.
         After Singh, Russell, Wensing, On Second-Order Derivatives of Rigid-Body Dynamics: Theory & Implementation (T-RO 40, 2024),
         analytic; O(nv × depth²), besides writing 4 nv³ numbers.
         """
+        if external_axes != "link":
+            external = external_in(external, external_axes)
         return self._core.inverse_dynamics_second_derivatives(q, v, a, None, external, None, out, threads)
 
     def forward_dynamics_second_derivatives(
@@ -690,18 +914,22 @@ class Calls(Requests):
         Array,
         Array] | None = None,
         threads: int | None = None,
+        external_axes: ExternalAxes = "link",
     ) -> tuple[Array, Array, Array, Array]:
         """Second derivatives of forward_dynamics by q, v, q and v, q and tau, each (…, nv, nv, nv).
 
         q, v, tau, external, threads: as in :meth:`forward_dynamics`.  Element (i, k, m) is that of acceleration i by q_k and q_m;
         by v_k and v_m; by q_k and v_m; by q_k and tau_m.  The first is the derivative along q ⊕ s e_m (:meth:`integrate`) of the
         derivative along q ⊕ s e_k, with v and tau held componentwise.  It is symmetric in k and m unless both are of one joint
-        with several coordinates.  External wrenches are held in their links' axes, and move with the links.
+        with several coordinates.  External wrenches are held in `external_axes`: in those of their links, with which they move, or in
+        the world's.
         out: four arrays, one for each derivative.
         Not for robots with mimic joints (ValueError).
         From those of inverse dynamics and the inverse of the mass matrix, analytic: after Singh, Russell, Wensing, On Second-Order
         Derivatives of Rigid-Body Dynamics: Theory & Implementation (T-RO 40, 2024); O(nv⁴).
         """
+        if external_axes != "link":
+            external = external_in(external, external_axes)
         return self._core.forward_dynamics_second_derivatives(q, v, tau, None, external, None, out, threads)
 
     def inverse_dynamics_regressor(

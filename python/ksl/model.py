@@ -12,7 +12,7 @@ from ksl import _core, given
 from ksl.inverse_kinematics import InverseKinematicsCalls
 from ksl.quantities import EFFORT_PARTS
 from ksl.requests import one_of
-from ksl.states import Array, External, Order
+from ksl.states import Array, External, ExternalAxes, Order
 from ksl.surgery import Surgery
 
 if TYPE_CHECKING:
@@ -79,17 +79,18 @@ class Model(Surgery, InverseKinematicsCalls):
         return Model(self._core.with_physics(given.physics(physics, friction_width)), layout=self._layout)
 
     def effort_part(
-        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, part: str = "motor", external: External | None = None, threads: int | None = None
-    ) -> Array:
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, part: str = "motor", external: External | None = None, threads: int | None = None,
+        external_axes: ExternalAxes = "link",
+    ) -> Array:  # fmt: skip
         """One part (…, nv) of the efforts of motors, N m or N.
 
         part: "motor" is the whole, :meth:`inverse_dynamics`; "transmitted" the effort Sᵀ f along the joint's motion; "damping", "friction",
         "rotor" (armature and rotor) and "spring" what these need, zero unless the physics of the model names them.
-        q, v, a, external, threads: as in :meth:`inverse_dynamics`.
+        q, v, a, external, threads, external_axes: as in :meth:`inverse_dynamics`.
         """
         if one_of(part, "part", "motor", *EFFORT_PARTS) == "motor":
-            return self.inverse_dynamics(q, v, a, external, threads=threads)
-        return self.effort_parts(q, v, a, external, threads=threads)[..., EFFORT_PARTS.index(part), :]
+            return self.inverse_dynamics(q, v, a, external, threads=threads, external_axes=external_axes)
+        return self.effort_parts(q, v, a, external, threads=threads, external_axes=external_axes)[..., EFFORT_PARTS.index(part), :]
 
     def section_wrench(
         self,
@@ -113,7 +114,7 @@ class Model(Surgery, InverseKinematicsCalls):
         of its inertia; or (mass, first moment, inertia (3, 3)), both about the link's origin and in its axes.
         beyond: which of the link's joints, the one that carries it and those that it carries, are beyond.  By default those
         whose origins are; in the plane itself the former is near, and the latter are beyond.
-        external: as in :meth:`inverse_dynamics`; a wrench on the link itself acts on the part with the link's own origin.
+        external: as in :meth:`inverse_dynamics`, in the axes of the links; a wrench on the link itself acts on the part with the link's own origin.
         axes: "link" or "world".  order: "lin_ang" or "ang_lin".
 
         Newton's and Euler's laws for the part beyond, with the reactions of its joints.  O(bodies) for each joint beyond.
@@ -122,16 +123,18 @@ class Model(Surgery, InverseKinematicsCalls):
 
         return section_wrench(self, q, v, a, name, point, normal, share, beyond, external, axes, order)
 
-    def stiffness(self, q: ArrayLike, external: External | None = None, threads: int | None = None) -> Array:
+    def stiffness(
+        self, q: ArrayLike, external: External | None = None, threads: int | None = None, external_axes: ExternalAxes = "link"
+    ) -> Array:
         """Stiffness (…, nv, nv) of a pose at rest: derivative of the efforts that hold it, :meth:`gravity_torque`, by q.
 
-        q, external, threads: as in :meth:`inverse_dynamics`.  External wrenches are held in their links' axes, and move with
-        the links.  The derivative is along q ⊕ s e_k.  Without external wrenches it is the second derivative of the potential
-        energy, symmetric where joints have one axis each.  With drives of stiffness K the pose is stable if K plus it is
-        positive definite.  :meth:`inverse_dynamics_derivatives` with v = a = 0; O(bodies × depth).
+        q, external, threads: as in :meth:`inverse_dynamics`.  external_axes: the axes in which external wrenches are given and held:
+        "link", so that they move with the links, or "world".  The derivative is along q ⊕ s e_k.  Without external wrenches it is the
+        second derivative of the potential energy, symmetric where joints have one axis each.  With drives of stiffness K the pose is
+        stable if K plus it is positive definite.  :meth:`inverse_dynamics_derivatives` with v = a = 0; O(bodies × depth).
         """
         rest = np.zeros(self.nv)
-        return self.inverse_dynamics_derivatives(q, rest, rest, external, threads=threads)[0]
+        return self.inverse_dynamics_derivatives(q, rest, rest, external, threads=threads, external_axes=external_axes)[0]
 
     def loads(self, time: ArrayLike, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None, **options: Any) -> pyarrow.Table:
         """Every wrench along a motion, as a table with a row for each sample and joint; see :func:`ksl.loads.wrench_table`.

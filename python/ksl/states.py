@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.floating]
 External = Mapping[str, ArrayLike]
+ExternalAxes = Literal["link", "world"]
 Side = Literal["child", "parent"]
 Order = Literal["lin_ang", "ang_lin"]
 Expressed = Literal["frame", "world"]
@@ -19,9 +20,25 @@ Point = str | Sequence[float]
 """'joint', 'world', a link's name, or three numbers: an offset from the joint's origin in the joint's axes, m."""
 
 
-def as_arrays(inputs: list[ArrayLike], external: External | None) -> tuple[list[NDArray[Any]], dict[str, NDArray[Any]]]:
-    """Converts arguments to NumPy arrays of any type; the compiled calls check them."""
-    return [_array(x) for x in inputs], {name: _array(wrench) for name, wrench in items_of(external)}
+class InWorldAxes:
+    """External wrenches in the axes of the world."""
+
+    def __init__(self, external: External) -> None:
+        self.wrenches = external
+
+
+def external_in(external: Any, axes: str) -> Any:
+    """External wrenches with the axes that they are given in, as the compiled calls take them."""
+    if axes not in ("link", "world"):
+        raise ValueError(f"external_axes={axes!r}; expected one of 'link', 'world'")
+    return external if external is None or axes == "link" else InWorldAxes(external)
+
+
+def as_arrays(inputs: list[ArrayLike], external: Any) -> tuple[list[NDArray[Any]], dict[str, NDArray[Any]], bool]:
+    """Converts arguments to NumPy arrays of any type; the compiled calls check them.  The last says whether wrenches are in world axes."""
+    in_world = isinstance(external, InWorldAxes)
+    items = items_of(external.wrenches if in_world else external)
+    return [_array(x) for x in inputs], {name: _array(wrench) for name, wrench in items}, in_world
 
 
 def items_of(external: External | None) -> list[tuple[str, ArrayLike]]:

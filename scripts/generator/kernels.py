@@ -1,6 +1,6 @@
 """Kernels: a file for each algorithm, the rows as the library sees them, and the tables of the instruction sets."""
 
-from generator.rows import ALGORITHMS, COMPUTING, MARK, Algorithm, Result, kernels_of
+from generator.rows import ALGORITHMS, COMPUTING, GROUP_OF, MARK, Algorithm, Result, kernels_of
 
 EXTENTS = {3: "three", 4: "four", 5: "five", 6: "six", 10: "ten", "6 links": "twists", **{name: name for name in ("nq", "nv", "motion", "links", "joints", "tree", "all_links")}}
 
@@ -158,7 +158,7 @@ def workspace(row: Algorithm) -> str:
 
 
 def files() -> dict[str, str]:
-    out = {f"src/engine/algorithms/{row.name}.cpp": kernel(row) for row in COMPUTING}
+    out = {f"src/engine/algorithms/{GROUP_OF[row.name]}/{row.name}.cpp": kernel(row) for row in COMPUTING}
     members = "".join(f"  const algorithm_kernels *{row.name};\n" for row in COMPUTING)
     variants = [row for row in ALGORITHMS if row.variant_of]
     rows, names = "\n".join(map(row_text, [*COMPUTING, *variants])), "".join(f"    &{row.name},\n" for row in ALGORITHMS)

@@ -7,6 +7,11 @@ from generator.rows import ALGORITHMS, MARK, Algorithm, has
 WIDTH = 160
 
 EXPRESSED = 'axes: Expressed = "frame", at: Expressed = "frame", order: Order = "lin_ang"'
+EXTERNAL_AXES = 'external_axes: ExternalAxes = "link"'
+HELD = """\
+        if external_axes != "link":
+            external = external_in(external, external_axes)
+"""
 OFFSET = "offset: ArrayLike | None = None"
 WRENCHES = 'on: Side = "child", at: Point = "joint", axes: str = "joint", order: Order = "lin_ang", part: Part = "total", joints: Iterable[str] | None = None'
 
@@ -33,7 +38,7 @@ METHOD = '''\
         """{summary}
 {paragraphs}
         """
-        return self._core.{compiled}({passed})
+{held}        return self._core.{compiled}({passed})
 '''
 
 
@@ -55,11 +60,11 @@ def method(row: Algorithm) -> str:
     array = "tuple[" + ", ".join("Array" for _ in row.results) + "]" if several(row) else "Array"
     keywords, request = request_of(row)
     external = {"optional": "external: External | None = None", "required": "external: External"}.get(row.external, "")
-    arguments = ["self", *(f"{name}: ArrayLike" for name in row.input_names()), external, keywords, f"out: {array} | None = None", "threads: int | None = None"]
+    arguments = ["self", *(f"{name}: ArrayLike" for name in row.input_names()), external, keywords, f"out: {array} | None = None", "threads: int | None = None", EXTERNAL_AXES if row.external else ""]
     line = ", ".join(filter(None, arguments))
     passed = [*("numbers(fraction)" if name == "fraction" else name for name in row.input_names()), *("None" for _ in range(INPUTS_AT_MOST - len(row.inputs))), "external" if row.external else "None", request, "out", "threads"]
     text = METHOD.format(
-        name=row.name, arguments=line, result=array, summary=row.summary, compiled=row.name, passed=", ".join(passed),
+        name=row.name, arguments=line, result=array, summary=row.summary, compiled=row.name, passed=", ".join(passed), held=HELD if row.external else "",
         paragraphs=textwrap.indent("\n" + row.python.strip(), "        ", lambda l: l.strip() != ""),
     )  # fmt: skip
     one_line = f"    def {row.name}({line}) -> {array}:"
@@ -82,7 +87,7 @@ from numpy.typing import ArrayLike
 
 from ksl import _core
 from ksl.requests import Requests
-from ksl.states import Acceleration, Array, Expressed, External, Order, Part, Point, Side, numbers
+from ksl.states import Acceleration, Array, Expressed, External, ExternalAxes, Order, Part, Point, Side, external_in, numbers
 
 
 class Calls(Requests):

@@ -270,6 +270,54 @@ template <class S> void reactions_derivatives_batch(const model &m, const batch_
 template void reactions_derivatives_batch(const model &, const batch_view<double> &, int);
 template void reactions_derivatives_batch(const model &, const batch_view<float> &, int);
 
+template <class S> void reactions_external_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::reactions_external_derivatives, m, batch, threads);
+}
+template void reactions_external_derivatives_batch(const model &, const batch_view<double> &, int);
+template void reactions_external_derivatives_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void frame_velocity_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::frame_velocity_derivatives, m, batch, threads);
+}
+template void frame_velocity_derivatives_batch(const model &, const batch_view<double> &, int);
+template void frame_velocity_derivatives_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void frame_velocities_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::frame_velocities_derivatives, m, batch, threads);
+}
+template void frame_velocities_derivatives_batch(const model &, const batch_view<double> &, int);
+template void frame_velocities_derivatives_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void frame_acceleration_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::frame_acceleration_derivatives, m, batch, threads);
+}
+template void frame_acceleration_derivatives_batch(const model &, const batch_view<double> &, int);
+template void frame_acceleration_derivatives_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void frame_accelerations_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::frame_accelerations_derivatives, m, batch, threads);
+}
+template void frame_accelerations_derivatives_batch(const model &, const batch_view<double> &, int);
+template void frame_accelerations_derivatives_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void energy_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::energy_derivatives, m, batch, threads);
+}
+template void energy_derivatives_batch(const model &, const batch_view<double> &, int);
+template void energy_derivatives_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void centroidal_momentum_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::centroidal_momentum_derivatives, m, batch, threads);
+}
+template void centroidal_momentum_derivatives_batch(const model &, const batch_view<double> &, int);
+template void centroidal_momentum_derivatives_batch(const model &, const batch_view<float> &, int);
+
+template <class S> void centroidal_momentum_rate_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
+  compute_batch(rows::centroidal_momentum_rate_derivatives, m, batch, threads);
+}
+template void centroidal_momentum_rate_derivatives_batch(const model &, const batch_view<double> &, int);
+template void centroidal_momentum_rate_derivatives_batch(const model &, const batch_view<float> &, int);
+
 template <class S> void inverse_dynamics_second_derivatives_batch(const model &m, const batch_view<S> &batch, int threads) {
   compute_batch(rows::inverse_dynamics_second_derivatives, m, batch, threads);
 }

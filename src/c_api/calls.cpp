@@ -35,6 +35,11 @@ void require_external(const ksl_model_t *m, int n, const int *link, const void *
     require(link[k] >= 0 && link[k] < ksl_model_links(m), "external names a link out of range");
 }
 
+expressed_in axes_of(ksl_expressed_t axes) {
+  require(axes == KSL_IN_FRAME || axes == KSL_IN_WORLD, "external: axes must be KSL_IN_FRAME or KSL_IN_WORLD");
+  return static_cast<expressed_in>(axes);
+}
+
 wrench_frame frame_of(const ksl_model_t *m, ksl_frame_t frame, int link) {
   require(frame != KSL_LINK || (link >= 0 && link < ksl_model_links(m)), "at_link or axes_link is out of range");
   return static_cast<wrench_frame>(frame);
@@ -47,7 +52,7 @@ template <class S> external_wrenches<S> external_of(const ksl_model_t *m, const 
     return {};
   require_external(m, external->n, external->link, external->wrench);
   require_finite(external->wrench->at, 6 * external->n, "external wrench");
-  return {external->n, external->link, external->wrench->at};
+  return {external->n, external->link, external->wrench->at, axes_of(external->axes)};
 }
 
 reaction_request request_of(const ksl_model_t *m, std::vector<int> &links, const joints_argument &asked) {
@@ -120,7 +125,7 @@ ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_vi
       require_external(m, external->n, external->link, any ? static_cast<const void *>(external->wrench) : "");
       for (int e = 0; e < external->n; ++e)
         exerted.push_back({external->link[e], {external->wrench + 6 * e, external->stride}});
-      batch.external_n = external->n, batch.external = exerted.data();
+      batch.external_n = external->n, batch.external = exerted.data(), batch.external_axes = axes_of(external->axes);
     }
     reaction_rows<S> wanted;
     if (row.request == request_kind::reactions) {

@@ -1506,6 +1506,274 @@ ksl_status_t ksl_reactions_derivatives_external_batchf(const ksl_model_t *model,
                            external, threads, nullptr, {joints_n, joints, options});
 }
 
+ksl_status_t ksl_reactions_external_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q, int n,
+                                                const int *joints, const ksl_reaction_options_t *options,
+                                                double *by_external) {
+  return state_call<rows::reactions_external_derivatives, double>(
+      model, data, {.q = q, .result = {by_external}}, no_external, {n, joints, options});
+}
+
+ksl_status_t ksl_reactions_external_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q, int n,
+                                                 const int *joints, const ksl_reaction_options_t *options,
+                                                 float *by_external) {
+  return state_call<rows::reactions_external_derivatives, float>(
+      model, data, {.q = q, .result = {by_external}}, no_external, {n, joints, options});
+}
+
+ksl_status_t ksl_reactions_external_derivatives_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                      ptrdiff_t q_stride, int joints_n, const int *joints,
+                                                      const ksl_reaction_options_t *options, double *by_external,
+                                                      ptrdiff_t by_external_stride, int threads) {
+  return batch_call<double>(rows::reactions_external_derivatives, model,
+                            {.n = n, .q = {q, q_stride}, .result = {{by_external, by_external_stride}}},
+                            no_external_rows, threads, nullptr, {joints_n, joints, options});
+}
+
+ksl_status_t ksl_reactions_external_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                       ptrdiff_t q_stride, int joints_n, const int *joints,
+                                                       const ksl_reaction_options_t *options, float *by_external,
+                                                       ptrdiff_t by_external_stride, int threads) {
+  return batch_call<float>(rows::reactions_external_derivatives, model,
+                           {.n = n, .q = {q, q_stride}, .result = {{by_external, by_external_stride}}},
+                           no_external_rows, threads, nullptr, {joints_n, joints, options});
+}
+
+ksl_status_t ksl_frame_velocity_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                            const double *v, double *by_q, int link, const ksl_frame_options_t *options,
+                                            double *by_v) {
+  return state_call<rows::frame_velocity_derivatives, double>(
+      model, data, {.q = q, .v = v, .links = {1, &link}, .result = {by_q, by_v}}, no_external, options);
+}
+
+ksl_status_t ksl_frame_velocity_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                             float *by_q, int link, const ksl_frame_options_t *options, float *by_v) {
+  return state_call<rows::frame_velocity_derivatives, float>(
+      model, data, {.q = q, .v = v, .links = {1, &link}, .result = {by_q, by_v}}, no_external, options);
+}
+
+ksl_status_t ksl_frame_velocity_derivatives_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                  ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride, double *by_q,
+                                                  ptrdiff_t by_q_stride, int link, const ksl_frame_options_t *options,
+                                                  double *by_v, ptrdiff_t by_v_stride, int threads) {
+  return batch_call<double>(rows::frame_velocity_derivatives, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {1, &link}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_frame_velocity_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                   ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride, float *by_q,
+                                                   ptrdiff_t by_q_stride, int link, const ksl_frame_options_t *options,
+                                                   float *by_v, ptrdiff_t by_v_stride, int threads) {
+  return batch_call<float>(rows::frame_velocity_derivatives, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {1, &link}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_frame_velocities_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                              const double *v, double *by_q, int n, const int *links,
+                                              const ksl_frame_options_t *options, double *by_v) {
+  return state_call<rows::frame_velocities_derivatives, double>(
+      model, data, {.q = q, .v = v, .links = {n, links}, .result = {by_q, by_v}}, no_external, options);
+}
+
+ksl_status_t ksl_frame_velocities_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                               const float *v, float *by_q, int n, const int *links,
+                                               const ksl_frame_options_t *options, float *by_v) {
+  return state_call<rows::frame_velocities_derivatives, float>(
+      model, data, {.q = q, .v = v, .links = {n, links}, .result = {by_q, by_v}}, no_external, options);
+}
+
+ksl_status_t ksl_frame_velocities_derivatives_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                    ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                    double *by_q, ptrdiff_t by_q_stride, int links_n, const int *links,
+                                                    const ksl_frame_options_t *options, double *by_v,
+                                                    ptrdiff_t by_v_stride, int threads) {
+  return batch_call<double>(rows::frame_velocities_derivatives, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_frame_velocities_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                     ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                     float *by_q, ptrdiff_t by_q_stride, int links_n, const int *links,
+                                                     const ksl_frame_options_t *options, float *by_v,
+                                                     ptrdiff_t by_v_stride, int threads) {
+  return batch_call<float>(rows::frame_velocities_derivatives, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .links = {links_n, links}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_frame_acceleration_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                const double *v, const double *a, double *by_q, double *by_v, int link,
+                                                const ksl_frame_options_t *options, double *by_a) {
+  return state_call<rows::frame_acceleration_derivatives, double>(
+      model, data, {.q = q, .v = v, .a = a, .links = {1, &link}, .result = {by_q, by_v, by_a}}, no_external, options);
+}
+
+ksl_status_t ksl_frame_acceleration_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                 const float *v, const float *a, float *by_q, float *by_v, int link,
+                                                 const ksl_frame_options_t *options, float *by_a) {
+  return state_call<rows::frame_acceleration_derivatives, float>(
+      model, data, {.q = q, .v = v, .a = a, .links = {1, &link}, .result = {by_q, by_v, by_a}}, no_external, options);
+}
+
+ksl_status_t ksl_frame_acceleration_derivatives_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                      ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                      const double *a, ptrdiff_t a_stride, double *by_q,
+                                                      ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
+                                                      int link, const ksl_frame_options_t *options, double *by_a,
+                                                      ptrdiff_t by_a_stride, int threads) {
+  return batch_call<double>(rows::frame_acceleration_derivatives, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .links = {1, &link}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}, {by_a, by_a_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_frame_acceleration_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                       ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                       const float *a, ptrdiff_t a_stride, float *by_q,
+                                                       ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride,
+                                                       int link, const ksl_frame_options_t *options, float *by_a,
+                                                       ptrdiff_t by_a_stride, int threads) {
+  return batch_call<float>(rows::frame_acceleration_derivatives, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .links = {1, &link}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}, {by_a, by_a_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_frame_accelerations_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                 const double *v, const double *a, double *by_q, double *by_v, int n,
+                                                 const int *links, const ksl_frame_options_t *options, double *by_a) {
+  return state_call<rows::frame_accelerations_derivatives, double>(
+      model, data, {.q = q, .v = v, .a = a, .links = {n, links}, .result = {by_q, by_v, by_a}}, no_external, options);
+}
+
+ksl_status_t ksl_frame_accelerations_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                  const float *v, const float *a, float *by_q, float *by_v, int n,
+                                                  const int *links, const ksl_frame_options_t *options, float *by_a) {
+  return state_call<rows::frame_accelerations_derivatives, float>(
+      model, data, {.q = q, .v = v, .a = a, .links = {n, links}, .result = {by_q, by_v, by_a}}, no_external, options);
+}
+
+ksl_status_t ksl_frame_accelerations_derivatives_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                       ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                       const double *a, ptrdiff_t a_stride, double *by_q,
+                                                       ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
+                                                       int links_n, const int *links,
+                                                       const ksl_frame_options_t *options, double *by_a,
+                                                       ptrdiff_t by_a_stride, int threads) {
+  return batch_call<double>(rows::frame_accelerations_derivatives, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .links = {links_n, links}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}, {by_a, by_a_stride}}},
+                            no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_frame_accelerations_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                        ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                        const float *a, ptrdiff_t a_stride, float *by_q,
+                                                        ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride,
+                                                        int links_n, const int *links,
+                                                        const ksl_frame_options_t *options, float *by_a,
+                                                        ptrdiff_t by_a_stride, int threads) {
+  return batch_call<float>(rows::frame_accelerations_derivatives, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .links = {links_n, links}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}, {by_a, by_a_stride}}},
+                           no_external_rows, threads, options);
+}
+
+ksl_status_t ksl_energy_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
+                                    double *kinetic_by_q, double *kinetic_by_v, double *potential_by_q) {
+  return state_call<rows::energy_derivatives, double>(model, data,
+                                                      {.q = q, .v = v, .result = {kinetic_by_q, kinetic_by_v, potential_by_q}},
+                                                      no_external);
+}
+
+ksl_status_t ksl_energy_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
+                                     float *kinetic_by_q, float *kinetic_by_v, float *potential_by_q) {
+  return state_call<rows::energy_derivatives, float>(model, data,
+                                                     {.q = q, .v = v, .result = {kinetic_by_q, kinetic_by_v, potential_by_q}},
+                                                     no_external);
+}
+
+ksl_status_t ksl_energy_derivatives_batch(const ksl_model_t *model, size_t n, const double *q, ptrdiff_t q_stride,
+                                          const double *v, ptrdiff_t v_stride, double *kinetic_by_q,
+                                          ptrdiff_t kinetic_by_q_stride, double *kinetic_by_v,
+                                          ptrdiff_t kinetic_by_v_stride, double *potential_by_q,
+                                          ptrdiff_t potential_by_q_stride, int threads) {
+  return batch_call<double>(rows::energy_derivatives, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .result = {{kinetic_by_q, kinetic_by_q_stride}, {kinetic_by_v, kinetic_by_v_stride}, {potential_by_q, potential_by_q_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_energy_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride,
+                                           const float *v, ptrdiff_t v_stride, float *kinetic_by_q,
+                                           ptrdiff_t kinetic_by_q_stride, float *kinetic_by_v,
+                                           ptrdiff_t kinetic_by_v_stride, float *potential_by_q,
+                                           ptrdiff_t potential_by_q_stride, int threads) {
+  return batch_call<float>(rows::energy_derivatives, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .result = {{kinetic_by_q, kinetic_by_q_stride}, {kinetic_by_v, kinetic_by_v_stride}, {potential_by_q, potential_by_q_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_centroidal_momentum_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                 const double *v, double *by_q, double *by_v) {
+  return state_call<rows::centroidal_momentum_derivatives, double>(
+      model, data, {.q = q, .v = v, .result = {by_q, by_v}}, no_external);
+}
+
+ksl_status_t ksl_centroidal_momentum_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                  const float *v, float *by_q, float *by_v) {
+  return state_call<rows::centroidal_momentum_derivatives, float>(
+      model, data, {.q = q, .v = v, .result = {by_q, by_v}}, no_external);
+}
+
+ksl_status_t ksl_centroidal_momentum_derivatives_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                       ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                       double *by_q, ptrdiff_t by_q_stride, double *by_v,
+                                                       ptrdiff_t by_v_stride, int threads) {
+  return batch_call<double>(rows::centroidal_momentum_derivatives, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_centroidal_momentum_derivatives_batchf(const ksl_model_t *model, size_t n, const float *q,
+                                                        ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+                                                        float *by_q, ptrdiff_t by_q_stride, float *by_v,
+                                                        ptrdiff_t by_v_stride, int threads) {
+  return batch_call<float>(rows::centroidal_momentum_derivatives, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}}},
+                           no_external_rows, threads);
+}
+
+ksl_status_t ksl_centroidal_momentum_rate_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
+                                                      const double *v, const double *a, double *by_q, double *by_v,
+                                                      double *by_a) {
+  return state_call<rows::centroidal_momentum_rate_derivatives, double>(
+      model, data, {.q = q, .v = v, .a = a, .result = {by_q, by_v, by_a}}, no_external);
+}
+
+ksl_status_t ksl_centroidal_momentum_rate_derivativesf(const ksl_model_t *model, ksl_data_t *data, const float *q,
+                                                       const float *v, const float *a, float *by_q, float *by_v,
+                                                       float *by_a) {
+  return state_call<rows::centroidal_momentum_rate_derivatives, float>(
+      model, data, {.q = q, .v = v, .a = a, .result = {by_q, by_v, by_a}}, no_external);
+}
+
+ksl_status_t ksl_centroidal_momentum_rate_derivatives_batch(const ksl_model_t *model, size_t n, const double *q,
+                                                            ptrdiff_t q_stride, const double *v, ptrdiff_t v_stride,
+                                                            const double *a, ptrdiff_t a_stride, double *by_q,
+                                                            ptrdiff_t by_q_stride, double *by_v, ptrdiff_t by_v_stride,
+                                                            double *by_a, ptrdiff_t by_a_stride, int threads) {
+  return batch_call<double>(rows::centroidal_momentum_rate_derivatives, model,
+                            {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}, {by_a, by_a_stride}}},
+                            no_external_rows, threads);
+}
+
+ksl_status_t ksl_centroidal_momentum_rate_derivatives_batchf(
+    const ksl_model_t *model, size_t n, const float *q, ptrdiff_t q_stride, const float *v, ptrdiff_t v_stride,
+    const float *a, ptrdiff_t a_stride, float *by_q, ptrdiff_t by_q_stride, float *by_v, ptrdiff_t by_v_stride,
+    float *by_a, ptrdiff_t by_a_stride, int threads) {
+  return batch_call<float>(rows::centroidal_momentum_rate_derivatives, model,
+                           {.n = n, .q = {q, q_stride}, .v = {v, v_stride}, .a = {a, a_stride}, .result = {{by_q, by_q_stride}, {by_v, by_v_stride}, {by_a, by_a_stride}}},
+                           no_external_rows, threads);
+}
+
 ksl_status_t ksl_inverse_dynamics_second_derivatives(const ksl_model_t *model, ksl_data_t *data, const double *q,
                                                      const double *v, const double *a, const ksl_external_t *external,
                                                      double *d2tau_dqdq, double *d2tau_dvdv, double *d2tau_dqdv,

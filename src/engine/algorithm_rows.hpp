@@ -46,6 +46,12 @@ struct kernel_table {
   const algorithm_kernels *inverse_dynamics_derivatives;
   const algorithm_kernels *forward_dynamics_derivatives;
   const algorithm_kernels *reactions_derivatives;
+  const algorithm_kernels *reactions_external_derivatives;
+  const algorithm_kernels *frame_velocities_derivatives;
+  const algorithm_kernels *frame_accelerations_derivatives;
+  const algorithm_kernels *energy_derivatives;
+  const algorithm_kernels *centroidal_momentum_derivatives;
+  const algorithm_kernels *centroidal_momentum_rate_derivatives;
   const algorithm_kernels *inverse_dynamics_second_derivatives;
   const algorithm_kernels *forward_dynamics_second_derivatives;
   const algorithm_kernels *inverse_dynamics_regressor;
@@ -620,6 +626,90 @@ constexpr algorithm_row reactions_derivatives = {
     .kernels = &kernel_table::reactions_derivatives,
 };
 
+constexpr algorithm_row reactions_external_derivatives = {
+    .name = "reactions_external_derivatives",
+    .inputs = 1,
+    .input_list = {input::q},
+    .input_name = {"q"},
+    .external = external_use::none,
+    .request = request_kind::joints,
+    .needs_mass = false,
+    .smooth_friction = false,
+    .results = 1,
+    .result = {{"by_external", 4, {extent::joints, extent::six, extent::all_links, extent::six}}},
+    .kernels = &kernel_table::reactions_external_derivatives,
+};
+
+constexpr algorithm_row frame_velocities_derivatives = {
+    .name = "frame_velocities_derivatives",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .input_name = {"q", "v"},
+    .external = external_use::none,
+    .request = request_kind::frames,
+    .needs_mass = false,
+    .smooth_friction = false,
+    .results = 2,
+    .result = {{"by_q", 3, {extent::links, extent::six, extent::nv}}, {"by_v", 3, {extent::links, extent::six, extent::nv}}},
+    .kernels = &kernel_table::frame_velocities_derivatives,
+};
+
+constexpr algorithm_row frame_accelerations_derivatives = {
+    .name = "frame_accelerations_derivatives",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .input_name = {"q", "v", "a"},
+    .external = external_use::none,
+    .request = request_kind::frames,
+    .needs_mass = false,
+    .smooth_friction = false,
+    .results = 3,
+    .result = {{"by_q", 3, {extent::links, extent::six, extent::nv}}, {"by_v", 3, {extent::links, extent::six, extent::nv}}, {"by_a", 3, {extent::links, extent::six, extent::nv}}},
+    .kernels = &kernel_table::frame_accelerations_derivatives,
+};
+
+constexpr algorithm_row energy_derivatives = {
+    .name = "energy_derivatives",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .input_name = {"q", "v"},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .smooth_friction = false,
+    .results = 3,
+    .result = {{"kinetic_by_q", 1, {extent::nv}}, {"kinetic_by_v", 1, {extent::nv}}, {"potential_by_q", 1, {extent::nv}}},
+    .kernels = &kernel_table::energy_derivatives,
+};
+
+constexpr algorithm_row centroidal_momentum_derivatives = {
+    .name = "centroidal_momentum_derivatives",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .input_name = {"q", "v"},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .smooth_friction = false,
+    .results = 2,
+    .result = {{"by_q", 2, {extent::six, extent::nv}}, {"by_v", 2, {extent::six, extent::nv}}},
+    .kernels = &kernel_table::centroidal_momentum_derivatives,
+};
+
+constexpr algorithm_row centroidal_momentum_rate_derivatives = {
+    .name = "centroidal_momentum_rate_derivatives",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .input_name = {"q", "v", "a"},
+    .external = external_use::none,
+    .request = request_kind::none,
+    .needs_mass = false,
+    .smooth_friction = false,
+    .results = 3,
+    .result = {{"by_q", 2, {extent::six, extent::nv}}, {"by_v", 2, {extent::six, extent::nv}}, {"by_a", 2, {extent::six, extent::nv}}},
+    .kernels = &kernel_table::centroidal_momentum_rate_derivatives,
+};
+
 constexpr algorithm_row inverse_dynamics_second_derivatives = {
     .name = "inverse_dynamics_second_derivatives",
     .inputs = 3,
@@ -865,6 +955,36 @@ constexpr algorithm_row frame_acceleration = {
     .variant_of = &frame_accelerations,
 };
 
+constexpr algorithm_row frame_velocity_derivatives = {
+    .name = "frame_velocity_derivatives",
+    .inputs = 2,
+    .input_list = {input::q, input::v},
+    .input_name = {"q", "v"},
+    .external = external_use::none,
+    .request = request_kind::frame,
+    .needs_mass = false,
+    .smooth_friction = false,
+    .results = 2,
+    .result = {{"by_q", 2, {extent::six, extent::nv}}, {"by_v", 2, {extent::six, extent::nv}}},
+    .kernels = &kernel_table::frame_velocities_derivatives,
+    .variant_of = &frame_velocities_derivatives,
+};
+
+constexpr algorithm_row frame_acceleration_derivatives = {
+    .name = "frame_acceleration_derivatives",
+    .inputs = 3,
+    .input_list = {input::q, input::v, input::a},
+    .input_name = {"q", "v", "a"},
+    .external = external_use::none,
+    .request = request_kind::frame,
+    .needs_mass = false,
+    .smooth_friction = false,
+    .results = 3,
+    .result = {{"by_q", 2, {extent::six, extent::nv}}, {"by_v", 2, {extent::six, extent::nv}}, {"by_a", 2, {extent::six, extent::nv}}},
+    .kernels = &kernel_table::frame_accelerations_derivatives,
+    .variant_of = &frame_accelerations_derivatives,
+};
+
 constexpr algorithm_row gravity_torque_regressor = {
     .name = "gravity_torque_regressor",
     .inputs = 1,
@@ -926,6 +1046,14 @@ constexpr const algorithm_row *all[] = {
     &inverse_dynamics_derivatives,
     &forward_dynamics_derivatives,
     &reactions_derivatives,
+    &reactions_external_derivatives,
+    &frame_velocity_derivatives,
+    &frame_velocities_derivatives,
+    &frame_acceleration_derivatives,
+    &frame_accelerations_derivatives,
+    &energy_derivatives,
+    &centroidal_momentum_derivatives,
+    &centroidal_momentum_rate_derivatives,
     &inverse_dynamics_second_derivatives,
     &forward_dynamics_second_derivatives,
     &inverse_dynamics_regressor,

@@ -258,6 +258,58 @@ void reactions_derivatives(const model &m, data &d, const S *q, const S *v, cons
 }
 
 template <class S>
+void reactions_external_derivatives(const model &m, data &d, const S *q, const reaction_request &request,
+                                    S *by_external) {
+  compute<S>(rows::reactions_external_derivatives, m, d, {.q = q, .joints = &request, .result = {by_external}});
+}
+
+template <class S>
+void frame_velocity_derivatives(const model &m, data &d, const S *q, const S *v, S *by_q, int link,
+                                const frame_options &how, S *by_v) {
+  compute<S>(rows::frame_velocity_derivatives, m, d, {.q = q, .v = v, .links = {1, &link}, .frame = how,
+                                                      .result = {by_q, by_v}});
+}
+
+template <class S>
+void frame_velocities_derivatives(const model &m, data &d, const S *q, const S *v, S *by_q, int n, const int *links,
+                                  const frame_options &how, S *by_v) {
+  compute<S>(rows::frame_velocities_derivatives, m, d, {.q = q, .v = v, .links = {n, links}, .frame = how,
+                                                        .result = {by_q, by_v}});
+}
+
+template <class S>
+void frame_acceleration_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *by_q, S *by_v,
+                                    int link, const frame_options &how, S *by_a) {
+  compute<S>(rows::frame_acceleration_derivatives, m, d, {.q = q, .v = v, .a = a, .links = {1, &link}, .frame = how,
+                                                          .result = {by_q, by_v, by_a}});
+}
+
+template <class S>
+void frame_accelerations_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *by_q, S *by_v,
+                                     int n, const int *links, const frame_options &how, S *by_a) {
+  compute<S>(rows::frame_accelerations_derivatives, m, d, {.q = q, .v = v, .a = a, .links = {n, links}, .frame = how,
+                                                           .result = {by_q, by_v, by_a}});
+}
+
+template <class S>
+void energy_derivatives(const model &m, data &d, const S *q, const S *v, S *kinetic_by_q, S *kinetic_by_v,
+                        S *potential_by_q) {
+  compute<S>(rows::energy_derivatives, m, d, {.q = q, .v = v, .result = {kinetic_by_q, kinetic_by_v, potential_by_q}});
+}
+
+template <class S>
+void centroidal_momentum_derivatives(const model &m, data &d, const S *q, const S *v, S *by_q, S *by_v) {
+  compute<S>(rows::centroidal_momentum_derivatives, m, d, {.q = q, .v = v, .result = {by_q, by_v}});
+}
+
+template <class S>
+void centroidal_momentum_rate_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *by_q, S *by_v,
+                                          S *by_a) {
+  compute<S>(rows::centroidal_momentum_rate_derivatives, m, d, {
+      .q = q, .v = v, .a = a, .result = {by_q, by_v, by_a}});
+}
+
+template <class S>
 void inverse_dynamics_second_derivatives(const model &m, data &d, const S *q, const S *v, const S *a, S *d2tau_dqdq,
                                          S *d2tau_dvdv, S *d2tau_dqdv, S *dM_dq, const external_wrenches<S> &external) {
   compute<S>(rows::inverse_dynamics_second_derivatives, m, d, {
@@ -471,6 +523,40 @@ template void reactions_derivatives<double>(const model &, data &, const double 
 template void reactions_derivatives<float>(const model &, data &, const float *, const float *, const float *, float *,
                                            float *, const reaction_request &, float *,
                                            const external_wrenches<float> &);
+template void reactions_external_derivatives<double>(const model &, data &, const double *, const reaction_request &,
+                                                     double *);
+template void reactions_external_derivatives<float>(const model &, data &, const float *, const reaction_request &,
+                                                    float *);
+template void frame_velocity_derivatives<double>(const model &, data &, const double *, const double *, double *, int,
+                                                 const frame_options &, double *);
+template void frame_velocity_derivatives<float>(const model &, data &, const float *, const float *, float *, int,
+                                                const frame_options &, float *);
+template void frame_velocities_derivatives<double>(const model &, data &, const double *, const double *, double *, int,
+                                                   const int *, const frame_options &, double *);
+template void frame_velocities_derivatives<float>(const model &, data &, const float *, const float *, float *, int,
+                                                  const int *, const frame_options &, float *);
+template void frame_acceleration_derivatives<double>(const model &, data &, const double *, const double *,
+                                                     const double *, double *, double *, int, const frame_options &,
+                                                     double *);
+template void frame_acceleration_derivatives<float>(const model &, data &, const float *, const float *, const float *,
+                                                    float *, float *, int, const frame_options &, float *);
+template void frame_accelerations_derivatives<double>(const model &, data &, const double *, const double *,
+                                                      const double *, double *, double *, int, const int *,
+                                                      const frame_options &, double *);
+template void frame_accelerations_derivatives<float>(const model &, data &, const float *, const float *, const float *,
+                                                     float *, float *, int, const int *, const frame_options &,
+                                                     float *);
+template void energy_derivatives<double>(const model &, data &, const double *, const double *, double *, double *,
+                                         double *);
+template void energy_derivatives<float>(const model &, data &, const float *, const float *, float *, float *, float *);
+template void centroidal_momentum_derivatives<double>(const model &, data &, const double *, const double *, double *,
+                                                      double *);
+template void centroidal_momentum_derivatives<float>(const model &, data &, const float *, const float *, float *,
+                                                     float *);
+template void centroidal_momentum_rate_derivatives<double>(const model &, data &, const double *, const double *,
+                                                           const double *, double *, double *, double *);
+template void centroidal_momentum_rate_derivatives<float>(const model &, data &, const float *, const float *,
+                                                          const float *, float *, float *, float *);
 template void inverse_dynamics_second_derivatives<double>(const model &, data &, const double *, const double *,
                                                           const double *, double *, double *, double *, double *,
                                                           const external_wrenches<double> &);

@@ -115,7 +115,7 @@ template <class Algorithm, class P> struct input_lanes {
         external_link[e] = b.batch.external[e].link;
         b.load(b.batch.external[e].wrench, 6, external + 6 * e);
       }
-      s.external = {b.batch.external_n, external_link, external};
+      s.external = {b.batch.external_n, external_link, external, b.batch.external_axes};
     }
     return s;
   }

@@ -45,6 +45,12 @@
   extern "C" const ksl::algorithm_kernels ksl_kernels_inverse_dynamics_derivatives_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_forward_dynamics_derivatives_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_reactions_derivatives_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_reactions_external_derivatives_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_frame_velocities_derivatives_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_frame_accelerations_derivatives_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_energy_derivatives_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_centroidal_momentum_derivatives_##set; \
+  extern "C" const ksl::algorithm_kernels ksl_kernels_centroidal_momentum_rate_derivatives_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_inverse_dynamics_second_derivatives_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_forward_dynamics_second_derivatives_##set; \
   extern "C" const ksl::algorithm_kernels ksl_kernels_inverse_dynamics_regressor_##set; \
@@ -98,6 +104,12 @@
     .inverse_dynamics_derivatives = &ksl_kernels_inverse_dynamics_derivatives_##set, \
     .forward_dynamics_derivatives = &ksl_kernels_forward_dynamics_derivatives_##set, \
     .reactions_derivatives = &ksl_kernels_reactions_derivatives_##set, \
+    .reactions_external_derivatives = &ksl_kernels_reactions_external_derivatives_##set, \
+    .frame_velocities_derivatives = &ksl_kernels_frame_velocities_derivatives_##set, \
+    .frame_accelerations_derivatives = &ksl_kernels_frame_accelerations_derivatives_##set, \
+    .energy_derivatives = &ksl_kernels_energy_derivatives_##set, \
+    .centroidal_momentum_derivatives = &ksl_kernels_centroidal_momentum_derivatives_##set, \
+    .centroidal_momentum_rate_derivatives = &ksl_kernels_centroidal_momentum_rate_derivatives_##set, \
     .inverse_dynamics_second_derivatives = &ksl_kernels_inverse_dynamics_second_derivatives_##set, \
     .forward_dynamics_second_derivatives = &ksl_kernels_forward_dynamics_second_derivatives_##set, \
     .inverse_dynamics_regressor = &ksl_kernels_inverse_dynamics_regressor_##set, \

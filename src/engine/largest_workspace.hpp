@@ -4,10 +4,12 @@
 #include "ksl/engine/center_of_mass.hpp"
 #include "ksl/engine/center_of_mass_motion.hpp"
 #include "ksl/engine/centroidal_momentum.hpp"
+#include "ksl/engine/centroidal_momentum_derivatives.hpp"
 #include "ksl/engine/centroidal_momentum_matrix.hpp"
 #include "ksl/engine/coriolis_matrix.hpp"
 #include "ksl/engine/effort_parts.hpp"
 #include "ksl/engine/energy.hpp"
+#include "ksl/engine/energy_derivatives.hpp"
 #include "ksl/engine/energy_regressor.hpp"
 #include "ksl/engine/forward_dynamics.hpp"
 #include "ksl/engine/forward_dynamics_by_mass_matrix.hpp"
@@ -16,6 +18,7 @@
 #include "ksl/engine/forward_kinematics.hpp"
 #include "ksl/engine/frame_jacobian.hpp"
 #include "ksl/engine/frame_motion.hpp"
+#include "ksl/engine/frame_motion_derivatives.hpp"
 #include "ksl/engine/hybrid_dynamics.hpp"
 #include "ksl/engine/inverse_dynamics.hpp"
 #include "ksl/engine/inverse_dynamics_derivatives.hpp"
@@ -28,6 +31,7 @@
 #include "ksl/engine/operational_space.hpp"
 #include "ksl/engine/reactions.hpp"
 #include "ksl/engine/reactions_derivatives.hpp"
+#include "ksl/engine/reactions_external_derivatives.hpp"
 #include "ksl/engine/reactions_regressor.hpp"
 #include "ksl/engine/relative_motion.hpp"
 #include "ksl/engine/solve_mass_matrix.hpp"
@@ -78,6 +82,12 @@ inline std::size_t largest_workspace(const model_view<double> &m) {
       workspace_bytes<inverse_dynamics_derivatives_workspace<double>>(m),
       workspace_bytes<forward_dynamics_derivatives_workspace<double>>(m),
       workspace_bytes<reactions_derivatives_workspace<double>>(m),
+      workspace_bytes<reactions_external_derivatives_workspace<double>>(m),
+      workspace_bytes<frame_velocities_derivatives_workspace<double>>(m),
+      workspace_bytes<frame_accelerations_derivatives_workspace<double>>(m),
+      workspace_bytes<energy_derivatives_workspace<double>>(m),
+      workspace_bytes<centroidal_momentum_derivatives_workspace<double>>(m),
+      workspace_bytes<centroidal_momentum_rate_derivatives_workspace<double>>(m),
       workspace_bytes<inverse_dynamics_second_derivatives_workspace<double>>(m),
       workspace_bytes<forward_dynamics_second_derivatives_workspace<double>>(m),
       workspace_bytes<inverse_dynamics_regressor_workspace<double>>(m),

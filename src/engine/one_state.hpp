@@ -44,7 +44,7 @@ template <class S> struct one_state_memory {
       links[e] = batch.external[e].link;
       copy(batch.external[e].wrench, k, 6, wrenches + 6 * e);
     }
-    s.external = {batch.external_n, links, wrenches};
+    s.external = {batch.external_n, links, wrenches, batch.external_axes};
     s.links = batch.links, s.frame = batch.frame, s.joints = batch.joints;
     for (int r = 0; r < batch.reactions_n; ++r)
       if (batch.reactions[r].out.first)

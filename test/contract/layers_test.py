@@ -73,7 +73,7 @@ def test_the_algebra_needs_c_headers_only(path):
     assert not strangers, f"{path.relative_to(ROOT)} includes {sorted(strangers)}; the C algebra depends on nothing but C"
 
 
-KERNELS = ["batch/finite.cpp", "batch/inverse_kinematics_kernels.cpp", "batch/array_kernels.cpp", *(f"engine/algorithms/{f.name}" for f in sorted((SRC / "engine/algorithms").glob("*.cpp")))]
+KERNELS = ["batch/finite.cpp", "batch/inverse_kinematics_kernels.cpp", "batch/array_kernels.cpp", *(f.relative_to(SRC).as_posix() for f in sorted((SRC / "engine/algorithms").glob("*/*.cpp")))]
 
 
 @pytest.mark.parametrize("source", KERNELS)

@@ -6,7 +6,7 @@ import re
 import shutil
 import subprocess
 from concurrent.futures import ThreadPoolExecutor
-from itertools import product
+from itertools import combinations, product
 from pathlib import Path
 
 import numpy as np
@@ -14,13 +14,15 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 LEVELS = ("x86-64-v2", "x86-64-v3", "x86-64-v4")
-BUILDS = {"release": ["-O3", "-DNDEBUG"], "debug": ["-O0", "-g0"]}
 TABLES = {
-    **{f"ksl_kernels_{file.stem}": ("ksl_kernels", f"src/engine/algorithms/{file.name}") for file in sorted((ROOT / "src/engine/algorithms").glob("*.cpp"))},
-    "ksl_finite": ("ksl_kernels", "src/batch/finite.cpp"),
-    "ksl_array_kernels": ("ksl_array_kernels", "src/batch/array_kernels.cpp"),
+    **{f"ksl_kernels_{file.stem}": f"src/engine/algorithms/{file.parent.name}/{file.name}" for file in sorted((ROOT / "src/engine/algorithms").glob("*/*.cpp"))},
+    "ksl_kernels_inverse_kinematics": "src/batch/inverse_kinematics_kernels.cpp",
+    "ksl_finite": "src/batch/finite.cpp",
+    "ksl_array_kernels": "src/batch/array_kernels.cpp",
 }
-"""What is compiled once for each level: the table that it exports, its CMake target, and its file."""
+"""The tables of functions that are compiled once for each level, and their files."""
+
+pytestmark = pytest.mark.skipif(platform.machine() != "x86_64", reason="there is one instruction set only on this processor")
 
 
 def included(source: Path) -> set[Path]:
@@ -37,42 +39,31 @@ def included(source: Path) -> set[Path]:
 
 def debug_tables() -> list[str]:
     """Few tables whose files include every header that any of them includes: a header that leaves the namespace is seen."""
-    headers = {table: included(ROOT / source) for table, (_, source) in TABLES.items()}
+    headers = {table: included(ROOT / source) for table, source in TABLES.items()}
     missing, chosen = set().union(*headers.values()), ["ksl_finite", "ksl_array_kernels"]
     while missing := missing - set().union(*(headers[table] for table in chosen)):
         chosen.append(max(headers, key=lambda table: len(headers[table] & missing)))
     return chosen
 
 
-TABLES_OF = {"release": list(TABLES), "debug": debug_tables()}
-"""In a debug build templates are out of line, so that weak symbols are many; its objects are compiled for this test alone."""
-
-
-def built(compiler: str) -> Path | None:
-    """Where `make test` has built the release with this compiler: beside the library that KSL_LIBRARY names."""
+def built(compiler: str) -> Path:
+    """Where `make test` has built the library with this compiler: gcc's is the one that KSL_LIBRARY names."""
     library = os.environ.get("KSL_LIBRARY")
-    folder = Path(library).parent.parent / {"g++": "gcc", "clang++": "clang"}[compiler] if library else None
-    return folder if folder and (folder / "libksl.a").exists() else None
+    assert library, "KSL_LIBRARY names the library that make test builds"
+    return Path(library).parent.parent / compiler
 
 
-COMPILED = (("g++", "release"), ("g++", "debug"), *((("clang++", "release"),) if built("clang++") else ()))
+def objects_of(compiler: str, level: str) -> list[Path]:
+    """Where a library was built with the sources of a group compiled together or each alone."""
+    name = level.replace("-", "_")
+    return [file for target in ("kernels", "array_kernels") for file in sorted((built(compiler) / f"CMakeFiles/ksl_{target}_{name}.dir").rglob("*.o"))]
 
 
-def levels(compiler: str, build: str) -> tuple[str, ...]:
-    """Of the release, those that `make test` has built with this compiler.  Two are enough to see what is shared."""
-    folder = built(compiler) if build == "release" else None
-    if folder:
-        return tuple(level for level in LEVELS if (folder / f"CMakeFiles/ksl_kernels_{level.replace('-', '_')}.dir").exists())
-    return LEVELS[1:2] if compiler == "clang++" else LEVELS[:2]
-
-
-pytestmark = pytest.mark.skipif(platform.machine() != "x86_64", reason="there is one instruction set only on this processor")
-
-
-def compile_object(compiler: str, flags: list[str], source: str, out: Path) -> Path:
-    """With the flags that CMakeLists.txt gives."""
-    common = ["-std=c++20", "-fPIC", "-fvisibility=hidden", "-fvisibility-inlines-hidden", "-I", ROOT / "include", "-I", ROOT / "src"]
-    done = subprocess.run([compiler, *common, *flags, "-c", ROOT / source, "-o", out], capture_output=True, text=True)
+def compile_debug(source: str, level: str | None, out: Path) -> Path:
+    """In a debug build templates are out of line, so that weak symbols are many.  A level of None: a file of all levels."""
+    own = [f"-march={level}", f"-DKSL_ISA={level.replace('-', '_')}", f"-DKSL_TABLE={out.stem}"] if level else []
+    common = ["-std=c++20", "-O0", "-fPIC", "-fvisibility=hidden", "-fvisibility-inlines-hidden", "-I", ROOT / "include", "-I", ROOT / "src"]
+    done = subprocess.run(["g++", *common, *own, "-c", ROOT / source, "-o", out], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return out
 
@@ -83,50 +74,32 @@ def symbols(path: Path) -> list[tuple[str, str]]:
     return [(line.split()[-2], line.split()[-1]) for line in lines if line.split()]
 
 
-def kernel_object(compiler: str, build: str, level: str, table: str, folder: Path, library: Path | None) -> Path:
-    """The object out of the folder where its library was built; compiled here where there is none."""
-    name, (target, source) = level.replace("-", "_"), TABLES[table]
-    if library:
-        return library / f"CMakeFiles/{target}_{name}.dir/{source}.o"
-    own = [f"-march={level}", f"-DKSL_ISA={name}", f"-DKSL_TABLE={table}_{name}"]
-    return compile_object(compiler, BUILDS[build] + own, source, folder / f"{compiler}-{build}-{level}-{table}.o")
+def all_symbols(files: list[Path]) -> list[tuple[str, str]]:
+    return [symbol for file in files for symbol in symbols(file)]
 
 
-def build_library(build_type: str, folder: Path) -> Path:
-    """The folder, with the static library of such a build in it; a debug build without -g, which nothing here reads."""
-    options = [f"-DCMAKE_BUILD_TYPE={build_type}", "-DCMAKE_C_COMPILER=gcc", "-DCMAKE_CXX_COMPILER=g++", "-DCMAKE_CXX_FLAGS_DEBUG=", "-DCMAKE_C_FLAGS_DEBUG="]
-    configure = ["cmake", "-S", ROOT, "-B", folder, *options]
-    build = ["cmake", "--build", folder, "--target", "ksl_static", "--parallel", str(len(os.sched_getaffinity(0)))]
-    for step in (configure, build):
-        done = subprocess.run(step, capture_output=True, text=True)
-        assert done.returncode == 0, done.stdout + done.stderr
-    return folder
+BUILDS = ("gcc", "clang", "debug")
+"""The release with each compiler, and few files of a debug build with gcc, which are compiled for this test alone."""
 
 
 @pytest.fixture(scope="module")
-def libraries(tmp_path_factory) -> dict[str, Path]:
-    """Where the static library lies that programs are linked with, and whose objects are looked at."""
-    return {"release": built("g++") or build_library("Release", tmp_path_factory.mktemp("release"))}
-
-
-@pytest.fixture(scope="module")
-def objects(tmp_path_factory, libraries):
-    """{(compiler, build, level, table): symbols}; level "baseline" is a file of the library's that uses the same templates."""
-    folder, jobs = tmp_path_factory.mktemp("kernels"), {}
+def kernels(tmp_path_factory) -> dict[str, dict[str, list[tuple[str, str]]]]:
+    """{build: {level: symbols of its kernels}}; level "baseline" is a file of the library's that uses the same templates."""
+    folder, two = tmp_path_factory.mktemp("kernels"), LEVELS[:2]
+    jobs = {}
     with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
-        for compiler, build in COMPILED:
-            library = None if build == "debug" else libraries[build] if compiler == "g++" else built(compiler)
-            for level, table in product(levels(compiler, build), TABLES_OF[build]):
-                jobs[compiler, build, level, table] = pool.submit(kernel_object, compiler, build, level, table, folder, library)
-            jobs[compiler, build, "baseline", ""] = pool.submit(
-                compile_object, compiler, BUILDS[build], "src/engine/dynamics.cpp", folder / f"{compiler}-{build}-baseline.o"
-            )
-    return {key: symbols(job.result()) for key, job in jobs.items()}
-
-
-EVERY_OBJECT = pytest.mark.parametrize(
-    ("compiler", "build", "level", "table"), [(c, b, level, t) for c, b in COMPILED for level, t in product(levels(c, b), TABLES_OF[b])]
-)
+        for level, table in product(two, debug_tables()):
+            jobs[level, table] = pool.submit(compile_debug, TABLES[table], level, folder / f"{table}_{level.replace('-', '_')}.o")
+        jobs["baseline", ""] = pool.submit(compile_debug, "src/engine/dynamics.cpp", None, folder / "baseline.o")
+    debug: dict[str, list[Path]] = {level: [] for level in (*two, "baseline")}
+    for (level, _), job in jobs.items():
+        debug[level].append(job.result())
+    found = {"debug": {level: all_symbols(files) for level, files in debug.items()}}
+    for compiler in ("gcc", "clang"):
+        levels = {level: all_symbols(objects_of(compiler, level)) for level in LEVELS}
+        baseline = symbols(built(compiler) / "CMakeFiles/ksl_objects.dir/src/engine/dynamics.cpp.o")
+        found[compiler] = {level: names for level, names in levels.items() if names} | {"baseline": baseline}
+    return found
 
 
 def weak_symbols(found: list[tuple[str, str]]) -> set[str]:
@@ -134,36 +107,42 @@ def weak_symbols(found: list[tuple[str, str]]) -> set[str]:
     return {name for kind, name in found if kind in "WVuwv" and not name.startswith("DW.ref.")}
 
 
-@EVERY_OBJECT
-def test_a_kernel_object_exports_its_table_and_nothing_else(objects, compiler, build, level, table):
-    strong = [name for kind, name in objects[compiler, build, level, table] if kind in "TDRBGSAC"]
-    assert strong == [f"{table}_{level.replace('-', '_')}"]
+def strong_symbols(found: list[tuple[str, str]]) -> list[str]:
+    return sorted(name for kind, name in found if kind in "TDRBGSAC")
 
 
-@EVERY_OBJECT
-def test_a_weak_symbol_of_a_kernel_object_bears_the_sets_name(objects, compiler, build, level, table):
+def test_every_set_is_looked_at(kernels):
+    assert list(kernels["gcc"]) == [*LEVELS, "baseline"] and list(kernels["debug"]) == [*LEVELS[:2], "baseline"]
+    assert len(kernels["clang"]) > 1
+
+
+@pytest.mark.parametrize("build", BUILDS)
+def test_kernel_objects_export_their_tables_and_nothing_else(kernels, build):
+    for level in kernels[build].keys() - {"baseline"}:
+        tables = debug_tables() if build == "debug" else TABLES
+        assert strong_symbols(kernels[build][level]) == sorted(f"{table}_{level.replace('-', '_')}" for table in tables)
+
+
+@pytest.mark.parametrize("build", BUILDS)
+def test_a_weak_symbol_of_a_kernel_object_bears_the_sets_name(kernels, build):
     """So no other set's object can have it."""
-    name = level.replace("-", "_")
-    strangers = {symbol for symbol in weak_symbols(objects[compiler, build, level, table]) if f"{len(name)}{name}" not in symbol}
-    assert not strangers, f"{len(strangers)} weak symbols are not in the namespace {name}, {sorted(strangers)[:3]} among them"
+    for level in kernels[build].keys() - {"baseline"}:
+        name = level.replace("-", "_")
+        strangers = {symbol for symbol in weak_symbols(kernels[build][level]) if f"{len(name)}{name}" not in symbol}
+        assert not strangers, f"{len(strangers)} weak symbols are not in the namespace {name}, {sorted(strangers)[:3]} among them"
 
 
-@pytest.mark.parametrize(("compiler", "build"), COMPILED)
-def test_no_two_objects_share_a_weak_symbol(objects, compiler, build):
+@pytest.mark.parametrize("build", BUILDS)
+def test_no_two_sets_share_a_weak_symbol(kernels, build):
     """The linker keeps one copy of a weak symbol: which one, an old processor would find out."""
-    weak = {level: set() for level in (*levels(compiler, build), "baseline")}
-    for (c, b, level, _), found in objects.items():
-        if (c, b) == (compiler, build):
-            weak[level] |= weak_symbols(found)
-    for i, one in enumerate(weak):
-        for other in list(weak)[i + 1 :]:
-            shared = weak[one] & weak[other]
-            assert not shared, f"{one} and {other} share {len(shared)} symbols, {sorted(shared)[:3]} among them"
+    for one, other in combinations(kernels[build], 2):
+        shared = weak_symbols(kernels[build][one]) & weak_symbols(kernels[build][other])
+        assert not shared, f"{one} and {other} share {len(shared)} symbols, {sorted(shared)[:3]} among them"
 
 
-def test_weak_symbols_are_there_to_be_looked_at(objects):
-    """In a debug build templates are out of line: if none were found, the tests above would test nothing."""
-    assert all(weak_symbols(objects["g++", "debug", level, table]) for level, table in product(levels("g++", "debug"), TABLES_OF["debug"]) if table != "ksl_finite")
+def test_weak_symbols_are_there_to_be_looked_at(kernels):
+    """If none were found, the tests above would test nothing."""
+    assert all(len(weak_symbols(found)) > 100 for build in BUILDS for level, found in kernels[build].items() if level != "baseline")
 
 
 PROGRAM = """
@@ -206,11 +185,11 @@ def link(folder: Path, library: Path) -> Path:
 
 
 @pytest.fixture(scope="module")
-def program(tmp_path_factory, libraries) -> Path:
+def program(tmp_path_factory) -> Path:
     """A program linked with the static library, as CMake builds it."""
     folder = tmp_path_factory.mktemp("program")
     (folder / "program.cpp").write_text(PROGRAM)
-    return link(folder, libraries["release"])
+    return link(folder, built("gcc"))
 
 
 def run(program: Path, *launcher: str, **environment: str) -> tuple[str, np.ndarray]:
@@ -234,7 +213,7 @@ def test_the_library_runs_on_an_old_processor(program):
 
 def test_all_sets_that_run_here_agree(program):
     best, numbers = run(program)
-    for level in levels("g++", "release"):
+    for level in LEVELS:
         if LEVELS.index(level) > LEVELS.index(best):
             continue
         name, found = run(program, KSL_ISA=level)

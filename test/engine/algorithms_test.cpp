@@ -1600,6 +1600,337 @@ TEST_CASE("reactions_derivatives: C++ and C, one state and batches, in float") {
   faces::agree<float>(ksl::rows::reactions_derivatives, cpp, c, cpp_batch, c_batch);
 }
 
+TEST_CASE("reactions_external_derivatives: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::reactions_external_derivatives(s.r.m, s.r.d, s.q, s.r.request, s.result[0]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_reactions_external_derivatives(s.r.c_model, s.r.c_data, s.q, s.r.request.n, s.r.joints.data(), nullptr,
+                                             s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::reactions_external_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_reactions_external_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.r.request.n,
+                                                   s.r.joints.data(), nullptr, s.batch.result[0].first,
+                                                   s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::reactions_external_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("reactions_external_derivatives: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::reactions_external_derivatives(s.r.m, s.r.d, s.q, s.r.request, s.result[0]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_reactions_external_derivativesf(s.r.c_model, s.r.c_data, s.q, s.r.request.n, s.r.joints.data(), nullptr,
+                                              s.result[0]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::reactions_external_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_reactions_external_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.r.request.n,
+                                                    s.r.joints.data(), nullptr, s.batch.result[0].first,
+                                                    s.batch.result[0].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::reactions_external_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("frame_velocity_derivatives: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::frame_velocity_derivatives(s.r.m, s.r.d, s.q, s.v, s.result[0], s.r.links[0], s.r.how, s.result[1]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_frame_velocity_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0], s.r.links[0], s.r.c_how,
+                                         s.result[1]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::frame_velocity_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_frame_velocity_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                               s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                               s.r.links[0], s.r.c_how, s.batch.result[1].first,
+                                               s.batch.result[1].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::frame_velocity_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("frame_velocity_derivatives: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::frame_velocity_derivatives(s.r.m, s.r.d, s.q, s.v, s.result[0], s.r.links[0], s.r.how, s.result[1]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_frame_velocity_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0], s.r.links[0], s.r.c_how,
+                                          s.result[1]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::frame_velocity_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_frame_velocity_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                                s.r.links[0], s.r.c_how, s.batch.result[1].first,
+                                                s.batch.result[1].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::frame_velocity_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("frame_velocities_derivatives: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::frame_velocities_derivatives(s.r.m, s.r.d, s.q, s.v, s.result[0], 3, s.r.links.data(), s.r.how, s.result[1]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_frame_velocities_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0], 3, s.r.links.data(),
+                                           s.r.c_how, s.result[1]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::frame_velocities_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_frame_velocities_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                 s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride, 3,
+                                                 s.r.links.data(), s.r.c_how, s.batch.result[1].first,
+                                                 s.batch.result[1].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::frame_velocities_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("frame_velocities_derivatives: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::frame_velocities_derivatives(s.r.m, s.r.d, s.q, s.v, s.result[0], 3, s.r.links.data(), s.r.how, s.result[1]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_frame_velocities_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0], 3, s.r.links.data(),
+                                            s.r.c_how, s.result[1]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::frame_velocities_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_frame_velocities_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                  s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                                  3, s.r.links.data(), s.r.c_how, s.batch.result[1].first,
+                                                  s.batch.result[1].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::frame_velocities_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("frame_acceleration_derivatives: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::frame_acceleration_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0], s.result[1], s.r.links[0], s.r.how,
+                                        s.result[2]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_frame_acceleration_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.result[0], s.result[1],
+                                             s.r.links[0], s.r.c_how, s.result[2]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::frame_acceleration_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_frame_acceleration_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                   s.batch.v.stride, s.batch.a.first, s.batch.a.stride,
+                                                   s.batch.result[0].first, s.batch.result[0].stride,
+                                                   s.batch.result[1].first, s.batch.result[1].stride, s.r.links[0],
+                                                   s.r.c_how, s.batch.result[2].first, s.batch.result[2].stride,
+                                                   s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::frame_acceleration_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("frame_acceleration_derivatives: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::frame_acceleration_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0], s.result[1], s.r.links[0], s.r.how,
+                                        s.result[2]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_frame_acceleration_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.result[0], s.result[1],
+                                              s.r.links[0], s.r.c_how, s.result[2]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::frame_acceleration_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_frame_acceleration_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                    s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+                                                    s.batch.a.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                                    s.batch.result[1].first, s.batch.result[1].stride, s.r.links[0],
+                                                    s.r.c_how, s.batch.result[2].first, s.batch.result[2].stride,
+                                                    s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::frame_acceleration_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("frame_accelerations_derivatives: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::frame_accelerations_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0], s.result[1], 3, s.r.links.data(),
+                                         s.r.how, s.result[2]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_frame_accelerations_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.result[0], s.result[1], 3,
+                                              s.r.links.data(), s.r.c_how, s.result[2]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::frame_accelerations_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_frame_accelerations_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                    s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+                                                    s.batch.a.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                                    s.batch.result[1].first, s.batch.result[1].stride, 3,
+                                                    s.r.links.data(), s.r.c_how, s.batch.result[2].first,
+                                                    s.batch.result[2].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::frame_accelerations_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("frame_accelerations_derivatives: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::frame_accelerations_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0], s.result[1], 3, s.r.links.data(),
+                                         s.r.how, s.result[2]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_frame_accelerations_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.result[0], s.result[1], 3,
+                                               s.r.links.data(), s.r.c_how, s.result[2]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::frame_accelerations_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_frame_accelerations_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                     s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+                                                     s.batch.a.stride, s.batch.result[0].first,
+                                                     s.batch.result[0].stride, s.batch.result[1].first,
+                                                     s.batch.result[1].stride, 3, s.r.links.data(), s.r.c_how,
+                                                     s.batch.result[2].first, s.batch.result[2].stride,
+                                                     s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::frame_accelerations_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("energy_derivatives: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::energy_derivatives(s.r.m, s.r.d, s.q, s.v, s.result[0], s.result[1], s.result[2]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_energy_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0], s.result[1], s.result[2]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::energy_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_energy_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                       s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                       s.batch.result[1].first, s.batch.result[1].stride, s.batch.result[2].first,
+                                       s.batch.result[2].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::energy_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("energy_derivatives: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::energy_derivatives(s.r.m, s.r.d, s.q, s.v, s.result[0], s.result[1], s.result[2]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_energy_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0], s.result[1], s.result[2]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::energy_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_energy_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                        s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                        s.batch.result[1].first, s.batch.result[1].stride, s.batch.result[2].first,
+                                        s.batch.result[2].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::energy_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("centroidal_momentum_derivatives: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::centroidal_momentum_derivatives(s.r.m, s.r.d, s.q, s.v, s.result[0], s.result[1]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_centroidal_momentum_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0], s.result[1]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::centroidal_momentum_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_centroidal_momentum_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                    s.batch.v.first, s.batch.v.stride, s.batch.result[0].first,
+                                                    s.batch.result[0].stride, s.batch.result[1].first,
+                                                    s.batch.result[1].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::centroidal_momentum_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("centroidal_momentum_derivatives: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::centroidal_momentum_derivatives(s.r.m, s.r.d, s.q, s.v, s.result[0], s.result[1]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_centroidal_momentum_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, s.result[0], s.result[1]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::centroidal_momentum_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_centroidal_momentum_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                     s.batch.v.first, s.batch.v.stride, s.batch.result[0].first,
+                                                     s.batch.result[0].stride, s.batch.result[1].first,
+                                                     s.batch.result[1].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::centroidal_momentum_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("centroidal_momentum_rate_derivatives: C++ and C, one state and batches, in double") {
+  const auto cpp = [](faces::one<double> &s) {
+    ksl::centroidal_momentum_rate_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0], s.result[1], s.result[2]);
+  };
+  const auto c = [](faces::one<double> &s) {
+    CHECK(ksl_centroidal_momentum_rate_derivatives(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.result[0], s.result[1],
+                                                   s.result[2]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<double> &s) {
+    ksl::centroidal_momentum_rate_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<double> &s) {
+    CHECK(ksl_centroidal_momentum_rate_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                         s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+                                                         s.batch.a.stride, s.batch.result[0].first,
+                                                         s.batch.result[0].stride, s.batch.result[1].first,
+                                                         s.batch.result[1].stride, s.batch.result[2].first,
+                                                         s.batch.result[2].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<double>(ksl::rows::centroidal_momentum_rate_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
+TEST_CASE("centroidal_momentum_rate_derivatives: C++ and C, one state and batches, in float") {
+  const auto cpp = [](faces::one<float> &s) {
+    ksl::centroidal_momentum_rate_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0], s.result[1], s.result[2]);
+  };
+  const auto c = [](faces::one<float> &s) {
+    CHECK(ksl_centroidal_momentum_rate_derivativesf(s.r.c_model, s.r.c_data, s.q, s.v, s.a, s.result[0], s.result[1],
+                                                    s.result[2]) == KSL_OK);
+  };
+  const auto cpp_batch = [](faces::many<float> &s) {
+    ksl::centroidal_momentum_rate_derivatives_batch(s.r.m, s.batch, s.threads);
+  };
+  const auto c_batch = [](faces::many<float> &s) {
+    CHECK(ksl_centroidal_momentum_rate_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                          s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+                                                          s.batch.a.stride, s.batch.result[0].first,
+                                                          s.batch.result[0].stride, s.batch.result[1].first,
+                                                          s.batch.result[1].stride, s.batch.result[2].first,
+                                                          s.batch.result[2].stride, s.threads) == KSL_OK);
+  };
+  faces::agree<float>(ksl::rows::centroidal_momentum_rate_derivatives, cpp, c, cpp_batch, c_batch);
+}
+
 TEST_CASE("inverse_dynamics_second_derivatives: C++ and C, one state and batches, in double") {
   const auto cpp = [](faces::one<double> &s) {
     ksl::inverse_dynamics_second_derivatives(s.r.m, s.r.d, s.q, s.v, s.a, s.result[0], s.result[1], s.result[2],

@@ -1,71 +1,14 @@
 // Analytic derivatives against dual numbers through the very algorithms that they are the derivatives of, with every kind of joint,
 // on random trees.
-#include "random_trees.hpp"
+#include "derivatives_of.hpp"
 
-#include "ksl/dual.hpp"
 #include "ksl/engine/inverse_dynamics_derivatives.hpp"
-#include "ksl/engine/owned_workspace.hpp"
 #include "ksl/engine/reactions_derivatives.hpp"
-
-#include <doctest/doctest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <random>
+#include "ksl/engine/reactions_external_derivatives.hpp"
 
 namespace {
 
-using T = ksl::dual<1>;
-using robots::numbers;
-using robots::random_state;
-using robots::random_tree;
-using robots::state;
-
-/// What is computed from q, v and a.
-template <class Compute> struct function {
-  const ksl::model &m;
-  const state &s;
-  Compute compute;
-
-  /// Its derivatives by coordinate k of q, along q ⊕ s e_k (which: 0), of v (1) or a (2).
-  numbers<double> derivative(int which, int k) const {
-    numbers<T> q(s.q.begin(), s.q.end()), v(s.v.begin(), s.v.end()), a(s.a.begin(), s.a.end()), step(s.v.size(), T(0.0));
-    (which == 0 ? step : which == 1 ? v : a)[static_cast<std::size_t>(k)].derivative[0] = 1;
-    for (int i = 1; i < m.view().bodies; ++i) {
-      const ksl::body<double> &b = m.view().body[i];
-      numbers<T> moved(8);
-      ksl::with_joint(b.kind, [&]<class J>(J) { J::integrate(&q[b.q_index], &step[b.v_index], moved.data()); });
-      std::copy_n(moved.begin(), ksl::row_of(b.kind).nq, q.begin() + b.q_index);
-    }
-    const numbers<T> push(s.push.begin(), s.push.end());
-    numbers<double> out;
-    for (const T &x : compute(q, v, a, ksl::external_wrenches<T>{s.external().n, s.pushed.data(), push.data()}))
-      out.push_back(x.derivative[0]);
-    return out;
-  }
-};
-
-double largest(const numbers<double> &x) {
-  double out = 1;
-  for (double y : x)
-    out = std::fmax(out, std::fabs(y));
-  return out;
-}
-
-/// Holds D (3, n, nv) against the derivatives of n numbers by q, v and a.
-template <class Compute> void check_derivatives(const function<Compute> &f, const numbers<double> &D, double tolerance) {
-  const int nv = f.m.nv();
-  const std::size_t n = D.size() / static_cast<std::size_t>(3 * nv);
-  double error = 0;
-  for (int which = 0; which < 3; ++which)
-    for (int k = 0; k < nv; ++k) {
-      const numbers<double> expected = f.derivative(which, k);
-      REQUIRE(expected.size() == n);
-      for (std::size_t i = 0; i < n; ++i)
-        error = std::fmax(error, std::fabs(D[(which * n + i) * static_cast<std::size_t>(nv) + static_cast<std::size_t>(k)] - expected[i]));
-    }
-  CHECK(error <= tolerance * largest(D));
-}
+using namespace derivatives;
 
 void check_inverse_dynamics(const ksl::model &m, const state &s) {
   const auto tau = [&](const numbers<T> &q, const numbers<T> &v, const numbers<T> &a, const ksl::external_wrenches<T> &external) {
@@ -98,6 +41,36 @@ void check_reactions(const ksl::model &m, const state &s, ksl::reaction_request 
   const ksl::owned_workspace<ksl::reactions_derivatives_workspace<double>> w(m.view());
   ksl::reactions_derivatives(m.view(), *w, s.q.data(), s.v.data(), s.a.data(), request, s.external(), D.data(), &D[size], &D[2 * size]);
   check_derivatives(function<decltype(found)>{m, s, found}, D, 1e-13);
+}
+
+/// By the wrench on each link, with the dual part in one of its components after the other.
+void check_reactions_by_external(const ksl::model &m, const state &s, ksl::reaction_request request) {
+  numbers<int> links;
+  for (int l = 0; l < m.view().links; ++l)
+    links.push_back(l);
+  request.n = m.view().links;
+  request.link = links.data();
+  const std::size_t rows = 6 * links.size(), columns = 6 * links.size();
+  const numbers<T> q(s.q.begin(), s.q.end()), v(s.v.begin(), s.v.end()), a(s.a.begin(), s.a.end());
+  numbers<T> dual(rows * columns, T(NAN)), push(columns, T(0.5)), tau(v.size()), out(rows);
+  numbers<double> D(rows * columns, NAN);
+  using workspace = ksl::reactions_external_derivatives_workspace<double>;
+  ksl::reactions_external_derivatives(m.view(), *ksl::owned_workspace<workspace>(m.view()), s.q.data(), request, D.data());
+  const ksl::owned_workspace<ksl::reactions_external_derivatives_workspace<T>> own(m.view());
+  ksl::reactions_external_derivatives<T>(m.view(), *own, q.data(), request, dual.data());
+  const ksl::owned_workspace<ksl::reactions_workspace<T>> w(m.view());
+  double error = 0;
+  for (std::size_t c = 0; c < columns; ++c) {
+    push[c].derivative[0] = 1;
+    ksl::inverse_dynamics_with_reactions<T>(m.view(), *w, q.data(), v.data(), a.data(), {m.view().links, links.data(), push.data()}, tau.data(),
+                                            request, out.data());
+    push[c].derivative[0] = 0;
+    for (std::size_t r = 0; r < rows; ++r) {
+      error = std::fmax(error, std::fabs(out[r].derivative[0] - D[r * columns + c]));
+      error = std::fmax(error, std::fabs(dual[r * columns + c].value - D[r * columns + c]));
+    }
+  }
+  CHECK(error <= 1e-13 * largest(D));
 }
 
 /// A request for other axes, another point and part than before.
@@ -150,5 +123,6 @@ TEST_CASE("derivatives of reactions: random trees") {
     const ksl::model m = random_tree(2 + turn % 13, random);
     if (m.nv() > 0)
       check_reactions(m, random_state(m, random), request_of(turn, m.view().links));
+    check_reactions_by_external(m, random_state(m, random), request_of(turn, m.view().links));
   }
 }

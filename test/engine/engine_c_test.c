@@ -90,8 +90,10 @@ static void test_pendulum(const char *path) {
 
   const int hand = ksl_model_link(m, "hand");
   const ksl_coscrew_t push = ksl_coscrew(1, 2, 3, 4, 5, 6);
-  const ksl_external_t external = {1, &hand, &push};
+  const ksl_external_t external = {1, &hand, &push, KSL_IN_FRAME}, in_world = {1, &hand, &push, KSL_IN_WORLD};
   double pushed;
+  CHECK(ksl_inverse_dynamics(m, d, &q, &v, &a, &in_world, &pushed) == KSL_OK);
+  CHECK(close_to(pushed, tau - (5 - l * (1 * cos(q) - 3 * sin(q)))));
   CHECK(ksl_inverse_dynamics(m, d, &q, &v, &a, &external, &pushed) == KSL_OK);
   CHECK(close_to(pushed, tau - (5 - l * 1)));
   CHECK(ksl_reactions(m, d, 1, joints + 1, NULL, &external, w) == KSL_OK);
@@ -132,6 +134,9 @@ static void test_pendulum(const char *path) {
   bad = external;
   bad.link = &nobody;
   CHECK_REFUSED(ksl_inverse_dynamics(m, d, &q, &v, &a, &bad, &tau), KSL_BAD_ARGUMENT, "link out of range");
+  bad = external;
+  bad.axes = (ksl_expressed_t)7;
+  CHECK_REFUSED(ksl_inverse_dynamics(m, d, &q, &v, &a, &bad, &tau), KSL_BAD_ARGUMENT, "axes");
   const ksl_coscrew_t wrong = ksl_coscrew(1, 2, nan, 4, 5, 6);
   bad = external;
   bad.wrench = &wrong;

@@ -74,7 +74,10 @@ struct mechanism {
     call(m.view(), *ksl::owned_workspace<Workspace<T>>(m.view()), out.data());
     return out;
   }
-  template <class T> ksl::external_wrenches<T> external(const numbers<T> &f) const { return {2, pushed.data(), f.data()}; }
+  /// In the axes of the links, or in those of the world.
+  template <class T> ksl::external_wrenches<T> external(const numbers<T> &f) const {
+    return {2, pushed.data(), f.data(), static_cast<ksl::expressed_in>(n % 2)};
+  }
 
   template <class T> numbers<T> M(const numbers<T> &at) const {
     return run<ksl::mass_matrix_workspace, T>(n * n, [&](auto model, auto &w, T *out) { ksl::mass_matrix<T>(model, w, at.data(), out); });

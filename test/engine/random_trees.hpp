@@ -18,8 +18,9 @@ template <class N> using numbers = std::vector<N>;
 struct state {
   numbers<double> q, v, a, push;
   numbers<int> pushed;
+  ksl::expressed_in axes = ksl::expressed_in::frame; ///< of what pushes
 
-  ksl::external_wrenches<double> external() const { return {static_cast<int>(pushed.size()), pushed.data(), push.data()}; }
+  ksl::external_wrenches<double> external() const { return {static_cast<int>(pushed.size()), pushed.data(), push.data(), axes}; }
 };
 
 inline numbers<double> random_numbers(int n, std::mt19937 &random) {
@@ -34,6 +35,7 @@ inline state random_state(const ksl::model &m, std::mt19937 &random) {
   const int last = m.view().links - 1;
   state s = {random_numbers(m.nq(), random), random_numbers(m.nv(), random), random_numbers(m.nv(), random),
              random_numbers(18, random), {last, last / 2, 0}};
+  s.axes = static_cast<ksl::expressed_in>(random() % 2);
   normalize_quaternions(m, s.q.data());
   return s;
 }

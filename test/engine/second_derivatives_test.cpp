@@ -55,7 +55,7 @@ template <class Compute> struct function {
         x[variable][static_cast<std::size_t>(coordinate)] = x[variable][static_cast<std::size_t>(coordinate)] + step;
     const numbers<twice> push(s.push.begin(), s.push.end());
     numbers<double> out;
-    for (const twice &y : compute(x[0], x[1], x[2], ksl::external_wrenches<twice>{s.external().n, s.pushed.data(), push.data()}))
+    for (const twice &y : compute(x[0], x[1], x[2], ksl::external_wrenches<twice>{s.external().n, s.pushed.data(), push.data(), s.axes}))
       out.push_back(y.derivative[0].derivative[0]);
     return out;
   }
@@ -85,7 +85,7 @@ template <class T, class Compute> numbers<T> results(const state &s, const numbe
   const numbers<T> v(s.v.begin(), s.v.end()), push(s.push.begin(), s.push.end());
   const std::size_t n = s.v.size() * s.v.size() * s.v.size();
   numbers<T> D(4 * n, T(NAN));
-  const ksl::external_wrenches<T> external{s.external().n, s.pushed.data(), push.data()};
+  const ksl::external_wrenches<T> external{s.external().n, s.pushed.data(), push.data(), s.axes};
   compute(q.data(), v.data(), third.data(), external, D.data(), &D[n], &D[2 * n], &D[3 * n]);
   return D;
 }

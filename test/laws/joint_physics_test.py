@@ -66,3 +66,15 @@ def test_power_is_the_rate_of_energy_and_the_heat(case):
     power, heat = (m.inverse_dynamics(q, v, a) * v).sum(axis=-1), ((parts[:, 1] + parts[:, 2]) * v).sum(axis=-1)
     assert (heat > 0).all()
     np.testing.assert_allclose((energies[0] - energies[1]) / (2 * step), power - heat, rtol=1e-6, atol=1e-6 * abs(power).max())
+
+
+def test_derivatives_of_energies(case):
+    """By v, those of rotors; by q, those of springs."""
+    m, q, v, _ = case
+    step, eye = 1e-5, np.eye(m.nv)
+    by_q, by_v, potential = m.energy_derivatives(q, v)
+    np.testing.assert_allclose(by_v, np.einsum("nij,nj->ni", m.mass_matrix(q), v), atol=1e-12 * max(1, abs(by_v).max()))
+    np.testing.assert_allclose(potential, m.gravity_torque(q), atol=1e-12 * max(1, abs(potential).max()))
+    energies = [m.energy(m.integrate(q[:, None], s * eye), v[:, None]) for s in (step, -step)]
+    for found, ahead, behind in zip((by_q, potential), *energies, strict=True):
+        assert abs(found - (ahead - behind) / (2 * step)).max() < 1e-7 * max(1, abs(found).max())

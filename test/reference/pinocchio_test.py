@@ -127,6 +127,29 @@ def test_whole_body(r):
     check(r.m.centroidal_momentum_rate(r.q, r.v, r.a), d.dhg.vector)
 
 
+def test_derivatives_of_motions(r):
+    p, d, q, v, a = r.theirs
+    pin.computeForwardKinematicsDerivatives(p, d, q, v, a)
+    pin.updateFramePlacements(p, d)
+    for name in r.links:
+        i = p.getFrameId(name)
+        for there, where in WHERE[:2]:
+            by_q, by_v = pin.getFrameVelocityDerivatives(p, d, i, there)
+            for found, expected in zip(r.m.frame_velocity_derivatives(r.q, r.v, name, **where), (by_q, by_v)):
+                check(found, expected[:, r.in_v])
+            expected = pin.getFrameAccelerationDerivatives(p, d, i, there)[-3:]
+            for found, of_theirs in zip(r.m.frame_acceleration_derivatives(r.q, r.v, r.a, name, **where), expected):
+                check(found, of_theirs[:, r.in_v])
+
+
+def test_derivatives_of_momentum(r):
+    p, d, q, v, a = r.theirs
+    of_momentum, *of_rate = (x[:, r.in_v] for x in pin.computeCentroidalDynamicsDerivatives(p, d, q, v, a))
+    check(r.m.centroidal_momentum_derivatives(r.q, r.v)[0], of_momentum)
+    for found, expected in zip(r.m.centroidal_momentum_rate_derivatives(r.q, r.v, r.a), of_rate):
+        check(found, expected)
+
+
 def test_regressors(r):
     p, d, q, v, a = r.theirs
     in_joints = np.array(r.ids) - 1

@@ -43,7 +43,8 @@ template <class S> struct rows_view {
   std::ptrdiff_t stride = 0;
 };
 
-/// Wrenches that the environment exerts on one link.  A row is a wrench: linear first, at the link's origin, in the link's axes.
+/// Wrenches that the environment exerts on one link.  A row is a wrench: linear first, at the link's origin, in the
+/// link's axes or the world's.
 template <class S> struct external_rows {
   int link = 0;
   rows_view<const S> wrench;
@@ -63,6 +64,7 @@ template <class S> struct batch_view {
   rows_view<const S> q = {}, v = {}, a = {}, tau = {}, q1 = {}, fraction = {};
   int external_n = 0;
   const external_rows<S> *external = nullptr; ///< (external_n)
+  expressed_in external_axes = expressed_in::frame; ///< of all of them
   link_list links = {};
   frame_options frame = {};
   const reaction_request *joints = nullptr; ///< joints, and how their wrenches are expressed

@@ -86,7 +86,7 @@ void external_power(const model_view<scalar_of<T>> &model, const external_power_
   body_twists(model, w, v);
   T sum = T(0);
   for (int k = 0; k < external.n; ++k) {
-    const coscrew<T> f = external_in_body(model, external, k);
+    const coscrew<T> f = external_in_body(model, w.poses.pose, external, k);
     sum = sum + algebra<T>::dot_cs(&f, &w.twist[model.link[external.link[k]].body]);
   }
   *power = sum;

@@ -63,7 +63,7 @@ void start_articulated(const model_view<scalar_of<T>> &model, const forward_dyna
     w.A.set(k, A);
     w.wrench.set(k, newton_euler(I, w.motion[k]));
   });
-  subtract_external(model, external, w.wrench, [&](int i, coscrew<T> &f) KSL_INLINED {
+  subtract_external(model, w.pose, external, w.wrench, [&](int i, coscrew<T> &f) KSL_INLINED {
     const mat3x3<T> R = w.rotation[i];
     algebra<T>::product_CoAdrc(&R, &f, &f);
   });

@@ -296,8 +296,8 @@ void negative_products(const model_view<scalar_of<T>> &model, const array_of<int
 }
 
 /// The derivatives of a = forward_dynamics(q, v, tau), each (nv, nv), row-major: with respect to q along q ⊕ s e_k with v and tau
-/// held componentwise, to v, and to tau, which is M⁻¹.  External wrenches are held in their links' axes and move with them.  q (nq),
-/// v and tau (nv).  O(nv² × depth).
+/// held componentwise, to v, and to tau, which is M⁻¹.  External wrenches are held in the axes in which they are given, those of
+/// their links, which move, or of the world.  q (nq), v and tau (nv).  O(nv² × depth).
 template <class T>
 void forward_dynamics_derivatives(const model_view<scalar_of<T>> &model, const forward_dynamics_derivatives_workspace<T> &w,
                                   const T *q, const T *v, const T *tau, const external_wrenches<T> &external, T *da_dq, T *da_dv,

@@ -4,6 +4,7 @@
 // one of which carries the other.  O(bodies × depth), besides writing 3 nv² numbers.
 #pragma once
 
+#include "ksl/engine/held_in_world.hpp"
 #include "ksl/engine/symmetric_matrix.hpp"
 #include "ksl/engine/wrench_derivatives.hpp"
 
@@ -176,13 +177,15 @@ void elements_of_inverse_dynamics_derivatives(const model_view<scalar_of<T>> &mo
     for (int i = model.bodies - 1; i > 0; --i)
       set_joint(model, w, i, out);
   }
+  if (external.axes == expressed_in::world)
+    add_turning_of_external(model, w.wrenches, external, dtau_dq);
   if (model.physics)
     add_physics_derivatives(model, v, dtau_dq, dtau_dv, dtau_da);
 }
 
 /// The derivatives of tau = inverse_dynamics(q, v, a), each (nv, nv), row-major: with respect to q along q ⊕ s e_k with v and a
-/// held componentwise, to v, and to a, which is the mass matrix.  External wrenches are held in their links' axes and move with
-/// them.  q (nq), v and a (nv).
+/// held componentwise, to v, and to a, which is the mass matrix.  External wrenches are held in the axes in which they
+/// are given, those of their links, which move, or of the world.  q (nq), v and a (nv).
 template <class T>
 void inverse_dynamics_derivatives(const model_view<scalar_of<T>> &model, const inverse_dynamics_derivatives_workspace<T> &w,
                                   const T *q, const T *v, const T *a, const external_wrenches<T> &external, T *dtau_dq, T *dtau_dv,

@@ -254,7 +254,8 @@ void elements_of_inverse_dynamics_second_derivatives(const model_view<scalar_of<
                                                      const T *a, const external_wrenches<T> &external, T *d2tau_dqdq, T *d2tau_dvdv,
                                                      T *d2tau_dqdv, T *dM_dq) {
   const tau_second_derivatives<T> out = {d2tau_dqdq, d2tau_dvdv, d2tau_dqdv, dM_dq, model.nv};
-  forward_motions(model, w.wrenches, q, v, a, external);
+  const bool held = external.axes == expressed_in::world; // what these do is added at the end
+  forward_motions(model, w.wrenches, q, v, a, held ? external_wrenches<T>{} : external);
   sum_subtrees(model, w.wrenches);
   set_rates_of_subtrees(model, w);
   if constexpr (is_number<T>) // lanes beyond the end of a path are read, too
@@ -269,6 +270,8 @@ void elements_of_inverse_dynamics_second_derivatives(const model_view<scalar_of<
     for (int k = 0; k < b.nv; ++k)
       set_elements_of(w, b.v_index + k, w.place[b.ancestors], out);
   }
+  if (held)
+    add_second_derivatives_of_held(model, w.wrenches, external, d2tau_dqdq);
   if (model.physics)
     add_physics_second_derivatives(model, v, d2tau_dvdv);
 }
@@ -276,8 +279,8 @@ void elements_of_inverse_dynamics_second_derivatives(const model_view<scalar_of<
 /// The second derivatives of tau = inverse_dynamics(q, v, a), each (nv, nv, nv), row-major.  Element (i, k, m) of d2tau_dqdq is the
 /// derivative along q ⊕ s e_m of the derivative of effort i along q ⊕ s e_k, v and a held componentwise; in k and m it is symmetric
 /// unless these are of one joint with several coordinates.  That of d2tau_dvdv is by v_k and v_m, that of d2tau_dqdv by q_k and v_m, and
-/// that of dM_dq is the derivative of M_ik by q_m, or d²tau_i / da_k dq_m.  External wrenches are held in their links' axes and move with
-/// them.  q (nq), v and a (nv).  O(nv × depth²), besides writing 4 nv³ numbers.
+/// that of dM_dq is the derivative of M_ik by q_m, or d²tau_i / da_k dq_m.  External wrenches are held in the axes in which they are
+/// given, those of their links, which move, or of the world.  q (nq), v and a (nv).  O(nv × depth²), besides writing 4 nv³ numbers.
 template <class T>
 void inverse_dynamics_second_derivatives(const model_view<scalar_of<T>> &model, const inverse_dynamics_second_derivatives_workspace<T> &w,
                                          const T *q, const T *v, const T *a, const external_wrenches<T> &external, T *d2tau_dqdq,

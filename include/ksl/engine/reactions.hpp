@@ -51,7 +51,7 @@ void link_wrenches(const model_view<scalar_of<T>> &model, const reactions_worksp
   for (int l = 0; l < model.links; ++l)
     w.link_wrench[l] = newton_euler(spread<T>(model.link[l].inertia), w.dynamics.motion[model.link[l].body]);
   for (int k = 0; k < external.n; ++k) {
-    const coscrew<T> f = external_in_body(model, external, k);
+    const coscrew<T> f = external_in_body(model, w.dynamics.pose, external, k);
     A::nxpy_cc(&f, &w.link_wrench[external.link[k]]);
   }
   for (int l = model.links - 1; l > 0; --l) {
@@ -70,6 +70,13 @@ void link_wrenches(const model_view<scalar_of<T>> &model, const reactions_worksp
     }
     A::xpy_cc(&f, &w.link_wrench[child.parent]);
   }
+}
+
+/// Is link l on the child side of the joint that carries `first`?
+template <class S> inline bool is_carried(const model_view<S> &model, int first, int l) {
+  while (l > first)
+    l = model.link[l].parent;
+  return l == first;
 }
 
 /// The requested part of a wrench in a body's canonical frame.  The actuation part is h* Sᵀ f, which is called coupling where the

@@ -6,6 +6,7 @@
 // frame relative to them adds x ×* f.
 #pragma once
 
+#include "ksl/engine/held_in_world.hpp"
 #include "ksl/engine/reactions.hpp"
 #include "ksl/engine/symmetric_matrix.hpp"
 #include "ksl/engine/wrench_derivatives.hpp"
@@ -22,37 +23,6 @@ template <class T> struct reactions_derivatives_workspace {
     link.lay_out(memory, model.links);
   }
 };
-
-/// The body on the ground that carries body i, or 0 for the ground itself.  Its tree has common axes and a common point.
-template <class S> inline int tree_of(const model_view<S> &model, int i) {
-  while (model.body[i].parent > 0)
-    i = model.body[i].parent;
-  return i;
-}
-
-/// Pose in the world of a tree's common axes and point.
-template <class T>
-inline SE3<T> tree_pose(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w, int tree) {
-  SE3<T> D = ground_pose<T>(model);
-  if (tree > 0)
-    by_kind(model.body[tree].kind, [&]<joint_kind K>() KSL_INLINED {
-      const auto pose = joint<K>::kept_pose(model.body[tree], w.pose);
-      D.t = pose.t;
-      if constexpr (joint<K>::is_free)
-        D.R = pose.R;
-    });
-  return D;
-}
-
-/// Pose of a link's frame in its tree's axes.
-template <class T>
-inline SE3<T> link_in_tree(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w, int link) {
-  const ksl::link<scalar_of<T>> &l = model.link[link];
-  const SE3<T> body = {w.rotation[l.body], w.origin[l.body]}, in_body = spread<T>(l.pose);
-  SE3<T> D;
-  algebra<T>::product_dd(&body, &in_body, &D);
-  return D;
-}
 
 /// The same in the axes of any tree.
 template <class T> inline SE3<T> link_in_other_tree(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w,
@@ -141,19 +111,6 @@ template <class S> inline coordinate_run carried_by(const model_view<S> &model, 
       run = {run.end > 0 ? run.first : model.body[i].v_index, model.body[i].v_index + model.body[i].nv};
   }
   return run;
-}
-
-/// Calls step(first, end) for each run of coordinates that carry body i, its joint's own included.
-template <class S, class Step> KSL_LANES void for_carriers(const model_view<S> &model, int i, Step step) {
-  for (int end = model.body[i].v_index + model.body[i].nv; i > 0;) {
-    i = model.body[i].chain_start;
-    const int parent = model.body[i].parent;
-    if (parent == 0 || parent != i - 1) {
-      step(model.body[i].v_index, end);
-      end = model.body[parent].v_index + model.body[parent].nv;
-    }
-    i = parent;
-  }
 }
 
 /// The derivatives of a wrench by one coordinate of q, v and a.
@@ -319,6 +276,14 @@ template <class P, class T> struct rotation_in_lanes {
   }
 };
 
+/// The part of a wrench in the axes of its body, moved to the frame in which the body has the pose D.
+template <joint_kind K, class T, class P> KSL_LANES coscrew<P>
+split_and_moved(const body<scalar_of<T>> &b, const pose_workspace<T> &pose, wrench_part part, const SE3<P> &D, const coscrew<P> &f) {
+  coscrew<P> x = part_through<K>(b, rotation_in_lanes<P, T>{pose}, part, f);
+  algebra<P>::product_CoAdc(&D, &x, &x);
+  return x;
+}
+
 /// Derivatives of the wrench through a joint in any frame, for the dynamics d of the bodies beyond it.
 template <class T>
 void set_reaction_in(const SE3<T> &frame, const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w, int body,
@@ -344,10 +309,7 @@ coscrew<T> set_part_of_reaction(const model_view<scalar_of<T>> &model, const wre
   set_reaction_in(body, model, w, i, d, carried, out);
   by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
     const auto split = [&]<class P>(const coscrew<P> &f) KSL_INLINED {
-      const SE3<P> there = in_all_lanes<P, SE3>(D);
-      coscrew<P> x = part_through<K>(b, rotation_in_lanes<P, T>{w.pose}, part, f);
-      algebra<P>::product_CoAdc(&there, &x, &x);
-      return x;
+      return split_and_moved<K>(b, w.pose, part, in_all_lanes<P, SE3>(D), f);
     };
     out.change(carried.first, carried.end, split);
     for_carriers(model, i, [&](int first, int end) { out.change(first, end, split); });
@@ -391,6 +353,54 @@ template <class T> void add_relative_motion(const model_view<scalar_of<T>> &mode
     add_motion(model, w, request, link, model.link[request.at_link].body, -1, 0, f, out);
   if (request.axes == wrench_frame::link)
     add_motion(model, w, request, link, model.link[request.axes_link].body, 0, -1, f, out);
+}
+
+/// Adds what external wrenches that are held in the world's axes, on links beyond the joint, add to the derivatives by q of the
+/// requested part (held_in_world.hpp).
+template <class T>
+void add_turning_of_external(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w,
+                             const reaction_request &request, int link, const external_wrenches<T> &external,
+                             const reaction_rows_of_joint<T> &out) {
+  const ksl::link<scalar_of<T>> &l = model.link[link];
+  const bool moves = l.carried_by_moving_joint && l.body > 0;
+  if (!moves && (request.part == wrench_part::actuation || request.part == wrench_part::coupling))
+    return;
+  for (int e = 0; e < external.n; ++e) {
+    const int body = model.link[external.link[e]].body;
+    if (body == 0 || !is_carried(model, link, external.link[e]))
+      continue;
+    const held_wrench<T> held = held_in_common_axes(model, w, external, e);
+    const SE3<T> frame = requested_frame(model, w, request, link, tree_of(model, body));
+    const auto add = [&](auto part) KSL_INLINED {
+      for_carriers(model, body, [&](int first, int end) KSL_INLINED {
+        out.set_by_q(first, end, [&]<class P>(int k) KSL_INLINED {
+          using A = algebra<P>;
+          const vec3<P> turn = w.coordinate.template part<vec3, P, 3>(k), point = in_all_lanes<P, vec3>(held.point);
+          const coscrew<P> f = in_all_lanes<P, coscrew>(held.f);
+          coscrew<P> change, sum = out.template get_by_q<P>(k);
+          A::cross_vv(&turn, &f.lin, &change.lin);
+          A::cross_vv(&turn, &f.ang, &change.ang);
+          A::product_CoAdtc(&point, &change, &change);
+          change = part(change);
+          A::xpy_cc(&change, &sum);
+          return sum;
+        });
+      });
+    };
+    if (request.part == wrench_part::total || !moves) {
+      add([&]<class P>(const coscrew<P> &f) KSL_INLINED { return expressed(in_all_lanes<P, SE3>(frame), f); });
+    } else {
+      const ksl::body<scalar_of<T>> &b = model.body[l.body];
+      const SE3<T> own = {w.rotation[l.body], w.origin[l.body]};
+      SE3<T> D; // of the body in the requested frame
+      algebra<T>::product_dinvd(&frame, &own, &D);
+      by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
+        add([&]<class P>(const coscrew<P> &f) KSL_INLINED {
+          return split_and_moved<K>(b, w.pose, request.part, in_all_lanes<P, SE3>(D), expressed(in_all_lanes<P, SE3>(own), f));
+        });
+      });
+    }
+  }
 }
 
 /// Derivatives of the wrench through a joint between links of the ground.  Each tree on the ground has axes of its own.
@@ -475,12 +485,14 @@ void elements_of_reactions_derivatives(const model_view<scalar_of<T>> &model, co
       set_whole_reaction(model, w.wrenches, l, clear, out);
     else
       set_requested_reaction(model, w, request, request.link[j], out);
+    if (external.axes == expressed_in::world)
+      add_turning_of_external(model, w.wrenches, request, request.link[j], external, out);
   }
 }
 
 /// The derivatives of reactions(q, v, a) with the same request, each (n, 6, nv), row-major: of the components in the requested
 /// axes, about the requested point; by q along q ⊕ s e_k with v and a held componentwise, by v and by a.  External wrenches are
-/// held in their links' axes and move with them.
+/// held in the axes in which they are given, those of their links, which move, or of the world.
 template <class T>
 void reactions_derivatives(const model_view<scalar_of<T>> &model, const reactions_derivatives_workspace<T> &w, const T *q, const T *v,
                            const T *a, const reaction_request &request, const external_wrenches<T> &external, T *by_q, T *by_v,

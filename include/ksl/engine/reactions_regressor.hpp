@@ -61,30 +61,17 @@ inline screw<T> part_at_link(const model_view<scalar_of<T>> &model, const pose_w
   return s;
 }
 
-/// Is link l on the child side of the joint that carries `first`?
-template <class S> inline bool is_carried(const model_view<S> &model, int first, int l) {
-  while (l > first)
-    l = model.link[l].parent;
-  return l == first;
-}
-
-/// Y (request.n, 6, links, 10), row-major, for q (nq), v (nv), dv (nv): reactions are Σ Y φ over all links of the model, with their
-/// ten parameters φ (link_regressor.hpp), under gravity without external wrenches.  Point, axes, part, side and order are those of the
-/// request.  A component of a wrench is its power on a unit twist.  O(joints × links).
-template <class T>
-void reactions_regressor(const model_view<scalar_of<T>> &model, const reactions_regressor_workspace<T> &w, const T *q, const T *v,
-                         const T *dv, const reaction_request &request, T *Y) {
+/// Calls step(r, c, l, s) for component c of the wrench of request.link[r] and each link l beyond that joint: the component is the sum over
+/// these links of the power, on the twist s of the link's frame, of the wrenches that they need.  After the poses are known.
+template <class T, class Step>
+KSL_LANES void for_components(const model_view<scalar_of<T>> &model, const forward_kinematics_workspace<T> &poses,
+                              const reaction_request &request, Step step) {
   using A = algebra<T>;
-  const int n = model.links;
-  for (std::ptrdiff_t k = 0; k < std::ptrdiff_t(60) * request.n * n; ++k)
-    Y[k] = T(0);
-  body_motions(model, w.poses.pose, w.motion, ground_motion<T>(model), q, v, dv, [](auto) KSL_INLINED {});
-  compose_poses(model, w.poses.pose, w.poses.in_world);
   const T sign = T(request.on == wrench_side::parent ? -1 : 1);
   for (int r = 0; r < request.n; ++r) {
     const int first = request.link[r];
-    const SE3<T> joint = link_pose(model, w.poses.in_world, first);
-    const SE3<T> target = requested_frame(model, w.poses.in_world, request, joint);
+    const SE3<T> joint = link_pose(model, poses.in_world, first);
+    const SE3<T> target = requested_frame(model, poses.in_world, request, joint);
     SE3<T> D; // of the joint's frame in the requested one
     A::product_dinvd(&target, &joint, &D);
     screw<T> component[6]; // as twists of the joint's frame
@@ -93,22 +80,38 @@ void reactions_regressor(const model_view<scalar_of<T>> &model, const reactions_
       unit[request.angular_first ? (c + 3) % 6 : c] = sign;
       screw<T> s = {{unit[0], unit[1], unit[2]}, {unit[3], unit[4], unit[5]}};
       A::product_Adinvs(&D, &s, &s);
-      component[c] = part_at_link(model, w.poses.pose, model.link[first], request.part, s);
+      component[c] = part_at_link(model, poses.pose, model.link[first], request.part, s);
     }
-    for (int l = first; l < n; ++l) {
+    for (int l = first; l < model.links; ++l) {
       if (!is_carried(model, first, l))
         continue;
-      const SE3<T> pose = link_pose(model, w.poses.in_world, l);
-      const body_motion<T> motion = motion_of_link(model.link[l], w.motion[model.link[l].body]);
+      const SE3<T> pose = link_pose(model, poses.in_world, l);
       SE3<T> seen; // of the joint's frame in the link's
       A::product_dinvd(&pose, &joint, &seen);
       for (int c = 0; c < 6; ++c) {
         screw<T> s;
         A::product_Ads(&seen, &component[c], &s);
-        wrench_form(s, motion, Y + parameters_of_link * ((std::ptrdiff_t(6) * r + c) * n + l));
+        step(r, c, l, s);
       }
     }
   }
+}
+
+/// Y (request.n, 6, links, 10), row-major, for q (nq), v (nv), dv (nv): reactions are Σ Y φ over all links of the model, with their
+/// ten parameters φ (link_regressor.hpp), under gravity without external wrenches.  Point, axes, part, side and order are those of the
+/// request.  A component of a wrench is its power on a unit twist.  O(joints × links).
+template <class T>
+void reactions_regressor(const model_view<scalar_of<T>> &model, const reactions_regressor_workspace<T> &w, const T *q, const T *v,
+                         const T *dv, const reaction_request &request, T *Y) {
+  const int n = model.links;
+  for (std::ptrdiff_t k = 0; k < std::ptrdiff_t(60) * request.n * n; ++k)
+    Y[k] = T(0);
+  body_motions(model, w.poses.pose, w.motion, ground_motion<T>(model), q, v, dv, [](auto) KSL_INLINED {});
+  compose_poses(model, w.poses.pose, w.poses.in_world);
+  for_components(model, w.poses, request, [&](int r, int c, int l, const screw<T> &s) KSL_INLINED {
+    const body_motion<T> motion = motion_of_link(model.link[l], w.motion[model.link[l].body]);
+    wrench_form(s, motion, Y + parameters_of_link * ((std::ptrdiff_t(6) * r + c) * n + l));
+  });
 }
 
 } // namespace KSL_ISA

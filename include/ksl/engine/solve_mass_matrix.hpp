@@ -26,7 +26,7 @@ void start_at_rest(const model_view<scalar_of<T>> &model, const forward_dynamics
     w.A.set(k, A);
     w.wrench.set(k, {{zero, zero, zero}, {zero, zero, zero}});
   });
-  subtract_external(model, external, w.wrench, [&](int i, coscrew<T> &f) KSL_INLINED {
+  subtract_external(model, w.pose, external, w.wrench, [&](int i, coscrew<T> &f) KSL_INLINED {
     const mat3x3<T> R = w.rotation[i];
     algebra<T>::product_CoAdrc(&R, &f, &f);
   });

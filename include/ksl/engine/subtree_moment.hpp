@@ -44,9 +44,12 @@ KSL_LANES void add_to_parent(const mass_moment<T> &subtree, const model_view<sca
 /// The centroid; NaN without mass.
 template <class T> KSL_LANES vec3<T> centroid(const mass_moment<T> &of) { return {of.h.x / of.m, of.h.y / of.m, of.h.z / of.m}; }
 
-/// The point about which momenta are taken: the centroid, or the origin without mass, where all momenta are zero.
+/// The mass, or 1 without any, where all momenta are zero.
+template <class T> KSL_LANES T mass_divisor(const mass_moment<T> &of) { return math<T>::select(of.m > T(0), of.m, T(1)); }
+
+/// The point about which momenta are taken: the centroid, or the origin without mass.
 template <class T> KSL_LANES vec3<T> point_of_momentum(const mass_moment<T> &of) {
-  const T divisor = math<T>::select(of.m > T(0), of.m, T(1));
+  const T divisor = mass_divisor(of);
   return {of.h.x / divisor, of.h.y / divisor, of.h.z / divisor};
 }
 

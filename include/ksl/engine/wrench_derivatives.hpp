@@ -1,31 +1,14 @@
 // KSL: how the wrenches through the joints change with positions, velocities and accelerations.
 //
 // Singh, Russell, Wensing, "Efficient Analytical Derivatives of Rigid-Body Dynamics Using Spatial Vector Algebra", IEEE
-// Robotics and Automation Letters 7(2), 2022.  All quantities are in common axes and about a common point: the axes of the base,
-// and the origin of the body that the base carries, or of the floating base itself.  Composite quantities of subtrees are then
-// plain sums, and products of different bodies need no transformation.  No digits are lost far from the world's origin.
-//
-// With position q_k (v and a held componentwise), the bodies beyond the joint are displaced by S_k.  Seen from the displaced
-// bodies, their velocity changes by Ψ̇ = v_λ × S, and their acceleration by Ψ̈ − v × Ψ̇, Ψ̈ = a_λ × S + v_λ × Ψ̇; λ is the body
-// that carries the joint.  With velocity v_k they change by S, and by Ψ̇ + Ṡ − v × S.
+// Robotics and Automation Letters 7(2), 2022, from the motions of coordinate_motions.hpp.  In their common axes and about their
+// common point, composite quantities of subtrees are plain sums.
 #pragma once
 
-#include "ksl/engine/base_axes.hpp"
+#include "ksl/engine/coordinate_motions.hpp"
 #include "ksl/engine/external_wrenches.hpp"
-#include "ksl/engine/per_coordinate.hpp"
 
 namespace ksl {
-
-/// Of a coordinate: its unit twist, and what it changes.
-template <class T> struct coordinate_motion {
-  screw<T> S;
-  screw<T> velocity_by_q;     ///< Ψ̇
-  screw<T> acceleration_by_q; ///< Ψ̈
-  screw<T> acceleration_by_v; ///< Ψ̇ + Ṡ
-};
-
-/// The motion of a body: its twist, and the rate of its twist minus gravity (spatial acceleration).
-template <class T> struct body_twist { screw<T> velocity, acceleration; };
 
 /// Of a body, or the sum over a subtree.  2 B = v×* I − I v× + (I v)×̄* maps x to (x.ang × twice_p, K x.ang): particles m at r
 /// have twice_p = 2 Σ m ṙ and K = 2 Σ m (r · ṙ 1 − ṙ rᵀ).
@@ -46,21 +29,13 @@ template <class T> struct wrench_derivative {
 
 inline namespace KSL_ISA {
 
-template <class T> struct wrench_derivatives_workspace {
-  pose_workspace<T> pose;
-  per_body<mat3x3, T> rotation; ///< axes of each body
-  per_body<vec3, T> origin;
-  per_body<body_twist, T> motion;
-  per_coordinate<coordinate_motion, T> coordinate;
-  per_coordinate<subtree_dynamics, T> subtree;     ///< of each body, at its joint's last coordinate; later of its subtree, at all
-  per_coordinate<body_twist, T> carrier;           ///< motion of the body that carries the joint; for plain numbers
+template <class T> struct wrench_derivatives_workspace : coordinate_motions_workspace<T> {
+  per_coordinate<subtree_dynamics, T> subtree; ///< of each body, at its joint's last coordinate; later of its subtree, at all
   per_coordinate<wrench_derivative, T> derivative;
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
-    pose.lay_out(memory, model);
-    memory.lay_out(model.bodies, rotation, origin, motion);
-    memory.lay_out(is_number<T> ? model.nv : 0, carrier);
-    memory.lay_out(model.nv, coordinate, subtree, derivative);
+    coordinate_motions_workspace<T>::lay_out(memory, model);
+    memory.lay_out(model.nv, subtree, derivative);
   }
 };
 
@@ -68,25 +43,6 @@ template <class T> struct wrench_derivatives_workspace {
 template <class S> KSL_LANES int last_coordinate(const model_view<S> &model, int i) {
   const body<S> &b = model.body[i > 0 || model.bodies == 1 ? i : 1];
   return b.v_index + b.nv - (i > 0 ? 1 : 2);
-}
-
-/// Ψ̇, Ψ̈ and Ψ̇ + Ṡ of a coordinate that is the only one of its joint: Ṡ = Ψ̇, since S × S = 0.
-template <class T> KSL_LANES void set_rates(const body_twist<T> &carrier, coordinate_motion<T> &c) {
-  using A = algebra<T>;
-  screw<T> turned;
-  A::cross_ss(&carrier.velocity, &c.S, &c.velocity_by_q);
-  A::cross_ss(&carrier.acceleration, &c.S, &c.acceleration_by_q);
-  A::cross_ss(&carrier.velocity, &c.velocity_by_q, &turned);
-  A::xpy_ss(&turned, &c.acceleration_by_q);
-  A::add_ss(&c.velocity_by_q, &c.velocity_by_q, &c.acceleration_by_v);
-}
-
-/// Ψ̇ + Ṡ of a coordinate of a joint that has several; `velocity` is that of the joint's body.
-template <class T> KSL_LANES screw<T> several_rates(const screw<T> &velocity, const screw<T> &S, const screw<T> &velocity_by_q) {
-  screw<T> rate;
-  algebra<T>::cross_ss(&velocity, &S, &rate);
-  algebra<T>::xpy_ss(&velocity_by_q, &rate);
-  return rate;
 }
 
 /// The K of 2 B for an inertia I, about the common point, that moves with a twist (v, ω).
@@ -171,69 +127,6 @@ template <class T> KSL_LANES wrench_derivative<T> derivative_of(const subtree_dy
   return derivative_of(d, c, by_a);
 }
 
-/// Sets the motion of the ground: it accelerates upwards, which has the effect of gravity.
-template <class T> KSL_LANES void start_at_ground(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w) {
-  const vec3<T> zero = {T(0), T(0), T(0)};
-  w.origin.set(0, zero);
-  w.motion.set(0, {{zero, zero}, {ground_motion<T>(model).acceleration, zero}});
-}
-
-template <class T> KSL_LANES vec3<T> sum(const vec3<T> &a, const vec3<T> &b) {
-  vec3<T> s;
-  algebra<T>::add_vv(&a, &b, &s);
-  return s;
-}
-
-/// Motion of body i, from that of its parent, and the twists of its joint's coordinates.
-template <joint_kind K, class T>
-KSL_LANES void move_body(const body<scalar_of<T>> &b, const wrench_derivatives_workspace<T> &w, int i, const vec3<T> &offset,
-                         const T *v, const T *a) {
-  using A = algebra<T>;
-  body_twist<T> m = w.motion[b.parent];
-  vec3<T> r = {T(0), T(0), T(0)};
-  if (b.parent > 0) // bodies on the ground don't share any joint: each has a common point of its own
-    r = sum(w.origin[b.parent], offset);
-  w.origin.set(i, r);
-  if constexpr (joint<K>::is_free)
-    if (b.is_base) { // it floats on the ground; from here on all axes are those of this body
-      const auto D = joint<K>::kept_pose(b, w.pose);
-      D.to_body(m.acceleration.lin);
-    }
-  const body_twist<T> carrier = m;
-  for_each_coordinate<joint<K>::nv>([&](auto k) KSL_INLINED {
-    const int c = b.v_index + k;
-    coordinate_motion<T> own;
-    own.S = joint<K>::template column<k>(b, w.rotation, i).twist(r);
-    if constexpr (is_number<T>) { // the other rates are computed in lanes
-      A::cross_ss(&carrier.velocity, &own.S, &own.velocity_by_q);
-      w.carrier.template set<T>(c, carrier);
-      w.coordinate.template set_part<screw, T>(c, own.S);
-    } else {
-      set_rates(carrier, own);
-      w.coordinate.template set<T>(c, own);
-    }
-    A::axpy_ss(v[k], &own.S, &m.velocity);
-    A::axpy_ss(a[k], &own.S, &m.acceleration);
-    A::axpy_ss(v[k], &own.velocity_by_q, &m.acceleration);
-  });
-  w.motion.set(i, m);
-}
-
-/// Corrects Ψ̇ + Ṡ of joints with several coordinates.
-template <class T>
-KSL_LANES void correct_several(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w) {
-  for (int i = 1; i < model.bodies && model.nv >= model.bodies; ++i) {
-    const body<scalar_of<T>> &b = model.body[i];
-    if (b.nv < 2)
-      continue;
-    const screw<T> velocity = w.motion[i].velocity;
-    for (int k = b.v_index; k < b.v_index + b.nv; ++k) {
-      const screw<T> S = w.coordinate.template part<screw, T>(k), rate = w.coordinate.template part<screw, T, 6>(k);
-      w.coordinate.template set_part<screw, T, 18>(k, several_rates(velocity, S, rate));
-    }
-  }
-}
-
 /// Stores the bodies k at their last coordinates.
 template <class P, class T>
 KSL_LANES void set_bodies(const model_view<scalar_of<T>> &model, const per_coordinate<subtree_dynamics, T> &subtree,
@@ -260,34 +153,19 @@ inline coscrew<T> external_in_common_axes(const model_view<scalar_of<T>> &model,
                                           const external_wrenches<T> &external, int e) {
   const int i = model.link[external.link[e]].body;
   const SE3<T> D = {w.rotation[i], w.origin[i]};
-  coscrew<T> f = external_in_body(model, external, e);
+  coscrew<T> f = external_in_body(model, w.pose, external, e);
   algebra<T>::product_CoAdc(&D, &f, &f);
   return f;
 }
 
-/// Motions of all bodies and coordinates, and the dynamics of each body by itself.
+/// Motions of all bodies and coordinates, from the acceleration of the ground, and the dynamics of each body by itself.
 template <class T>
-KSL_LANES void forward_motions(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w, const T *q, const T *v,
-                               const T *a, const external_wrenches<T> &external) {
-  w.rotation.clear_last_lanes(model.bodies), w.origin.clear_last_lanes(model.bodies), w.motion.clear_last_lanes(model.bodies);
-  w.carrier.clear_beyond(model.nv), w.coordinate.clear_beyond(model.nv), w.derivative.clear_beyond(model.nv);
-  start_at_ground(model, w);
-  const auto move = [&]<joint_kind K>(int i, const vec3<T> &offset) KSL_INLINED {
-    const body<scalar_of<T>> &b = model.body[i];
-    move_body<K>(b, w, i, offset, v + b.v_index, a + b.v_index);
-  };
-  express_in_base(model, w.pose, w.rotation, q, move, [&](auto k) KSL_INLINED {
+KSL_LANES void forward_motions(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w, const vec3<T> &ground,
+                               const T *q, const T *v, const T *a, const external_wrenches<T> &external) {
+  w.derivative.clear_beyond(model.nv);
+  coordinate_motions(model, w, ground, q, v, a, [&](auto k) KSL_INLINED {
     set_bodies(model, w.subtree, k, body_dynamics(k.inertia(model), w.rotation[k], w.origin[k], w.motion[k]));
   });
-  if constexpr (is_number<T>)
-    for (int k = 0; k < model.nv; k += native_lanes<T>) {
-      using P = native_pack<T>;
-      coordinate_motion<P> c;
-      c.S = w.coordinate.template part<screw, P>(k);
-      set_rates(w.carrier.template get<P>(k), c);
-      w.coordinate.set(k, c);
-    }
-  correct_several(model, w);
   for (int e = 0; e < external.n; ++e) {
     const int i = model.link[external.link[e]].body;
     if (i == 0)
@@ -298,6 +176,13 @@ KSL_LANES void forward_motions(const model_view<scalar_of<T>> &model, const wren
     algebra<T>::nxpy_cc(&f, &rest);
     w.subtree.template set_part<coscrew, T, 22>(k, rest);
   }
+}
+
+/// The same with gravity: the ground accelerates upwards.
+template <class T>
+KSL_LANES void forward_motions(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w, const T *q, const T *v,
+                               const T *a, const external_wrenches<T> &external) {
+  forward_motions(model, w, ground_motion<T>(model).acceleration, q, v, a, external);
 }
 
 /// The same numbers in all lanes of P; unrolled, as body_lanes::read_all.
