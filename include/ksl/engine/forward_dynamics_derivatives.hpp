@@ -325,6 +325,8 @@ void forward_dynamics_derivatives(const model_view<scalar_of<T>> &model, const f
   }
   multiply_symmetric(W, pitch, rest, n, a);
   accelerate(model, w, a, tau_derivative_matrices<T, false>{by_q, by_v, nullptr, n});
+  if (external.axes == expressed_in::world)
+    add_turning_of_external(model, d.wrenches, external, by_q);
   if (model.physics)
     add_physics_derivatives(model, v, by_q, by_v, static_cast<T *>(nullptr));
   negative_products(model, w.related, W, pitch, by_q, by_v, da_dq, da_dv);
