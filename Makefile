@@ -1,6 +1,7 @@
 # make demo   sets everything up, runs the main job on a robot and a motion that ship with KSL, says where the report is
 # make test   sets everything up, runs all tests
-# make test-long  the tests of many random cases with ten times as many; writes test/long_results.md
+# make test-long  the tests of many random cases with ten times as many, and of C++ with both compilers and each instruction set;
+#              writes test/long_results.md
 # make bench  timings, beside what they are compared with (make bench-plots: and renews docs/performance.md)
 # make release   all of the C algebra as one header, build/release/ksl.h
 # make docs      the reference in docs/reference, from the headers and from api/algorithms/
@@ -33,22 +34,31 @@ test: test-c test-python
 # between them: workspaces are NaN where nothing has been computed, and thousands of states of every interface would take too long.
 # `make test-long` runs all tests with all sets and both compilers.
 TEST_SETS := x86_64_v2;x86_64_v4
-build_and_test = CC=$(1) CXX=$(2) cmake -G Ninja -DCMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja -S . -B build/$(1) -DKSL_TESTS=ON \
-  -DPython3_EXECUTABLE=$(CURDIR)/$(BIN)/python $(3) >/dev/null && cmake --build build/$(1) -- --quiet && \
-  ctest --test-dir build/$(1) --output-on-failure -j $(CMAKE_BUILD_PARALLEL_LEVEL) $(4)
+# (folder below build/, CC, CXX, options of CMake)
+build = CC=$(2) CXX=$(3) cmake -G Ninja -DCMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja -S . -B build/$(1) -DKSL_TESTS=ON \
+  -DPython3_EXECUTABLE=$(CURDIR)/$(BIN)/python $(4) >/dev/null && cmake --build build/$(1) -- --quiet
+run_ctest = ctest --test-dir build/$(1) --output-on-failure -j $(CMAKE_BUILD_PARALLEL_LEVEL)
 test-c: $(VENV)/.tested
-	$(call build_and_test,gcc,g++,"-DKSL_INSTRUCTION_SETS=$(TEST_SETS)")
-	$(call build_and_test,clang,clang++,-DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG= -DCMAKE_CXX_FLAGS_DEBUG= -DKSL_INSTRUCTION_SETS=x86_64_v3,-E interfaces)
+	$(call build,gcc,gcc,g++,"-DKSL_INSTRUCTION_SETS=$(TEST_SETS)")
+	$(call run_ctest,gcc)
+	$(call build,clang,clang,clang++,-DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG= -DCMAKE_CXX_FLAGS_DEBUG= -DKSL_INSTRUCTION_SETS=x86_64_v3)
+	$(call run_ctest,clang) -E interfaces
 
 test-python: $(VENV)/.tested test-c
 	KSL_LIBRARY=$(CURDIR)/build/gcc/libksl.so $(BIN)/python -m pytest -n $(CMAKE_BUILD_PARALLEL_LEVEL) --dist loadfile test
 
-# 200 s of processor time.  The result is written whether it is good or not, and is to be committed.
+# Half an hour of processor time.  The result is written whether it is good or not, and is to be committed.
 test-long: $(VENV)/.tested
-	cmake --build build/gcc --target ksl >/dev/null
+	rm -f build/long_*.xml
+	status=0; \
+	$(call build,long-gcc,gcc,g++,) || status=1; \
+	$(call build,long-clang,clang,clang++,) || status=1; \
+	for compiler in gcc clang; do for set in x86-64-v2 x86-64-v3 x86-64-v4; do \
+	  KSL_ISA=$$set $(call run_ctest,long-$$compiler) --output-junit $(CURDIR)/build/long_$$compiler-$$set.xml || status=1; \
+	done; done; \
 	KSL_LIBRARY=$(CURDIR)/build/gcc/libksl.so $(BIN)/python -m pytest --long -n $(CMAKE_BUILD_PARALLEL_LEVEL) --dist loadfile \
-	  --junitxml=build/long_results.xml test/algebra; status=$$?; \
-	$(BIN)/python scripts/long_results.py build/long_results.xml test/long_results.md && exit $$status
+	  --junitxml=build/long_pytest.xml test/algebra test/contract/neon_test.py || status=1; \
+	$(BIN)/python scripts/long_results.py test/long_results.md build/long_*.xml && exit $$status
 
 # Peers are built once, in build/bench/peers (about ten minutes), KSL with gcc and with clang each time.
 bench: bench-build

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Write the result of `make test-long`, with its date and commit, from what pytest --junitxml has written.
+"""Write the result of `make test-long`, with its date and commit, from what pytest and ctest have written.
 
-    scripts/long_results.py RESULTS.xml OUTPUT.md"""
+    scripts/long_results.py OUTPUT.md long_pytest.xml long_gcc-x86-64-v2.xml …"""
 
 import subprocess
 import sys
@@ -39,10 +39,26 @@ def largest(cases, *names):
     return f"{max(found):.3g}" if found else ""
 
 
-def page(xml):
-    """The text of the page; the numbers are those of pytest's file."""
-    cases = list(ElementTree.fromstring(xml).iter("testcase"))
-    failed = [c for c in cases if c.find("failure") is not None or c.find("error") is not None]
+def cases_of(path):
+    return list(ElementTree.parse(path).iter("testcase"))
+
+
+def has_failed(case):
+    return case.find("failure") is not None or case.find("error") is not None
+
+
+def compiled(paths):
+    """A line for each file of ctest's: compiler and instruction set are in its name."""
+    for path in paths:
+        found = cases_of(path)
+        bad = [case.get("name") for case in found if has_failed(case)]
+        yield f"| {path.stem.removeprefix('long_')} | {len(found) - len(bad)} | {', '.join(bad)} |"
+
+
+def page(of_pytest, of_ctest):
+    """The text of the page; the numbers are those of the files."""
+    cases = cases_of(of_pytest)
+    failed = [c for c in cases if has_failed(c)]
     skipped = [c for c in cases if c.find("skipped") is not None]
     by_file = defaultdict(list)
     for case in cases:
@@ -63,12 +79,15 @@ def page(xml):
         "|---|---|---|---|",
     ]
     lines += [f"| {name} | {len(own)} | {largest(own, 'worst_u')} | {largest(own, 'worst')} |" for name, own in sorted(by_file.items())]
+    lines += ["", "Programs in C and C++, with the kernels of each instruction set:", "", "| build | passed | failed |", "|---|---|---|", *compiled(of_ctest)]
     if failed:
         lines += ["", "Failed:", "", *(f"* `{case.get('classname')}::{case.get('name')}`" for case in failed)]
     return "\n".join(lines) + "\n"
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 3:
+    if len(sys.argv) < 3:
         sys.exit(__doc__)
-    Path(sys.argv[2]).write_text(page(Path(sys.argv[1]).read_text(encoding="utf-8")), encoding="utf-8")
+    given = [Path(name) for name in sys.argv[2:]]
+    (of_pytest,) = (path for path in given if path.stem == "long_pytest")
+    Path(sys.argv[1]).write_text(page(of_pytest, [path for path in given if path != of_pytest]), encoding="utf-8")

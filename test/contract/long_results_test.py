@@ -1,4 +1,4 @@
-"""What `make test-long` writes: the page of pytest's results, and the one that is checked in."""
+"""What `make test-long` writes: the page of the results of pytest and ctest, and the one that is checked in."""
 
 import re
 import sys
@@ -17,8 +17,15 @@ RESULTS = """<testsuites><testsuite>
 </testsuite></testsuites>"""
 
 
-def test_the_page_has_the_results():
-    text = page(RESULTS)
+CTEST = """<testsuite><testcase name="load" classname="load" time="1" status="run"/>
+<testcase name="engine_test" classname="engine_test" time="1" status="fail"><failure message=""/></testcase></testsuite>"""
+
+
+def test_the_page_has_the_results(tmp_path):
+    of_pytest, of_ctest = tmp_path / "long_pytest.xml", tmp_path / "long_gcc-x86-64-v2.xml"
+    of_pytest.write_text(RESULTS), of_ctest.write_text(CTEST)
+    text = page(of_pytest, [of_ctest])
+    assert "| gcc-x86-64-v2 | 1 | engine_test |\n" in text
     assert "* passed: 2, failed: 1, skipped: 1\n* time of the tests, one after the other: 4 s\n" in text
     assert "| test/algebra/a_test.py | 2 | 2.5 |  |\n| test/algebra/b_test.py | 2 |  | 0.25 |\n" in text
     assert text.endswith("Failed:\n\n* `test.algebra.a_test::test_two[x]`\n")
@@ -29,3 +36,5 @@ def test_the_last_run_passed():
     assert re.search(r"^\* date: \d{4}-\d\d-\d\d \d\d:\d\d UTC$", text, re.MULTILINE)
     assert re.search(r"^\* commit: [0-9a-f]{40}$", text, re.MULTILINE), "of a commit, and of nothing that was not committed"
     assert re.search(r"^\* passed: [1-9]\d*, failed: 0, skipped: 0$", text, re.MULTILINE)
+    builds = re.findall(r"^\| ((?:gcc|clang)-x86-64-v[234]) \| (\d+) \| (.*) \|$", text, re.MULTILINE)
+    assert len(builds) == 6 and all(int(passed) > 9 and not failed for _, passed, failed in builds)
