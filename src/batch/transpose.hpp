@@ -16,6 +16,7 @@
 #include "ksl/pack.hpp"
 
 #include <cstddef>
+#include <cstdint>
 #if defined(__x86_64__)
 #include <immintrin.h>
 #endif
@@ -248,6 +249,85 @@ template <class T, int W>
 inline void store_rows(const pack<T, W> *in, int columns, int valid, T *rows, std::ptrdiff_t stride) {
   const auto next = [&in]() -> const pack<T, W> & { return *in++; };
   store_next<T, W>(next, columns, valid, rows, stride);
+}
+
+#if defined(__AVX512F__)
+namespace transposition {
+
+KSL_LANES __m512d from_two(__m512d a, __m512i place, __m512d b) { return _mm512_permutex2var_pd(a, place, b); }
+KSL_LANES __m512 from_two(__m512 a, __m512i place, __m512 b) { return _mm512_permutex2var_ps(a, place, b); }
+KSL_LANES void stream(double *to, __m512d v) { _mm512_stream_pd(to, v); }
+KSL_LANES void stream(float *to, __m512 v) { _mm512_stream_ps(to, v); }
+KSL_LANES void store_some(double *to, unsigned which, __m512d v) { _mm512_mask_storeu_pd(to, static_cast<__mmask8>(which), v); }
+KSL_LANES void store_some(float *to, unsigned which, __m512 v) { _mm512_mask_storeu_ps(to, static_cast<__mmask16>(which), v); }
+KSL_LANES __m512i places_from(double, int first) {
+  return _mm512_add_epi64(_mm512_set_epi64(7, 6, 5, 4, 3, 2, 1, 0), _mm512_set1_epi64(first));
+}
+KSL_LANES __m512i places_from(float, int first) {
+  return _mm512_add_epi32(_mm512_set_epi32(15, 14, 13, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1, 0), _mm512_set1_epi32(first));
+}
+
+} // namespace transposition
+
+/// As store_next for W valid rows, past the caches: whole cache lines go to memory without being read first.  A row begins
+/// anywhere: its lines are put together from two registers each.
+template <class T, int W, class Next>
+inline void stream_next(Next &next, int columns, T *rows, std::ptrdiff_t stride) {
+  using namespace transposition;
+  pack<T, W> last[W];
+  T *to[W];      // where the line begins that comes next in each row
+  __m512i at[W]; // of its numbers in two registers
+  const int blocks = columns / W;
+  take<W>(next, last);
+  transpose_blocks<W>(last);
+  for (int r = 0; r < W; ++r) {
+    T *const row = rows + r * stride;
+    const int before = static_cast<int>(-(reinterpret_cast<std::uintptr_t>(row) / sizeof(T)) % W); // numbers before its first line
+    store_some(row, (1u << before) - 1, last[r].lanes);
+    to[r] = row + before, at[r] = places_from(T(), before);
+  }
+  for (int b = 1; b < blocks; ++b) {
+    pack<T, W> v[W];
+    take<W>(next, v);
+    transpose_blocks<W>(v);
+    for (int r = 0; r < W; ++r) {
+      stream(to[r], from_two(last[r].lanes, at[r], v[r].lanes));
+      to[r] += W;
+    }
+    copy<W>(v, last);
+  }
+  for (int r = 0; r < W; ++r) {
+    const int left = static_cast<int>(rows + r * stride + blocks * W - to[r]);
+    store_some(to[r], static_cast<unsigned>((1ull << left) - 1), from_two(last[r].lanes, at[r], last[r].lanes));
+  }
+  if (blocks * W < columns)
+    store_next<T, W>(next, columns - blocks * W, W, rows + blocks * W, stride);
+}
+#endif
+
+/// Arrays that don't stay in the nearer caches are written past them, if their rows have whole cache lines enough: a row from 1 KB on,
+/// an array from 4 MB on.  Then memory is written once instead of read and written (docs/performance.md).
+inline constexpr std::size_t streamed_row = 1024, streamed_array = std::size_t(4) << 20;
+
+/// As store_next.  all: rows of the whole array, of which the valid ones are written.
+template <class T, int W, class Next>
+inline void store_next_of(std::size_t all, Next &next, int columns, int valid, T *rows, std::ptrdiff_t stride) {
+#if defined(__AVX512F__)
+  if constexpr (sizeof(T) * W == 64) {
+    const std::size_t bytes = static_cast<std::size_t>(columns) * sizeof(T);
+    if (valid == W && bytes >= streamed_row && bytes * all >= streamed_array)
+      return stream_next<T, W>(next, columns, rows, stride);
+  }
+#endif
+  (void)all;
+  store_next<T, W>(next, columns, valid, rows, stride);
+}
+
+/// Makes what was written past the caches visible to other threads in the order of stores.
+inline void finish_streams() {
+#if defined(__x86_64__)
+  _mm_sfence();
+#endif
 }
 
 /// One row for all lanes.

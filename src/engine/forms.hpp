@@ -8,9 +8,9 @@ namespace ksl {
 inline namespace KSL_ISA {
 namespace forms {
 
-/// Stores a symmetric n × n matrix of packs, given by its upper triangle.
+/// Stores a symmetric n × n matrix of packs, given by its upper triangle; all: the number of matrices in the batch.
 template <class T, int W>
-void store_symmetric(const pack<T, W> *upper, int n, int valid, T *rows, std::ptrdiff_t stride) {
+void store_symmetric(std::size_t all, const pack<T, W> *upper, int n, int valid, T *rows, std::ptrdiff_t stride) {
   const pack<T, W> *element = upper;
   int row = 0, column = 0;
   const auto next = [&]() -> const pack<T, W> & { // down the column to the diagonal, then along the row
@@ -20,7 +20,7 @@ void store_symmetric(const pack<T, W> *upper, int n, int valid, T *rows, std::pt
       column = 0, element = upper + ++row;
     return x;
   };
-  store_next<T, W>(next, n * n, valid, rows, stride);
+  store_next_of<T, W>(all, next, n * n, valid, rows, stride);
 }
 
 /// A symmetric matrix (nv, nv).  In lanes only its upper triangle is computed, by Algorithm::elements.
@@ -47,7 +47,7 @@ template <class Algorithm> struct symmetric_matrix : whole_results<Algorithm> {
                  const block<P> &b) {
       const rows_view<scalar_of<P>> &rows = b.batch.result[0];
       if (elements(model, w, s, b))
-        store_symmetric(matrix, model.nv, b.valid, row(rows, b.k), rows.stride);
+        store_symmetric(b.batch.n, matrix, model.nv, b.valid, row(rows, b.k), rows.stride);
     }
   };
 };

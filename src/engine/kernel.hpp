@@ -36,8 +36,10 @@ template <class P> struct block {
   }
   /// Stores lanes into rows, if the result is wanted.
   void store(const P *in, int columns, const rows_view<S> &rows) const {
-    if (rows.first)
-      store_rows(in, columns, valid, row(rows, k), rows.stride);
+    if (!rows.first)
+      return;
+    const auto next = [&in]() -> const P & { return *in++; };
+    store_next_of<S, transposition::width_of<P>>(batch.n, next, columns, valid, row(rows, k), rows.stride);
   }
 };
 
@@ -136,6 +138,7 @@ std::size_t states_in_lanes(const model_view<scalar_of<P>> &model, const batch_v
     state_view<P> s = inputs.load(model, b);
     results.compute(model, w, s, b);
   }
+  finish_streams();
   return pieces.used();
 }
 

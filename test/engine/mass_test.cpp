@@ -4,6 +4,7 @@
 
 #include "ksl/dual.hpp"
 #include "ksl/engine/coriolis_matrix.hpp"
+#include "ksl/engine/forward_dynamics_by_mass_matrix.hpp"
 #include "ksl/engine/forward_dynamics_derivatives.hpp"
 #include "ksl/engine/hybrid_dynamics.hpp"
 #include "ksl/engine/owned_workspace.hpp"

@@ -9,6 +9,9 @@
 #include "ksl/engine/scalar.hpp"
 #include "ksl/engine/spread.hpp"
 
+#include <cstddef>
+#include <cstdint>
+
 namespace ksl {
 inline namespace KSL_ISA {
 
@@ -54,6 +57,19 @@ template <int n, class T, class P> KSL_LANES void write_all(const P *from, T *to
 }
 
 } // namespace body_lanes
+
+/// Writes n zeros.  Whole registers are stored where they don't cross cache lines.
+template <class T> KSL_LANES void clear_numbers(T *to, std::ptrdiff_t n) {
+  constexpr std::ptrdiff_t lanes = native_lanes<T>, size = lanes * static_cast<std::ptrdiff_t>(sizeof(T));
+  const native_pack<T> zero(T(0));
+  if (n < lanes)
+    return store_first<T>(zero, to, static_cast<int>(n));
+  T *const end = to + n;
+  body_lanes::write(zero, to);
+  for (to += lanes - reinterpret_cast<std::intptr_t>(to) % size / static_cast<std::ptrdiff_t>(sizeof(T)); to + lanes <= end; to += lanes)
+    body_lanes::write(zero, to);
+  body_lanes::write(zero, end - lanes);
+}
 
 /// Body i, or the bodies i, i + 1, ... in the lanes of P.
 template <class P, class T> struct bodies_at {

@@ -41,14 +41,16 @@ KSL_LANES tau_derivatives<T> by_carrier(const wrench_derivative<T> &own, const c
           A::dot_cs(&own.by_a, &carrier.S)};
 }
 
-/// The three matrices (nv, nv), row-major.
-template <class T> struct tau_derivative_matrices {
+/// The three matrices (nv, nv), row-major, or the first two.
+template <class T, bool three = true> struct tau_derivative_matrices {
   T *by_q, *by_v, *by_a;
   index n;
 
   KSL_LANES void set(index row, index column, const tau_derivatives<T> &x) const {
     const index at = row * n + column;
-    by_q[at] = x.by_q, by_v[at] = x.by_v, by_a[at] = x.by_a;
+    by_q[at] = x.by_q, by_v[at] = x.by_v;
+    if constexpr (three)
+      by_a[at] = x.by_a;
   }
   /// Sets as many columns as P has lanes.  Those beyond the end of a row are written over by the next row; nothing is written
   /// beyond the end of the matrix.
@@ -57,11 +59,13 @@ template <class T> struct tau_derivative_matrices {
     if (left >= native_lanes<T>) [[likely]] {
       body_lanes::write(x.by_q, by_q + at);
       body_lanes::write(x.by_v, by_v + at);
-      body_lanes::write(x.by_a, by_a + at);
+      if constexpr (three)
+        body_lanes::write(x.by_a, by_a + at);
     } else {
       store_first<T>(x.by_q, by_q + at, static_cast<int>(left));
       store_first<T>(x.by_v, by_v + at, static_cast<int>(left));
-      store_first<T>(x.by_a, by_a + at, static_cast<int>(left));
+      if constexpr (three)
+        store_first<T>(x.by_a, by_a + at, static_cast<int>(left));
     }
   }
   void clear_all() const {
@@ -93,9 +97,9 @@ template <class T> KSL_LANES int extend_runs(const model_view<scalar_of<T>> &mod
 
 /// Row `row` of the matrices, which belongs to body i; for plain numbers, with columns in lanes.  The columns are, from left to
 /// right: coordinates that carry the row's and those of its joint, in runs with zeros between them; those that it carries; zeros.
-template <class T>
+template <class T, bool three>
 KSL_LANES void set_row(const body<T> &b, const inverse_dynamics_derivatives_workspace<T> &w, int runs, int row,
-                       const tau_derivative_matrices<T> &out) {
+                       const tau_derivative_matrices<T, three> &out) {
   using P = native_pack<T>;
   constexpr int lanes = native_lanes<T>;
   const wrench_derivatives_workspace<T> &d = w.wrenches;
@@ -119,14 +123,29 @@ KSL_LANES void set_row(const body<T> &b, const inverse_dynamics_derivatives_work
     out.set_columns(row, k, none);
 }
 
-template <class T> KSL_LANES void set_rows(const model_view<T> &model, const inverse_dynamics_derivatives_workspace<T> &w,
-                                           const tau_derivative_matrices<T> &out) {
+template <class T, bool three>
+KSL_LANES void set_rows(const model_view<T> &model, const inverse_dynamics_derivatives_workspace<T> &w,
+                        const tau_derivative_matrices<T, three> &out) {
   for (int i = 1; i < model.bodies; ++i) {
     const body<T> &b = model.body[i];
     const int runs = extend_runs<T>(model, w, i);
     for (int row = b.v_index; row < b.v_index + b.nv; ++row)
       set_row(b, w, runs, row, out);
   }
+}
+
+/// Sets the elements of coordinate k of body i: in its row and its column.
+template <class T, bool three>
+KSL_LANES void set_elements(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &d, int i, int k,
+                            const wrench_derivative<T> &own, const tau_derivative_matrices<T, three> &out) {
+  const body<scalar_of<T>> &b = model.body[i];
+  for (int m = b.v_index; m < b.v_index + b.nv; ++m)
+    out.set(k, m, by_carrier(own, d.coordinate.at(m)));
+  for (int j = b.parent; j > 0; j = model.body[j].parent)
+    for (int m = model.body[j].v_index; m < model.body[j].v_index + model.body[j].nv; ++m) {
+      out.set(k, m, by_carrier(own, d.coordinate.at(m)));
+      out.set(m, k, by_carried(d.coordinate.at(m).S, own));
+    }
 }
 
 /// Sets the elements of a joint's rows and columns, and adds the dynamics of its subtree to its parent's.
@@ -137,16 +156,8 @@ KSL_LANES void set_joint(const model_view<scalar_of<T>> &model, const inverse_dy
   const body<scalar_of<T>> &b = model.body[i];
   const int own_end = b.v_index + b.nv;
   const auto &subtree = d.subtree.at(own_end - 1);
-  for (int k = b.v_index; k < own_end; ++k) {
-    const wrench_derivative<T> own = derivative_of(subtree, d.coordinate.at(k));
-    for (int m = b.v_index; m < own_end; ++m)
-      out.set(k, m, by_carrier(own, d.coordinate.at(m)));
-    for (int j = b.parent; j > 0; j = model.body[j].parent)
-      for (int m = model.body[j].v_index; m < model.body[j].v_index + model.body[j].nv; ++m) {
-        out.set(k, m, by_carrier(own, d.coordinate.at(m)));
-        out.set(m, k, by_carried(d.coordinate.at(m).S, own));
-      }
-  }
+  for (int k = b.v_index; k < own_end; ++k)
+    set_elements(model, d, i, k, derivative_of(subtree, d.coordinate.at(k)), out);
   if (b.parent > 0)
     add_dynamics(subtree, d.subtree.at(last_coordinate(model, b.parent)));
 }

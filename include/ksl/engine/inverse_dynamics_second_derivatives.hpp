@@ -55,11 +55,6 @@ template <class T> struct inverse_dynamics_second_derivatives_workspace {
   }
 };
 
-template <class T, bool = is_number<T>> struct coordinate_lanes { using type = T; };
-template <class T> struct coordinate_lanes<T, true> { using type = native_pack<T>; };
-/// The scalar of several coordinates: lanes of plain numbers; other scalars are computed one by one.
-template <class T> using lanes_of_coordinates = typename coordinate_lanes<T>::type;
-
 /// Calls set(place, number) for the places from `first` on that are below `end`; number(c) is that of x[c] at the place.
 template <class T, class P, int n, class Set> KSL_LANES void for_lanes(const P (&x)[n], int first, int end, Set set) {
   constexpr int lanes = static_cast<int>(sizeof(P) / sizeof(T));

@@ -56,7 +56,7 @@ void efforts_besides(const model_view<scalar_of<T>> &model, const T *q, const T 
   }
 }
 
-/// Adds what joints contribute to derivatives of efforts, whose matrices are (nv, nv), to their diagonals.
+/// Adds what joints contribute to derivatives of efforts, whose matrices are (nv, nv), to their diagonals; dtau_da may be null.
 template <class T>
 void add_physics_derivatives(const model_view<scalar_of<T>> &model, const T *v, T *dtau_dq, T *dtau_dv, T *dtau_da) {
   for (int k = 0; k < model.nv; ++k) {
@@ -64,7 +64,8 @@ void add_physics_derivatives(const model_view<scalar_of<T>> &model, const T *v, 
     const std::ptrdiff_t at = std::ptrdiff_t(k) * model.nv + k;
     dtau_dq[at] = dtau_dq[at] + T(c.stiffness);
     dtau_dv[at] = dtau_dv[at] + (T(c.damping) + T(c.friction) * friction_slope(v[k], c.friction_width));
-    dtau_da[at] = dtau_da[at] + T(c.armature);
+    if (dtau_da)
+      dtau_da[at] = dtau_da[at] + T(c.armature);
   }
 }
 

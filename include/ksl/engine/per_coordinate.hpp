@@ -9,6 +9,11 @@ inline namespace KSL_ISA {
 /// Coordinates without gaps: [first, end).
 struct coordinate_run { int first, end; };
 
+template <class T, bool = is_number<T>> struct coordinate_lanes { using type = T; };
+template <class T> struct coordinate_lanes<T, true> { using type = native_pack<T>; };
+/// The scalar of several coordinates: lanes of plain numbers; other scalars are computed one by one.
+template <class T> using lanes_of_coordinates = typename coordinate_lanes<T>::type;
+
 /// A V<T> for each coordinate.  With plain numbers, every number has a row of its own over the coordinates.  One load, at any
 /// coordinate, then reads it for as many coordinates as a register holds.  With other scalars the numbers of a coordinate are
 /// neighbours.

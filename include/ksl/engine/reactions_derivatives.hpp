@@ -142,12 +142,15 @@ template <class T> struct reaction_rows_of_joint {
         put_one(step.template operator()<T>(k), by_q, k, 1);
     }
   }
-  KSL_LANES void clear(int first, int end) const {
-    set(first, end, [&]<class P>(int) KSL_INLINED {
-      const P o = P(scalar_of<T>(0));
-      const coscrew<P> none = {{o, o, o}, {o, o, o}};
-      return wrench_by<P>{none, none, none};
-    });
+  /// Writes zeros to all columns, row after row: memory that is written in order is fetched ahead, and most stores are aligned.
+  KSL_LANES void clear() const {
+    T *const results[] = {by_q, by_v, by_a};
+    for (T *rows : results)
+      if constexpr (is_number<T>)
+        clear_numbers(rows, 6 * n);
+      else
+        for (index k = 0; k < 6 * n; ++k)
+          rows[k] = T(scalar_of<T>(0));
   }
   /// The wrench by coordinate k of q, or several in lanes.
   template <class P> KSL_LANES coscrew<P> get_by_q(int k) const { return get_one<P>(by_q, k); }
@@ -238,16 +241,11 @@ KSL_LANES void set_reaction(const model_view<scalar_of<T>> &model, const wrench_
   });
 }
 
-/// Writes zeros to the columns that set_reaction leaves.
-template <class T> KSL_LANES void clear_others(const model_view<scalar_of<T>> &model, int body, coordinate_run carried,
-                                               const reaction_rows_of_joint<T> &out) {
-  out.clear(carried.end, model.nv);
-  int begin = carried.first; // of the columns that are looked at already
-  for_carriers(model, body, [&](int first, int end) KSL_INLINED {
-    out.clear(end, begin);
-    begin = first;
-  });
-  out.clear(0, begin);
+/// Does set_reaction leave any column?
+template <class S> KSL_LANES bool leaves_columns(const model_view<S> &model, int body, coordinate_run carried) {
+  int written = carried.end - carried.first;
+  for_carriers(model, body, [&](int first, int end) KSL_INLINED { written += end - first; });
+  return written < model.nv;
 }
 
 /// Adds what follows from the motion of a universal joint's first axis in the child, where the wrench is split: constraint and
@@ -426,7 +424,7 @@ void set_requested_reaction(const model_view<scalar_of<T>> &model, const reactio
                             const reaction_request &request, int link, const reaction_rows_of_joint<T> &out) {
   const ksl::link<scalar_of<T>> &l = model.link[link];
   const bool moves = l.carried_by_moving_joint && l.body > 0;
-  out.clear(0, model.nv);
+  out.clear();
   if ((request.part == wrench_part::actuation || request.part == wrench_part::coupling) && !moves)
     return;
   coscrew<T> f;
@@ -455,8 +453,8 @@ KSL_LANES void set_whole_reaction(const model_view<scalar_of<T>> &model, const w
   const mat3x3<T> R = w.rotation[l.body], in_body = spread<T>(l.pose.R);
   SE3<T> frame = {R, w.origin[l.body]};
   algebra<T>::product_drdr(&R, &in_body, &frame.R);
-  if (clear)
-    clear_others(model, l.body, carried, out);
+  if (clear && leaves_columns(model, l.body, carried))
+    out.clear();
   const auto dynamics = [&]<class P>() KSL_INLINED { return w.subtree.template in_all_lanes<P>(carried.first - 1); };
   set_reaction(model, w, l.body, dynamics, carried, out, [&]<class P>(const wrench_by<P> &by) KSL_INLINED {
     return expressed(in_all_lanes<P, SE3>(frame), by);

@@ -104,8 +104,9 @@ template <class T> KSL_LANES coscrew<T> wrench_change(const subtree_dynamics<T> 
   return change;
 }
 
-/// How the wrench through a joint changes with one of its coordinates; d is the sum over its subtree.
-template <class T> KSL_LANES wrench_derivative<T> derivative_of(const subtree_dynamics<T> &d, const coordinate_motion<T> &c) {
+/// How the wrench through a joint changes with one of its coordinates; d is the sum over its subtree, by_a is I S.
+template <class T>
+KSL_LANES wrench_derivative<T> derivative_of(const subtree_dynamics<T> &d, const coordinate_motion<T> &c, const coscrew<T> &by_a) {
   using A = algebra<T>;
   wrench_derivative<T> out;
   coscrew<T> carried;
@@ -114,11 +115,16 @@ template <class T> KSL_LANES wrench_derivative<T> derivative_of(const subtree_dy
   A::cross_sc(&c.S, &d.f, &carried);
   A::xpy_cc(&carried, &out.by_q);
   out.by_v = wrench_change(d, c.S.ang, c.acceleration_by_v);
-  A::product_Ms(&d.I, &c.S, &out.by_a);
+  out.by_a = by_a;
   A::cross_vv(&d.twice_p, &c.S.lin, &out.turn);
   A::product_drinvv(&d.K, &c.S.ang, &turn);
   A::xpy_vv(&turn, &out.turn);
   return out;
+}
+template <class T> KSL_LANES wrench_derivative<T> derivative_of(const subtree_dynamics<T> &d, const coordinate_motion<T> &c) {
+  coscrew<T> by_a;
+  algebra<T>::product_Ms(&d.I, &c.S, &by_a);
+  return derivative_of(d, c, by_a);
 }
 
 /// Stores the bodies k at their last coordinates.
@@ -200,28 +206,33 @@ template <class T> KSL_LANES void add_dynamics(const subtree_dynamics<T> &d, sub
   }
 }
 
-/// Adds the dynamics of each subtree to its parent's, and sets the derivatives of the wrenches through the joints.
-template <class T>
+/// Adds the dynamics of each subtree to its parent's, and sets the derivatives of the wrenches through the joints.  Without these,
+/// the dynamics are at all coordinates of a joint with plain numbers only, and at the last one otherwise.
+template <bool derivatives = true, class T>
 KSL_LANES void sum_subtrees(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w) {
   for (int i = model.bodies - 1; i > 0; --i) {
     const body<scalar_of<T>> &b = model.body[i];
-    const int last = b.v_index + b.nv - 1;
-    const subtree_dynamics<T> d = w.subtree.get(last);
-    for (int k = b.v_index; k <= last; ++k) {
-      if (k < last)
+    const int last = b.v_index + b.nv - 1, parent = last_coordinate(model, b.parent);
+    if constexpr (is_number<T>) {
+      const subtree_dynamics<T> d = w.subtree.get(last);
+      for (int k = b.v_index; k < last; ++k)
         w.subtree.set(k, d);
-      if constexpr (!is_number<T>)
+      for (int c = 0; b.parent > 0 && c < numbers_in<subtree_dynamics<T>, T>; ++c) {
+        T &sum = w.subtree.number(parent, c);
+        sum = sum + reinterpret_cast<const T *>(&d)[c];
+      }
+    } else {
+      const subtree_dynamics<T> &d = w.subtree.at(last);
+      for (int k = b.v_index; derivatives && k <= last; ++k) {
+        if (k < last)
+          w.subtree.at(k) = d;
         w.derivative.set(k, derivative_of(d, w.coordinate.at(k)));
-    }
-    if (b.parent == 0)
-      continue;
-    const int parent = last_coordinate(model, b.parent);
-    for (int c = 0; c < numbers_in<subtree_dynamics<T>, T>; ++c) {
-      T &sum = w.subtree.number(parent, c);
-      sum = sum + reinterpret_cast<const T *>(&d)[c];
+      }
+      if (b.parent > 0)
+        add_dynamics(d, w.subtree.at(parent));
     }
   }
-  if constexpr (is_number<T>)
+  if constexpr (derivatives && is_number<T>)
     for (int k = 0; k < model.nv; k += native_lanes<T>) {
       using P = native_pack<T>;
       w.derivative.set(k, derivative_of(w.subtree.template get<P>(k), w.coordinate.template get<P>(k)));
