@@ -201,7 +201,7 @@ class _Problem:
                 phi = self._parameters(x)
                 gradient = H @ x - g + mu * P.T @ barrier_gradient(phi).ravel()
                 hessian = H + mu * P.T @ _block_diagonal(consistency_metric(phi)) @ P
-                step: Array = np.asarray(-np.linalg.solve(hessian, gradient))
+                step = _newton_step(hessian, gradient)
                 decrement = -float(gradient @ step)
                 if not decrement > 1e-9 * mu:
                     break
@@ -239,6 +239,13 @@ class _Problem:
             # where a joint has hardly more samples than parameters, residuals say nothing of its noise
             out[j] = np.sqrt(np.sum(rest[:, j] ** 2) / freedom) if freedom > 0.1 * self.n else before[j]
         return np.maximum(out, self.first_noise() * 1e-8)
+
+
+def _newton_step(hessian: Array, gradient: Array) -> Array:
+    """Of a Hessian that is positive definite but for rounding.  Close to bodies without extension its numbers span more than the
+    digits of a double: they are scaled to a unit diagonal, and directions without any digits left are not stepped along."""
+    scale = 1 / np.sqrt(np.diagonal(hessian))
+    return np.asarray(-scale * np.linalg.lstsq(scale[:, None] * hessian * scale, scale * gradient, rcond=None)[0])
 
 
 def _block_diagonal(blocks: Array) -> Array:

@@ -120,10 +120,6 @@ class Mechanism:
         """Length of q."""
         self.nv: int = core.nv
         """Length of v, a and tau."""
-        self.tree_rows: list[int] = core.tree_rows
-        """Where the rows of :meth:`mass_matrix_tree` begin, and where they end: nv + 1 numbers."""
-        self.tree_columns: list[int] = core.tree_columns
-        """In which columns its elements are."""
         self.gravity: Array = np.array(core.gravity)
         """m/s², in world axes; read-only."""
         self.gravity.setflags(write=False)
@@ -148,6 +144,16 @@ class Mechanism:
         self._carrying = {joint.child: joint for joint in self.joints}
         self._joint_or_link = self._link_index | children
         self._complete = True
+
+    @cached_property
+    def tree_rows(self) -> list[int]:
+        """Where the rows of :meth:`mass_matrix_tree` begin, and where they end: nv + 1 numbers."""
+        return list(self._core.tree_rows)
+
+    @cached_property
+    def tree_columns(self) -> list[int]:
+        """In which columns its elements are."""
+        return list(self._core.tree_columns)
 
     @cached_property
     def links(self) -> tuple[Link, ...]:

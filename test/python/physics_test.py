@@ -145,12 +145,20 @@ def test_rotors_as_drake_writes_them(tmp_path):
 
 def test_a_rotor_on_the_ground_is_reflected_inertia():
     """The first joint's parent doesn't turn, so that there is no other effect of its rotor."""
-    bodies, reflected = (arm().build(physics=name).with_frozen_joints({"elbow": -1.9}) for name in ("rotor bodies", "rotor"))
+    bodies, reflected = (arm().build().with_frozen_joints({"elbow": -1.9}).with_physics(name) for name in ("rotor bodies", "rotor"))
     assert bodies.follower_names == ["shoulder_rotor"] and bodies.joint("shoulder_rotor").is_rotor
     q, v, a = Q[:1], V[:1], A[:1]
     parts, expected = bodies.effort_parts(q, v, a), reflected.effort_parts(q, v, a)
     np.testing.assert_allclose(parts, expected, rtol=1e-13, atol=1e-15)
     np.testing.assert_allclose(bodies.mass_matrix(q), reflected.mass_matrix(q), rtol=1e-14)
+
+
+def test_the_rotor_of_a_frozen_joint_turns_with_the_link_that_holds_it():
+    """With ½ I (ω · z)², as it does where its joint is at rest."""
+    z = np.array([1, 2, 0.5]) / np.linalg.norm([1, 2, 0.5])
+    frozen, plain = (arm().build(physics=name).with_frozen_joints({"elbow": -1.9}) for name in ("rotor bodies", None))
+    rotors = frozen.mass_matrix(Q[:1]) - plain.mass_matrix(Q[:1])
+    np.testing.assert_allclose(rotors, [[1e-5 * 100**2 + 2e-4 * z[1] ** 2]], rtol=1e-12)
 
 
 def test_a_rotor_turns_with_its_parent_link():

@@ -1,6 +1,8 @@
 // KSL: how a motion of a frame is expressed.
 #pragma once
 
+#include "ksl/isa.hpp"
+
 namespace ksl {
 
 enum class expressed_in : int { frame, world }; ///< the frame of the link itself, or that of the world
@@ -22,6 +24,8 @@ struct frame_options {
   double offset[3] = {0, 0, 0}; ///< of the frame's origin from the link's, in the link's axes, m
 };
 
+inline namespace KSL_ISA {
+
 /// The order alone.
 constexpr component_order order_of(const frame_options &how) {
   return how.angular_first ? component_order::angular_first : component_order::linear_first;
@@ -31,5 +35,7 @@ constexpr frame_options options_of(component_order order) {
   how.angular_first = order == component_order::angular_first;
   return how;
 }
+
+} // namespace KSL_ISA
 
 } // namespace ksl
