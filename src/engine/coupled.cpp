@@ -30,9 +30,9 @@ template <class S> struct dense {
   }
 
   void state(void *memory, const state_view<S> &given) const {
-    arena measure(memory);
+    arena pieces(memory);
     memory_of_state w;
-    w.lay_out(measure, *this, extents_of(m, given));
+    w.lay_out(pieces, *this, extents_of(m, given));
     std::fill_n(w.zero, m.nv(), S(0));
     state_view<S> s = given;
     s.a = w.zero, s.result[0] = w.bias;

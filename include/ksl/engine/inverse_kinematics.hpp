@@ -20,7 +20,7 @@
 namespace ksl {
 
 /// A frame that is to reach a pose, and how much the errors of its position and of its orientation count.  With equal weights, a
-/// twentieth of the length of the chain that carries the frame counts as much as a radian.  What has no weight may be anything.
+/// twentieth of the length of the chain that carries the frame counts as much as a radian.  An error with zero weight is ignored.
 struct wanted_frame {
   int link = 0;
   double position_weight = 1, orientation_weight = 1;
