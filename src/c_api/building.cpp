@@ -85,6 +85,7 @@ ksl_joint_options_t ksl_joint_options(void) { return {nullptr, nullptr, NAN, NAN
 ksl_status_t ksl_builder_create(const char *name, ksl_builder_t **builder) {
   return guarded([&] {
     require(name && builder, "name and builder must not be null");
+    *builder = nullptr;
     *builder = new ksl_builder_t{ksl::builder(name)};
   });
 }

@@ -186,6 +186,7 @@ void ksl_model_free(ksl_model_t *model) { delete model; }
 ksl_status_t ksl_data_create(const ksl_model_t *model, ksl_data_t **data) {
   return guarded([&] {
     require(model && data, "model and data must not be null");
+    *data = nullptr;
     *data = new ksl_data_t{model, ksl::data(model->model), 0, std::vector<int>(model->model.joints().size())};
   });
 }
