@@ -51,7 +51,7 @@ template <class S> struct dense {
     part.tau = {}, part.result[0] = {bias, nv};
     const std::size_t bytes = std::max(inertia.batch(part, 0, 0, nullptr), efforts.batch(part, 0, 0, nullptr));
     external_rows<S> *const external = pieces.take<external_rows<S>>(given.external_n);
-    void *const rest = pieces.take<std::byte>(static_cast<int>(bytes));
+    void *const rest = pieces.take<std::byte>(static_cast<std::ptrdiff_t>(bytes));
     for (std::size_t k = first; memory && k < end; k += static_cast<std::size_t>(states)) {
       const std::size_t n = std::min(end - k, static_cast<std::size_t>(states));
       part.n = n, part.external = external;
@@ -80,7 +80,7 @@ private:
     void lay_out(arena &memory, const dense &of, const extents &asked) {
       const int nv = of.m.nv();
       M = memory.take<S>(nv * nv), bias = memory.take<S>(nv), zero = memory.take<S>(nv);
-      rest = memory.take<std::byte>(static_cast<int>(std::max(of.inertia.state_bytes(asked), of.efforts.state_bytes(asked))));
+      rest = memory.take<std::byte>(static_cast<std::ptrdiff_t>(std::max(of.inertia.state_bytes(asked), of.efforts.state_bytes(asked))));
     }
   };
 
