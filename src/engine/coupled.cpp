@@ -46,7 +46,7 @@ template <class S> struct dense {
   std::size_t batch(const batch_view<S> &given, std::size_t first, std::size_t end, void *memory) const {
     const int nv = m.nv(), states = 4 * inertia.kernel.lanes;
     arena pieces(memory);
-    S *const M = pieces.take<S>(states * nv * nv), *const bias = pieces.take<S>(states * nv), *const tau = pieces.take<S>(nv);
+    S *const M = pieces.take<S>(static_cast<std::ptrdiff_t>(states) * nv * nv), *const bias = pieces.take<S>(states * nv), *const tau = pieces.take<S>(nv);
     batch_view<S> part = given;
     part.tau = {}, part.result[0] = {bias, nv};
     const std::size_t bytes = std::max(inertia.batch(part, 0, 0, nullptr), efforts.batch(part, 0, 0, nullptr));
