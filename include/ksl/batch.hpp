@@ -2,8 +2,8 @@
 //
 // Every call takes a batch_view with the rows of its inputs and results.  threads: the most threads to use; 0 is all cores.
 // Results are the same bits as those of the one-state calls.  They don't depend on the number of threads, on the position of a
-// state in the batch, or on the instruction set.  Throws std::bad_alloc, and std::runtime_error for an unusable KSL_ISA; nothing
-// else.
+// state in the batch, or on the instruction set.  Throws std::bad_alloc, std::runtime_error for an unusable KSL_ISA, and
+// std::invalid_argument where the robot has mimic joints and the algorithm is not available for them; nothing else.
 #pragma once
 
 #include "ksl/batch_calls.hpp"

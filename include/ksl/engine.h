@@ -237,8 +237,8 @@ KSL_EXPORT ksl_status_t ksl_section_wrenchf(const ksl_model_t *model, ksl_data_t
 KSL_EXPORT ksl_status_t ksl_frame_pose(const ksl_model_t *model, ksl_data_t *data, const double *q, int link, ksl_SE3_t *pose);
 
 /** A frame that is to reach a pose, and how much the errors of its position and of its orientation count.  With equal weights,
-    a twentieth of the length of the chain that carries the frame counts as much as a radian.  What has no weight may be
-    anything. */
+    a twentieth of the length of the chain that carries the frame counts as much as a radian.  An error with
+    zero weight is ignored. */
 typedef struct ksl_wanted_frame_t {
   int link;
   double position_weight, orientation_weight;
@@ -260,8 +260,8 @@ KSL_EXPORT ksl_inverse_kinematics_options_t ksl_inverse_kinematics_options(void)
 typedef enum ksl_inverse_kinematics_end_t { KSL_CONVERGED, KSL_ITERATIONS, KSL_LIMITS, KSL_STUCK } ksl_inverse_kinematics_end_t;
 
 /** Positions q (n, nq) at which frames have the poses of each of n targets (n, frames_n, 4, 4), row-major, in the world, by
-    damped least squares.  start (n, nq) may be NULL: random ones.  errors (n, 2): the largest of a position, m, and of an
-    orientation, rad; it, ends, iterations (of all starts) and starts (used), each (n), may be NULL.  options may be NULL.
+    damped least squares.  start (n, nq) may be NULL: random ones.  errors (n, 2): the largest error of a position, m,
+    and of an orientation, rad.  ends (n), iterations (n, of all starts) and starts (n, used).  These four may be NULL, and options.
     threads: 0 is all cores. */
 KSL_EXPORT ksl_status_t ksl_inverse_kinematics(const ksl_model_t *model, size_t n, int frames_n, const ksl_wanted_frame_t *frames,
                                                const double *targets, ptrdiff_t targets_stride, const double *start,

@@ -25,8 +25,9 @@ struct link_section {
   component_order order = component_order::linear_first;
 };
 
-/// Is the joint beyond the section: by the list if there is one, or else if its origin is, where no joint has moved.  In the plane
-/// itself the joint that carries the link is near, and those that it carries are beyond.
+/// Is a joint, one that carries the link or that it carries, beyond the section?  The list says so if there is one.  Otherwise the
+/// joint is beyond if its origin, as the description places it, is.  In the plane itself the joint that carries the link is near, and
+/// those that it carries are beyond.
 KSL_EXPORT bool is_beyond(const model &m, const link_section &section, int joint);
 
 /// The wrench (6) that the near part of a link exerts on the part beyond a section, for q (nq), v (nv) and a (nv): Newton's and Euler's

@@ -10,7 +10,7 @@ namespace ksl {
 /// The same robot with another root.  The joints between the two roots are reversed: parent and child change places,
 /// and the axis its direction, so that q, v, effort and limits of every joint keep their values and meaning.  Links
 /// keep their frames: the child of a reversed joint is therefore a massless link NAME_frame at the joint, to which the
-/// link that was its parent is welded.  Joints on that way must be fixed or move on one axis.  A root that is fixed is
+/// link that was its parent is welded.  Joints on that path must be fixed or move on one axis.  A root that is fixed is
 /// at the world's origin, with its axes; one that floats floats.
 KSL_EXPORT robot_description with_root(const robot_description &robot, const std::string &link);
 

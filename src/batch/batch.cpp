@@ -74,6 +74,7 @@ void compute_states(const algorithm_row &row, const model &m, const batch_view<S
   const batch_view<S> batch = as_row_names(row, given);
   if (first == end || lacks_link(row, m, batch.links))
     return;
+  coupled::require_projection(row, m);
   if (end - first == 1)
     return compute_one(row, m, batch, first);
   run_batch(row, m, batch, first, end, scratch(run_batch(row, m, batch, 0, 0, nullptr)));

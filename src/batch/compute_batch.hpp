@@ -12,8 +12,8 @@ namespace ksl {
 std::byte *scratch(std::size_t bytes);
 
 /// Runs an algorithm on the states of a batch, on at most `threads` threads (0: all cores).  Inputs that the row doesn't name
-/// are taken as zero, and results that it doesn't name are not written.  Throws std::bad_alloc, and std::runtime_error for an
-/// unusable KSL_ISA; nothing else.
+/// are taken as zero, and results that it doesn't name are not written.  Throws std::bad_alloc, std::runtime_error for an unusable
+/// KSL_ISA, and std::invalid_argument for an algorithm that robots with mimic joints don't have; nothing else.
 template <class S> void compute_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, int threads);
 
 /// The same for the states [first, end) of the batch, on the calling thread.

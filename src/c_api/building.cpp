@@ -64,6 +64,18 @@ template <class Make> ksl_status_t made_from(const ksl_model_t *model, ksl_model
   });
 }
 
+/// Copies the list that find() returns, and returns its length; −1 where there is no memory for it.
+template <class Find> int listed(Find &&find, int *out) {
+  int n = -1;
+  guarded([&] {
+    const std::vector<int> found = find();
+    if (out)
+      std::copy(found.begin(), found.end(), out);
+    n = static_cast<int>(found.size());
+  });
+  return n;
+}
+
 } // namespace
 
 extern "C" {
@@ -73,6 +85,7 @@ ksl_joint_options_t ksl_joint_options(void) { return {nullptr, nullptr, NAN, NAN
 ksl_status_t ksl_builder_create(const char *name, ksl_builder_t **builder) {
   return guarded([&] {
     require(name && builder, "name and builder must not be null");
+    *builder = nullptr;
     *builder = new ksl_builder_t{ksl::builder(name)};
   });
 }
@@ -201,7 +214,10 @@ ksl_status_t ksl_model_write_urdf(const ksl_model_t *model, const char *path) {
 double ksl_model_mass(const ksl_model_t *m) { return m ? m->model.mass() : 0; }
 
 double ksl_model_subtree_mass(const ksl_model_t *m, int joint) {
-  return joint < 0 || joint >= ksl_model_joints(m) ? 0 : m->model.subtree_mass(joint);
+  double mass = 0;
+  if (joint >= 0 && joint < ksl_model_joints(m))
+    guarded([&] { mass = m->model.subtree_mass(joint); });
+  return mass;
 }
 
 int ksl_model_joint_above(const ksl_model_t *m, int link) {
@@ -246,21 +262,11 @@ ksl_status_t ksl_model_link_parameters(const ksl_model_t *m, int link, double *p
   });
 }
 
-namespace {
-
-int listed(const std::vector<int> &found, int *out) {
-  if (out)
-    std::copy(found.begin(), found.end(), out);
-  return static_cast<int>(found.size());
-}
-
-} // namespace
-
 int ksl_model_support(const ksl_model_t *m, int link, int *joints) {
-  return link < 0 || link >= ksl_model_links(m) ? -1 : listed(m->model.support(link), joints);
+  return link < 0 || link >= ksl_model_links(m) ? -1 : listed([&] { return m->model.support(link); }, joints);
 }
 int ksl_model_subtree_links(const ksl_model_t *m, int joint, int *links) {
-  return joint < 0 || joint >= ksl_model_joints(m) ? -1 : listed(m->model.subtree_links(joint), links);
+  return joint < 0 || joint >= ksl_model_joints(m) ? -1 : listed([&] { return m->model.subtree_links(joint); }, links);
 }
 
 } // extern "C"

@@ -147,7 +147,7 @@ ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_vi
 }
 
 #define KSL_INSTANTIATE(S)                                                                                             \
-  template void require_position(const model &, const S *, const char *);                                                       \
+  template void require_position(const model &, const S *, const char *);                                              \
   template void require_finite(const S *, int, const char *);                                                          \
   template external_wrenches<S> external_of(const ksl_model_t *, const c_types<S>::external *);                        \
   template ksl_status_t batch_call(const algorithm_row &, const ksl_model_t *, batch_view<S>,                          \

@@ -52,15 +52,18 @@ template <class S> ksl_status_t random_position(const ksl_model_t *m, const S *u
   });
 }
 
-/// The index of a name; if it is −1, the message says which names are near.
-template <class Items> int found(int index, const char *what, const char *name, const std::vector<Items> &items) {
-  if (index < 0)
-    guarded([&] {
-      std::vector<std::string> names;
-      for (const Items &item : items)
-        names.push_back(item.name);
-      throw ksl::c_api::bad_argument(ksl::unknown_name(what, name, names));
-    });
+/// The index that find() returns for a name; if it is −1, the message says which names are near.
+template <class Find, class Item> int found(Find &&find, const char *what, const char *name, const std::vector<Item> &items) {
+  int index = -1;
+  guarded([&] {
+    index = find();
+    if (index >= 0)
+      return;
+    std::vector<std::string> names;
+    for (const Item &item : items)
+      names.push_back(item.name);
+    throw ksl::c_api::bad_argument(ksl::unknown_name(what, name, names));
+  });
   return index;
 }
 
@@ -183,6 +186,7 @@ void ksl_model_free(ksl_model_t *model) { delete model; }
 ksl_status_t ksl_data_create(const ksl_model_t *model, ksl_data_t **data) {
   return guarded([&] {
     require(model && data, "model and data must not be null");
+    *data = nullptr;
     *data = new ksl_data_t{model, ksl::data(model->model), 0, std::vector<int>(model->model.joints().size())};
   });
 }
@@ -221,8 +225,12 @@ ksl_physics_t ksl_model_physics(const ksl_model_t *m) {
   return {p.damping, p.friction, p.armature, p.rotor, p.spring, p.rotor_bodies, p.exact_friction, p.friction_width};
 }
 
-int ksl_model_joint(const ksl_model_t *m, const char *name) { return m && name ? found(m->model.find_joint(name), "joint", name, m->model.joints()) : -1; }
-int ksl_model_link(const ksl_model_t *m, const char *name) { return m && name ? found(m->model.find_link(name), "link", name, m->model.links()) : -1; }
+int ksl_model_joint(const ksl_model_t *m, const char *name) {
+  return m && name ? found([&] { return m->model.find_joint(name); }, "joint", name, m->model.joints()) : -1;
+}
+int ksl_model_link(const ksl_model_t *m, const char *name) {
+  return m && name ? found([&] { return m->model.find_link(name); }, "link", name, m->model.links()) : -1;
+}
 
 const char *ksl_model_warning(const ksl_model_t *m, int i) { return m ? line(m->model.description().warnings, i) : nullptr; }
 const char *ksl_model_unused(const ksl_model_t *m, int i) { return m ? line(m->model.description().unused, i) : nullptr; }

@@ -146,8 +146,8 @@ constexpr int length_of(input x, int nq, int nv) {
 }
 
 /// How many numbers a result of one state has.
-constexpr int numbers_of(const result_row &result, const extents &of) {
-  int n = 1;
+constexpr std::ptrdiff_t numbers_of(const result_row &result, const extents &of) {
+  std::ptrdiff_t n = 1;
   for (int i = 0; i < result.axes; ++i)
     n *= length_of(result.shape[i], of);
   return n;

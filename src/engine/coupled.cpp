@@ -30,9 +30,9 @@ template <class S> struct dense {
   }
 
   void state(void *memory, const state_view<S> &given) const {
-    arena measure(memory);
+    arena pieces(memory);
     memory_of_state w;
-    w.lay_out(measure, *this, extents_of(m, given));
+    w.lay_out(pieces, *this, extents_of(m, given));
     std::fill_n(w.zero, m.nv(), S(0));
     state_view<S> s = given;
     s.a = w.zero, s.result[0] = w.bias;
@@ -46,12 +46,12 @@ template <class S> struct dense {
   std::size_t batch(const batch_view<S> &given, std::size_t first, std::size_t end, void *memory) const {
     const int nv = m.nv(), states = 4 * inertia.kernel.lanes;
     arena pieces(memory);
-    S *const M = pieces.take<S>(states * nv * nv), *const bias = pieces.take<S>(states * nv), *const tau = pieces.take<S>(nv);
+    S *const M = pieces.take<S>(static_cast<std::ptrdiff_t>(states) * nv * nv), *const bias = pieces.take<S>(states * nv), *const tau = pieces.take<S>(nv);
     batch_view<S> part = given;
     part.tau = {}, part.result[0] = {bias, nv};
     const std::size_t bytes = std::max(inertia.batch(part, 0, 0, nullptr), efforts.batch(part, 0, 0, nullptr));
     external_rows<S> *const external = pieces.take<external_rows<S>>(given.external_n);
-    void *const rest = pieces.take<std::byte>(static_cast<int>(bytes));
+    void *const rest = pieces.take<std::byte>(static_cast<std::ptrdiff_t>(bytes));
     for (std::size_t k = first; memory && k < end; k += static_cast<std::size_t>(states)) {
       const std::size_t n = std::min(end - k, static_cast<std::size_t>(states));
       part.n = n, part.external = external;
@@ -80,7 +80,7 @@ private:
     void lay_out(arena &memory, const dense &of, const extents &asked) {
       const int nv = of.m.nv();
       M = memory.take<S>(nv * nv), bias = memory.take<S>(nv), zero = memory.take<S>(nv);
-      rest = memory.take<std::byte>(static_cast<int>(std::max(of.inertia.state_bytes(asked), of.efforts.state_bytes(asked))));
+      rest = memory.take<std::byte>(static_cast<std::ptrdiff_t>(std::max(of.inertia.state_bytes(asked), of.efforts.state_bytes(asked))));
     }
   };
 

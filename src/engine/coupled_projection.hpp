@@ -79,7 +79,7 @@ template <class S> struct projection {
   std::size_t state_bytes(const extents &asked) const {
     arena measure;
     expansion<S> e;
-    measure.take<std::byte>(static_cast<int>(kernel.workspace_bytes(view)));
+    measure.take<std::byte>(static_cast<std::ptrdiff_t>(kernel.workspace_bytes(view)));
     e.lay_out(measure, row, expanded(m, asked), 1);
     return measure.used();
   }
@@ -87,7 +87,7 @@ template <class S> struct projection {
   void state(void *memory, const state_view<S> &given) const {
     const extents own = extents_of(m, given), full = expanded(m, own);
     arena pieces(memory);
-    void *const workspace = pieces.take<std::byte>(static_cast<int>(kernel.workspace_bytes(view)));
+    void *const workspace = pieces.take<std::byte>(static_cast<std::ptrdiff_t>(kernel.workspace_bytes(view)));
     expansion<S> e;
     e.lay_out(pieces, row, full, 1);
     state_view<S> s = given;
@@ -113,7 +113,7 @@ template <class S> struct projection {
     e.lay_out(pieces, row, full, states);
     external_rows<S> *const external = pieces.take<external_rows<S>>(given.external_n);
     reaction_rows<S> *const reactions = pieces.take<reaction_rows<S>>(given.reactions_n);
-    void *const inner = pieces.take<std::byte>(static_cast<int>(kernel.batch(view, given, 0, 0, nullptr)));
+    void *const inner = pieces.take<std::byte>(static_cast<std::ptrdiff_t>(kernel.batch(view, given, 0, 0, nullptr)));
     for (std::size_t k = first; memory && k < end; k += static_cast<std::size_t>(states)) {
       const std::size_t n = std::min(end - k, static_cast<std::size_t>(states));
       batch_view<S> part = given;

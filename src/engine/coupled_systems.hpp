@@ -97,7 +97,7 @@ private:
         most = std::max(most, of.second.state_bytes(asked));
       if (frames)
         most = std::max({most, of.columns.state_bytes(asked), of.rates.state_bytes(asked)});
-      rest = memory.take<std::byte>(static_cast<int>(most));
+      rest = memory.take<std::byte>(static_cast<std::ptrdiff_t>(most));
     }
   };
 

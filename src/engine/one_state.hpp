@@ -14,7 +14,7 @@ template <class S> struct one_state_memory {
   reaction_result<S> *reactions;
 
   void lay_out(arena &memory, const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t workspace_bytes) {
-    workspace = memory.take<std::byte>(static_cast<int>(workspace_bytes));
+    workspace = memory.take<std::byte>(static_cast<std::ptrdiff_t>(workspace_bytes));
     const algorithm_row &computed = row.variant_of ? *row.variant_of : row; // which may have more inputs and results
     for (int i = 0; i < most_inputs; ++i)
       numbers[i] = memory.take<S>(i < computed.inputs ? length_of(computed.input_list[i], m.nq(), m.nv()) : 0);

@@ -200,13 +200,13 @@ void add_line(std::vector<std::string> &lines, const std::string &line) {
 robot_description with_root(const robot_description &robot, const std::string &link) {
   check_tree(robot);
   robot_description out = robot;
-  std::vector<int> way; // from the new root up to the old one
+  std::vector<int> path; // from the new root up to the old one
   const std::vector<int> above = joints_above(robot);
-  for (int l = find_link(robot, link); above[index(l)] >= 0; l = robot.joints[index(way.back())].parent)
-    way.push_back(above[index(l)]);
-  for (const int j : way)
+  for (int l = find_link(robot, link); above[index(l)] >= 0; l = robot.joints[index(path.back())].parent)
+    path.push_back(above[index(l)]);
+  for (const int j : path)
     check_reversible(robot.joints[index(j)], link);
-  for (const int j : way)
+  for (const int j : path)
     reverse(out, j);
   return out;
 }

@@ -23,8 +23,7 @@ using load::element;
 using load::listed;
 using load::quoted;
 using load::sdf::frame_graph;
-
-const std::string own_frame = "__model__";
+using load::sdf::own_frame;
 
 class sdf_reader {
 public:

@@ -6,12 +6,6 @@
 
 namespace ksl::load::sdf {
 
-namespace {
-
-const std::string own_frame = "__model__";
-
-} // namespace
-
 SE3<double> product(const SE3<double> &a, const SE3<double> &b) {
   SE3<double> out;
   algebra<double>::product_dd(&a, &b, &out);

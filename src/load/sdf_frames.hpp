@@ -5,8 +5,11 @@
 #include "load/sdf_values.hpp"
 
 #include <map>
+#include <string>
 
 namespace ksl::load::sdf {
+
+inline const std::string own_frame = "__model__"; ///< what SDF calls a model's own frame in its scope
 
 /// Frames by full name: "arm::hand" is frame hand of the nested model arm, "arm::__model__" that model's own frame, and "world"
 /// the one that all poses lead to.

@@ -4,6 +4,7 @@
 #include "robots.hpp"
 
 #include "batch/compute_batch.hpp"
+#include "ksl/batch.hpp"
 #include "ksl/dual.hpp"
 #include "ksl/engine/energy.hpp"
 #include "ksl/engine/owned_workspace.hpp"
@@ -121,5 +122,16 @@ TEST_CASE("coupled: efforts that hold the mechanism are the gradient of its pote
     dual kinetic, potential;
     ksl::energy<dual>(m.view(), *w, all.data(), rest.data(), &kinetic, &potential);
     CHECK(potential.derivative[0] == doctest::Approx(tau[static_cast<std::size_t>(joint.v_index)]).epsilon(1e-12));
+  }
+}
+
+TEST_CASE("batches of any size refuse what mimic joints don't have") {
+  const ksl::model &m = robot();
+  std::vector<double> q(2 * static_cast<std::size_t>(m.nq())), out(2 * static_cast<std::size_t>(m.nv() * m.nv()));
+  for (std::size_t n : {1, 2}) {
+    ksl::batch_view<double> b;
+    b.n = n, b.q = {q.data(), m.nq()}, b.result[0] = {out.data(), m.nv() * m.nv()};
+    CHECK_THROWS_AS(ksl::mass_matrix_tree_batch(m, b, 1), std::exception);
+    CHECK_THROWS_AS(ksl::mass_matrix_factor_batch(m, b, 1), std::exception);
   }
 }

@@ -138,3 +138,17 @@ def test_bad_input_is_said(arm):
             arm.inverse_kinematics(*arguments)
     with pytest.raises(ValueError, match="tolerance=0"):
         arm.inverse_kinematics("tool0", target, tolerance=0)
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("axis", [(1, 0, 0), (0, 1, 0), (0, 0, 1), (0.6, 0, 0.8), (1, -2, 3)])
+def test_a_start_half_a_turn_away(axis, dtype):
+    """Where R − Rᵀ of the error is zero."""
+    import ksl
+
+    m = ksl.Builder("wheel").add_link("ground").add_link("disc", 1.0, (0, 0, 0), np.eye(3)).add_joint("hinge", "continuous", "ground", "disc", axis=axis).build()
+    q0 = np.array([0.3], dtype)
+    target = m.frame_pose(np.array([0.3 + np.pi]), "disc").astype(dtype)
+    for start in (q0, q0 + dtype(1e-3), q0 - dtype(1e-6)):
+        found = m.inverse_kinematics("disc", target, start, starts=1, tolerance=1e-6 if dtype is np.float64 else 1e-4)
+        assert found.converged and np.abs(m.frame_pose(found.q, "disc") - target).max() < (2e-6 if dtype is np.float64 else 2e-4)

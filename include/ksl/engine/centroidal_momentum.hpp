@@ -92,7 +92,8 @@ void centroidal_momentum(const model_view<scalar_of<T>> &model, const centroidal
   sum_about_center(model, w.pose, w.sum, w.children, order, momentum);
 }
 
-/// Rate (6) of the momentum about the centre of mass, in the world's axes, N and N m, for q (nq), v (nv) and dv (nv): the sum of all external wrenches, those of gravity and of the ground among them.  O(bodies).
+/// Rate (6) of the momentum about the centre of mass, in the world's axes, N and N m, for q (nq), v (nv) and dv (nv): the sum of all
+/// external wrenches, those of gravity and of the ground among them.  O(bodies).
 template <class T>
 void centroidal_momentum_rate(const model_view<scalar_of<T>> &model, const centroidal_momentum_rate_workspace<T> &w, const T *q,
                               const T *v, const T *dv, component_order order, T *rate) {

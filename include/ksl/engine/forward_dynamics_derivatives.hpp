@@ -41,7 +41,7 @@ template <class T> struct forward_dynamics_derivatives_workspace {
     memory.lay_out(model.nv, a, rest);
     memory.lay_out(model.bodies, acceleration, wrench);
     W.lay_out(memory, is_number<T> ? model.nv : 0);
-    dtau.lay_out(memory, 2 * model.nv * model.nv + (is_number<T> ? padded(1) : 0)); // registers are loaded at any column
+    dtau.lay_out(memory, std::ptrdiff_t(2) * model.nv * model.nv + (is_number<T> ? padded(1) : 0)); // registers are loaded at any column
     related.lay_out(memory, column_groups * model.nv);
   }
 };

@@ -111,8 +111,8 @@ void add_products_of_first_derivatives(const forward_dynamics_second_derivatives
 /// The second derivatives of a = forward_dynamics(q, v, tau), each (nv, nv, nv), row-major.  Element (i, k, m) of d2a_dqdq is the
 /// derivative along q ⊕ s e_m of the derivative of acceleration i along q ⊕ s e_k, v and tau held componentwise; in k and m it is
 /// symmetric unless these are of one joint with several coordinates.  That of d2a_dvdv is by v_k and v_m, that of d2a_dqdv by q_k and v_m,
-/// and that of d2a_dqdtau by q_k and tau_m.  External wrenches are held in their links' axes and move with them.  q (nq), v and tau (nv).
-/// O(nv⁴).
+/// and that of d2a_dqdtau by q_k and tau_m.  External wrenches are held in the axes in which they are given, those of their links, which
+/// move, or of the world.  q (nq), v and tau (nv).  O(nv⁴).
 template <class T>
 void forward_dynamics_second_derivatives(const model_view<scalar_of<T>> &model, const forward_dynamics_second_derivatives_workspace<T> &w,
                                          const T *q, const T *v, const T *tau, const external_wrenches<T> &external, T *d2a_dqdq,

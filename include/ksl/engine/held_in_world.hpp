@@ -14,7 +14,7 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// A wrench about its link's origin, and that origin about the common point; in common axes.
+/// A wrench f about its link's origin, and the position of that origin seen from the common point; in common axes.
 template <class T> struct held_wrench { vec3<T> point; coscrew<T> f; };
 
 /// External wrench e, given in the world's axes.
@@ -50,7 +50,7 @@ KSL_LANES void add_along_turns(const coordinate_motions_workspace<T> &w, const v
   });
 }
 
-/// Adds it to the derivative (nv, nv) of joint efforts: lin_j · (ω_k × f) + ang_j · (ω_k × τ) for the coordinates j and k that carry the
+/// Adds what this turning contributes to the derivative (nv, nv) of joint efforts: lin_j · (ω_k × f) + ang_j · (ω_k × τ) for the coordinates j and k that carry the
 /// link, S_j about the link's origin.
 template <class T>
 void add_turning_of_external(const model_view<scalar_of<T>> &model, const coordinate_motions_workspace<T> &w,

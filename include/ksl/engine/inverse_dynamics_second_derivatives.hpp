@@ -44,8 +44,8 @@ struct path_place { int coordinate, first, end; };
 template <class T> struct inverse_dynamics_second_derivatives_workspace {
   wrench_derivatives_workspace<T> wrenches;
   per_coordinate<subtree_rates, T> rates;
-  array_of<path_place> place;                 ///< of the path to the joint that is visited, as are
-  per_coordinate<coordinate_motion, T> path;
+  array_of<path_place> place;                 ///< of the path to the joint that is visited
+  per_coordinate<coordinate_motion, T> path;  ///< the motions of its coordinates
   per_coordinate<pair_derivatives, T> pair;   ///< of one coordinate and those on the path to it
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {

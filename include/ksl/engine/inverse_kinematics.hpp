@@ -20,7 +20,7 @@
 namespace ksl {
 
 /// A frame that is to reach a pose, and how much the errors of its position and of its orientation count.  With equal weights, a
-/// twentieth of the length of the chain that carries the frame counts as much as a radian.  What has no weight may be anything.
+/// twentieth of the length of the chain that carries the frame counts as much as a radian.  An error with zero weight is ignored.
 struct wanted_frame {
   int link = 0;
   double position_weight = 1, orientation_weight = 1;
@@ -90,12 +90,31 @@ template <class P> struct pose_errors { P position, orientation, cost; };
 template <class P> KSL_LANES P larger(const P &a, const P &b) { return math<P>::select(a > b, a, b); }
 template <class P> KSL_LANES P smaller(const P &a, const P &b) { return math<P>::select(a < b, a, b); }
 
+/// 2 n for a rotation by nearly half a turn about n, where R + 1 is nearly 2 n nᵀ: from its longest column.
+template <class P> KSL_LANES vec3<P> half_turn_vector(const mat3x3<P> &R) {
+  const P one = P(1);
+  vec3<P> column = {R.m00 + one, R.m10, R.m20};
+  P longest = R.m00; // of the diagonal; the square of column k is 2 (1 + R_kk)
+  const auto consider = [&](const P &diagonal, const P &x, const P &y, const P &z) KSL_INLINED {
+    column.x = math<P>::select(diagonal > longest, x, column.x);
+    column.y = math<P>::select(diagonal > longest, y, column.y);
+    column.z = math<P>::select(diagonal > longest, z, column.z);
+    longest = larger(longest, diagonal);
+  };
+  consider(R.m11, R.m01, R.m11 + one, R.m21);
+  consider(R.m22, R.m02, R.m12, R.m22 + one);
+  const P scale = math<P>::sqrt(P(2) / (one + longest));
+  return {scale * column.x, scale * column.y, scale * column.z};
+}
+
 /// 2 sin(θ/2) times the axis of a rotation by θ: near the rotation vector where θ is small.
 template <class P> KSL_LANES vec3<P> half_sine_vector(const mat3x3<P> &R) {
-  const P half = P(0.5), trace = R.m00 + R.m11 + R.m22;
-  const P cosine = math<P>::sqrt(larger(P(0.25) * (trace + P(1)), P(1e-12))); // of θ/2
-  const P scale = half / cosine;
-  return {scale * (R.m21 - R.m12), scale * (R.m02 - R.m20), scale * (R.m10 - R.m01)};
+  const P half = P(0.5), least = P(1e-6), square = P(0.25) * (R.m00 + R.m11 + R.m22 + P(1)); // of cos(θ/2)
+  const P scale = half / math<P>::sqrt(larger(square, least));
+  const vec3<P> of_half_turn = half_turn_vector(R); // R − Rᵀ is zero there
+  return {math<P>::select(square > least, scale * (R.m21 - R.m12), of_half_turn.x),
+          math<P>::select(square > least, scale * (R.m02 - R.m20), of_half_turn.y),
+          math<P>::select(square > least, scale * (R.m10 - R.m01), of_half_turn.z)};
 }
 
 /// Adds the columns of followers to those of their leaders, and clears them: no step of their own reduces the error.

@@ -41,7 +41,7 @@ void difference(const model_view<scalar_of<T>> &model, const manifold_workspace<
   });
 }
 
-/// out (nq) = q0 ⊕ fraction (q1 ⊖ q0): q0 at 0 and q1 at 1, along the shortest way and at constant joint velocity.  Beyond 0
+/// out (nq) = q0 ⊕ fraction (q1 ⊖ q0): q0 at 0 and q1 at 1, along the shortest path and at constant joint velocity.  Beyond 0
 /// and 1 the motion continues.  O(joints).
 template <class T>
 void interpolate(const model_view<scalar_of<T>> &model, const manifold_workspace<T> &, const T *q0, const T *q1,

@@ -21,7 +21,7 @@ template <class T> struct operational_space_inertia_inverse_workspace {
   array_of<wrench_columns<T>> wrench; ///< of each frame, on the way to the ground
   array_of<int> at;                   ///< the body that the wrenches of each frame have come to
   array_of<bool> carries;
-  T *u;                               ///< (6 frames) Sᵀ f of one coordinate; later memory of four times that size
+  T *u;                               ///< (6 frames) Sᵀ f of one coordinate; later (24 frames) memory to invert Λ⁻¹
 
   KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
     dynamics.lay_out(memory, model);
@@ -133,9 +133,9 @@ template <class T> KSL_LANES wrench_columns<T> unit_wrenches(const SE3<T> &frame
   return f;
 }
 
-/// Sends unit wrenches on n frames to the ground.  receive(row in v, u, frames) gets Sᵀ f of each coordinate that they pass,
-/// for 6 columns a frame; of frames that it doesn't carry, zeros.  receive_free(i, wrenches of frame, frame) gets what reaches a
-/// free joint, which transmits nothing.
+/// Sends unit wrenches on n frames to the ground, n at most the number of links.  receive(row in v, D⁻¹, u) is called for each
+/// coordinate that they pass; u (6 n) is Sᵀ f for the 6 columns of each frame, zero for frames that the coordinate doesn't carry.
+/// receive_free(i) is called when wrenches have reached body i on a free joint, which transmits nothing: those with w.at[f] == i.
 template <class T, class Receive, class ReceiveFree>
 void propagate(const model_view<scalar_of<T>> &model, const operational_space_inertia_inverse_workspace<T> &w, int n, const int *links,
                const frame_options &how, Receive receive, ReceiveFree receive_free) {
@@ -236,8 +236,8 @@ void inertia_inverse(const model_view<scalar_of<T>> &model, const operational_sp
   mirror_lower(m, inverse);
 }
 
-/// Λ⁻¹ = J M⁻¹ Jᵀ (n, 6, n, 6), symmetric, for q (nq): the rates of all twists for a unit wrench on each frame.  O(bodies) and
-/// O(n² depth).
+/// Λ⁻¹ = J M⁻¹ Jᵀ (n, 6, n, 6), symmetric, for q (nq): the rates of all twists for a unit wrench on each frame.  n is at most the
+/// number of links.  O(bodies + n² depth); depth: how many coordinates carry any of the frames.
 template <class T> void
 operational_space_inertia_inverse(const model_view<scalar_of<T>> &model, const operational_space_inertia_inverse_workspace<T> &w,
                                   const T *q, int n, const int *links, const frame_options &how, T *inverse) {

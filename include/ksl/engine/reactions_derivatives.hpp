@@ -24,7 +24,7 @@ template <class T> struct reactions_derivatives_workspace {
   }
 };
 
-/// The same in the axes of any tree.
+/// Pose of a link's frame in the axes of any tree, as link_in_tree gives it in those of the link's own.
 template <class T> inline SE3<T> link_in_other_tree(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w,
                                                     int link, int tree) {
   SE3<T> D = link_in_tree(model, w, link);

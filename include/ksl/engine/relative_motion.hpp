@@ -47,7 +47,7 @@ template <class T> void relative_pose(const model_view<scalar_of<T>> &model, con
   write_matrix(D, out);
 }
 
-/// The twist of a link's frame relative to another link's, for q (nq) and v (nv).  The other frame takes the place of the world
+/// The twist (6) of a link's frame relative to another link's, m/s and rad/s, for q (nq) and v (nv).  The other frame takes the place of the world
 /// in the options.  O(joints between).
 template <class T>
 void relative_velocity(const model_view<scalar_of<T>> &model, const relative_velocity_workspace<T> &w, const T *q, const T *v, int link,
@@ -89,7 +89,7 @@ void relative_jacobian(const model_view<scalar_of<T>> &model, const relative_jac
   SE3<T> other = walk_between(model, w.pose, q, link, seen_from, common, how, set, set);
   const SE3<T> D = pose_in_options(other, how);
   A::product_dd(&D, &other, &other);
-  // subtrees are contiguous in v, so that the columns of the two ways don't mingle
+  // subtrees are contiguous in v, so that the columns of the two paths lie apart
   const auto carry = [&](int of, const SE3<T> &pose, bool negative) KSL_INLINED {
     int first = model.link[of].body;
     const int end = end_in_v(model.body[first]);

@@ -17,7 +17,7 @@ class arena {
 public:
   explicit arena(void *memory = nullptr) : next_(static_cast<char *>(memory)) {}
 
-  template <class E> KSL_LANES E *take(int n) {
+  template <class E> KSL_LANES E *take(std::ptrdiff_t n) {
     char *const at = next_;
     const std::size_t bytes = (static_cast<std::size_t>(n) * sizeof(E) + 63) / 64 * 64;
     used_ += bytes;
@@ -25,7 +25,7 @@ public:
     return reinterpret_cast<E *>(at);
   }
   /// Lays out arrays of n elements each.
-  template <class... Arrays> KSL_LANES void lay_out(int n, Arrays &...arrays) { (arrays.lay_out(*this, n), ...); }
+  template <class... Arrays> KSL_LANES void lay_out(std::ptrdiff_t n, Arrays &...arrays) { (arrays.lay_out(*this, n), ...); }
   /// Lays out a workspace after the arrays taken so far.
   template <class Workspace, class Model> KSL_LANES Workspace take_workspace(const Model &model) {
     Workspace w;
@@ -50,7 +50,7 @@ template <class Workspace, class Model> std::size_t workspace_bytes(const Model 
 /// An array of structs, with an element for each body, coordinate or link.
 template <class E> class array_of {
 public:
-  KSL_LANES void lay_out(arena &memory, int n) { first_ = memory.take<E>(n); }
+  KSL_LANES void lay_out(arena &memory, std::ptrdiff_t n) { first_ = memory.take<E>(n); }
   KSL_LANES E &operator[](std::ptrdiff_t i) const { return first_[i]; }
 
 private:

@@ -1,0 +1,58 @@
+// Builds the arrays of a model from a description.  Links come in depth-first order, links welded by fixed joints are lumped
+// into one body, and joint frames are rotated so that the axis is z.
+#pragma once
+
+#include "ksl/model.hpp"
+
+#include "load/mimic.hpp"
+
+#include <string>
+#include <vector>
+
+namespace ksl {
+
+/// Fills a model that has its description and nothing else.
+class model_builder {
+public:
+  explicit model_builder(model &m) : m_(m) {}
+
+  /// Builds all arrays.  Throws description_error if the description is not a tree.
+  void build();
+
+  /// Sets the arrays that depend on the inertias of links.  Those that were there are replaced.
+  void add_inertias();
+
+private:
+  void warn(const std::string &line);
+  void collect_children();
+  void add_ground();
+  bool names_joint(const std::string &name) const;
+  std::string free_name(const char *usual, const char *otherwise) const;
+  void descend(int root);
+  void push_children(int description_link, std::vector<int> &pending) const;
+  void add_link(const joint_description &j, int index);
+  void add_moving_link(int description_link, int parent, joint_row row, const SE3<double> &joint_placement, int parent_body);
+  int add_body(joint_kind kind, int parent, int link, const SE3<double> &placement, double pitch, bool follows = false);
+  body<double> new_body(joint_kind kind, int parent, int link, const SE3<double> &placement) const;
+  int chain_start(joint_kind kind, int parent) const;
+  void add_welded_link(int description_link, int parent, const SE3<double> &pose, int body);
+  void finish();
+  std::vector<joint_row> expanded_rows() const;
+  void couple();
+  void close_subtrees();
+  void sum_inertias();
+  void add_tree_rows();
+  void augment_inertias();
+  void add_angles();
+  void add_limits();
+  void add_ranges();
+  void limit_range(const joint_row &row, int c, const coordinate_limits &described);
+  void round_to_single();
+
+  model &m_;
+  std::vector<std::vector<int>> children_; // joints of the description whose parent each of its links is
+  std::vector<leader_of_joint> leaders_;   // of each joint of the description
+  std::vector<joint_row> followers_, fixed_joints_;
+};
+
+} // namespace ksl
