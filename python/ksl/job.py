@@ -193,8 +193,17 @@ def _print_summary(console: Console, rows: list[SummaryRow], loads: list[JointLo
         ("Coupling: what moves the mimic joints", coupled, [("coupling", "peak"), ("coupling", "rms"), ("coupling", "peak_time"), ("speed", "peak"), ("speed", "peak_time")]),
         ("Joints without one coordinate: magnitudes of the same wrench", [row for row in rows if "force_peak" in row], whole),
     ):
-        if chosen:
-            console.print(_table(title, chosen, [joints[str(row["joint"])] for row in chosen], columns))
+        for scope, together in _by_unit(chosen, joints, {q for q, _ in columns}):
+            console.print(_table(title + scope, together, [joints[str(row["joint"])] for row in together], columns))
+
+
+def _by_unit(rows: list[SummaryRow], joints: dict[str, Joint], quantities: set[str]) -> list[tuple[str, list[SummaryRow]]]:
+    """Rows whose quantities have the same units, with what is added to the title: one table of both would be too wide for a terminal."""
+    turning = [row for row in rows if joints[str(row["joint"])].has_angle]
+    sliding = [row for row in rows if row not in turning]
+    if turning and sliding and not quantities.isdisjoint(("effort", "coupling", *EFFORT_PARTS)):
+        return [(", joints that turn", turning), (", joints that slide", sliding)]
+    return [("", rows)] if rows else []
 
 
 def _table(title: str, rows: list[SummaryRow], joints: list[Joint], columns: list[tuple[str, str]]) -> Table:

@@ -44,6 +44,7 @@ def load(
     one_of(mimic, "mimic", "coupled", "independent")
     if masses is not None:
         one_of(masses, "masses", "optional")
+    floating_base, strict = given.flag(floating_base, "floating_base"), given.flag(strict, "strict")
     file, loads = os.fsdecode(path), given.payload_points(payloads)
     given_gravity = None if gravity is None else list(three_numbers(gravity, "gravity"))
     if _root_element(file) == "mujoco":
