@@ -88,8 +88,9 @@ class Builder:
         They have no effect unless `physics=` names them.
         mimic: (joint, multiplier, offset): it follows that joint, which may be added later, at multiplier × its position + offset.
         """
-        for word, what in ((name, "the name of the joint"), (kind, f"joint {name}: its kind"), (parent, f"joint {name}: its parent"), (child, f"joint {name}: its child")):
-            given.name(word, what)
+        given.name(name, "the name of the joint")
+        for word, what in ((kind, "kind"), (parent, "parent"), (child, "child")):
+            given.name(word, f"joint {name}: its {what}")
         if kind in _SEVERAL_LIMITS and limits is not None and not any(hasattr(x, "__len__") for x in limits):
             raise ValueError(f"joint {name}: its limits are {limits!r}; a {kind} joint has several numbers in q, each of which needs (lower, upper) or None")
         options = _options(f"joint {name}", axis, axis2, pitch, limits, effort, velocity, damping, friction, mimic)

@@ -48,7 +48,8 @@ class Surgery(Calls):
         available.  A `floating_base` that is frozen puts the root where it is, on a massless link `world`.  Mimic joints are frozen with
         their leaders, where these hold them; one alone is refused.
         """
-        frozen = [(name, [float(x) for x in given.numbers(q, f"joint {name}: its position").ravel()]) for name, q in given.mapping(joints, "joints", "{joint: position}")]
+        positions = given.mapping(joints, "joints", "{joint: position}")
+        frozen = [(name, [float(x) for x in given.numbers(q, f"joint {name}: its position").ravel()]) for name, q in positions]
         made = self._made(self._core.with_frozen_joints(frozen))
         for line in made.warnings:
             if "quaternion" in line and line not in self.warnings:
