@@ -9,7 +9,7 @@ from typing import Literal
 from xml.etree import ElementTree
 
 from ksl import _core, given
-from ksl.errors import DescriptionWarning
+from ksl.errors import DescriptionError, DescriptionWarning
 from ksl.model import Model
 from ksl.requests import one_of, three_numbers
 
@@ -50,8 +50,10 @@ def load(
     if _root_element(file) == "mujoco":
         from ksl import mjcf
 
+        if model:
+            raise DescriptionError(f'{file}: model "{model}" is asked for, but only SDF files hold several; leave that option out')
         loaded = mjcf._load(file, floating_base, mimic == "independent", strict, given_gravity, payloads, masses)
-        if physics is not None:
+        if physics is not None or friction_width != loaded.friction_width:
             loaded = loaded.with_physics(physics, friction_width)
     else:
         options = (floating_base, mimic == "independent", strict, given_gravity, loads, masses is not None, model or "", given.physics(physics, friction_width))

@@ -214,3 +214,12 @@ def test_no_warnings_that_the_file_does_not_deserve():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         ksl.load(CHAINS)
+
+
+def test_options_that_other_formats_have(tmp_path):
+    path = in_file(tmp_path, f"<body><joint name='hinge'/>{BODY}</body>")
+    with pytest.raises(ksl.DescriptionError, match='model "x" is asked for, but only SDF files hold several'):
+        ksl.load(path, model="x")
+    assert ksl.load(path, friction_width=0.5).friction_width == 0.5
+    with pytest.raises(ksl.DescriptionError, match="friction_width is -1"):
+        ksl.load(path, friction_width=-1)
