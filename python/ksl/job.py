@@ -163,7 +163,7 @@ def _write_report(path: Path, case: LoadCase, motion_file: str, curves: Curves, 
         ("motion", motion_file),
         ("samples", f"{len(case.motion.time)}, from {case.motion.time[0]:.10g} s to {case.motion.time[-1]:.10g} s"),
         ("gravity", f"({', '.join(f'{g:g}' for g in m.gravity)}) m/s² in world axes"),
-        ("wrenches", f"on the {p.on} side of the joint, moments about {p.point}; here resolved along and across each joint's axis"),
+        ("wrenches", f"on the {p.on} side of the joint, moments about {p.about}; here resolved along and across each joint's axis"),
         ("effort and power", "of each joint's drive, whatever point and side are chosen"),
         *([("physics of joints", _physics(case.model))] if case.model.physics else []),
         ("in the table", f"axes {p.axes}, order {p.order}"),
@@ -187,7 +187,7 @@ def _print_summary(console: Console, rows: list[SummaryRow], loads: list[JointLo
     drive += [("power", "peak"), ("power", "peak_time"), ("power", "mean"), ("work", "positive"), ("work", "negative")]
     whole = [(q, part) for q in ("force", "moment") for part in ("peak", "rms", "peak_time")]
     for title, chosen, columns in (
-        (f"Wrench on the {placement.on} side, moments about {placement.point}", with_axis, wrench),
+        (f"Wrench on the {placement.on} side, moments about {placement.about}", with_axis, wrench),
         ("Drive", driven, drive),
         ("What the effort consists of", [row for row in driven if "transmitted_peak" in row], [(q, part) for q in EFFORT_PARTS for part in ("peak", "rms")]),
         ("Coupling: what moves the mimic joints", coupled, [("coupling", "peak"), ("coupling", "rms"), ("coupling", "peak_time"), ("speed", "peak"), ("speed", "peak_time")]),

@@ -94,7 +94,7 @@ def test_files_are_there_and_no_others(done):
 def test_what_is_printed(done):
     process, out = done
     text = process.stdout
-    assert f"report: {out / 'report.html'}" in text
+    assert f"report: {out / 'report.html'}" in text and "moments about the joint's origin" in text
     assert "power balance: largest residual" in text and "differentiated from a quintic spline" in text
     for joint in ("shoulder_pan", "wrist_3", "base"):
         assert joint in text
@@ -225,6 +225,7 @@ def test_options_reach_the_table(ur5, tmp_path):
     table = pq.read_table(tmp_path / "o" / "wrenches.parquet")
     assert table.column_names[2:5] == ["tx", "ty", "tz"]
     assert (table["on"][0].as_py(), table["at"][0].as_py(), table["axes"][0].as_py()) == ("parent", "joint + 0.1 0 -0.2", "tool0")
+    assert "Wrench on the parent side, moments about the point (0.1, 0, -0.2) m from the joint's origin, in its axes" in p.stdout
     still = [abs(x) for x in table["fz"].to_pylist()[:8]]
     assert max(still) < 1, "no gravity, at rest: nothing to carry"
 
