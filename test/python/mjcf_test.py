@@ -181,7 +181,12 @@ def test_options(tmp_path):
     assert ksl.load(path, payloads={"b": (2.0, (0, 0, 0))}).mass == pytest.approx(ksl.load(path).mass + 2)
     with pytest.raises(ksl.DescriptionError, match="robot.xml: a floating base is asked for, but no body has a <freejoint>"):
         ksl.load(path, floating_base=True)
-    assert mjcf.model_of(mujoco.MjModel.from_xml_path(str(path))).nv == 1
+    compiled = mujoco.MjModel.from_xml_path(str(path))
+    assert mjcf.model_of(compiled).nv == 1
+    with pytest.raises(ValueError, match="mimic='loose'; expected one of 'coupled', 'independent'"):
+        mjcf.model_of(compiled, mimic="loose")
+    with pytest.raises(ValueError, match="mj is str; expected a mujoco.MjModel"):
+        mjcf.model_of(str(path))
 
 
 def test_files_that_are_wrong(tmp_path):
