@@ -83,7 +83,7 @@ the joint's frame and then moved by the coadjoint (Coscrews page, (7)–(9)).
         text="The parts {parts} of the efforts of inverse dynamics for {q}, {v}, {a}: the transmitted effort Sᵀ f, then what damping, dry "
         "friction, the inertia of rotors and springs need, as far as the model's options name them.  O(bodies).",
         python="""
-q, v, a, external, out, threads: as in :meth:`inverse_dynamics`, whose result is the sum over the parts.
+q, v, a, external, out, threads: as in :meth:`inverse_dynamics`, whose result is the sum over the parts; N m, N.
 The rotor's part is armature · a, the damping's damping · v, the friction's F v/√(v² + w²) with the stated width w (or F sign(v)
 for `physics="exact friction"`), the spring's stiffness · (q − rest).  They are zero unless `physics=` of :func:`ksl.load` names them.
 O(bodies).
@@ -96,10 +96,11 @@ O(bodies).
         external="optional",
         results=(TAU,),
         variant_of="inverse_dynamics",
-        summary="Efforts (…, nv) that hold velocities v without acceleration: Coriolis, centrifugal, gravity, less external wrenches.",
+        summary="Efforts (…, nv) that hold velocities v without acceleration: Coriolis, centrifugal, gravity, less external wrenches; N m, N.",
         text="Efforts {tau} that hold velocities {v} at {q} without acceleration: inverse dynamics with a = 0.  O(bodies).",
         python="""
-q, v, external, out, threads: as in :meth:`inverse_dynamics`, of which this is the case a = 0.
+q, v, external, out, threads: as in :meth:`inverse_dynamics`, of which this is the case a = 0: damping, friction and springs are included where
+`physics=` of :func:`ksl.load` names them.  O(bodies).
 """,
     ),
     Algorithm(
@@ -109,10 +110,11 @@ q, v, external, out, threads: as in :meth:`inverse_dynamics`, of which this is t
         external="optional",
         results=(TAU,),
         variant_of="inverse_dynamics",
-        summary="Efforts (…, nv) that hold the mechanism at rest at q, against gravity and external wrenches.",
+        summary="Efforts (…, nv) that hold the mechanism at rest at q, against gravity and external wrenches; N m, N.",
         text="Efforts {tau} that hold the mechanism at rest at {q}: inverse dynamics with v = a = 0.  O(bodies).",
         python="""
-q, external, out, threads: as in :meth:`inverse_dynamics`, of which this is the case v = a = 0.
+q, external, out, threads: as in :meth:`inverse_dynamics`, of which this is the case v = a = 0: springs are included where `physics=` of
+:func:`ksl.load` names them.  O(bodies).
 """,
     ),
 )

@@ -15,6 +15,7 @@ ROWS = (
         text="Mass matrix {M}, row-major, both triangles, for {q}, by the composite-rigid-body algorithm (Featherstone, RBDA 2008, "
         "table 6.2): tau = M a + bias.  O(bodies × depth).",
         python="""
+kg m², kg m or kg.  Armature and rotors are in it where `physics=` of :func:`ksl.load` names them.
 triangle: "both", or "upper", which is :meth:`mass_matrix_upper`: what is below the diagonal is not written.  That and
 :meth:`mass_matrix_tree` write less, which is what takes the time in batches of large robots.
 q, out, threads: as in :meth:`inverse_dynamics`.  Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2);
@@ -111,11 +112,12 @@ M⁻¹ tau, by the articulated-body algorithm (Featherstone, RBDA 2008, table 7.
         header="coriolis_matrix.hpp",
         inputs=("q", "v"),
         results=(Result("C", ("nv", "nv"), "Coriolis matrix"),),
-        summary="Coriolis matrix (…, nv, nv): inverse_dynamics = mass_matrix · a + coriolis_matrix · v + gravity_torque.",
-        text="Coriolis matrix {C}, row-major, for {q} and {v}: tau = M a + C v + gravity.  Of the matrices with this property it is the one of "
-        "Christoffel's symbols, and dM/dt − 2 C is skew-symmetric (Echeandia and Wensing 2021).  O(bodies × depth).",
+        summary="Coriolis matrix (…, nv, nv): inverse_dynamics = mass_matrix · a + coriolis_matrix · v + gravity_torque; no damping, no friction.",
+        text="Coriolis matrix {C}, row-major, for {q} and {v}: tau = M a + C v + gravity, besides what damping and friction need.  Of the matrices "
+        "with this property it is the one of Christoffel's symbols, and dM/dt − 2 C is skew-symmetric (Echeandia and Wensing 2021).  O(bodies × depth).",
         python="""
-q, v, out, threads: as in :meth:`inverse_dynamics`.  Of the many matrices with C v = bias − gravity_torque this is ∫ Jᵀ dJ/dt dm, J the
+q, v, out, threads: as in :meth:`inverse_dynamics`.  Damping and friction, where `physics=` of :func:`ksl.load` names them, are not in it: they
+are the difference bias − gravity_torque − C v.  Of the many matrices with this property this is ∫ Jᵀ dJ/dt dm, J the
 Jacobian of a particle in world axes.  dM/dt − 2 C is skew-symmetric, for all joints.  Where every joint has one coordinate,
 C_ij = Σ_k Γ_ijk v_k with Christoffel's symbols of the first kind of M.  Linear in v.
 

@@ -11,11 +11,13 @@ ROWS = (
         links_keyword="links",
         results=(Result("Y", ("nv", "links", 10), "joint efforts for each parameter"),),
         summary="Regressor (…, nv, links, 10) of inverse dynamics: joint efforts for each inertial parameter of each link.",
-        text="Regressor {Y} of inverse dynamics for {q}, {v} and {a}: summed over all links with their parameters it is the joint efforts "
-        "under gravity, without external wrenches (Atkeson, An, Hollerbach, IJRR 5, 1986).  A link has ten parameters: mass, mass × centroid, "
+        text="Regressor {Y} of inverse dynamics for {q}, {v} and {a}: summed over all links with their parameters it is the transmitted "
+        "efforts Sᵀ f under gravity, without external wrenches (those of inverse_dynamics, if no physics of joints is on; Atkeson, An, "
+        "Hollerbach, IJRR 5, 1986).  A link has ten parameters: mass, mass × centroid, "
         "Ixx Ixy Iyy Ixz Iyz Izz about its origin, in its axes.  O(links × depth).",
         python="""
-numpy.einsum("...jlp,lp", regressor, model.parameters) is `inverse_dynamics` without external wrenches.
+numpy.einsum("...jlp,lp", regressor, model.parameters) is `inverse_dynamics` without external wrenches.  Of physics of joints only rotor bodies, which
+are links of the model, are in it; without these it is the transmitted effort (:meth:`effort_part`).
 links: names in the order wanted; by default all links in the order of `link_names`.  Links that fixed joints weld together have
 parameters of their own.  Those of a link: m, m cx, m cy, m cz, Ixx, Ixy, Iyy, Ixz, Iyz, Izz, about its origin and in its axes.
 q, v, a, out, threads: as in :meth:`inverse_dynamics`.  Atkeson, An, Hollerbach, IJRR 5, 1986; O(links × depth).
@@ -65,9 +67,11 @@ O(joints × links).
         ),
         summary="Regressors (…, links, 10) of kinetic and of potential energy: those of :meth:`energy` for each inertial parameter.",
         text="Regressors {kinetic} and {potential} of the energies for {q} and {v}: summed over all links with their parameters (those of "
-        "inverse_dynamics_regressor) they are kinetic and potential energy, J.  O(bodies + links).",
+        "inverse_dynamics_regressor) they are kinetic and potential energy, J, of the links, without armature, "
+        "reflected inertia of rotors and springs.  O(bodies + links).",
         python="""
-numpy.einsum("...lp,lp", regressor, model.parameters) is the energy.  out: two arrays, for the one and for the other.
+numpy.einsum("...lp,lp", regressor, model.parameters) is the energy of the links, J, without armature, reflected inertia of rotors and
+springs.  out: two arrays, for the one and for the other.
 links, q, v, threads: as in :meth:`inverse_dynamics_regressor`.  O(bodies + links).
 """,
     ),

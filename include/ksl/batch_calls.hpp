@@ -114,9 +114,10 @@ KSL_EXPORT void mass_matrix_inverse_batch(const model &m, const batch_view<S> &b
 template <class S>
 KSL_EXPORT void solve_mass_matrix_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Coriolis matrix C (nv, nv), row-major, for q (nq) and v (nv): tau = M a + C v + gravity.  Of the matrices with this
-/// property it is the one of Christoffel's symbols, and dM/dt − 2 C is skew-symmetric (Echeandia and Wensing 2021).
-/// O(bodies × depth).  Reads batch.q, batch.v; writes C into batch.result[0] (rows of nv × nv).
+/// Coriolis matrix C (nv, nv), row-major, for q (nq) and v (nv): tau = M a + C v + gravity, besides what damping and
+/// friction need.  Of the matrices with this property it is the one of Christoffel's symbols, and dM/dt − 2 C is
+/// skew-symmetric (Echeandia and Wensing 2021).  O(bodies × depth).  Reads batch.q, batch.v; writes C into
+/// batch.result[0] (rows of nv × nv).
 template <class S>
 KSL_EXPORT void coriolis_matrix_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
@@ -230,14 +231,15 @@ KSL_EXPORT void operational_space_inertia_batch(const model &m, const batch_view
 template <class S>
 KSL_EXPORT void operational_space_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Kinetic and potential energy, J, for q (nq) and v (nv); the latter zero with every centroid at the world's origin.
-/// O(bodies).  Reads batch.q, batch.v; writes kinetic into batch.result[0] (rows of 1), potential into batch.result[1]
-/// (rows of 1).
+/// Kinetic and potential energy, J, for q (nq) and v (nv); that of gravity is zero with every centroid at the world's
+/// origin.  Armature and rotors, and springs, are included where the model's options name them.  O(bodies).  Reads
+/// batch.q, batch.v; writes kinetic into batch.result[0] (rows of 1), potential into batch.result[1] (rows of 1).
 template <class S>
 KSL_EXPORT void energy_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
-/// Power of external wrenches, W, for q (nq) and v (nv): the sum of f · v of the links that they act on.  No wrench, no
-/// power.  O(bodies).  Reads batch.q, batch.v, batch.external; writes power into batch.result[0] (rows of 1).
+/// Power of external wrenches, W, for q (nq) and v (nv): the sum of f · v of the links that they act on.  Without
+/// wrenches it is zero.  O(bodies).  Reads batch.q, batch.v, batch.external; writes power into batch.result[0] (rows of
+/// 1).
 template <class S>
 KSL_EXPORT void external_power_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
@@ -412,10 +414,10 @@ template <class S>
 KSL_EXPORT void forward_dynamics_second_derivatives_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Regressor Y (nv, links, 10) of inverse dynamics for q (nq), v (nv) and a (nv): summed over all links with their
-/// parameters it is the joint efforts under gravity, without external wrenches (Atkeson, An, Hollerbach, IJRR 5,
-/// 1986).  A link has ten parameters: mass, mass × centroid, Ixx Ixy Iyy Ixz Iyz Izz about its origin, in its axes.
-/// O(links × depth).  Reads batch.q, batch.v, batch.a, batch.links; writes Y into batch.result[0] (rows of nv × links.n
-/// × 10).
+/// parameters it is the transmitted efforts Sᵀ f under gravity, without external wrenches (those of inverse_dynamics,
+/// if no physics of joints is on; Atkeson, An, Hollerbach, IJRR 5, 1986).  A link has ten parameters: mass, mass ×
+/// centroid, Ixx Ixy Iyy Ixz Iyz Izz about its origin, in its axes.  O(links × depth).  Reads batch.q, batch.v,
+/// batch.a, batch.links; writes Y into batch.result[0] (rows of nv × links.n × 10).
 template <class S>
 KSL_EXPORT void inverse_dynamics_regressor_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
@@ -434,9 +436,10 @@ template <class S>
 KSL_EXPORT void reactions_regressor_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 
 /// Regressors kinetic (links, 10) and potential (links, 10) of the energies for q (nq) and v (nv): summed over all
-/// links with their parameters (those of inverse_dynamics_regressor) they are kinetic and potential energy, J.
-/// O(bodies + links).  Reads batch.q, batch.v, batch.links; writes kinetic into batch.result[0] (rows of links.n × 10),
-/// potential into batch.result[1] (rows of links.n × 10).
+/// links with their parameters (those of inverse_dynamics_regressor) they are kinetic and potential energy, J, of the
+/// links, without armature, reflected inertia of rotors and springs.  O(bodies + links).  Reads batch.q, batch.v,
+/// batch.links; writes kinetic into batch.result[0] (rows of links.n × 10), potential into batch.result[1] (rows of
+/// links.n × 10).
 template <class S>
 KSL_EXPORT void energy_regressor_batch(const model &m, const batch_view<S> &batch, int threads = 0);
 

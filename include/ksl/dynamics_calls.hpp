@@ -101,9 +101,9 @@ KSL_EXPORT void mass_matrix_inverse(const model &m, data &d, const S *q, S *W);
 template <class S>
 KSL_EXPORT void solve_mass_matrix(const model &m, data &d, const S *q, const S *tau, S *a);
 
-/// Coriolis matrix C (nv, nv), row-major, for q (nq) and v (nv): tau = M a + C v + gravity.  Of the matrices with this
-/// property it is the one of Christoffel's symbols, and dM/dt − 2 C is skew-symmetric (Echeandia and Wensing 2021).
-/// O(bodies × depth).  No allocation.
+/// Coriolis matrix C (nv, nv), row-major, for q (nq) and v (nv): tau = M a + C v + gravity, besides what damping and
+/// friction need.  Of the matrices with this property it is the one of Christoffel's symbols, and dM/dt − 2 C is
+/// skew-symmetric (Echeandia and Wensing 2021).  O(bodies × depth).  No allocation.
 template <class S>
 KSL_EXPORT void coriolis_matrix(const model &m, data &d, const S *q, const S *v, S *C);
 
@@ -214,13 +214,14 @@ KSL_EXPORT void operational_space(const model &m, data &d, const S *q, const S *
                                   const frame_options &how, S *inertia, S *bias, S *pseudo_inverse, S *rank,
                                   const external_wrenches<S> &external = {});
 
-/// Kinetic and potential energy, J, for q (nq) and v (nv); the latter zero with every centroid at the world's origin.
-/// O(bodies).  No allocation.
+/// Kinetic and potential energy, J, for q (nq) and v (nv); that of gravity is zero with every centroid at the world's
+/// origin.  Armature and rotors, and springs, are included where the model's options name them.  O(bodies).  No
+/// allocation.
 template <class S>
 KSL_EXPORT void energy(const model &m, data &d, const S *q, const S *v, S *kinetic, S *potential);
 
-/// Power of external wrenches, W, for q (nq) and v (nv): the sum of f · v of the links that they act on.  No wrench, no
-/// power.  O(bodies).  No allocation.
+/// Power of external wrenches, W, for q (nq) and v (nv): the sum of f · v of the links that they act on.  Without
+/// wrenches it is zero.  O(bodies).  No allocation.
 template <class S>
 KSL_EXPORT void external_power(const model &m, data &d, const S *q, const S *v, S *power,
                                const external_wrenches<S> &external);
@@ -388,9 +389,9 @@ KSL_EXPORT void forward_dynamics_second_derivatives(const model &m, data &d, con
                                                     const external_wrenches<S> &external = {});
 
 /// Regressor Y (nv, links, 10) of inverse dynamics for q (nq), v (nv) and a (nv): summed over all links with their
-/// parameters it is the joint efforts under gravity, without external wrenches (Atkeson, An, Hollerbach, IJRR 5,
-/// 1986).  A link has ten parameters: mass, mass × centroid, Ixx Ixy Iyy Ixz Iyz Izz about its origin, in its axes.
-/// O(links × depth).  No allocation.
+/// parameters it is the transmitted efforts Sᵀ f under gravity, without external wrenches (those of inverse_dynamics,
+/// if no physics of joints is on; Atkeson, An, Hollerbach, IJRR 5, 1986).  A link has ten parameters: mass, mass ×
+/// centroid, Ixx Ixy Iyy Ixz Iyz Izz about its origin, in its axes.  O(links × depth).  No allocation.
 template <class S>
 KSL_EXPORT void inverse_dynamics_regressor(const model &m, data &d, const S *q, const S *v, const S *a, int n,
                                            const int *links, S *Y);
@@ -409,8 +410,8 @@ KSL_EXPORT void reactions_regressor(const model &m, data &d, const S *q, const S
                                     const reaction_request &request, S *Y);
 
 /// Regressors kinetic (links, 10) and potential (links, 10) of the energies for q (nq) and v (nv): summed over all
-/// links with their parameters (those of inverse_dynamics_regressor) they are kinetic and potential energy, J.
-/// O(bodies + links).  No allocation.
+/// links with their parameters (those of inverse_dynamics_regressor) they are kinetic and potential energy, J, of the
+/// links, without armature, reflected inertia of rotors and springs.  O(bodies + links).  No allocation.
 template <class S>
 KSL_EXPORT void energy_regressor(const model &m, data &d, const S *q, const S *v, int n, const int *links, S *kinetic,
                                  S *potential);

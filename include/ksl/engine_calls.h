@@ -328,9 +328,9 @@ KSL_EXPORT ksl_status_t ksl_solve_mass_matrix_batchf(const ksl_model_t *model, s
                                                      ptrdiff_t q_stride, const float *tau, ptrdiff_t tau_stride,
                                                      float *a, ptrdiff_t a_stride, int threads);
 
-/** Coriolis matrix C (nv, nv), row-major, for q (nq) and v (nv): tau = M a + C v + gravity.  Of the matrices with
-    this property it is the one of Christoffel's symbols, and dM/dt − 2 C is skew-symmetric (Echeandia and Wensing
-    2021).  O(bodies × depth). */
+/** Coriolis matrix C (nv, nv), row-major, for q (nq) and v (nv): tau = M a + C v + gravity, besides what damping and
+    friction need.  Of the matrices with this property it is the one of Christoffel's symbols, and dM/dt − 2 C is
+    skew-symmetric (Echeandia and Wensing 2021).  O(bodies × depth). */
 KSL_EXPORT ksl_status_t ksl_coriolis_matrix(const ksl_model_t *model, ksl_data_t *data, const double *q,
                                             const double *v, double *C);
 KSL_EXPORT ksl_status_t ksl_coriolis_matrixf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
@@ -618,8 +618,8 @@ KSL_EXPORT ksl_status_t ksl_operational_space_external_batchf(
     float *inertia, ptrdiff_t inertia_stride, float *bias, ptrdiff_t bias_stride, float *pseudo_inverse,
     ptrdiff_t pseudo_inverse_stride, float *rank, ptrdiff_t rank_stride, int threads);
 
-/** Kinetic and potential energy, J, for q (nq) and v (nv); the latter zero with every centroid at the world's
-    origin.  O(bodies). */
+/** Kinetic and potential energy, J, for q (nq) and v (nv); that of gravity is zero with every centroid at the
+    world's origin.  Armature and rotors, and springs, are included where the model's options name them.  O(bodies). */
 KSL_EXPORT ksl_status_t ksl_energy(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
                                    double *kinetic, double *potential);
 KSL_EXPORT ksl_status_t ksl_energyf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
@@ -631,8 +631,8 @@ KSL_EXPORT ksl_status_t ksl_energy_batchf(const ksl_model_t *model, size_t n, co
                                           const float *v, ptrdiff_t v_stride, float *kinetic, ptrdiff_t kinetic_stride,
                                           float *potential, ptrdiff_t potential_stride, int threads);
 
-/** Power of external wrenches, W, for q (nq) and v (nv): the sum of f · v of the links that they act on.  No wrench,
-    no power.  O(bodies).  external may be NULL: no wrench. */
+/** Power of external wrenches, W, for q (nq) and v (nv): the sum of f · v of the links that they act on.  Without
+    wrenches it is zero.  O(bodies).  external may be NULL: no wrench. */
 KSL_EXPORT ksl_status_t ksl_external_power(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
                                            const ksl_external_t *external, double *power);
 KSL_EXPORT ksl_status_t ksl_external_powerf(const ksl_model_t *model, ksl_data_t *data, const float *q, const float *v,
@@ -1081,9 +1081,9 @@ KSL_EXPORT ksl_status_t ksl_forward_dynamics_second_derivatives_external_batchf(
     float *d2a_dqdtau, ptrdiff_t d2a_dqdtau_stride, int threads);
 
 /** Regressor Y (nv, links, 10) of inverse dynamics for q (nq), v (nv) and a (nv): summed over all links with their
-    parameters it is the joint efforts under gravity, without external wrenches (Atkeson, An, Hollerbach, IJRR 5,
-    1986).  A link has ten parameters: mass, mass × centroid, Ixx Ixy Iyy Ixz Iyz Izz about its origin, in its axes.
-    O(links × depth). */
+    parameters it is the transmitted efforts Sᵀ f under gravity, without external wrenches (those of
+    inverse_dynamics, if no physics of joints is on; Atkeson, An, Hollerbach, IJRR 5, 1986).  A link has ten
+    parameters: mass, mass × centroid, Ixx Ixy Iyy Ixz Iyz Izz about its origin, in its axes.  O(links × depth). */
 KSL_EXPORT ksl_status_t ksl_inverse_dynamics_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q,
                                                        const double *v, const double *a, int n, const int *links,
                                                        double *Y);
@@ -1132,8 +1132,8 @@ KSL_EXPORT ksl_status_t ksl_reactions_regressor_batchf(const ksl_model_t *model,
                                                        float *Y, ptrdiff_t Y_stride, int threads);
 
 /** Regressors kinetic (links, 10) and potential (links, 10) of the energies for q (nq) and v (nv): summed over all
-    links with their parameters (those of inverse_dynamics_regressor) they are kinetic and potential energy, J.
-    O(bodies + links). */
+    links with their parameters (those of inverse_dynamics_regressor) they are kinetic and potential energy, J, of
+    the links, without armature, reflected inertia of rotors and springs.  O(bodies + links). */
 KSL_EXPORT ksl_status_t ksl_energy_regressor(const ksl_model_t *model, ksl_data_t *data, const double *q,
                                              const double *v, int n, const int *links, double *kinetic,
                                              double *potential);

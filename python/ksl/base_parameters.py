@@ -62,12 +62,17 @@ def moving_links(model: Calls) -> list[str]:
     return [name for name in model.link_names if name not in welded]
 
 
+def _chosen(model: Calls, links: Iterable[str] | None) -> list[str]:
+    """The links that are asked for; those that move by default."""
+    return moving_links(model) if links is None else [links] if isinstance(links, str) else list(links)
+
+
 def structural(model: Calls, links: Iterable[str] | None = None, tolerance: float = TOLERANCE, seed: int = 0) -> BaseParameters:
     """What efforts can depend on in any motion: from random states, enough of them for all parameters.
 
     links: by default those that move.  Others are zero columns.
     """
-    names = moving_links(model) if links is None else list(links)
+    names = _chosen(model, links)
     rng = np.random.default_rng(seed)
     n = 2 * 10 * len(names) // max(model.nv, 1) + 10
     q, v, a = rng.uniform(-np.pi, np.pi, (n, model.nq)), rng.normal(size=(n, model.nv)), rng.normal(size=(n, model.nv))
@@ -87,7 +92,7 @@ def of_motion(
     tolerance: a parameter is independent of those before it if what is left of its column, after these are projected out, is longer than
     this share of the column.  A motion that excites a combination weakly doesn't identify it at a larger tolerance.
     """
-    names = moving_links(model) if links is None else list(links)
+    names = _chosen(model, links)
     return of_regressor(model.inverse_dynamics_regressor(q, v, a, links=names), names, tolerance)
 
 
@@ -99,7 +104,11 @@ def of_regressor(regressor: ArrayLike, links: Sequence[str], tolerance: float = 
     Y = np.asarray(regressor, dtype=float)
     if Y.ndim < 3 or Y.shape[-2:] != (len(links), 10):
         raise ValueError(f"regressor: expected shape (…, {len(links)}, 10) for {len(links)} links, found {Y.shape}")
-    W = Y.reshape(-1, 10 * len(links))
+    if not np.isfinite(Y).all():
+        raise ValueError("regressor: expected finite numbers; leave out states whose rows are not")
+    if not (isinstance(tolerance, (int, float, np.number)) and 0 < tolerance < 1):
+        raise ValueError(f"tolerance={tolerance!r}; expected a number between 0 and 1")
+    W = Y.reshape(Y.size // max(10 * len(links), 1), 10 * len(links))
     W = triangle(W) if len(W) > W.shape[1] else W
     length = np.linalg.norm(W, axis=0)
     enters = length > 1e-13 * max(length.max(initial=0.0), 1e-300)

@@ -37,7 +37,7 @@ class Builder:
     """
 
     def __init__(self, name: str, gravity: Sequence[float] = (0.0, 0.0, -9.81)) -> None:
-        self._core = _core.Builder(name, list(three_numbers(gravity, "gravity")))
+        self._core = _core.Builder(given.name(name, "name"), list(three_numbers(gravity, "gravity")))
 
     def add_link(self, name: str, mass: float = 0.0, center_of_mass: ArrayLike = (0.0, 0.0, 0.0), inertia: ArrayLike | None = None) -> Builder:
         """A link; the one that no joint carries is the root.  Returns the builder.
@@ -46,7 +46,7 @@ class Builder:
         with off-diagonal elements −∫xy dm; None for a point mass.  A matrix that isn't symmetric and positive semidefinite is an error;
         principal moments that violate the triangle inequality are a warning of :meth:`build`.
         """
-        self._core.add_link(name, given.mass(f"link {name}", mass, center_of_mass, inertia))
+        self._core.add_link(given.name(name, "the name of the link"), given.mass(f"link {name}", mass, center_of_mass, inertia))
         return self
 
     def add_joint(
@@ -88,6 +88,9 @@ class Builder:
         They have no effect unless `physics=` names them.
         mimic: (joint, multiplier, offset): it follows that joint, which may be added later, at multiplier × its position + offset.
         """
+        given.name(name, "the name of the joint")
+        for word, what in ((kind, "kind"), (parent, "parent"), (child, "child")):
+            given.name(word, f"joint {name}: its {what}")
         if kind in _SEVERAL_LIMITS and limits is not None and not any(hasattr(x, "__len__") for x in limits):
             raise ValueError(f"joint {name}: its limits are {limits!r}; a {kind} joint has several numbers in q, each of which needs (lower, upper) or None")
         options = _options(f"joint {name}", axis, axis2, pitch, limits, effort, velocity, damping, friction, mimic)
@@ -142,6 +145,7 @@ class Builder:
         if masses is not None:
             one_of(masses, "masses", "optional")
         own = None if gravity is None else list(three_numbers(gravity, "gravity"))
+        floating_base, strict = given.flag(floating_base, "floating_base"), given.flag(strict, "strict")
         core = self._core.build(floating_base, strict, own, given.payload_points(payloads), masses is not None, given.physics(physics, friction_width))
         for line in core.warnings:
             warnings.warn(line, DescriptionWarning, stacklevel=2)
@@ -188,7 +192,7 @@ def _options(
 def _dh_row(number: int, row: DHRow) -> tuple[list[float], str, given.Mass, _JointNumbers]:
     who = f"row {number} of the table"
     if not isinstance(row, Mapping):
-        if isinstance(row, str) or not 4 <= len(row) <= 5:
+        if isinstance(row, str) or not hasattr(row, "__len__") or not 4 <= len(row) <= 5:
             raise ValueError(f"{who} is {row!r}; expected a mapping, or a, alpha, d, theta and perhaps a kind")
         row = dict(zip(_OF_A_ROW, row))
     for key in row:

@@ -99,7 +99,7 @@ class Calls(Requests):
     ) -> Array:
         """What the efforts (…, 5, nv) of inverse_dynamics consist of: transmitted, damping, friction, rotor, spring.
 
-        q, v, a, external, out, threads: as in :meth:`inverse_dynamics`, whose result is the sum over the parts.
+        q, v, a, external, out, threads: as in :meth:`inverse_dynamics`, whose result is the sum over the parts; N m, N.
         The rotor's part is armature · a, the damping's damping · v, the friction's F v/√(v² + w²) with the stated width w (or F sign(v)
         for `physics="exact friction"`), the spring's stiffness · (q − rest).  They are zero unless `physics=` of :func:`ksl.load` names them.
         O(bodies).
@@ -117,9 +117,10 @@ class Calls(Requests):
         threads: int | None = None,
         external_axes: ExternalAxes = "link",
     ) -> Array:
-        """Efforts (…, nv) that hold velocities v without acceleration: Coriolis, centrifugal, gravity, less external wrenches.
+        """Efforts (…, nv) that hold velocities v without acceleration: Coriolis, centrifugal, gravity, less external wrenches; N m, N.
 
-        q, v, external, out, threads: as in :meth:`inverse_dynamics`, of which this is the case a = 0.
+        q, v, external, out, threads: as in :meth:`inverse_dynamics`, of which this is the case a = 0: damping, friction and springs are included where
+        `physics=` of :func:`ksl.load` names them.  O(bodies).
         """
         if external_axes != "link":
             external = external_in(external, external_axes)
@@ -128,9 +129,10 @@ class Calls(Requests):
     def gravity_torque(
         self, q: ArrayLike, external: External | None = None, out: Array | None = None, threads: int | None = None, external_axes: ExternalAxes = "link"
     ) -> Array:
-        """Efforts (…, nv) that hold the mechanism at rest at q, against gravity and external wrenches.
+        """Efforts (…, nv) that hold the mechanism at rest at q, against gravity and external wrenches; N m, N.
 
-        q, external, out, threads: as in :meth:`inverse_dynamics`, of which this is the case v = a = 0.
+        q, external, out, threads: as in :meth:`inverse_dynamics`, of which this is the case v = a = 0: springs are included where `physics=` of
+        :func:`ksl.load` names them.  O(bodies).
         """
         if external_axes != "link":
             external = external_in(external, external_axes)
@@ -217,6 +219,7 @@ class Calls(Requests):
     def mass_matrix(self, q: ArrayLike, triangle: Triangle = "both", out: Array | None = None, threads: int | None = None) -> Array:
         """Mass matrix (…, nv, nv), symmetric: inverse_dynamics = mass_matrix · a + bias.
 
+        kg m², kg m or kg.  Armature and rotors are in it where `physics=` of :func:`ksl.load` names them.
         triangle: "both", or "upper", which is :meth:`mass_matrix_upper`: what is below the diagonal is not written.  That and
         :meth:`mass_matrix_tree` write less, which is what takes the time in batches of large robots.
         q, out, threads: as in :meth:`inverse_dynamics`.  Composite-rigid-body algorithm (Featherstone, RBDA 2008, table 6.2);
@@ -273,9 +276,10 @@ class Calls(Requests):
         return self._core.solve_mass_matrix(q, tau, None, None, None, None, out, threads)
 
     def coriolis_matrix(self, q: ArrayLike, v: ArrayLike, out: Array | None = None, threads: int | None = None) -> Array:
-        """Coriolis matrix (…, nv, nv): inverse_dynamics = mass_matrix · a + coriolis_matrix · v + gravity_torque.
+        """Coriolis matrix (…, nv, nv): inverse_dynamics = mass_matrix · a + coriolis_matrix · v + gravity_torque; no damping, no friction.
 
-        q, v, out, threads: as in :meth:`inverse_dynamics`.  Of the many matrices with C v = bias − gravity_torque this is ∫ Jᵀ dJ/dt dm, J the
+        q, v, out, threads: as in :meth:`inverse_dynamics`.  Damping and friction, where `physics=` of :func:`ksl.load` names them, are not in it: they
+        are the difference bias − gravity_torque − C v.  Of the many matrices with this property this is ∫ Jᵀ dJ/dt dm, J the
         Jacobian of a particle in world axes.  dM/dt − 2 C is skew-symmetric, for all joints.  Where every joint has one coordinate,
         C_ij = Σ_k Γ_ijk v_k with Christoffel's symbols of the first kind of M.  Linear in v.
 
@@ -587,8 +591,9 @@ class Calls(Requests):
     def energy(self, q: ArrayLike, v: ArrayLike, out: tuple[Array, Array] | None = None, threads: int | None = None) -> tuple[Array, Array]:
         """Kinetic and potential energy, J, each (…), for q (…, nq), v (…, nv).
 
-        Potential energy is that of gravity, zero with every centroid at the world's origin.
-        out: two arrays, for the one and for the other.  q, v, threads: as in :meth:`inverse_dynamics`.
+        Potential energy is that of gravity, zero with every centroid at the world's origin.  Where `physics=` of :func:`ksl.load` names them, kinetic energy
+        includes armature and rotors, and potential energy springs, ½ stiffness (q − rest)².
+        out: two arrays, for the one and for the other.  q, v, threads: as in :meth:`inverse_dynamics`.  O(bodies).
         """
         return self._core.energy(q, v, None, None, None, None, out, threads)
 
@@ -597,7 +602,7 @@ class Calls(Requests):
     ) -> Array:
         """Power (…) of external wrenches, W: the sum of f · v of the links that they act on.
 
-        q (…, nq), v (…, nv); external, out, threads: as in :meth:`inverse_dynamics`.  No wrench, no power.
+        q (…, nq), v (…, nv); external, out, threads: as in :meth:`inverse_dynamics`.  Without wrenches it is zero.  O(bodies).
         """
         if external_axes != "link":
             external = external_in(external, external_axes)
@@ -963,7 +968,8 @@ class Calls(Requests):
     ) -> Array:
         """Regressor (…, nv, links, 10) of inverse dynamics: joint efforts for each inertial parameter of each link.
 
-        numpy.einsum("...jlp,lp", regressor, model.parameters) is `inverse_dynamics` without external wrenches.
+        numpy.einsum("...jlp,lp", regressor, model.parameters) is `inverse_dynamics` without external wrenches.  Of physics of joints only rotor bodies, which
+        are links of the model, are in it; without these it is the transmitted effort (:meth:`effort_part`).
         links: names in the order wanted; by default all links in the order of `link_names`.  Links that fixed joints weld together have
         parameters of their own.  Those of a link: m, m cx, m cy, m cz, Ixx, Ixy, Iyy, Ixz, Iyz, Izz, about its origin and in its axes.
         q, v, a, out, threads: as in :meth:`inverse_dynamics`.  Atkeson, An, Hollerbach, IJRR 5, 1986; O(links × depth).
@@ -1006,7 +1012,8 @@ class Calls(Requests):
     ) -> tuple[Array, Array]:
         """Regressors (…, links, 10) of kinetic and of potential energy: those of :meth:`energy` for each inertial parameter.
 
-        numpy.einsum("...lp,lp", regressor, model.parameters) is the energy.  out: two arrays, for the one and for the other.
+        numpy.einsum("...lp,lp", regressor, model.parameters) is the energy of the links, J, without armature, reflected inertia of rotors and
+        springs.  out: two arrays, for the one and for the other.
         links, q, v, threads: as in :meth:`inverse_dynamics_regressor`.  O(bodies + links).
         """
         return self._core.energy_regressor(q, v, None, None, None, self._links_of(links), out, threads)

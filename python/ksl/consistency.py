@@ -10,6 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ksl.given import numbers
+
 Array = NDArray[np.float64]
 
 PARAMETERS = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
@@ -36,7 +38,7 @@ BASIS = _basis()
 
 
 def _checked(x: ArrayLike, what: str, width: int = 10) -> Array:
-    x = np.asarray(x, dtype=float)
+    x = numbers(x, what)
     if x.ndim == 0 or x.shape[-1] != width or not np.isfinite(x).all():
         raise ValueError(f"{what}: expected finite numbers of shape (…, {width}), found shape {x.shape}")
     return x
@@ -49,7 +51,9 @@ def pseudo_inertia(parameters: ArrayLike) -> Array:
 
 def from_pseudo_inertia(J: ArrayLike) -> Array:
     """Parameters (…, 10) of a pseudo-inertia (…, 4, 4)."""
-    J = np.asarray(J, dtype=float)
+    J = numbers(J, "J")
+    if J.shape[-2:] != (4, 4):
+        raise ValueError(f"J: expected a pseudo-inertia of shape (…, 4, 4), found shape {J.shape}")
     S, h = J[..., :3, :3], J[..., :3, 3]
     I = np.trace(S, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) - S
     moments = [I[..., i, j] for i, j in ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))]
@@ -125,7 +129,10 @@ def consistency_metric(parameters: ArrayLike) -> Array:
 
     It depends neither on units nor on the axes chosen (Lee, Wensing, Park, Geometric robot dynamic identification, T-RO 36, 2020).
     """
-    inverse = np.linalg.inv(pseudo_inertia(parameters))
+    try:
+        inverse = np.linalg.inv(pseudo_inertia(parameters))
+    except np.linalg.LinAlgError:
+        raise ValueError("parameters: a pseudo-inertia is singular, and has no metric; nearest_consistent gives a body of positive density") from None
     A = inverse[..., None, :, :] @ BASIS
     return np.asarray(np.einsum("...aij,...bji->...ab", A, A))
 

@@ -25,6 +25,25 @@ def number(x: Any, what: str) -> float:
         raise ValueError(f"{what} is {x!r}; expected a number") from None
 
 
+def name(x: object, what: str) -> str:
+    if not isinstance(x, str):
+        raise ValueError(f"{what} is {x!r}; expected a name")
+    return x
+
+
+def flag(x: object, what: str) -> bool:
+    if not isinstance(x, (bool, np.bool_)):
+        raise ValueError(f"{what}={x!r}; expected True or False")
+    return bool(x)
+
+
+def mapping(x: Any, what: str, of: str) -> list[tuple[Any, Any]]:
+    """The items of a mapping.  Raises ValueError for what is none."""
+    if not hasattr(x, "items"):
+        raise ValueError(f"{what} is {type(x).__name__}; expected a mapping {of}")
+    return list(x.items())
+
+
 def numbers(x: ArrayLike, what: str) -> np.ndarray:
     """An array of any shape."""
     try:
@@ -63,18 +82,19 @@ def direction(x: ArrayLike | None, what: str) -> list[float] | None:
 
 def physics(names: str | Iterable[str] | None, friction_width: float) -> Physics:
     """Names of the physics of joints.  The compiled code refuses unknown ones, and a width that is no speed."""
+    if names is not None and not isinstance(names, (str, Iterable)):
+        raise ValueError(f"physics={names!r}: expected names, for example ('damping', 'friction'), or 'all'")
     given = [] if names is None else [names] if isinstance(names, str) else list(names)
-    for name in given:
-        if not isinstance(name, str):
+    for word in given:
+        if not isinstance(word, str):
             raise ValueError(f"physics={names!r}: expected names, for example ('damping', 'friction'), or 'all'")
     return given, number(friction_width, "friction_width")
 
 
 def payload_points(payloads: Mapping[str, tuple[float, Sequence[float]]] | None) -> list[tuple[str, float, list[float]]]:
     """Point masses {link: (mass, point)}."""
-    if payloads is not None and not hasattr(payloads, "items"):
-        raise ValueError(f"payloads is {type(payloads).__name__}; expected a mapping {{link: (mass in kg, (x, y, z) in the link's frame in m)}}")
-    return [_payload(link, load) for link, load in (payloads or {}).items()]
+    given = [] if payloads is None else mapping(payloads, "payloads", "{link: (mass in kg, (x, y, z) in the link's frame in m)}")
+    return [_payload(link, load) for link, load in given]
 
 
 def _payload(link: str, load: tuple[float, Sequence[float]]) -> tuple[str, float, list[float]]:

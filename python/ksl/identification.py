@@ -30,8 +30,9 @@ from ksl.consistency import (
     pseudo_inertia,
 )
 from ksl.errors import unknown_name
+from ksl.given import mapping, number, numbers
 from ksl.model import Model
-from ksl.states import External
+from ksl.states import External, items_of
 
 ACCURACY = 1e-6
 """How far the sum of squares, in units of the noise, may be above its minimum where parameters are at the limit of consistency."""
@@ -61,7 +62,7 @@ class Identification:
     """(nv): standard deviation of each joint's efforts, as given or as estimated from the residuals."""
     free: bool
     """Did least squares by itself give consistent parameters?  If not, the constraint that they be so is at work."""
-    model: Model | None = field(repr=False)
+    model: Model = field(repr=False)
     """The model with these parameters."""
 
     @property
@@ -85,8 +86,9 @@ def identify(
 ) -> Identification:
     """Inertial parameters of links from a motion and the joint efforts that it took.
 
-    q (n, nq), v, a and tau (n, nv): samples; efforts are Sᵀ f, without friction.  external: wrenches on links, as in
-    :meth:`ksl.Model.inverse_dynamics`.
+    q (n, nq), v, a and tau (n, nv): samples.  tau: what :meth:`ksl.Model.inverse_dynamics` of this model gives, N m or N: Sᵀ f, and what
+    friction, rotors and so on need only if `physics=` of the model names them.
+    external: {link: (6) or (n, 6)}, wrenches as in :meth:`ksl.Model.inverse_dynamics`, in the links' axes.
     links: those to identify; by default all links that move and have mass.  The others keep the parameters of the model.
     prior: {link: ten numbers}, in place of the model's.  Parameters that no body can have are first replaced by near ones that a body can.
     prior_deviation: how far parameters may be from the prior, as a standard deviation relative to the size of the body: 1 means that
@@ -97,13 +99,16 @@ def identify(
 
     Least squares with the prior is solved first.  If a link's parameters are not those of a body, the least sum of squares among those
     of bodies is found, a convex problem (Wensing, Kim, Slotine, RA-L 3, 2018), by an interior point method.  O(n · nv · (10 links)²).
-    Raises ValueError for arrays that don't fit, numbers that aren't finite, and links without mass.
+    Raises ValueError for arrays that don't fit, numbers that aren't finite, links without mass, and links that are named twice.
     """
-    tau = np.asarray(tau, dtype=float)
-    q, v, a = (np.asarray(x, dtype=float) for x in (q, v, a))
+    if not isinstance(model, Model):
+        raise ValueError(f"model is {type(model).__name__}; expected a ksl.Model")
+    q, v, a, tau = (numbers(x, what) for x, what in ((q, "q"), (v, "v"), (a, "a"), (tau, "tau")))
     _check_motion(model, q, v, a, tau)
+    if links is not None and not isinstance(links, Iterable):
+        raise ValueError(f"links={links!r}; expected names of links")
     names = tuple(_links_with_mass(model) if links is None else [links] if isinstance(links, str) else links)
-    problem = _Problem(model, names, _prior(model, names, prior or {}), prior_deviation, q, v, a, tau, external)
+    problem = _Problem(model, names, _prior(model, names, {} if prior is None else prior), prior_deviation, q, v, a, tau, _wrenches(external, len(tau)))
     sigma = _given_noise(noise, model.nv) if noise is not None else problem.first_noise()
     for _ in range(1 if noise is not None else ROUNDS):
         problem.weigh(sigma)
@@ -122,21 +127,16 @@ def identify(
         residuals=problem.residuals(solution),
         noise=sigma,
         free=free,
-        model=_with_parameters(model, dict(zip(names, solution))),
+        model=model.with_parameters(dict(zip(names, solution))),
     )
-
-
-def _with_parameters(model: Model, parameters: dict[str, Array]) -> Model | None:
-    change = getattr(model, "with_parameters", None)
-    return change(parameters) if change else None
 
 
 class _Problem:
     """Weighted least squares with a prior.  Of the samples only triangular factors for each joint are kept."""
 
     def __init__(self, model: Model, names: tuple[str, ...], prior: Array, deviation: float, q: Array, v: Array, a: Array, tau: Array,
-                 external: External | None) -> None:  # fmt: skip
-        if not (np.isfinite(deviation) and deviation > 0):
+                 wrenches: dict[str, Array]) -> None:  # fmt: skip
+        if not 0 < number(deviation, "prior_deviation") < np.inf:
             raise ValueError(f"prior_deviation={deviation}; expected a positive number")
         self.prior, self.n, self.nv = prior, len(tau), model.nv
         size = prior.size
@@ -148,7 +148,7 @@ class _Problem:
         for first in range(0, self.n, SAMPLES_AT_A_TIME):
             part = slice(first, first + SAMPLES_AT_A_TIME)
             Y: Array = np.asarray(model.inverse_dynamics_regressor(q[part], v[part], a[part], links=names), dtype=float).reshape(-1, model.nv, size)
-            pushed = {link: np.broadcast_to(np.asarray(f, dtype=float), (self.n, 6))[part] for link, f in (external or {}).items()}
+            pushed = {link: f[part] for link, f in wrenches.items()}
             rest = model.inverse_dynamics(q[part], v[part], a[part], pushed) - Y @ own
             self._blocks.append((Y, tau[part] - rest))
             for j in range(model.nv):
@@ -234,7 +234,8 @@ class _Problem:
         rest = self.residuals(parameters)
         out = np.empty(self.nv)
         for j, F in enumerate(self._factors):
-            used = np.einsum("rk,kl,rl->", F[:, :-1], covariance, F[:, :-1]) / before[j] ** 2
+            weighted = F[:, :-1] / before[j]
+            used = np.einsum("rk,kl,rl->", weighted, covariance, weighted)
             freedom = self.n - used
             # where a joint has hardly more samples than parameters, residuals say nothing of its noise
             out[j] = np.sqrt(np.sum(rest[:, j] ** 2) / freedom) if freedom > 0.1 * self.n else before[j]
@@ -266,6 +267,17 @@ def _check_motion(model: Model, q: Array, v: Array, a: Array, tau: Array) -> Non
         raise ValueError("q: no samples; a motion needs at least one")
 
 
+def _wrenches(external: External | None, n: int) -> dict[str, Array]:
+    """External wrenches, each (n, 6)."""
+    out = {}
+    for link, given in items_of(external):
+        f = numbers(given, f"external[{link!r}]")
+        if f.shape not in ((6,), (1, 6), (n, 6)):
+            raise ValueError(f"external[{link!r}] has shape {f.shape}; expected (6,), or ({n}, 6) with a row for each sample")
+        out[link] = np.broadcast_to(f, (n, 6))
+    return out
+
+
 def _links_with_mass(model: Model) -> list[str]:
     moving = set(moving_links(model))
     return [link.name for link in model.links if link.name in moving and link.mass > 0]
@@ -274,16 +286,21 @@ def _links_with_mass(model: Model) -> list[str]:
 def _prior(model: Model, names: tuple[str, ...], given: Mapping[str, ArrayLike]) -> Array:
     if not names:
         raise ValueError(f"{model.name or model.file}: no link to identify: none that moves has mass; name some in `links`, with a prior")
-    unknown = sorted(set(given) - set(names))
+    if len(set(names)) != len(names):
+        raise ValueError(f"links: {max(names, key=names.count)!r} is named more than once; name each link once")
+    chosen = dict(mapping(given, "prior", "{link: ten numbers}"))
+    unknown = [link for link in chosen if link not in names]
     if unknown:
         raise ValueError(f"prior: {unknown[0]!r} is not among the links to identify: {', '.join(names)}")
     known = {link.name: link.parameters for link in model.links}
     for name in names:
         if name not in known:
             raise ValueError(unknown_name(f"links: {model.name or model.file}", "link", name, known))
-    out = np.array([given.get(name, known[name]) for name in names], dtype=float)
-    if out.shape != (len(names), 10) or not np.isfinite(out).all():
-        raise ValueError("prior: expected ten finite numbers for each link")
+    for name, ten in chosen.items():
+        phi = numbers(ten, f"prior: link {name}")
+        if phi.shape != (10,) or not np.isfinite(phi).all():
+            raise ValueError(f"prior: link {name} has {phi.size} numbers, or some that aren't finite; expected ten: m, m c, Ixx, Ixy, Iyy, Ixz, Iyz, Izz")
+    out = np.array([chosen.get(name, known[name]) for name in names], dtype=float)
     for name, phi in zip(names, out):
         if not phi[0] > 0:
             raise ValueError(f"prior: link {name} has mass {phi[0]} kg; give a positive one in `prior`, or leave the link out of `links`")
@@ -301,7 +318,7 @@ def _rounded(prior: Array) -> Array:
 
 
 def _given_noise(noise: ArrayLike, nv: int) -> Array:
-    sigma = np.broadcast_to(np.asarray(noise, dtype=float), (nv,)).copy()
-    if not (np.isfinite(sigma).all() and (sigma > 0).all()):
-        raise ValueError(f"noise: expected {nv} positive standard deviations")
-    return sigma
+    sigma = numbers(noise, "noise")
+    if sigma.shape not in ((), (1,), (nv,)) or not (np.isfinite(sigma).all() and (sigma > 0).all()):
+        raise ValueError(f"noise: expected {nv} positive standard deviations, one for each joint velocity, or one for all; found {noise!r}")
+    return np.broadcast_to(sigma, (nv,)).copy()

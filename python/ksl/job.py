@@ -163,7 +163,7 @@ def _write_report(path: Path, case: LoadCase, motion_file: str, curves: Curves, 
         ("motion", motion_file),
         ("samples", f"{len(case.motion.time)}, from {case.motion.time[0]:.10g} s to {case.motion.time[-1]:.10g} s"),
         ("gravity", f"({', '.join(f'{g:g}' for g in m.gravity)}) m/s² in world axes"),
-        ("wrenches", f"on the {p.on} side of the joint, moments about {p.point}; here resolved along and across each joint's axis"),
+        ("wrenches", f"on the {p.on} side of the joint, moments about {p.about}; here resolved along and across each joint's axis"),
         ("effort and power", "of each joint's drive, whatever point and side are chosen"),
         *([("physics of joints", _physics(case.model))] if case.model.physics else []),
         ("in the table", f"axes {p.axes}, order {p.order}"),
@@ -187,14 +187,23 @@ def _print_summary(console: Console, rows: list[SummaryRow], loads: list[JointLo
     drive += [("power", "peak"), ("power", "peak_time"), ("power", "mean"), ("work", "positive"), ("work", "negative")]
     whole = [(q, part) for q in ("force", "moment") for part in ("peak", "rms", "peak_time")]
     for title, chosen, columns in (
-        (f"Wrench on the {placement.on} side, moments about {placement.point}", with_axis, wrench),
+        (f"Wrench on the {placement.on} side, moments about {placement.about}", with_axis, wrench),
         ("Drive", driven, drive),
         ("What the effort consists of", [row for row in driven if "transmitted_peak" in row], [(q, part) for q in EFFORT_PARTS for part in ("peak", "rms")]),
         ("Coupling: what moves the mimic joints", coupled, [("coupling", "peak"), ("coupling", "rms"), ("coupling", "peak_time"), ("speed", "peak"), ("speed", "peak_time")]),
         ("Joints without one coordinate: magnitudes of the same wrench", [row for row in rows if "force_peak" in row], whole),
     ):
-        if chosen:
-            console.print(_table(title, chosen, [joints[str(row["joint"])] for row in chosen], columns))
+        for scope, together in _by_unit(chosen, joints, {q for q, _ in columns}):
+            console.print(_table(title + scope, together, [joints[str(row["joint"])] for row in together], columns))
+
+
+def _by_unit(rows: list[SummaryRow], joints: dict[str, Joint], quantities: set[str]) -> list[tuple[str, list[SummaryRow]]]:
+    """Rows whose quantities have the same units, with what is added to the title: one table of both would be too wide for a terminal."""
+    turning = [row for row in rows if joints[str(row["joint"])].has_angle]
+    sliding = [row for row in rows if row not in turning]
+    if turning and sliding and not quantities.isdisjoint(("effort", "coupling", *EFFORT_PARTS)):
+        return [(", joints that turn", turning), (", joints that slide", sliding)]
+    return [("", rows)] if rows else []
 
 
 def _table(title: str, rows: list[SummaryRow], joints: list[Joint], columns: list[tuple[str, str]]) -> Table:

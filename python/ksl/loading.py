@@ -9,7 +9,7 @@ from typing import Literal
 from xml.etree import ElementTree
 
 from ksl import _core, given
-from ksl.errors import DescriptionWarning
+from ksl.errors import DescriptionError, DescriptionWarning
 from ksl.model import Model
 from ksl.requests import one_of, three_numbers
 
@@ -44,13 +44,16 @@ def load(
     one_of(mimic, "mimic", "coupled", "independent")
     if masses is not None:
         one_of(masses, "masses", "optional")
+    floating_base, strict = given.flag(floating_base, "floating_base"), given.flag(strict, "strict")
     file, loads = os.fsdecode(path), given.payload_points(payloads)
     given_gravity = None if gravity is None else list(three_numbers(gravity, "gravity"))
     if _root_element(file) == "mujoco":
         from ksl import mjcf
 
+        if model:
+            raise DescriptionError(f'{file}: model "{model}" is asked for, but only SDF files hold several; leave that option out')
         loaded = mjcf._load(file, floating_base, mimic == "independent", strict, given_gravity, payloads, masses)
-        if physics is not None:
+        if physics is not None or friction_width != loaded.friction_width:
             loaded = loaded.with_physics(physics, friction_width)
     else:
         options = (floating_base, mimic == "independent", strict, given_gravity, loads, masses is not None, model or "", given.physics(physics, friction_width))

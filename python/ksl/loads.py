@@ -41,6 +41,13 @@ class Placement:
         """The point in one word or three numbers."""
         return self.at if isinstance(self.at, str) else "joint + " + " ".join(f"{x:g}" for x in self.at)
 
+    @property
+    def about(self) -> str:
+        """The point as people read it."""
+        if not isinstance(self.at, str):
+            return f"the point ({', '.join(f'{x:g}' for x in self.at)}) m from the joint's origin, in its axes"
+        return {"joint": "the joint's origin", "world": "the world's origin"}.get(self.at, f"the origin of {self.at}")
+
 
 @dataclass(frozen=True)
 class LoadCase:

@@ -211,7 +211,9 @@ class Mechanism:
         rng: a generator, a seed for one, or None for a fresh one.
         """
         generator = np.random.default_rng(rng)
-        leading = () if size is None else (size,) if isinstance(size, (int, np.integer)) else tuple(size)
+        leading = () if size is None else (size,) if isinstance(size, (int, np.integer)) else size
+        if not isinstance(leading, (tuple, list)) or not all(isinstance(n, (int, np.integer)) and n >= 0 for n in leading):
+            raise ValueError(f"size={size!r}; expected a number of positions, or several, which are leading axes")
         lower, upper = self._ranges
         q: Array = upper - (upper - lower) * generator.random((*leading, self.nq))  # the upper end can be reached, the lower can't
         for part in self._quaternions:

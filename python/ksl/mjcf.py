@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import re
+import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, NamedTuple
 
@@ -16,8 +17,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ksl import _core, given
 from ksl.builder import Builder
-from ksl.errors import DescriptionError
+from ksl.errors import DescriptionError, DescriptionWarning
 from ksl.model import Layout, Model
+from ksl.requests import one_of
 
 Array = NDArray[np.float64]
 
@@ -62,8 +64,19 @@ def from_mujoco(model: Model, q: ArrayLike, v: ArrayLike | None = None, a: Array
 
 
 def model_of(mj: Any, file: str = "", mimic: Literal["coupled", "independent"] = "coupled", strict: bool = False, masses: Literal["optional"] | None = None) -> Model:
-    """The model of a compiled `mujoco.MjModel`, with the options of :func:`ksl.load`."""
-    return _model(mj, file, False, mimic == "independent", strict, None, None, masses, [])
+    """The model of a compiled `mujoco.MjModel`.
+
+    mimic, strict, masses: as in :func:`ksl.load`.  file: what messages call it; nothing is read.  Raises :class:`ksl.DescriptionError`.
+    """
+    if not (hasattr(mj, "nbody") and hasattr(mj, "nq")):
+        raise ValueError(f"mj is {type(mj).__name__}; expected a mujoco.MjModel, for example MjModel.from_xml_path(file)")
+    independent = one_of(mimic, "mimic", "coupled", "independent") == "independent"
+    if masses is not None:
+        one_of(masses, "masses", "optional")
+    model = _model(mj, file, False, independent, given.flag(strict, "strict"), None, None, masses, [])
+    for line in model.warnings:
+        warnings.warn(line, DescriptionWarning, stacklevel=2)
+    return model
 
 
 def _load(

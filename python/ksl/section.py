@@ -49,9 +49,11 @@ def section_wrench(
     leading = np.broadcast_shapes(q.shape[:-1], v.shape[:-1], a.shape[:-1])
     sides = {parent.name: -(n @ at) > 0}  # its frame is the link's; what lies in the plane keeps to its own side
     for j in children:
-        origin = m.relative_pose(_neutral(m), j.child, name)[:3, 3]  # where no joint has moved its child
+        origin = m.relative_pose(m.neutral(), j.child, name)[:3, 3]  # where no joint has moved its child
         sides[j.name] = bool(n @ (origin - at) >= 0)
     if beyond is not None:
+        if not isinstance(beyond, Iterable):
+            raise ValueError(f"beyond={beyond!r}; expected a list of joints of {name}: some of {', '.join(sides)}")
         listed = (beyond,) if isinstance(beyond, str) else tuple(beyond)
         for joint in listed:
             if joint not in sides:
@@ -77,14 +79,6 @@ def section_wrench(
     return wrench if order == "lin_ang" else np.roll(wrench, 3, axis=-1)
 
 
-def _neutral(m: Calls) -> Array:
-    q = np.zeros(m.nq)
-    for j in m.joints:
-        if j.nv and j.quaternion is not None:
-            q[j.q_index + j.quaternion + 3] = 1.0
-    return q
-
-
 def _skew(x: Array) -> Array:
     """skew(x) @ y = x × y."""
     return np.cross(np.eye(3), x)
@@ -103,13 +97,16 @@ def _inertia_beyond(link: Link, share: Share, n: Array, at: Array) -> Array:
         one_of(share, "share", "body")
         beyond = n @ np.array(link.first_moment) >= link.mass * (n @ at)
         return whole if beyond and link.mass > 0 else 0 * whole
-    if isinstance(share, tuple):
+    if isinstance(share, (tuple, list)):
         try:
             mass, first_moment, inertia = share
-            return _inertia_matrix(float(mass), np.array(three_numbers(first_moment, "share: first moment")), np.asarray(inertia, float).reshape(3, 3))
+            I = _inertia_matrix(float(mass), np.array(three_numbers(first_moment, "share: first moment")), np.asarray(inertia, float).reshape(3, 3))
+            if not np.isfinite(I).all():
+                raise ValueError
+            return I
         except (TypeError, ValueError):
             raise ValueError(f"share={share!r}; expected mass, first moment (3) and inertia (3, 3) about the link's origin") from None
-    if not 0 <= share <= 1:
+    if not isinstance(share, (int, float, np.number)) or not 0 <= share <= 1:
         raise ValueError(f"share={share!r}; expected a fraction between 0 and 1, 'body', or mass, first moment and inertia")
     return share * whole
 

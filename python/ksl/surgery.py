@@ -48,7 +48,8 @@ class Surgery(Calls):
         available.  A `floating_base` that is frozen puts the root where it is, on a massless link `world`.  Mimic joints are frozen with
         their leaders, where these hold them; one alone is refused.
         """
-        frozen = [(name, [float(x) for x in given.numbers(q, f"joint {name}: its position").ravel()]) for name, q in joints.items()]
+        positions = given.mapping(joints, "joints", "{joint: position}")
+        frozen = [(name, [float(x) for x in given.numbers(q, f"joint {name}: its position").ravel()]) for name, q in positions]
         made = self._made(self._core.with_frozen_joints(frozen))
         for line in made.warnings:
             if "quaternion" in line and line not in self.warnings:
@@ -67,6 +68,8 @@ class Surgery(Calls):
         it floats there: the joint is then `PREFIXfloating_base`.  The names of its links and joints get the prefix.  Both need the
         same gravity.
         """
+        if not isinstance(other, Surgery):
+            raise ValueError(f"other is {type(other).__name__}; expected a model")
         return self._made(self._core.merged(other._core, parent_link, given.pose(pose, "pose"), prefix))
 
     def subtree(self: S, link: str) -> S:
@@ -89,7 +92,8 @@ class Surgery(Calls):
         included.  The structure is shared, not built again: O(links), some microseconds.  That the inertias are possible is not checked,
         except that masses are not negative.
         """
-        inertias = [(self._index(self._link_index, link, "link"), _ten_numbers(link, of)) for link, of in parameters.items()]
+        others = given.mapping(parameters, "parameters", "{link: (mass, centre of mass, inertia) or ten numbers}")
+        inertias = [(self._index(self._link_index, link, "link"), _ten_numbers(link, of)) for link, of in others]
         return self._with_core(self._core.with_inertias(inertias))
 
     def _with_core(self: S, core: _core.Model) -> S:
@@ -131,7 +135,10 @@ def _ten_numbers(link: str, of: ArrayLike | tuple[float, ArrayLike, ArrayLike]) 
 
 def _write(path: Path, text: str) -> None:
     """Completely or not at all."""
-    handle, part = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        handle, part = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    except OSError as e:
+        raise OSError(e.errno, f"the file can't be written ({e.strerror}); give a path in a folder that exists and can be written", str(path)) from None
     try:
         with os.fdopen(handle, "w", encoding="utf-8") as file:
             file.write(text)

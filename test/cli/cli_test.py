@@ -94,7 +94,7 @@ def test_files_are_there_and_no_others(done):
 def test_what_is_printed(done):
     process, out = done
     text = process.stdout
-    assert f"report: {out / 'report.html'}" in text
+    assert f"report: {out / 'report.html'}" in text and "moments about the joint's origin" in text
     assert "power balance: largest residual" in text and "differentiated from a quintic spline" in text
     for joint in ("shoulder_pan", "wrist_3", "base"):
         assert joint in text
@@ -208,7 +208,7 @@ def test_every_joint_stands_in_one_table_of_the_report(every_kind):
 
 def test_every_joint_stands_in_one_table_of_the_terminal(every_kind):
     m, process, _ = every_kind
-    tables = re.split("^(?:Drive|Joints without one coordinate|note)", process.stdout, flags=re.MULTILINE)[:3]
+    tables = re.split("^(?:Drive(?!, joints that slide)|Joints without one coordinate|note)", process.stdout, flags=re.MULTILINE)[:3]
     for joint in m.joints:
         places = [re.search(rf"^ *{joint.name} ", table, re.MULTILINE) is not None for table in tables]
         assert places == ([True, True, False] if joint.nv == 1 else [False, False, True]), joint.name
@@ -225,6 +225,7 @@ def test_options_reach_the_table(ur5, tmp_path):
     table = pq.read_table(tmp_path / "o" / "wrenches.parquet")
     assert table.column_names[2:5] == ["tx", "ty", "tz"]
     assert (table["on"][0].as_py(), table["at"][0].as_py(), table["axes"][0].as_py()) == ("parent", "joint + 0.1 0 -0.2", "tool0")
+    assert "Wrench on the parent side, moments about the point (0.1, 0, -0.2) m from the joint's origin, in its axes" in p.stdout
     still = [abs(x) for x in table["fz"].to_pylist()[:8]]
     assert max(still) < 1, "no gravity, at rest: nothing to carry"
 
@@ -587,6 +588,12 @@ def test_physics_of_joints(two, tmp_path):
     row = summary(tmp_path / "out")["slide"]
     assert math.isclose(float(row["damping_peak"]), 0.5 * float(row["speed_peak"]), rel_tol=1e-12)
     assert "physics of joints: none" in run("info", robot).stdout
+    both = ("<link name='fork'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial></link>"
+            "<joint name='turn' type='continuous'><parent link='cart'/><child link='fork'/><dynamics damping='0.1'/></joint></robot>")  # fmt: skip
+    robot.write_text(robot.read_text().replace("</robot>", both))
+    motion.write_text("time,slide,turn\n" + "".join(f"{k / 10},{math.sin(k / 10)},{math.cos(k / 10)}\n" for k in range(20)))
+    p = run("loads", robot, motion, "-o", tmp_path / "both", "--physics", "all")
+    assert p.returncode == 0 and p.stdout.count("What the effort consists of, joints that") == 2 and "…" not in p.stdout, p.stdout
     p = run("loads", robot, motion, "-o", tmp_path / "none", "--physics", "dampin")
     assert p.returncode == 2 and 'did you mean "damping"?' in p.stderr and not (tmp_path / "none").exists()
 

@@ -110,3 +110,23 @@ def test_inverse_kinematics_says_what_is_wrong(arm, keywords, sentence):
 def test_payloads_that_are_no_mapping(examples):
     with pytest.raises(ValueError, match="payloads is list; expected a mapping"):
         ksl.load(examples / "robots/panda.urdf", payloads=[(TIP, 1.0, (0, 0, 0))])
+
+
+def test_arguments_of_other_types_are_named(arm, examples):
+    q = np.zeros(arm.nv)
+    cut = (q, q, q, "panda_link3", (0, 0, 0), (0, 0, 1))
+    for call, sentence in (
+        (lambda: ksl.load(examples / "robots/panda.urdf", floating_base="yes"), "floating_base='yes'; expected True or False"),
+        (lambda: arm.with_frozen_joints(["panda_joint1"]), "joints is list; expected a mapping"),
+        (lambda: arm.with_parameters([1]), "parameters is list; expected a mapping"),
+        (lambda: arm.merged("ur5", TIP), "other is str; expected a model"),
+        (lambda: arm.random(0, size=2.5), "size=2.5; expected a number of positions"),
+        (lambda: arm.random(0, size=-1), "size=-1; expected a number of positions"),
+        (lambda: arm.section_wrench(*cut, share=None), "share=None; expected a fraction"),
+        (lambda: arm.section_wrench(*cut, share=(1.0, (0, 0, 0), 3)), r"share=.1.0, .*expected mass, first moment"),
+        (lambda: arm.section_wrench(*cut, beyond=3), "beyond=3; expected a list of joints of panda_link3"),
+    ):
+        with pytest.raises(ValueError, match=sentence):
+            call()
+    part = (1.0, (0.0, 0.0, 0.1), 0.1 * np.eye(3))
+    assert (arm.section_wrench(*cut, share=list(part)) == arm.section_wrench(*cut, share=part)).all()

@@ -99,6 +99,12 @@ def test_an_impossible_inertia_is_a_warning_or_an_error_if_strict():
         (lambda b: b.add_dh_chain("rod", [(0, 0, 0, 0, "ball")]), "row 1 of the table.*spherical"),
         (lambda b: b.add_dh_chain("rod", [], convention="craig"), "convention='craig'"),
         (lambda b: b.build(masses="maybe"), "masses='maybe'"),
+        (lambda b: b.build(floating_base="yes"), "floating_base='yes'; expected True or False"),
+        (lambda b: b.build(physics=3), "physics=3: expected names"),
+        (lambda b: b.add_link(3), "the name of the link is 3; expected a name"),
+        (lambda b: b.add_joint("x", None, "rod", "ceiling"), "joint x: its kind is None; expected a name"),
+        (lambda b: b.add_dh_chain("rod", [5]), "row 1 of the table is 5"),
+        (lambda b: ksl.Builder(3), "name is 3; expected a name"),
     ],
 )
 def test_what_is_refused_says_where_and_why(call, words):
@@ -230,7 +236,7 @@ def test_the_file_is_written_completely_or_not_at_all(ur5, tmp_path):
     path = tmp_path / "robot.urdf"
     assert ur5.to_urdf(path) == path.read_text() == ur5.to_urdf()
     assert ksl.load(path).joints == ur5.joints
-    with pytest.raises(OSError):
+    with pytest.raises(FileNotFoundError, match=r"give a path in a folder that exists.*nowhere.robot\.urdf"):
         ur5.to_urdf(tmp_path / "nowhere" / "robot.urdf")
     assert sorted(p.name for p in tmp_path.iterdir()) == ["robot.urdf"]
     assert os.stat(path).st_mode & 0o400

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ksl
-from ksl import base_parameters
+from ksl import base_parameters, consistency
 from ksl.consistency import from_pseudo_inertia, is_consistent
 from ksl.identification import identify
 
@@ -163,3 +163,57 @@ def test_bad_input_is_named(m):
         identify(m, q, v, a, np.zeros((4, 7)), prior_deviation=0)
     with pytest.raises(ValueError, match="noise: expected 7 positive"):
         identify(m, q, v, a, np.zeros((4, 7)), noise=-1)
+
+
+LINK = "panda_link3"
+
+
+@pytest.mark.parametrize(
+    ("keywords", "sentence"),
+    [
+        ({"links": [LINK, LINK]}, "links: 'panda_link3' is named more than once"),
+        ({"links": 3}, "links=3; expected names of links"),
+        ({"prior": {LINK: np.ones(9)}}, "prior: link panda_link3 has 9 numbers"),
+        ({"prior": {LINK: np.full(10, np.nan)}}, "prior: link panda_link3"),
+        ({"prior": [LINK]}, "prior is list; expected a mapping"),
+        ({"external": [1]}, "external is list; expected a mapping"),
+        ({"external": {LINK: np.zeros(5)}}, r"external\['panda_link3'\] has shape \(5,\)"),
+        ({"external": {LINK: np.zeros((3, 6))}}, r"expected \(6,\), or \(4, 6\)"),
+        ({"noise": [1, 2]}, "noise: expected 7 positive"),
+        ({"prior_deviation": "a"}, "prior_deviation is 'a'; expected a number"),
+        ({"tolerance": -1.0}, "tolerance=-1.0; expected a number between 0 and 1"),
+        ({"q": "fast"}, "q is 'fast'; expected numbers"),
+        ({"model": "panda"}, "model is str; expected a ksl.Model"),
+    ],
+)
+def test_each_argument_says_what_is_wrong(m, keywords, sentence):
+    q, v, a = np.zeros((3, 4, m.nv))
+    with pytest.raises(ValueError, match=sentence):
+        identify(**({"model": m, "q": q, "v": v, "a": a, "tau": np.zeros((4, 7))} | keywords))
+
+
+def test_parameters_of_other_shapes_are_refused(m):
+    for call, sentence in (
+        (lambda: consistency.from_pseudo_inertia(np.eye(3)), r"J: expected a pseudo-inertia of shape \(…, 4, 4\)"),
+        (lambda: consistency.consistency_metric(np.zeros(10)), "a pseudo-inertia is singular"),
+        (lambda: consistency.is_consistent("a"), "parameters is 'a'; expected numbers"),
+        (lambda: base_parameters.of_regressor(np.full((3, 1, 10), np.nan), ["a"]), "regressor: expected finite numbers"),
+    ):
+        with pytest.raises(ValueError, match=sentence):
+            call()
+    assert len(base_parameters.structural(m, LINK)) == len(base_parameters.structural(m, [LINK]))
+    assert len(base_parameters.structural(m, [])) == 0
+
+
+def test_a_link_that_no_effort_depends_on_warns_of_nothing(m):
+    q, v, a = np.random.default_rng(0).normal(size=(3, 30, m.nv))
+    found = identify(m, q, v, a, m.inverse_dynamics(q, v, a), links=["panda_link0"])
+    assert len(found.base) == 0 and np.allclose(found.parameters, m.link("panda_link0").parameters)
+
+
+def test_physics_of_the_model_need_not_be_subtracted():
+    b = ksl.Builder("drive").add_link("frame").add_link("arm", mass=2.0, center_of_mass=(0.3, 0, 0), inertia=0.05 * np.eye(3))
+    b.add_joint("hinge", "revolute", "frame", "arm", axis=(0, 1, 0), damping=0.2, friction=1.5, rotor_inertia=2e-5, gear_ratio=100)
+    motor = b.build(physics="all")
+    q, v, a = np.random.default_rng(0).normal(size=(3, 50, 1))
+    assert np.abs(identify(motor, q, v, a, motor.inverse_dynamics(q, v, a)).residuals).max() < 1e-9

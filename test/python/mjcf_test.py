@@ -181,7 +181,12 @@ def test_options(tmp_path):
     assert ksl.load(path, payloads={"b": (2.0, (0, 0, 0))}).mass == pytest.approx(ksl.load(path).mass + 2)
     with pytest.raises(ksl.DescriptionError, match="robot.xml: a floating base is asked for, but no body has a <freejoint>"):
         ksl.load(path, floating_base=True)
-    assert mjcf.model_of(mujoco.MjModel.from_xml_path(str(path))).nv == 1
+    compiled = mujoco.MjModel.from_xml_path(str(path))
+    assert mjcf.model_of(compiled).nv == 1
+    with pytest.raises(ValueError, match="mimic='loose'; expected one of 'coupled', 'independent'"):
+        mjcf.model_of(compiled, mimic="loose")
+    with pytest.raises(ValueError, match="mj is str; expected a mujoco.MjModel"):
+        mjcf.model_of(str(path))
 
 
 def test_files_that_are_wrong(tmp_path):
@@ -214,3 +219,12 @@ def test_no_warnings_that_the_file_does_not_deserve():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         ksl.load(CHAINS)
+
+
+def test_options_that_other_formats_have(tmp_path):
+    path = in_file(tmp_path, f"<body><joint name='hinge'/>{BODY}</body>")
+    with pytest.raises(ksl.DescriptionError, match='model "x" is asked for, but only SDF files hold several'):
+        ksl.load(path, model="x")
+    assert ksl.load(path, friction_width=0.5).friction_width == 0.5
+    with pytest.raises(ksl.DescriptionError, match="friction_width is -1"):
+        ksl.load(path, friction_width=-1)
