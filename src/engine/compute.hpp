@@ -7,6 +7,8 @@
 
 #include <cstdint>
 #include <memory>
+#include <stdexcept>
+#include <string>
 
 namespace ksl {
 
@@ -24,6 +26,8 @@ template <class S> state_view<S> with_unread_results(const algorithm_row &row, c
 
 /// Runs an algorithm.  The inputs that it reads and the results that it writes must not be null.
 template <class S> void compute(const algorithm_row &row, const model &m, data &d, const state_view<S> &s) {
+  if (s.links.n > m.view().links && links_are_few(row))
+    throw std::invalid_argument(std::string(row.name) + ": more links than the model has");
   if (m.followers() == 0 && has_unread_results(row))
     return kernels_of_row<S>(row).state(m.view_in<S>(), d.memory(), with_unread_results(row, m, d, s));
   if (m.followers() == 0)

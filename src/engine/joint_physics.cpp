@@ -74,6 +74,10 @@ void remove_rotors(robot_description &robot) {
       goes[static_cast<std::size_t>(j.child)] = true;
   if (std::find(goes.begin(), goes.end(), true) == goes.end())
     return;
+  for (const joint_description &j : robot.joints)
+    if (!j.is_rotor && goes[static_cast<std::size_t>(j.parent)])
+      refuse(robot, j, "its parent link " + load::quoted(robot.links[static_cast<std::size_t>(j.parent)].name) +
+                           " is a rotor, which is a link with the physics \"rotor bodies\" alone; put the joint on another link");
   std::vector<int> index;
   std::vector<link_description> links;
   for (std::size_t l = 0; l < robot.links.size(); ++l) {

@@ -253,8 +253,10 @@ robot_description merged(const robot_description &robot, const robot_description
                                  rigid_pose("robot " + quoted(other.name) + ": its pose", pose));
   if (other.floating_base)
     mount.kind = joint_kind::floating;
-  else
-    mount.name = free_name(robot.joints, mount.name);
+  std::vector<joint_description> named = robot.joints; // and what the second robot's will be called
+  for (const joint_description &joint : other.joints)
+    named.push_back(joint), named.back().name = prefix + joint.name;
+  mount.name = free_name(named, mount.name);
   out.joints.push_back(std::move(mount));
   for (link_description link : other.links) {
     link.name = prefix + link.name;
@@ -267,7 +269,7 @@ robot_description merged(const robot_description &robot, const robot_description
     joint.name = prefix + joint.name;
     if (joint.mimic)
       joint.mimic->joint = prefix + joint.mimic->joint;
-    if (has_name(out.joints, joint.name))
+    if (has_name(robot.joints, joint.name))
       refuse("both robots have a joint named " + quoted(joint.name) + "; give a prefix for the names of the second");
     joint.at = {};
     if (joint.mimic)

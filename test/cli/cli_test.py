@@ -2,6 +2,7 @@
 
 import csv
 import errno
+import functools
 import json
 import math
 import os
@@ -433,7 +434,8 @@ def test_faults_of_the_system_are_one_sentence_with_the_folder(tmp_path):
 def test_a_run_that_is_ended_leaves_nothing(tmp_path, two, name):
     robot, motion = two
     motion.write_text("time,slide\n" + "".join(f"{k / 1000},{math.sin(k / 1000)}\n" for k in range(400_000)))
-    process = subprocess.Popen([command(), "loads", robot, motion, "-o", tmp_path / "q", "--csv"], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    heard = functools.partial(signal.signal, getattr(signal, name), signal.SIG_DFL)  # tests that nohup has started ignore SIGHUP, as do their children
+    process = subprocess.Popen([command(), "loads", robot, motion, "-o", tmp_path / "q", "--csv"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=heard)
     deadline = time.monotonic() + 60
     while process.poll() is None and time.monotonic() < deadline and not list(tmp_path.glob("q/.*/wrenches.csv")):
         time.sleep(0.002)

@@ -69,3 +69,14 @@ TEST_CASE("operational space: inverses and their derivatives") {
   check_identity(d.inertia, d.inverse);
   check_identity(d.J, d.pseudo_inverse);
 }
+
+TEST_CASE("operational space: more frames than the workspace has room for are refused") {
+  const ksl::model m = ksl::load(KSL_EXAMPLES "/robots/ur5.urdf");
+  ksl::data d(m);
+  const numbers<double> q(6, 0.3);
+  const std::vector<int> links(m.links().size() + 1, 3);
+  const std::size_t rows = 6 * links.size();
+  numbers<double> inverse(rows * rows);
+  CHECK_THROWS_WITH(ksl::operational_space_inertia_inverse(m, d, q.data(), static_cast<int>(links.size()), links.data(), {}, inverse.data()),
+                    "operational_space_inertia_inverse: more links than the model has");
+}

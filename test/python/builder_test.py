@@ -253,3 +253,10 @@ def test_pickles_of_models_that_no_file_gives(ur5):
     assert flying.joint_names == ["floating_base", "hinge"] and flying.gravity.tolist() == [1, 2, 3]
     assert flying.joint("hinge").damping == 0.5
     assert copy.deepcopy(flying) is flying
+
+
+def test_the_joint_that_mounts_a_robot_takes_no_name_of_either():
+    one = ksl.Builder("one").add_link("base").add_link("arm", 1.0).add_joint("mount", "revolute", "base", "arm").build()
+    both = one.merged(one, "arm", prefix="second_")
+    assert both.joint_names == ["mount", "second_mount"]
+    assert "second_mount_" in {joint.name for joint in both.joints}

@@ -212,3 +212,9 @@ def test_a_table_without_physics_is_as_ever():
     table = m.loads(t, np.sin(np.outer(t, [1, 2])))
     assert table.column_names[-7:] == ["constraint_tz", "effort", "speed", "power", "on", "at", "axes"]
     assert "physics" not in str(table.schema.metadata[b"ksl"])
+
+
+def test_what_hangs_on_a_rotor_is_not_left_without_a_link():
+    m = arm().build(physics="rotor bodies").with_frame("tip", "shoulder_rotor")
+    with pytest.raises(ksl.DescriptionError, match='its parent link "shoulder_rotor" is a rotor, which .* put the joint on another link'):
+        m.with_physics(None)
