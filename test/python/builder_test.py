@@ -256,7 +256,7 @@ def test_pickles_of_models_that_no_file_gives(ur5):
 
 
 def test_the_joint_that_mounts_a_robot_takes_no_name_of_either():
-    one = ksl.Builder("one").add_link("base").add_link("arm", 1.0).add_joint("mount", "revolute", "base", "arm").build()
+    one = ksl.Builder("one").add_link("base").add_link("arm", 1.0).add_joint("mount", "revolute", "base", "arm", axis=(0, 0, 1)).build()
     both = one.merged(one, "arm", prefix="second_")
     assert both.joint_names == ["mount", "second_mount"]
     assert "second_mount_" in {joint.name for joint in both.joints}
