@@ -78,6 +78,15 @@ def arrows(start: Array, vector: Array, radius: float, heads: int = 1, around: i
     return joined(parts) if parts else Shape(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int32))
 
 
+def rod(start: Array, end: Array, radius: float, colour: Colour, around: int = 8) -> Shape:
+    """A closed cylinder between two points (3), m."""
+    length = float(np.linalg.norm(end - start))
+    if length == 0:
+        return Shape(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int32), colour)
+    tube = surface_of_revolution(np.array([0, radius, radius, 0]), np.array([0, 0, length, length]), around)
+    return replace(tube.moved(_pose_along(start, (end - start) / length)), colour=colour)
+
+
 def _arrow(start: Array, vector: Array, length: float, radius: float, heads: int, around: int) -> Shape:
     head = min(6 * radius, 0.4 * length / heads)
     thick = radius * head / (6 * radius)  # short arrows are thinner, too

@@ -26,6 +26,8 @@ class Appearance:
     """By the name of the link.  Links that neither have a surface nor mass are missing."""
     ellipsoids: set[str] = field(default_factory=set)
     """Links that are drawn as ellipsoids of inertia."""
+    simplified: dict[tuple[str, int, int], Shape] = field(default_factory=dict)
+    """Surfaces with fewer triangles, by link, place in `shapes` and number of triangles: images share them."""
     notes: list[str] = field(default_factory=list)
     """What could not be drawn and why, a line each."""
 
