@@ -87,6 +87,16 @@ def rod(start: Array, end: Array, radius: float, colour: Colour, around: int = 8
     return replace(tube.moved(_pose_along(start, (end - start) / length)), colour=colour)
 
 
+def unit_shaft() -> Shape:
+    """A cylinder of radius 1 m from the origin to z = 1 m."""
+    return surface_of_revolution(np.array([0.0, 1, 1, 1, 1, 0]), np.array([0.0, 0, 0, 1, 1, 1]), 12)
+
+
+def unit_head() -> Shape:
+    """A cone of radius 1 m whose base is at the origin, and whose tip is at z = 1 m."""
+    return surface_of_revolution(np.array([0.0, 1, 1, 0]), np.array([0.0, 0, 0, 1]), 16)
+
+
 def _arrow(start: Array, vector: Array, length: float, radius: float, heads: int, around: int) -> Shape:
     head = min(6 * radius, 0.4 * length / heads)
     thick = radius * head / (6 * radius)  # short arrows are thinner, too

@@ -216,6 +216,8 @@ def read_mesh(path: Path) -> tuple[list[Shape], str | None]:
         return [], f"mesh {path} can't be read ({type(e).__name__}: {e}); export it again as STL or OBJ"
     if not parts:
         return [], f"mesh {path} has no triangles"
+    for part in parts:
+        part.merge_vertices(merge_tex=True, merge_norm=True)  # flat shading needs neither; a third of the numbers
     return [Shape(np.asarray(part.vertices, dtype=float), np.asarray(part.faces, dtype=np.int32), _mesh_colour(part)) for part in parts], None
 
 
