@@ -6,24 +6,21 @@ import os
 import threading
 import time as clock
 import webbrowser
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ksl.errors import ViewerError
 from ksl.states import Array
 from ksl.viewer.readout import Choice, readout
 from ksl.viewer.scene import Scene, make_scene
 from ksl.viewer.stage import Shown, Stage, legend, utilisation_legend
+from ksl.viewer.viser_server import start_server
 
 if TYPE_CHECKING:
-    import viser
-
-PORT = 8080
-"""Where the page is unless a port is asked for; if it is in use, at the next free one."""
+    from ksl.model import Model
 
 FRAMES = 30
 """States that playback shows in a second."""
@@ -51,7 +48,7 @@ class Viewer:
         driven = [j.name for j in scene.model.joints if j.nv] or [j.name for j in scene.model.joints]
         selected = joint if joint is not None else driven[0]
         scene.joint_index(selected)  # refuses unknown names before anything starts
-        self.server = _server(port, scene.model.name)
+        self.server = start_server(port, scene.model.name)
         self.shown = Shown(selected=selected)
         self.stage = Stage(self.server, scene, self.shown)
         self.controls = _Controls(self)
@@ -141,30 +138,6 @@ class Viewer:
                 sample, self.playing = len(times) - 1, False
             if sample != self.sample or not self.playing:
                 self.show(sample)
-
-
-def _server(port: int | None, name: str) -> viser.ViserServer:
-    try:
-        import viser
-    except ImportError:
-        raise ViewerError("ksl view needs the extra ksl[view]: pip install 'ksl[view]'") from None
-    if port is not None and not 0 <= port <= 65535:
-        raise ViewerError(f"port {port}: expected a number from 1 to 65535")
-    if port and not _free(port):
-        raise ViewerError(f"port {port} is in use; give another one, or none, and a free one is taken")
-    return viser.ViserServer(host="127.0.0.1", port=port or PORT, label=name, verbose=False)
-
-
-def _free(port: int) -> bool:
-    import socket
-
-    with socket.socket() as s:
-        s.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # a server that has just ended is no obstacle
-        try:
-            s.bind(("127.0.0.1", port))
-        except OSError:
-            return False
-    return True
 
 
 class _Controls:
@@ -389,11 +362,8 @@ def _line(colour: tuple[int, int, int] | None, text: str) -> str:
     return text if colour is None else f'<span style="color:rgb{colour}">■</span> {text}'
 
 
-Opened = Callable[[], Viewer]
-
-
 def show(
-    model: Any,
+    model: Model,
     q: ArrayLike | None = None,
     v: ArrayLike | None = None,
     a: ArrayLike | None = None,

@@ -39,6 +39,8 @@ class Shown:
     selected: str = ""
     """The joint whose screw axis is drawn, and whose label is shown."""
     arrow_factor: float = 1.0
+    recorded: bool = False
+    """Whether what is hidden moves, too, since the reader of a file can show it."""
 
 
 class Stage:
@@ -123,7 +125,7 @@ class Stage:
                 _set(node, "points", _f4(segments(sample)))
         if self._all_axes is not None:
             _set(self._all_axes, "visible", self.shown.joints)
-            if self.shown.joints:
+            if self.shown.joints or self.shown.recorded:
                 _set(self._all_axes, "points", _f4(self._axis_segments(scene, sample)))
 
     # ------------------------------------------------------------------------------------------------------- wrenches
@@ -152,7 +154,7 @@ class Stage:
         for i, (label, joint) in enumerate(zip(self._labels, scene.model.joints, strict=True)):
             wanted = self.shown.joints or joint.name == self.shown.selected
             _set(label, "visible", wanted)
-            if wanted:
+            if wanted or (self.shown.recorded and joint.nv):
                 force, moment = np.linalg.norm(total[i, :3]), np.linalg.norm(total[i, 3:])
                 _set(label, "text", f"{joint.name}: {force:.4g} N, {moment:.4g} N m{_effort(scene, sample, i)}")
                 _set(label, "position", scene.origins[sample, i])
@@ -169,7 +171,7 @@ class Stage:
         low, high = self.scene.bounds(0)
         centre = (low + high) / 2
         camera = self.server.initial_camera
-        camera.look_at, camera.position = centre, centre + 1.05 * self.scene.size * np.array([1.0, -1.0, 0.55])
+        camera.look_at, camera.position = centre, centre + 0.8 * self.scene.size * np.array([1.0, -1.0, 0.55])
 
 
 class _Arrows:
