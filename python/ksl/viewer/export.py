@@ -15,7 +15,7 @@ from ksl._core import __version__
 from ksl.errors import ViewerError
 from ksl.viewer.scene import Scene
 from ksl.viewer.stage import Shown, Stage, legend
-from ksl.viewer.viser_server import start_server
+from ksl.viewer.viser_server import start_server, stop_server
 
 FEWEST, MOST, FRAMES = 300, 900, 30
 """States in the file: FRAMES for each second, but at least FEWEST and at most MOST where the motion has so many."""
@@ -56,7 +56,7 @@ def _html(scene: Scene, shown: Shown) -> str:
             stage.show(scene, int(sample))
         return str(recording.as_html())
     finally:
-        server.stop()
+        stop_server(server)
 
 
 def frames(time: NDArray[np.float64]) -> NDArray[np.intp]:

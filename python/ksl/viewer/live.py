@@ -17,7 +17,7 @@ from ksl.states import Array
 from ksl.viewer.readout import Choice, readout
 from ksl.viewer.scene import Scene, make_scene
 from ksl.viewer.stage import Shown, Stage, legend, utilisation_legend
-from ksl.viewer.viser_server import start_server
+from ksl.viewer.viser_server import start_server, stop_server
 
 if TYPE_CHECKING:
     from ksl.model import Model
@@ -107,7 +107,7 @@ class Viewer:
         """Stops the server; pages that are open stay without one."""
         if not self._closed.is_set():
             self._closed.set()
-            self.server.stop()
+            stop_server(self.server)
 
     def __enter__(self) -> Viewer:
         return self

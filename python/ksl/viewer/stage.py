@@ -90,8 +90,9 @@ class Stage:
 
     def _add_ground(self) -> None:
         low, high = self.scene.bounds(0)
-        edge = float(2 * np.ceil(1.2 * self.scene.size))
-        self._tree.add_grid("/ground", edge, edge, cell_size=0.1 if self.scene.size < 4 else 1.0, position=(0.0, 0.0, min(0.0, float(low[2]))))
+        cell = 10.0 ** np.floor(np.log10(self.scene.size / 2))  # 0.1 m for robots from 0.2 m to 20 m
+        edge = float(10 * cell * np.ceil(0.22 * self.scene.size / cell))
+        self._tree.add_grid("/ground", edge, edge, cell_size=float(cell), section_size=float(10 * cell), position=(0.0, 0.0, min(0.0, float(low[2]))))
 
     def _add_surfaces(self, name: str) -> list[tuple[Any, tuple[int, int, int]]]:
         surfaces = []
@@ -171,7 +172,8 @@ class Stage:
         low, high = self.scene.bounds(0)
         centre = (low + high) / 2
         camera = self.server.initial_camera
-        camera.look_at, camera.position = centre, centre + 0.8 * self.scene.size * np.array([1.0, -1.0, 0.55])
+        camera.fov = 0.7
+        camera.look_at, camera.position = centre, centre + 1.05 * self.scene.size * np.array([1.0, -1.0, 0.55])
 
 
 class _Arrows:
@@ -183,7 +185,7 @@ class _Arrows:
             still, zero = np.tile([1.0, 0, 0, 0], (n, 1)), np.zeros((n, 3))
             self._nodes.append(
                 tree.add_batched_meshes_simple(
-                    f"/{name}/{part}", _f4(shape.vertices), shape.faces.astype(np.uint32), _f4(still), _f4(zero), batched_scales=_f4(zero), batched_colors=colour,
+                    f"/{name}/{part}", _f4(shape.vertices), shape.faces.astype(np.uint32), _f4(still), _f4(zero), batched_scales=_f4(zero), batched_colors=_linear(colour),
                     lod="off", cast_shadow=False, receive_shadow=False,
                 )
             )  # fmt: skip
@@ -255,6 +257,11 @@ def _node(name: str) -> str:
 
 def _f4(x: Array) -> Any:
     return np.ascontiguousarray(x, dtype=np.float32)
+
+
+def _linear(colour: tuple[int, int, int]) -> tuple[int, int, int]:
+    """A colour without the gamma of sRGB, as the page takes it for meshes that it draws in batches."""
+    return _bytes(tuple((c / 255) ** 2.2 for c in colour))  # type: ignore[arg-type]
 
 
 def _bytes(colour: tuple[float, float, float]) -> tuple[int, int, int]:

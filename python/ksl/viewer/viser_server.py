@@ -34,6 +34,12 @@ def start_server(port: int | None, name: str) -> viser.ViserServer:
         return viser.ViserServer(host="127.0.0.1", port=chosen, label=name, verbose=False)
 
 
+def stop_server(server: viser.ViserServer) -> None:
+    """Stops a server without its words on standard output."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        server.stop()
+
+
 def _is_free(port: int) -> bool:
     with socket.socket() as s:
         s.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # a server that has just ended is no obstacle
