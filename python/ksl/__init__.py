@@ -18,6 +18,7 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl.errors import FrameError as FrameError
     from ksl.errors import MotionError as MotionError
     from ksl.errors import QuaternionWarning as QuaternionWarning
+    from ksl.errors import ViewerError as ViewerError
     from ksl.loading import load as load
     from ksl.mechanism import Joint as Joint
     from ksl.mechanism import Link as Link
@@ -44,6 +45,7 @@ _MODULE_OF = {
     "Pose": "ksl.spatial",
     "QuaternionWarning": "ksl.errors",
     "Twist": "ksl.spatial",
+    "ViewerError": "ksl.errors",
     "Wrench": "ksl.spatial",
     "__version__": "ksl._core",
     "load": "ksl.loading",

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ksl._core import __version__
 from ksl.errors import ViewerError
+from ksl.states import Array
 from ksl.viewer.scene import Scene
 from ksl.viewer.stage import Shown, Stage, legend
 from ksl.viewer.viser_server import start_server, stop_server
@@ -59,7 +60,7 @@ def _html(scene: Scene, shown: Shown) -> str:
         stop_server(server)
 
 
-def frames(time: NDArray[np.float64]) -> NDArray[np.intp]:
+def frames(time: Array) -> NDArray[np.intp]:
     """Indices of the states in the file: evenly spread in time, the first and the last among them."""
     count = int(np.clip(FRAMES * (time[-1] - time[0]), FEWEST, MOST))
     if len(time) <= count:

@@ -8,18 +8,20 @@ import time as clock
 import webbrowser
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ksl.states import Array
+from ksl.states import Array, Part, Side
 from ksl.viewer.readout import Choice, readout
 from ksl.viewer.scene import Scene, make_scene
 from ksl.viewer.stage import Shown, Stage, legend, utilisation_legend
 from ksl.viewer.viser_server import start_server, stop_server
 
 if TYPE_CHECKING:
+    import viser
+
     from ksl.model import Model
 
 FRAMES = 30
@@ -145,6 +147,8 @@ class _Controls:
 
     def __init__(self, viewer: Viewer) -> None:
         self._viewer, self._gui, scene = viewer, viewer.server.gui, viewer.scene
+        self._speed: Any = None
+        self._time: Any = None
         self._following = False
         self._followed = 0.0
         self._gui.configure_theme(control_layout="fixed", control_width="large", show_logo=False, show_share_button=False)
@@ -169,7 +173,7 @@ class _Controls:
         self._following = True
         try:
             self._readout.content = self._text()
-            if hasattr(self, "_time"):
+            if self._time is not None:
                 if scene is viewer._recorded:
                     self._time.value = float(scene.time[viewer.sample])
                 self._play.label = "Pause" if viewer.playing else "Play"
@@ -242,7 +246,7 @@ class _Controls:
         """How the readout expresses the wrench."""
         x, y, z = self._offset.value
         at = (float(x), float(y), float(z)) if self._at.value == "offset" else self._at.value
-        return Choice(self._on.value, at, self._axes.value, self._part.value)
+        return Choice(cast(Side, self._on.value), at, self._axes.value, cast(Part, self._part.value))
 
     def _text(self) -> str:
         viewer = self._viewer
@@ -291,7 +295,7 @@ class _Controls:
             for note in scene.look.notes[:5]:
                 gui.add_markdown(f"*{note}*")
 
-    def _toggle(self, words: str, name: str) -> Any:
+    def _toggle(self, words: str, name: str) -> viser.GuiCheckboxHandle:
         shown = self._viewer.shown
         box = self._gui.add_checkbox(words, initial_value=getattr(shown, name))
 

@@ -113,7 +113,7 @@ class Stage:
                 _set(mesh, "color", _bytes(colours[name]) if name in colours else without)
 
     def _segments(self, name: str, segments: Array, colour: tuple[int, int, int], width: float) -> Any:
-        return self._tree.add_line_segments(name, _f4(segments), colors=colour, line_width=width) if len(segments) else None
+        return self._tree.add_line_segments(name, _f4(segments), colors=colour, thickness=width) if len(segments) else None
 
     def _axis_segments(self, scene: Scene, sample: int) -> Array:
         joints = [(i, j) for i, j in enumerate(scene.model.joints) if j.has_axis]
@@ -261,7 +261,8 @@ def _f4(x: Array) -> Any:
 
 def _linear(colour: tuple[int, int, int]) -> tuple[int, int, int]:
     """A colour without the gamma of sRGB, as the page takes it for meshes that it draws in batches."""
-    return _bytes(tuple((c / 255) ** 2.2 for c in colour))  # type: ignore[arg-type]
+    r, g, b = ((c / 255) ** 2.2 for c in colour)
+    return _bytes((r, g, b))
 
 
 def _bytes(colour: tuple[float, float, float]) -> tuple[int, int, int]:

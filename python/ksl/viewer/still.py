@@ -6,6 +6,7 @@ import base64
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ksl.states import Array
 from ksl.viewer.scene import ACTUATION, CONSTRAINT, EXTERNAL, Scene, scale_of
@@ -140,7 +141,7 @@ def _mesh_trace(shapes: list[Shape], towards_eye: Array) -> dict[str, Any]:
     brightness = _brightness(whole, towards_eye)
     of = np.concatenate([np.full(len(s.faces), colours.index(s.colour) if s.colour in colours else 0) for s in shapes])
     level = of * shades + np.minimum((brightness * shades).astype(int), shades - 1)
-    palette = [tuple(x * (0.4 + 0.6 * (k + 0.5) / shades) for x in colour) for colour in colours for k in range(shades)]
+    palette = [_dimmed(colour, 0.4 + 0.6 * (k + 0.5) / shades) for colour in colours for k in range(shades)]
     palette += [palette[-1]] * (PALETTE - len(palette))  # plotly.js samples a scale at 256 places: each is then one colour
     x, y, z = (_typed(whole.vertices[:, c], "f4") for c in range(3))
     i, j, k = (_typed(whole.faces[:, c], "u2" if len(whole.vertices) < 1 << 16 else "u4") for c in range(3))
@@ -164,11 +165,16 @@ def _brightness(shape: Shape, towards_eye: Array) -> Array:
     return shade
 
 
+def _dimmed(colour: Colour, by: float) -> Colour:
+    r, g, b = colour
+    return (r * by, g * by, b * by)
+
+
 def _css(colour: Colour) -> str:
     return "rgb({},{},{})".format(*(round(255 * min(max(x, 0.0), 1.0)) for x in colour))
 
 
-def _typed(x: Array, dtype: str) -> dict[str, str]:
+def _typed(x: NDArray[Any], dtype: str) -> dict[str, str]:
     """Numbers as plotly.js reads them: little-endian, in base64."""
     return {"dtype": dtype, "bdata": base64.b64encode(np.ascontiguousarray(x, dtype=f"<{dtype}").tobytes()).decode()}
 
