@@ -28,12 +28,16 @@ ARM = """<robot name="arm">
 """Two links in a vertical plane, 1 m and 0.6 m long, 2 kg and 1 kg with centroids at their middles; positive angles lift."""
 
 
-@pytest.fixture
-def arm(robot):
-    return robot(ARM)
+@pytest.fixture(scope="session")
+def arm(tmp_path_factory):
+    import ksl
+
+    path = tmp_path_factory.mktemp("arm") / "arm.urdf"
+    path.write_text(ARM)
+    return ksl.load(path)
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def swing():
     """A motion of the arm: time (n), q, v, a (n, 2)."""
     t = np.linspace(0.0, 2.0, 201)

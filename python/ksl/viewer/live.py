@@ -148,10 +148,11 @@ class _Controls:
     def __init__(self, viewer: Viewer) -> None:
         self._viewer, self._gui, scene = viewer, viewer.server.gui, viewer.scene
         self._speed: Any = None
-        self._time: Any = None
+        self._time: Any = cast(Any, None)
         self._following = False
         self._followed = 0.0
-        self._gui.configure_theme(control_layout="fixed", control_width="large", show_logo=False, show_share_button=False)
+        self._gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
+        self._gui.main_panel.dock_right()
         if len(scene.time) > 1:
             self._add_playback(scene)
         self._add_joint(scene)
@@ -197,29 +198,33 @@ class _Controls:
         viewer = self._viewer
         start, end = float(scene.time[0]), float(scene.time[-1])
         with self._gui.add_folder("Playback"):
-            self._play = self._gui.add_button("Play")
+            self._play: Any = self._gui.add_button("Play")
             self._time = self._gui.add_slider("time, s", start, end, step=max((end - start) / 5000, 1e-6), initial_value=start)
             self._speed = self._gui.add_dropdown("speed", SPEEDS, initial_value="1")
-            self._worst = self._gui.add_button("Largest effort of the selected joint")
+            self._worst: Any = self._gui.add_button("Largest effort of the selected joint")
 
-        @self._play.on_click
-        def _(_: Any) -> None:
-            if viewer.playing:
-                viewer.playing = False
-                self.follow()
-            else:
-                viewer.play()
+        self._play.on_click(self._play_or_pause)
+        self._time.on_update(self._scrub)
+        self._worst.on_click(self._show_worst)
 
-        @self._time.on_update
-        def _(event: Any) -> None:
-            if self._by_hand(event):
-                viewer.playing = False
-                viewer.show(int(np.argmin(np.abs(viewer._recorded.time - self._time.value))))
-
-        @self._worst.on_click
-        def _(_: Any) -> None:
+    def _play_or_pause(self, _: Any) -> None:
+        viewer = self._viewer
+        if viewer.playing:
             viewer.playing = False
-            viewer.show(viewer._recorded.worst_sample(viewer.shown.selected))
+            self.follow()
+        else:
+            viewer.play()
+
+    def _scrub(self, event: Any) -> None:
+        """Shows the sample nearest to the time that was chosen by hand."""
+        viewer = self._viewer
+        if self._by_hand(event):
+            viewer.playing = False
+            viewer.show(int(np.argmin(np.abs(viewer._recorded.time - self._time.value))))
+
+    def _show_worst(self, _: Any) -> None:
+        self._viewer.playing = False
+        self._viewer.show(self._viewer._recorded.worst_sample(self._viewer.shown.selected))
 
     # --------------------------------------------------------------------------------------------------------- readout
 
@@ -251,7 +256,7 @@ class _Controls:
     def _text(self) -> str:
         viewer = self._viewer
         text = readout(viewer.scene, viewer.sample, viewer.shown.selected, self.choice)
-        return text if viewer.scene is viewer._recorded and viewer.scene.v.any() else f"{text}  \nat rest in this pose" if not viewer.scene.v.any() else text
+        return text if viewer.scene.v.any() or viewer.scene.a.any() else f"{text}  \nat rest in this pose"
 
     # --------------------------------------------------------------------------------------------------------- toggles
 

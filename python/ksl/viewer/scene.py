@@ -120,7 +120,8 @@ class Scene:
         """Segments (k, 2, 3) from the origin of a link to the joints that it carries, for links without a surface of their own."""
         index = {name: i for i, name in enumerate(self.model.link_names)}
         pairs = [(index[j.parent], index[j.child]) for j in self.model.joints if j.parent is not None and self._bare(j.parent)]
-        return self.poses[sample][np.array(pairs, dtype=np.intp).reshape(-1, 2)][..., :3, 3]
+        segments: Array = self.poses[sample][np.array(pairs, dtype=np.intp).reshape(-1, 2)][..., :3, 3]
+        return segments
 
     def axes(self, sample: int) -> Array:
         """Segments (k, 2, 3) along the axes of moving joints at such links, and at links that such links carry."""
