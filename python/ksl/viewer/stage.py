@@ -31,7 +31,7 @@ class Shown:
     frames: bool = False
     """Frames of links, which are those of the joints that carry them, with the names of the links."""
     joints: bool = False
-    """Axes of all joints, with their names and wrenches.  The axes of robots without surfaces are always drawn."""
+    """Axes of all joints, with their names.  The axes of robots without surfaces are always drawn."""
     centre_of_mass: bool = False
     external: bool = True
     screw_axis: bool = False
@@ -113,7 +113,7 @@ class Stage:
                 _set(mesh, "color", _bytes(colours[name]) if name in colours else without)
 
     def _segments(self, name: str, segments: Array, colour: tuple[int, int, int], width: float) -> Any:
-        return self._tree.add_line_segments(name, _f4(segments), colors=colour, thickness=width) if len(segments) else None
+        return self._tree.add_line_segments(name, _f4(segments), colors=colour, thickness=width, thickness_units="screen") if len(segments) else None
 
     def _axis_segments(self, scene: Scene, sample: int) -> Array:
         joints = [(i, j) for i, j in enumerate(scene.model.joints) if j.has_axis]
@@ -153,11 +153,13 @@ class Stage:
     def _show_labels(self, scene: Scene, sample: int) -> None:
         total = scene.constraint[sample] + scene.actuation[sample]
         for i, (label, joint) in enumerate(zip(self._labels, scene.model.joints, strict=True)):
-            wanted = self.shown.joints or joint.name == self.shown.selected
+            moves, selected = joint.nv > 0 or joint.leader is not None, joint.name == self.shown.selected
+            wanted = selected or (self.shown.joints and moves)
             _set(label, "visible", wanted)
-            if wanted or (self.shown.recorded and joint.nv):
+            if wanted or (self.shown.recorded and moves):
                 force, moment = np.linalg.norm(total[i, :3]), np.linalg.norm(total[i, 3:])
-                _set(label, "text", f"{joint.name}: {force:.4g} N, {moment:.4g} N m{_effort(scene, sample, i)}")
+                numbers = f": {force:.4g} N, {moment:.4g} N m{_effort(scene, sample, i)}" if selected or self.shown.recorded else ""
+                _set(label, "text", joint.name + numbers)  # numbers of all joints would cover the robot
                 _set(label, "position", scene.origins[sample, i])
 
     def _show_screw(self, scene: Scene, sample: int) -> None:
