@@ -11,7 +11,7 @@ from ksl.mechanism import Joint
 from ksl.states import Array
 from ksl.viewer.scene import ACTUATION, CENTRE, CONSTRAINT, EXTERNAL, SCREW, Scene
 from ksl.viewer.shapes import GREY, ellipsoid, unit_head, unit_shaft
-from ksl.viewer.still import LEVELS, link_colours
+from ksl.viewer.still import LEVELS, SEE_THROUGH, link_colours
 
 if TYPE_CHECKING:
     import viser
@@ -54,7 +54,7 @@ class Stage:
         self._add_ground()
         self._links = [self._tree.add_frame(f"/links/{_node(name)}", show_axes=False, axes_length=0.06 * scene.size, axes_radius=0.002 * scene.size) for name in scene.model.link_names]
         self._surfaces = {name: self._add_surfaces(name) for name in scene.model.link_names}
-        self._frame_names = [self._tree.add_label(f"/links/{_node(name)}/name", name, visible=False) for name in scene.model.link_names]
+        self._frame_names = [self._tree.add_label(f"/links/{_node(name)}/name", name, visible=False, anchor="bottom-right") for name in scene.model.link_names]
         self._bones = self._segments("/mechanism/links", scene.bones(0), (115, 122, 133), 4.0)
         self._axes = self._segments("/mechanism/axes", scene.axes(0), (50, 55, 64), 5.0)
         self._all_axes = self._segments("/mechanism/joint_axes", self._axis_segments(scene, 0), (50, 55, 64), 3.0)
@@ -98,10 +98,11 @@ class Stage:
         surfaces = []
         for k, shape in enumerate(self.scene.look.shapes.get(name, [])):
             colour = _bytes(shape.colour)
-            see_through = 0.75 if name in self.scene.look.ellipsoids else None
+            inertia = name in self.scene.look.ellipsoids  # no surface of the robot: what is inside must be seen
             mesh = self._tree.add_mesh_simple(
-                f"/links/{_node(name)}/surface{k}", _f4(shape.vertices), shape.faces.astype(np.uint32), color=colour, opacity=see_through, flat_shading=True, side="double"
-            )
+                f"/links/{_node(name)}/surface{k}", _f4(shape.vertices), shape.faces.astype(np.uint32), color=colour, opacity=SEE_THROUGH if inertia else None,
+                flat_shading=not inertia, side="front" if inertia else "double", cast_shadow=not inertia,
+            )  # fmt: skip
             surfaces.append((mesh, colour))
         return surfaces
 

@@ -33,6 +33,9 @@ ZOOM = 2.1
 
 PALETTE = 256
 
+SEE_THROUGH = 0.35
+"""Opacity of ellipsoids of inertia.  They reach beyond slender links: that of a thin rod is 1.29 times as long."""
+
 Figure = dict[str, Any]
 """{"data": traces, "layout": layout}: what plotly.js draws; JSON-able."""
 
@@ -49,28 +52,31 @@ def still(
     60 kB of JSON.  In a page: `Plotly.toImage({data, layout}, {format: "png", width, height})`, or `Plotly.newPlot` for one that turns.
     Force arrows have one head and moments two.  The longest has 0.4 of the scene's size; the scale is in the legend.  Raises ValueError for unknown joints.
     """
-    shapes = _links(scene, sample, joint, by_utilisation, triangles) + _skeleton(scene, sample)
+    shapes, ellipsoids = _links(scene, sample, joint, by_utilisation, triangles)
+    shapes += _skeleton(scene, sample)
     legend: list[str] = []
     if joint is not None:
         arrows_of_joint, legend = _wrench(scene, sample, joint)
         shapes += arrows_of_joint
     eye = np.array(EYE) / np.linalg.norm(EYE)
-    return {"data": [_mesh_trace(shapes, eye)], "layout": _layout(shapes, eye, legend, width, height)}
+    traces = [_mesh_trace(shapes, eye)] + ([_mesh_trace(ellipsoids, eye) | {"opacity": SEE_THROUGH}] if ellipsoids else [])
+    return {"data": traces, "layout": _layout(shapes + ellipsoids, eye, legend, width, height)}
 
 
-def _links(scene: Scene, sample: int, joint: str | None, by_utilisation: bool, triangles: int) -> list[Shape]:
-    """The surfaces of all links in the world, with a share of the triangles by the root of the number that they have."""
+def _links(scene: Scene, sample: int, joint: str | None, by_utilisation: bool, triangles: int) -> tuple[list[Shape], list[Shape]]:
+    """The surfaces and the ellipsoids of all links in the world, with a share of the triangles by the root of the number that they have."""
     highlighted = None if joint is None else scene.model.joint(joint).child
     colours = link_colours(scene, sample) if by_utilisation else {}
     counts = {(name, k): len(s.faces) ** 0.5 for name, shapes in scene.look.shapes.items() for k, s in enumerate(shapes)}
     total = sum(counts.values()) or 1.0
-    shapes = []
+    shapes: list[Shape] = []
+    ellipsoids: list[Shape] = []
     for i, name in enumerate(scene.model.link_names):
         for k, shape in enumerate(scene.look.shapes.get(name, [])):
             small = _small(scene, name, k, shape, max(12, int(triangles * counts[name, k] / total)))
             colour = colours.get(name) or (HIGHLIGHT if name == highlighted else shape.colour)
-            shapes.append(Shape(small.vertices, small.faces, colour).moved(scene.poses[sample, i]))
-    return shapes
+            (ellipsoids if name in scene.look.ellipsoids else shapes).append(Shape(small.vertices, small.faces, colour).moved(scene.poses[sample, i]))
+    return shapes, ellipsoids
 
 
 def _skeleton(scene: Scene, sample: int) -> list[Shape]:
