@@ -153,8 +153,8 @@ def _values(given: Mapping[str, Any], kind: str, latin: bool, folder: Path, wher
             raise SweepError(f"{where}: from {lower:g} to {upper:g} is no range; `from` must be below `to`")
         return (), lower, upper
     steps = _count(given, "steps", 0, where)
-    if steps < 1:
-        raise SweepError(f"{where}: a range on a grid needs `steps`, how many values it has")
+    if not 1 <= steps <= AT_MOST:
+        raise SweepError(f"{where}: a range on a grid needs `steps`, how many values it has; at most {AT_MOST:,}")
     return tuple(lower + (upper - lower) * i / max(1, steps - 1) for i in range(steps)), 0.0, 0.0
 
 

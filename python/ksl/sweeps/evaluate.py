@@ -77,10 +77,14 @@ class Evaluator:
         rows: list[dict[str, Any]] = []
         for case in cases:
             values = {name: x[case].item() for name, x in self._values.items()}
-            load_case, block = self._block(values)
-            row = self._peaks.of(load_case.motion, block)
-            if not np.isfinite(row["force_peak"][np.isfinite(row["force_rms"])]).all() or not np.isfinite(block.tau).all():
-                raise SweepError(f"{self.plan.sweep.file}: case {case}: {_listed(values)}: results are not finite; check the values, and the units of the motion")
+            try:
+                with np.errstate(over="ignore", invalid="ignore"):
+                    load_case, block = self._block(values)
+                    row = self._peaks.of(load_case.motion, block)
+                if not (np.isfinite(block.tau).all() and np.isfinite(block.in_joint_axes).all()):
+                    raise ValueError("results are not finite; check the values, and the units of the motion")
+            except ValueError as error:
+                raise SweepError(f"{self.plan.sweep.file}: case {case}: {_listed(values)}: {error}") from None
             rows.append(row)
             if self.plan.with_wrenches:
                 tables.setdefault("wrenches", []).append(self._wrenches(case, load_case, block))

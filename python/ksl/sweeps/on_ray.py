@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import socket
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -66,7 +67,16 @@ def _connect(address: str | None, workers: int) -> None:
     given = address or os.environ.get("RAY_ADDRESS")
     options: dict[str, Any] = {} if given else {"num_cpus": workers, "include_dashboard": False}
     try:
+        if given:
+            _reach(given)
         ray.init(address=given or "local", log_to_driver=False, configure_logging=True, logging_level="ERROR", **options)
-    except (ConnectionError, RuntimeError, ValueError, OSError) as error:
+    except (OSError, RuntimeError, ValueError, ray.exceptions.RayError) as error:
         said = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
         raise SweepError(f"the Ray cluster at {given} is out of reach ({said}); check the address, or leave it out for a cluster on this machine") from None
+
+
+def _reach(address: str) -> None:
+    """Raises OSError if nothing listens there: Ray itself would try for minutes."""
+    host, separator, port = address.removeprefix("ray://").rpartition(":")
+    if separator and port.isdigit():
+        socket.create_connection((host, int(port)), timeout=5).close()

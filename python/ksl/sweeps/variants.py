@@ -110,4 +110,5 @@ def _faster(motion: Motion, factor: float) -> Motion:
     """The same path in 1/factor of the time."""
     if factor == 1.0:
         return motion
-    return replace(motion, time=motion.time / factor, v=motion.v * factor, a=motion.a * factor**2)
+    with np.errstate(over="ignore", invalid="ignore"):  # results that are not finite are refused
+        return replace(motion, time=motion.time / factor, v=motion.v * factor, a=motion.a * factor * factor)
