@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ksl.requests import one_of, three_numbers
-from ksl.states import Array, External, ExternalAxes, Order, items_of
+from ksl.states import Array, External, ExternalAxes, Order, argument, items_of
 
 if TYPE_CHECKING:
     from ksl.calls import Calls
@@ -45,7 +45,7 @@ def section_wrench(
     one_of(external_axes, "external_axes", "link", "world")
     parent = next(j for j in m.joints if j.child == name)
     children = [j for j in m.joints if j.parent == name]
-    q, v, a = (np.asarray(x, float) for x in (q, v, a))
+    q, v, a = (np.asarray(argument(x, *role, m._core), float) for x, role in ((q, ("q", m.nq)), (v, ("v", m.nv)), (a, ("a", m.nv))))
     leading = np.broadcast_shapes(q.shape[:-1], v.shape[:-1], a.shape[:-1])
     sides = {parent.name: -(n @ at) > 0}  # its frame is the link's; what lies in the plane keeps to its own side
     for j in children:
@@ -64,7 +64,7 @@ def section_wrench(
         if sides[j.name]:
             found = m.reactions(q, v, a, external, joints=[j.name], at=name, axes=name, external_axes=external_axes)[..., 0, :]
             wrench = wrench - (found if j is parent else -found)
-    for target, given in items_of(external):
+    for target, given in items_of(external, external_axes):
         if target == name and sides[parent.name]:
             f = np.asarray(given, float)
             if external_axes == "world":

@@ -287,9 +287,24 @@ class Wrench(_Coscrew):
     """Force and moment (f, τ): N, N m about the frame's origin.  Made as :class:`Twist`.
 
     `wrench @ twist` is their power f · v + τ · ω, W, shape (…), the same in every frame (coscrews (2)).  11 flops.
+    Models take it as `external={"tool": wrench}`, where its frame is that link or has no name.
     """
 
     __slots__ = ()
+
+    def on_link(self, link: str, axes: str) -> Floats:
+        """The numbers (…, 6) that models take as external wrench on a link, force first.
+
+        axes: "link" or "world", those of the numbers; the moment is about the link's origin.  Raises :class:`ksl.FrameError` for the
+        wrench in another frame: its moment is about that frame's origin.
+        """
+        if self._frame is not None and not (axes == "link" and self._frame == link):
+            wanted = f"the frame {link!r}" if axes == "link" else f"the axes of the world, about the origin of {link!r}, and no frame's name"
+            raise FrameError(
+                f"external[{link!r}] is {self._name()}; expected it in {wanted}: "
+                f"ksl.Pose(M, to={link!r}, of={self._frame!r}) @ wrench, where M is m.relative_pose(q, {self._frame!r}, {link!r})"
+            )
+        return self._linear_first
 
 
 class Momentum(_Coscrew):

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace ksl {
 namespace {
@@ -93,11 +94,9 @@ void remove_rotors(robot_description &robot) {
 
 /// JOINT_rotor, or that name with underscores after it.
 std::string rotor_name(const robot_description &robot, const joint_description &j) {
-  std::string name = j.name + "_rotor";
-  const auto is_taken = [&](const auto &item) { return item.name == name; };
-  while (std::any_of(robot.links.begin(), robot.links.end(), is_taken) || std::any_of(robot.joints.begin(), robot.joints.end(), is_taken))
-    name += '_';
-  return name;
+  return load::free_name(j.name + "_rotor", [&](const std::string &name) {
+    return load::has_name(robot.links, name) || load::has_name(robot.joints, name);
+  });
 }
 
 void add_rotor(robot_description &robot, const joint_description &j) {
@@ -149,6 +148,13 @@ physics_options physics_named(const std::vector<std::string> &names, double fric
       load::refuse({}, 0, "physics " + load::quoted(name) + " is unknown, expected some of " + load::listed(known, known.size()) +
                               load::suggestion(name, known, "write some of these"));
   }
+  const auto are_both = [&](const char *a, const char *b) {
+    return std::find(names.begin(), names.end(), a) != names.end() && std::find(names.begin(), names.end(), b) != names.end();
+  };
+  for (const auto &[plain, refined] : {std::pair{"friction", "exact friction"}, {"rotor", "rotor bodies"}})
+    if (are_both(plain, refined))
+      load::refuse({}, 0, "physics names both " + load::quoted(plain) + " and " + load::quoted(refined) +
+                              ", two laws for the same thing; keep one");
   options.friction |= options.exact_friction;
   options.rotor |= options.rotor_bodies;
   return options;

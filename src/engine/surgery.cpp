@@ -16,6 +16,7 @@ namespace ksl {
 namespace {
 
 using A = algebra<double>;
+using load::has_name;
 using load::quoted;
 
 constexpr SE3<double> no_displacement = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}};
@@ -23,10 +24,6 @@ constexpr SE3<double> no_displacement = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 [[noreturn]] void refuse(const std::string &what) { load::refuse({}, 0, what); }
-
-template <class Items> bool has_name(const Items &items, const std::string &name) {
-  return std::any_of(items.begin(), items.end(), [&](const auto &item) { return item.name == name; });
-}
 
 /// The index of a link or joint.
 template <class Items>
@@ -45,11 +42,9 @@ int find_link(const robot_description &robot, const std::string &name) {
   return find(robot.links, name, "link", robot.name);
 }
 
-/// A name that nothing in the list has: the usual one, or with underscores after it.
+/// A name that nothing in the list has.
 template <class Items> std::string free_name(const Items &items, std::string name) {
-  while (has_name(items, name))
-    name += '_';
-  return name;
+  return load::free_name(std::move(name), [&](const std::string &other) { return has_name(items, other); });
 }
 
 /// Index of the joint that carries each link; −1 for the root.

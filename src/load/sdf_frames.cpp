@@ -47,6 +47,16 @@ std::string frame_graph::found(const std::string &scope, const std::string &name
                suggestion(name, names, "name one of " + listed(names)));
 }
 
+namespace {
+
+/// What a frame names another one for, in messages.  The frame of a joint moves with its child, and is placed in it by default.
+std::string role(const frame_graph::frame &f, const std::string &name, const char *usual) {
+  const std::string tag = f.where.tag();
+  return (tag == "joint" || tag == "drake:joint") && name == f.attached_to ? "<child>" : usual;
+}
+
+} // namespace
+
 /// The frames from this one to the world, each relative to the next.
 std::vector<std::string> frame_graph::chain(const std::string &from) const {
   std::vector<std::string> all = {from};
@@ -54,7 +64,7 @@ std::vector<std::string> frame_graph::chain(const std::string &from) const {
     const frame &f = at(all.back());
     if (all.size() > frames_.size())
       f.where.refuse("its pose is relative to itself, by way of " + quoted(f.relative_to) + "; correct one relative_to");
-    all.push_back(found(f.scope, f.relative_to, f.where, "relative_to"));
+    all.push_back(found(f.scope, f.relative_to, f.where, role(f, f.relative_to, "relative_to")));
   }
   return all;
 }
@@ -89,7 +99,7 @@ std::string frame_graph::link_of(const std::string &full_name) const {
       break;
     if (steps > frames_.size())
       f.where.refuse("it is attached to itself, by way of " + quoted(f.attached_to) + "; correct one attached_to");
-    name = found(f.scope, f.attached_to, f.where, "attached_to");
+    name = found(f.scope, f.attached_to, f.where, role(f, f.attached_to, "attached_to"));
   }
   return name;
 }

@@ -16,7 +16,7 @@ from ksl.load_cases.load_case import Block, LoadCase, Placement
 from ksl.load_cases.quantities import EFFORT_PARTS
 from ksl.mechanism import Mechanism
 from ksl.motions.motion import complete
-from ksl.states import Array, Order, Point, Side, items_of
+from ksl.states import Array, Order, Point, Side, argument, items_of
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -119,8 +119,9 @@ def wrench_table(
     """
     import pyarrow as pa
 
-    t, positions = _real("time", time), _real("q", q)
-    given = [None if x is None else _real(name, x) for name, x in (("v", v), ("a", a))]
+    t, positions = _real("time", time), _real("q", argument(q, "q", model.nq, model._core))
+    given = [None if x is None else _real(name, argument(x, name, model.nv, model._core)) for name, x in (("v", v), ("a", a))]
+    given = [np.broadcast_to(x, (len(t), model.nv)) if x is not None and x.shape == (model.nv,) and t.ndim == 1 else x for x in given]
     if t.ndim != 1 or positions.shape != (len(t), model.nq) or any(x is not None and x.shape != (len(t), model.nv) for x in given):
         shapes = [None if x is None else x.shape for x in given]
         found = f"time {t.shape}, q {positions.shape}, v {shapes[0]}, a {shapes[1]}"
