@@ -121,8 +121,13 @@ class _Value:
 
     def __repr__(self) -> str:
         labels = "".join(f", {k}={v!r}" for k, v in self._labels().items() if v is not None)
-        numbers = np.array2string(self._numbers, separator=", ") if not self.shape else f"shape {self.shape}, {self.dtype}"
-        return f"{type(self).__name__}({numbers}{labels})"
+        kind = type(self).__name__
+        numbers = np.array2string(self._shown(), separator=", ", prefix=f"{kind}(") if not self.shape else f"shape {self.shape}, {self.dtype}"
+        return f"{kind}({numbers}{labels})"
+
+    def _shown(self) -> Floats:
+        """What the constructor takes, for one value."""
+        return self._numbers
 
 
 class _SixVector(_Value):
@@ -546,6 +551,9 @@ class Pose(_Value):
             _same_frame(self, "@", other, self._of, other._frame)
             return other._with(ufuncs.spatial_inertia_transformed(other._numbers, self._numbers), frame=self._to)
         _refuse(self, "@", other)
+
+    def _shown(self) -> Floats:
+        return self.matrix
 
     def _labels(self) -> dict[str, Any]:
         return {"to": self._to, "of": self._of}

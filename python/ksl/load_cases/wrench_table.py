@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,7 +15,7 @@ from ksl.load_cases.load_case import Block, LoadCase, Placement
 from ksl.load_cases.quantities import EFFORT_PARTS
 from ksl.mechanism import Mechanism
 from ksl.motions.motion import complete
-from ksl.states import Array, Order, Point, Side, argument, items_of
+from ksl.states import Array, External, Order, Point, Side, argument, items_of
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -101,7 +100,7 @@ def wrench_table(
     v: ArrayLike | None = None,
     a: ArrayLike | None = None,
     *,
-    external: Mapping[str, ArrayLike] | None = None,
+    external: External | None = None,
     on: Side = "child",
     at: Point = "joint",
     axes: str = "joint",
