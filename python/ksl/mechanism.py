@@ -265,9 +265,12 @@ class Mechanism:
         and between −1 m and 1 m for lengths.  Quaternions are uniform on the sphere of orientations.
         rng: a generator, a seed for one, or None for a fresh one.
         """
-        generator = np.random.default_rng(rng)
+        try:
+            generator = np.random.default_rng(rng)
+        except (TypeError, ValueError):
+            raise ValueError(f"rng={rng!r}; expected a generator of numpy.random, a seed that is not negative, or None") from None
         leading = () if size is None else (size,) if isinstance(size, (int, np.integer)) else size
-        if not isinstance(leading, (tuple, list)) or not all(isinstance(n, (int, np.integer)) and n >= 0 for n in leading):
+        if not isinstance(leading, (tuple, list)) or not all(isinstance(n, (int, np.integer)) and type(n) is not bool and n >= 0 for n in leading):
             raise ValueError(f"size={size!r}; expected a number of positions, or several, which are leading axes")
         lower, upper = self._ranges
         q: Array = upper - (upper - lower) * generator.random((*leading, self.nq))  # the upper end can be reached, the lower can't

@@ -8,6 +8,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ksl.errors import near_names
 from ksl.joint_columns import by_name, column_names
 
 Array = NDArray[np.floating]
@@ -42,7 +43,7 @@ class InWorldAxes:
 def external_in(external: Any, axes: str) -> Any:
     """External wrenches with the axes that they are given in, as the compiled calls take them."""
     if not isinstance(axes, str) or axes not in ("link", "world"):
-        raise ValueError(f"external_axes={axes!r}; expected one of 'link', 'world'")
+        raise ValueError(f"external_axes={axes!r}; {near_names(axes, ('link', 'world'))}expected one of 'link', 'world'")
     return external if external is None or axes == "link" else InWorldAxes(external)
 
 
@@ -57,7 +58,7 @@ def as_arrays(
     in_world = isinstance(external, InWorldAxes)
     items = items_of(external.wrenches if in_world else external, "world" if in_world else "link")
     arrays = [argument(x, name, columns, model) for x, (name, columns) in zip(inputs, roles)]
-    wrenches = {name: _array(wrench) for name, wrench in items}
+    wrenches = {link: _array(wrench, f"external[{link!r}]") for link, wrench in items}
     are_plain = [type(x) in (int, float) for x in inputs]  # they have no precision of their own, as NumPy has it
     others = [x for x, is_plain in zip(arrays, are_plain) if not is_plain] + list(wrenches.values())
     if others and all(x.dtype == np.float32 for x in others):
@@ -76,7 +77,7 @@ class HasJoints(Protocol):
 
 def argument(x: Any, name: str, columns: int, model: HasJoints) -> NDArray[Any]:
     """An argument as an array: a table by the names of its columns, one number as one for each coordinate, others as they are."""
-    array = _array(in_order(x, name, model))
+    array = _array(in_order(x, name, model), name)
     return np.full(columns, array) if array.ndim == 0 and array.dtype.kind in "fiu" else array
 
 
@@ -108,9 +109,14 @@ def as_rows(inputs: list[NDArray[Any]], wrenches: list[NDArray[Any]], leading: t
 
 def numbers(x: ArrayLike) -> NDArray[Any]:
     """Numbers (…), one for each state, as rows (…, 1)."""
-    return _array(x)[..., np.newaxis]
+    return _array(x, "fraction")[..., np.newaxis]
 
 
-def _array(x: Any) -> NDArray[Any]:
-    """Converts x to a NumPy array; `np.asarray` doesn't recognise objects that support only DLPack."""
-    return np.from_dlpack(x) if hasattr(x, "__dlpack__") and not hasattr(x, "__array__") else np.asarray(x)
+def _array(x: Any, what: str) -> NDArray[Any]:
+    """Converts x to a NumPy array of numbers; `np.asarray` doesn't recognise objects that support only DLPack."""
+    try:
+        array = np.from_dlpack(x) if hasattr(x, "__dlpack__") and not hasattr(x, "__array__") else np.asarray(x)
+        return array if array.dtype.kind in "fiubc" else array.astype(float)
+    except (TypeError, ValueError, BufferError):
+        shown = repr(x)
+        raise ValueError(f"{what} is {shown if len(shown) <= 60 else type(x).__name__}; expected numbers, in an array or what can become one") from None

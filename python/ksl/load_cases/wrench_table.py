@@ -118,6 +118,7 @@ def wrench_table(
     """
     import pyarrow as pa
 
+    model._request(on, at, axes, order, "total", None)  # refuses what it can't be
     t, positions = _real("time", time), _real("q", argument(q, "q", model.nq, model._core))
     given = [None if x is None else _real(name, argument(x, name, model.nv, model._core)) for name, x in (("v", v), ("a", a))]
     given = [np.broadcast_to(x, (len(t), model.nv)) if x is not None and x.shape == (model.nv,) and t.ndim == 1 else x for x in given]
