@@ -29,7 +29,7 @@ from ksl.consistency import (
     nearest_consistent,
     pseudo_inertia,
 )
-from ksl.errors import unknown_name
+from ksl.errors import near_names, unknown_name
 from ksl.given import mapping, number, numbers
 from ksl.model import Model
 from ksl.states import External, in_order, items_of
@@ -291,7 +291,7 @@ def _prior(model: Model, names: tuple[str, ...], given: Mapping[str, ArrayLike])
     chosen = dict(mapping(given, "prior", "{link: ten numbers}"))
     unknown = [link for link in chosen if link not in names]
     if unknown:
-        raise ValueError(f"prior: {unknown[0]!r} is not among the links to identify: {', '.join(names)}")
+        raise ValueError(f"prior: {unknown[0]!r} is not among the links to identify; {near_names(unknown[0], names)}they are {', '.join(names)}")
     known = {link.name: link.parameters for link in model.links}
     for name in names:
         if name not in known:

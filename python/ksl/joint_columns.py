@@ -80,7 +80,8 @@ def by_name(x: Any, names: Sequence[str], what: str, joints: Sequence[tuple[str,
     place = f"{what}: columns are taken by name"
     missing = [name for name in wanted if name not in names]
     if missing:
-        near = near_names(missing[0], [name for name in names if name not in wanted])
+        others = [name for name in names if name not in wanted]
+        near = next(filter(None, (near_names(name, others) for name in missing)), "")
         raise ValueError(f"{place}, and there is none for {_listed(missing)}; {near}columns: {_listed(names)}; .to_numpy() takes them by place")
     known = {name for each in of_joints for group in each for name in group}.union(TIME)
     for name in names:

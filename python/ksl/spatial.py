@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from ksl import ufuncs
-from ksl.errors import FrameError
+from ksl.errors import FrameError, near_names
 
 Floats = NDArray[np.floating[Any]]
 Order = Literal["lin_ang", "ang_lin"]
@@ -676,7 +676,7 @@ def _factor(value: _SixVector, operation: str, k: ArrayLike, reflected: bool = F
 
 def _checked_order(order: Any, what: str) -> Order:
     if order not in ("lin_ang", "ang_lin"):
-        raise ValueError(f"{what}: order={order!r}; expected 'lin_ang' (linear first) or 'ang_lin'")
+        raise ValueError(f"{what}: order={order!r}; {near_names(order, ('lin_ang', 'ang_lin'))}expected 'lin_ang' (linear first) or 'ang_lin'")
     return order  # type: ignore[no-any-return]
 
 
