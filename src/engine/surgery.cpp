@@ -283,17 +283,22 @@ robot_description subtree(const robot_description &robot, const std::string &lin
   const int root = find_link(robot, link);
   const std::vector<int> above = joints_above(robot);
   check_tree(robot);
-  const auto belongs = [&](int l) {
-    while (l != root && above[index(l)] >= 0)
-      l = robot.joints[index(above[index(l)])].parent;
-    return l == root;
-  };
+  std::vector<bool> belongs(robot.links.size(), false);
+  std::vector<std::vector<int>> children(robot.links.size());
+  for (const joint_description &joint : robot.joints)
+    children[index(joint.parent)].push_back(joint.child);
+  for (std::vector<int> pending = {root}; !pending.empty();) {
+    const int l = pending.back();
+    pending.pop_back();
+    belongs[index(l)] = true;
+    pending.insert(pending.end(), children[index(l)].begin(), children[index(l)].end());
+  }
   robot_description out = robot;
   out.floating_base = robot.floating_base && above[index(root)] < 0;
   out.links.clear(), out.joints.clear(), out.warnings.clear();
   std::vector<int> new_index(robot.links.size(), -1);
   for (std::size_t l = 0; l < robot.links.size(); ++l)
-    if (belongs(static_cast<int>(l))) {
+    if (belongs[l]) {
       new_index[l] = static_cast<int>(out.links.size());
       out.links.push_back(robot.links[l]);
     }
