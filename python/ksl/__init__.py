@@ -20,6 +20,7 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl.errors import QuaternionWarning as QuaternionWarning
     from ksl.errors import SweepError as SweepError
     from ksl.loading import load as load
+    from ksl.loading import load_string as load_string
     from ksl.mechanism import Joint as Joint
     from ksl.mechanism import Link as Link
     from ksl.model import Model as Model
@@ -51,6 +52,7 @@ _MODULE_OF = {
     "__version__": "ksl._core",
     "load": "ksl.loading",
     "sweep": "ksl.sweeps.run",
+    "load_string": "ksl.loading",
 }
 """Public names, and the modules that are imported when they are first used.  `import ksl` alone imports not even NumPy: the help of the
 command line needs none of it, and NumPy takes longer to import than the help to print.  A public name has a line here and one above."""

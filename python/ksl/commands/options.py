@@ -24,6 +24,8 @@ Gravity = Annotated[str, typer.Option(metavar="X,Y,Z", help="Gravity in world ax
 Physics = Annotated[str, typer.Option("--physics", metavar="NAMES", help="Physics of joints, separated by commas: damping, friction or exact friction, armature, rotor or rotor bodies, spring; or all.")]
 FrictionWidth = Annotated[float, typer.Option("--friction-width", metavar="SPEED", help="Where smooth friction has 0.71 of its full strength, rad/s or m/s, for joints without one of their own.")]
 ModelName = Annotated[str, typer.Option("--model", metavar="NAME", help="Which model of an SDF file that has several.")]
+DEFAULT_FRICTION_WIDTH = 0.01
+"""rad/s or m/s, as that of ksl.load."""
 
 
 def numbers(text: str, option: str, *counts: int) -> list[float]:
@@ -63,7 +65,7 @@ def read_model(
     masses: Literal["optional"] | None = None,
     name: str = "",
     physics: str = "",
-    friction_width: float = 0.01,
+    friction_width: float = DEFAULT_FRICTION_WIDTH,
 ) -> Model:
     from ksl.loading import load
 
@@ -82,4 +84,7 @@ def read_model(
             fail(in_options(e, mimic=mimic))
     for w in caught:
         errors.print(f"ksl: warning: {w.message}")
+    if friction_width != DEFAULT_FRICTION_WIDTH and not {"friction", "all"} & set(model.physics):
+        why = "exact friction has none" if "exact friction" in model.physics else "--physics names no friction; add friction there"
+        errors.print(f"ksl: warning: --friction-width {friction_width:g} has no effect: {why}")
     return model
