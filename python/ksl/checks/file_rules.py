@@ -1,0 +1,211 @@
+"""Rules of the file: syntax, xacro, numbers, elements and attributes that nobody reads, and what the loader says."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from ksl.checks.findings import Repair
+from ksl.checks.repair import suggest
+from ksl.checks.robot import Note, RobotFile
+from ksl.checks.rule import Broken, rule
+from ksl.checks.vocabulary import ATTRIBUTES, ELEMENTS, OPAQUE, SHARED
+
+
+def _noted(notes: list[Note]) -> Iterator[Broken]:
+    for note in notes:
+        yield Broken(note.found, note.line, note.kind, note.name)
+
+
+@rule(
+    "xml-syntax",
+    "error",
+    condition="The file is well-formed XML.",
+    cause="A tag that is not closed, a quote or bracket that is missing, or a file that was cut short.",
+    repair="Correct the line, or the one before it. What follows it may be missing from the other findings.",
+    formats=("urdf", "sdf", "mjcf", "unknown"),
+)
+def xml_syntax(robot: RobotFile) -> Iterator[Broken]:
+    return _noted(robot.syntax[:5])
+
+
+@rule(
+    "xml-encoding",
+    "warning",
+    condition="The file is encoded as it says, UTF-8 if it says nothing.",
+    cause="Saved by an editor with another encoding.",
+    repair="Save the file as UTF-8.",
+    fix="writes UTF-8",
+    formats=("urdf", "sdf", "mjcf", "unknown"),
+)
+def xml_encoding(robot: RobotFile) -> Iterator[Broken]:
+    for note in robot.encoding:
+        yield Broken(note.found, note.line, fix=lambda: "the file is now UTF-8")
+
+
+@rule(
+    "xacro-unexpanded",
+    "error",
+    condition="The file holds neither elements nor expressions of xacro.",
+    cause="The source for xacro was given, and not what xacro makes of it.",
+    repair="Run xacro first: xacro FILE > robot.urdf.",
+    formats=("urdf", "unknown"),
+)
+def xacro_unexpanded(robot: RobotFile) -> Iterator[Broken]:
+    if robot.root is None:
+        return
+    elements, expressions = [], []
+    for element in robot.root.iter():
+        if not isinstance(element.tag, str):
+            continue
+        if re.match(r"xacro:|\{[^}]*xacro[^}]*\}", element.tag):
+            elements.append(element)
+        elif any(re.search(r"\$[{(]", value) for value in element.attrib.values()):
+            expressions.append(element)
+    for found, what in ((elements, "element"), (expressions, "expression")):
+        if found:
+            first = re.sub(r"\{.*\}", "xacro:", found[0].tag)
+            if what == "expression":
+                first += " " + next(f'{k}="{v}"' for k, v in found[0].attrib.items() if re.search(r"\$[{(]", v))[:60]
+            more = f", and {len(found) - 1} more" if len(found) > 1 else ""
+            yield Broken(f"{what} of xacro: <{first}>{more}", found[0].sourceline, value=float(len(found)))
+
+
+@rule(
+    "number-unreadable",
+    "error",
+    condition="Numbers are finite, complete, and written with a decimal point.",
+    cause="A decimal comma, a unit behind the number, NaN from a program, or an attribute that was left out.",
+    repair="Write the number.",
+    formats=("urdf", "sdf"),
+)
+def number_unreadable(robot: RobotFile) -> Iterator[Broken]:
+    return _noted(robot.unreadable)
+
+
+@rule(
+    "element-repeated",
+    "error",
+    condition="Elements that have one value stand once.",
+    cause="Copied, or two versions merged. Readers take the first or the last one.",
+    repair="Remove all but one.",
+    formats=("urdf",),
+)
+def element_repeated(robot: RobotFile) -> Iterator[Broken]:
+    return _noted(robot.repeated)
+
+
+@rule(
+    "unknown-tag",
+    "warning",
+    condition="Every element is one that readers of URDF know.",
+    cause="A spelling mistake, an element in the wrong place, or one of another format. Readers skip it without notice.",
+    repair="Correct the name or the place, or remove it.",
+    fix="corrects the name where exactly one known element is near and is missing there",
+    formats=("urdf",),
+)
+def unknown_tag(robot: RobotFile) -> Iterator[Broken]:
+    first: dict[tuple[str, str], list[tuple[str, str, int | None, Repair | None, str | None]]] = {}
+    for element, kind, name in _known_elements(robot):
+        known = ELEMENTS.get(element.tag, ())
+        for child in element:
+            if not isinstance(child.tag, str) or child.tag in known or child.tag in SHARED or ":" in child.tag or "}" in child.tag or child.tag in OPAQUE.get(element.tag, ()):
+                continue
+            near = suggest(child.tag, known)
+            right = near[13:-1] if near else None
+            fix = _renamed(child, right) if right and element.find(right) is None else None
+            first.setdefault((child.tag, element.tag), []).append((kind, name, child.sourceline, fix, near))
+    for (tag, parent), places in first.items():
+        kind, name, line, fix, near = places[0]
+        elsewhere = [p for p, others in ELEMENTS.items() if tag in others]
+        repair = near.replace("mean ", "mean <").replace("?", ">?") if near else (f"It belongs into <{elsewhere[0]}>." if elsewhere else None)
+        if near:
+            for kind, name, line, fix, _ in places:
+                yield Broken(f"<{tag}> in <{parent}>", line, kind, name, repair=repair, fix=fix)  # type: ignore[arg-type]
+        else:
+            more = f", and {len(places) - 1} more" if len(places) > 1 else ""
+            yield Broken(f"<{tag}> in <{parent}>{more}", line, kind, name, float(len(places)), repair=repair)  # type: ignore[arg-type]
+
+
+def _renamed(element, tag: str) -> Repair:  # type: ignore[no-untyped-def]
+    def change() -> str:
+        old = element.tag
+        element.tag = tag
+        return f"<{old}> is now <{tag}>"
+
+    return change
+
+
+def _known_elements(robot: RobotFile):  # type: ignore[no-untyped-def]
+    """(element, kind, name) of <robot> and all in its links and joints that readers know."""
+    if robot.root is None:
+        return
+    yield robot.root, "", ""
+    for element in robot.root:
+        if element.tag not in ("link", "joint"):
+            continue
+        waiting = [element]
+        while waiting:
+            each = waiting.pop()
+            yield each, element.tag, element.get("name", "")
+            waiting += [c for c in each if isinstance(c.tag, str) and c.tag in ELEMENTS and c.tag in ELEMENTS.get(each.tag, ())]
+
+
+@rule(
+    "unknown-attribute",
+    "warning",
+    condition="Every attribute is one that readers of URDF know.",
+    cause="A spelling mistake, or an attribute of another element or program. Readers skip it without notice.",
+    repair="Correct the name, or remove it.",
+    fix="corrects the name where exactly one known attribute is near and is missing there",
+    formats=("urdf",),
+)
+def unknown_attribute(robot: RobotFile) -> Iterator[Broken]:
+    first: dict[tuple[str, str], list[tuple[str, str, int | None, Repair | None, str | None]]] = {}
+    for element, kind, name in _known_elements(robot):
+        known = ATTRIBUTES.get(element.tag)
+        if known is None:
+            continue
+        for attribute in element.attrib:
+            if attribute in known or "}" in attribute or ":" in attribute:
+                continue
+            near = suggest(attribute, known)
+            right = near[13:-1] if near else None
+            fix = _renamed_attribute(element, attribute, right) if right and element.get(right) is None else None
+            first.setdefault((attribute, element.tag), []).append((kind, name, element.sourceline, fix, near))
+    for (attribute, tag), places in first.items():
+        kind, name, line, fix, near = places[0]
+        if near:
+            for kind, name, line, fix, _ in places:
+                yield Broken(f"{attribute} of <{tag}>", line, kind, name, repair=near, fix=fix)  # type: ignore[arg-type]
+        else:
+            more = f", and {len(places) - 1} more" if len(places) > 1 else ""
+            yield Broken(f"{attribute} of <{tag}>{more}", line, kind, name, float(len(places)))  # type: ignore[arg-type]
+
+
+def _renamed_attribute(element, old: str, new: str) -> Repair:  # type: ignore[no-untyped-def]
+    def change() -> str:
+        items = [(new if k == old else k, v) for k, v in element.attrib.items()]
+        element.attrib.clear()
+        element.attrib.update(items)
+        return f"{old} of <{element.tag}> is now {new}"
+
+    return change
+
+
+@rule(
+    "not-loaded",
+    "error",
+    condition="ksl.load reads the file.",
+    cause="Something that no other rule looks at.",
+    repair="Do what the sentence says.",
+    formats=("urdf", "sdf", "mjcf", "unknown"),
+)
+def not_loaded(robot: RobotFile) -> Iterator[Broken]:
+    if robot.refusal:
+        text = robot.refusal.removeprefix(f"{robot.path}:")
+        line = re.match(r"(\d+):\s*", text)
+        yield Broken((text[line.end() :] if line else text).strip(), int(line[1]) if line else None)
+
+
+RULES = [xml_syntax, xml_encoding, xacro_unexpanded, number_unreadable, element_repeated, unknown_tag, unknown_attribute]

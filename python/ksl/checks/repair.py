@@ -1,0 +1,43 @@
+"""Repairs of XML trees, of which findings are given one each, and the words that rules share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+from typing import TYPE_CHECKING
+
+from ksl.checks.findings import Repair
+
+if TYPE_CHECKING:
+    from lxml.etree import _Element
+
+
+def digits(x: float) -> str:
+    """A number as it is written into a file: 12 digits, without zeros at the end."""
+    return f"{x:.12g}"
+
+
+def shown(x: float) -> str:
+    """A number as it is told to a reader."""
+    return f"{x:.4g}"
+
+
+def set_attribute(element: _Element | None, name: str, value: str) -> Repair | None:
+    """The repair that gives an attribute this value."""
+    if element is None:
+        return None
+
+    def change() -> str:
+        old = element.get(name)
+        element.set(name, value)
+        return f'<{element.tag}> {name}: "{old}" is now "{value}"'
+
+    return change
+
+
+def suggest(name: str, known: Iterable[str]) -> str | None:
+    """"Did you mean hand?", or None where nothing is near."""
+    names = list(known)
+    folded = {each.strip().lower(): each for each in names}
+    near = [folded[name.strip().lower()]] if name.strip().lower() in folded else get_close_matches(name, names, 1, 0.7)
+    return f"Did you mean {near[0]}?" if near else None
