@@ -18,20 +18,26 @@ def shape_box(robot: RobotFile, shape: Shape) -> Array | None:
         bounds = np.sort(bounds * shape.scale, axis=0)
     else:
         bounds = np.array([-shape.half_size, shape.half_size])
+    if not np.isfinite(shape.translation).all():  # placed relative to a frame that only the loader knows
+        return None
     middle = shape.rotation @ bounds.mean(axis=0) + shape.translation
     half = abs(shape.rotation) @ (bounds[1] - bounds[0]) / 2
     return np.array([middle - half, middle + half])
 
 
 def link_box(robot: RobotFile, link: Link) -> Array | None:
-    """(2, 3) around all that is known of a link's geometry; None if one of its shapes is unknown and might be larger, unless the
-    shapes of the other role are all known."""
-    whole = []
+    """(2, 3) around a link's geometry; None if too little of it is known.
+
+    Meshes of collisions stand for the whole link.  Spheres and boxes don't: they may cover only its foot, while the mesh to look at,
+    whose extent is not known, is larger.
+    """
+    known: dict[str, list[Array]] = {}
     for role in ("collision", "visual"):
         boxes = [shape_box(robot, shape) for shape in link.shapes if shape.role == role]
-        known = [box for box in boxes if box is not None]
-        if known and len(known) == len(boxes):
-            whole += known
+        if all(box is not None for box in boxes):
+            known[role] = [box for box in boxes if box is not None]
+    has_mesh = any(shape.kind == "mesh" for shape in link.shapes if shape.role == "collision")
+    whole = [box for boxes in known.values() for box in boxes] if "visual" in known or has_mesh else []
     if not whole:
         return None
     return np.array([np.min([box[0] for box in whole], axis=0), np.max([box[1] for box in whole], axis=0)])

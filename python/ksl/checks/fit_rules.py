@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksl.checks.extent import link_box
-from ksl.checks.inertia_rules import TOLERANCE, principal_moments, usable
+from ksl.checks.inertia_rules import TOLERANCE, placeholders, principal_moments, usable
 from ksl.checks.repair import shown
 from ksl.checks.robot import Array, Inertial, Link, RobotFile
 from ksl.checks.rule import Broken, rule
@@ -30,6 +30,8 @@ SMALLEST = 1e-3
 """m³: lightweight parts below it are not judged by their density: markers, sensors and points of contact are given token masses."""
 WRONG_UNITS = 100.0
 """Ratio of second moments beyond which units are the likely cause: 10 times in length."""
+LOOSE = 1.5
+"""How much more room than its geometry a body may need: drives are often drawn with the link before."""
 FACTORS = ((1e3, "g m²"), (1e4, "kg cm²"), (1e6, "kg mm²"), (1e7, "g cm²"), (1e9, "g mm²"))
 """How many times too large a number in these units is, when it is read as kg m²."""
 
@@ -60,9 +62,10 @@ def _fits(robot: RobotFile) -> list[Fit]:
     cached: list[Fit] | None = robot.__dict__.get("_fits")
     if cached is None:
         cached = []
+        told = {link.name for links in placeholders(robot) for link in links}
         for link in robot.links:
-            inertial = usable(link)
-            box = link_box(robot, link) if inertial is not None and link.shapes else None
+            inertial = None if link.name in told else usable(link)
+            box = link_box(robot, link) if inertial is not None and link.shapes and robot.matters(link) else None
             if inertial is None or box is None:
                 continue
             size = box[1] - box[0]
@@ -163,6 +166,8 @@ def inertia_units(robot: RobotFile) -> Iterator[Broken]:
         if ratio > WRONG_UNITS:
             likely = [unit for factor, unit in FACTORS if 1e-3 < ratio / factor < 1]
             cause = f"The moments are in {' or '.join(likely)}." if likely else None
+            if np.ptp(np.diag(I)) == 0:
+                cause = "A placeholder: all moments are equal." + (f" Otherwise they are in {' or '.join(likely)}." if likely else "")
             yield Broken(found, fit.inertial.line, "link", fit.link.name, gyration, cause=cause)
         elif 0 < gyration < float(fit.size.max()) / 300 and fit.size.max() > 0.02:
             yield Broken(found, fit.inertial.line, "link", fit.link.name, gyration, cause="The moments are too small by a factor of units, or a placeholder.")
@@ -171,7 +176,7 @@ def inertia_units(robot: RobotFile) -> Iterator[Broken]:
 @rule(
     "inertia-too-large",
     "warning",
-    condition="The mass can be distributed within the link's geometry so that it has these moments.",
+    condition=f"The mass can be distributed within {LOOSE:g} times the room of the geometry so that it has these moments.",
     cause="The moments are of another part, about another point, or a placeholder.",
     repair="Take mass, centroid and moments from the CAD program again.",
 )
@@ -183,7 +188,7 @@ def inertia_too_large(robot: RobotFile) -> Iterator[Broken]:
         if not fit.inside or fit.link.name in told:
             continue
         excess = fit.excess(I)
-        if excess > 1.05 and about_origin(fit) is None:
+        if excess > LOOSE**2 and about_origin(fit) is None:
             found = f"moments {_diagonal(I)} kg m² and mass {shown(fit.inertial.mass or 0.0)} kg need {np.sqrt(excess):.3g} times the room of the {_of_size(fit.size)}"
             yield Broken(found, fit.inertial.line, "link", fit.link.name, excess)
 

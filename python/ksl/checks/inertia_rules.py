@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ksl.checks.findings import Repair
+from ksl.checks.findings import Repair, Severity
 from ksl.checks.repair import digits, shown
 from ksl.checks.robot import Array, Inertial, Link, RobotFile
 from ksl.checks.rule import Broken, rule
@@ -17,6 +17,8 @@ TOLERANCE = 1e-6
 """Relative to the largest moment, as the loader has it."""
 MENDABLE = 0.1
 """Share of the largest moment by which an inertia may miss what a body can have and still be repaired without a person."""
+SMALL = 1e-12
+"""m².  Moments below this times the mass are zero: a body of a micrometre, or the rounding of a CAD program."""
 COPIES = 3
 """Links with the same mass and moments, on different shapes, from which on they are placeholders."""
 
@@ -27,6 +29,11 @@ def usable(link: Link) -> Inertial | None:
     if inertial is None or inertial.moments is None or inertial.mass is None or not inertial.mass > 0:
         return None
     return inertial
+
+
+def beside(robot: RobotFile, link: Link) -> Severity | None:
+    """The severity of an impossible inertia that is negligible beside what the link is welded to."""
+    return None if robot.matters(link) else "warning"
 
 
 def principal_moments(moments: Array) -> Array:
@@ -60,7 +67,7 @@ def inertia_without_mass(robot: RobotFile) -> Iterator[Broken]:
     for link in robot.links:
         inertial = link.inertial
         if inertial and inertial.mass == 0 and inertial.moments is not None and inertial.moments.any():
-            yield Broken(f"mass 0, largest moment {shown(float(abs(inertial.moments).max()))} kg m²", inertial.line, "link", link.name, 0.0)
+            yield Broken(f"mass 0, largest moment {shown(float(abs(inertial.moments).max()))} kg m²", inertial.line, "link", link.name, 0.0, severity=beside(robot, link))
 
 
 @rule(
@@ -77,9 +84,10 @@ def inertia_not_positive(robot: RobotFile) -> Iterator[Broken]:
         if inertial is None or inertial.moments is None:
             continue
         low, middle, high = principal_moments(inertial.moments)
-        if low < -TOLERANCE * max(abs(high), abs(low)):
+        if low < -TOLERANCE * max(abs(high), abs(low)) - SMALL * link.mass:
             fix = _nearest(inertial) if -low < MENDABLE * high and robot.format == "urdf" else None
-            yield Broken(f"principal moments {shown(high)}, {shown(middle)}, {shown(low)} kg m²", inertial.line, "link", link.name, float(low), fix=fix)
+            found = f"principal moments {shown(high)}, {shown(middle)}, {shown(low)} kg m²"
+            yield Broken(found, inertial.line, "link", link.name, float(low), severity=beside(robot, link), fix=fix)
 
 
 @rule(
@@ -97,14 +105,14 @@ def inertia_triangle(robot: RobotFile) -> Iterator[Broken]:
             continue
         low, middle, high = (float(x) for x in principal_moments(inertial.moments))
         excess = high - middle - low
-        if low < -TOLERANCE * high or excess <= TOLERANCE * high:
+        if low < -TOLERANCE * high - SMALL * link.mass or excess <= TOLERANCE * high + SMALL * link.mass:
             continue
         found = f"principal moments {shown(high)}, {shown(middle)}, {shown(low)} kg m²: the largest exceeds the sum of the others by {shown(excess)}"
         fix = _nearest(inertial) if excess < MENDABLE * high and robot.format == "urdf" else None
         # a thin plate has exactly the sum: the last digit of the file decides on which side it is
         rounded = excess <= min(1.5 * inertial.rounding, 0.01 * high)
         cause = "Rounding: the printed digits of a flat part." if rounded else None
-        yield Broken(found, inertial.line, "link", link.name, excess, cause=cause, severity="warning" if rounded else None, fix=fix)
+        yield Broken(found, inertial.line, "link", link.name, excess, cause=cause, severity="warning" if rounded else beside(robot, link), fix=fix)
 
 
 def _nearest(inertial: Inertial) -> Repair:
@@ -130,15 +138,17 @@ def _nearest(inertial: Inertial) -> Repair:
 @rule(
     "inertia-zero",
     "warning",
-    condition="A link with a mass that moves has moments of inertia.",
-    cause="Left at 0: the link is a point mass, and turning it about its centroid costs nothing.",
+    condition="A body with a mass that moves has moments of inertia.",
+    cause="Left at 0: the body is a point mass, and turning it about its centroid costs nothing.",
     repair="Give the moments about the centroid, kg m².",
 )
 def inertia_zero(robot: RobotFile) -> Iterator[Broken]:
-    for link in robot.links:
-        inertial = usable(link)
-        if inertial is not None and inertial.moments is not None and not inertial.moments.any() and _is_moved(robot, link.name):
-            yield Broken(f"mass {shown(inertial.mass or 0.0)} kg, all moments 0", inertial.line, "link", link.name, 0.0)
+    for body in robot.bodies.values():
+        heavy = [(link, inertial) for link in body if (inertial := usable(link))]
+        if not heavy or not _is_moved(robot, body[0].name) or any(link.largest_moment > SMALL * link.mass for link, _ in heavy):
+            continue
+        link, inertial = max(heavy, key=lambda each: each[0].mass)
+        yield Broken(f"mass {shown(link.mass)} kg, all moments 0", inertial.line, "link", link.name, 0.0)
 
 
 def _is_moved(robot: RobotFile, name: str) -> bool:
@@ -154,27 +164,34 @@ def _is_moved(robot: RobotFile, name: str) -> bool:
     repair="Give mass and moments of the part, from the CAD program or of a solid of its size.",
 )
 def inertia_placeholder(robot: RobotFile) -> Iterator[Broken]:
-    same: dict[tuple[float, ...], list[tuple[Link, Inertial]]] = defaultdict(list)
+    for links in placeholders(robot):
+        link, n = links[0], len(links) - 1
+        moment = link.largest_moment
+        others = f", and so {'have' if n > 1 else 'has'} {n} other link{'s' if n > 1 else ''}" if n else ""
+        assert link.inertial
+        yield Broken(f"mass {shown(link.mass)} kg, ixx = iyy = izz = {shown(moment)} kg m²{others}", link.inertial.line, "link", link.name, moment)
+
+
+def placeholders(robot: RobotFile) -> list[list[Link]]:
+    """Links with the same mass and the same moments, all equal and a power of ten."""
+    same: dict[tuple[float, float], list[Link]] = defaultdict(list)
     for link in robot.links:
         inertial = usable(link)
-        if inertial is None or inertial.moments is None:
+        if inertial is None or inertial.moments is None or not robot.matters(link) or _has_equal_moments(link):
             continue
         I = inertial.moments
-        if I[0, 0] == I[1, 1] == I[2, 2] > 0 and not (I - np.diag(np.diag(I))).any() and not _is_ball_or_cube(link):
-            same[inertial.mass or 0.0, float(I[0, 0])].append((link, inertial))
-    for (mass, moment), links in same.items():
-        round_number = math.isclose(math.log10(moment) % 1, 0, abs_tol=1e-9) or math.isclose(math.log10(moment) % 1, 1, abs_tol=1e-9)
-        if len(links) < COPIES and not (round_number and (mass == 1 or moment >= 0.1)):
-            continue
-        others = f", and so have {len(links) - 1} other links" if len(links) > 1 else ""
-        for link, inertial in links[:1]:
-            yield Broken(f"mass {shown(mass)} kg, ixx = iyy = izz = {shown(moment)} kg m²{others}", inertial.line, "link", link.name, moment)
+        if I[0, 0] == I[1, 1] == I[2, 2] > 0 and not (I - np.diag(np.diag(I))).any() and _is_power_of_ten(float(I[0, 0])):
+            same[link.mass, float(I[0, 0])].append(link)
+    return [links for (mass, moment), links in same.items() if len(links) >= COPIES or mass == 1 or moment >= 0.1]
 
 
-def _is_ball_or_cube(link: Link) -> bool:
-    """Whether the link's shapes are one ball or cube, whose moments are equal."""
-    sizes = [shape.half_size for shape in link.shapes if shape.kind in ("sphere", "box")]
-    return bool(sizes) and len(sizes) == len(link.shapes) and all(np.ptp(size) == 0 for size in sizes)
+def _is_power_of_ten(x: float) -> bool:
+    return math.isclose(10 ** round(math.log10(x)), x, rel_tol=1e-9)
+
+
+def _has_equal_moments(link: Link) -> bool:
+    """Whether one of the link's shapes is a ball or a cube, whose moments are equal."""
+    return any(shape.kind in ("sphere", "box") and np.ptp(shape.half_size) == 0 for shape in link.shapes)
 
 
 @rule(

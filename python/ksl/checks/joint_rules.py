@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ksl.checks.findings import Repair
-from ksl.checks.repair import digits, set_attribute, shown, suggest
+from ksl.checks.repair import digits, remove, set_attribute, shown, suggest
 from ksl.checks.robot import ONE_COORDINATE, WITH_AXIS, Joint, Mimic, RobotFile
 from ksl.checks.rule import Broken, rule
 
@@ -118,11 +118,37 @@ def mimic_unknown(robot: RobotFile) -> Iterator[Broken]:
 def mimic_kind(robot: RobotFile) -> Iterator[Broken]:
     for joint in robot.joints:
         leader = robot.joint_of.get(joint.mimic.leader) if joint.mimic else None
-        if joint.mimic and joint.kind and joint.kind not in ONE_COORDINATE:
-            ineffective = "warning" if joint.kind == "fixed" else None
-            yield Broken(f"it mimics joint {joint.mimic.leader} and is {joint.kind}", joint.mimic.line, "joint", joint.name, severity=ineffective)
-        elif joint.mimic and leader and leader.kind and leader.kind not in ONE_COORDINATE:
+        if joint.mimic and joint.kind not in ("", "fixed", *ONE_COORDINATE):
+            yield Broken(f"it mimics joint {joint.mimic.leader} and is {joint.kind}", joint.mimic.line, "joint", joint.name)
+        elif joint.mimic and joint.kind != "fixed" and leader and leader.kind and leader.kind not in ONE_COORDINATE:
             yield Broken(f"it mimics joint {leader.name}, which is {leader.kind}", joint.mimic.line, "joint", joint.name)
+
+
+@rule(
+    "mimic-fixed",
+    "warning",
+    condition="A fixed joint mimics no other.",
+    cause="The joint was made fixed and <mimic> was left. It has no effect; some readers refuse it.",
+    repair="Remove <mimic>.",
+    fix="removes <mimic> from all fixed joints",
+    formats=("urdf",),
+)
+def mimic_fixed(robot: RobotFile) -> Iterator[Broken]:
+    fixed = [joint for joint in robot.joints if joint.mimic and joint.kind == "fixed"]
+    for joint in fixed[:1]:
+        assert joint.mimic
+        more = f", and so do {len(fixed) - 1} more fixed joints" if len(fixed) > 1 else ""
+        yield Broken(f"it mimics joint {joint.mimic.leader}{more}", joint.mimic.line, "joint", joint.name, float(len(fixed)), fix=_without_mimic(fixed))
+
+
+def _without_mimic(joints: list[Joint]) -> Repair:
+    def change() -> str:
+        for joint in joints:
+            if joint.mimic and joint.mimic.element is not None and joint.element is not None:
+                remove(joint.mimic.element)
+        return f"<mimic> removed from {', '.join(joint.name for joint in joints)}"
+
+    return change
 
 
 @rule(
@@ -198,4 +224,4 @@ def dynamics_negative(robot: RobotFile) -> Iterator[Broken]:
                 yield Broken(f"{what} {shown(value)}", joint.dynamics_line or joint.line, "joint", joint.name, value)
 
 
-RULES = [axis_zero, axis_not_unit, axis_missing, mimic_unknown, mimic_kind, mimic_loop, mimic_chain, dynamics_negative]
+RULES = [axis_zero, axis_not_unit, axis_missing, mimic_unknown, mimic_kind, mimic_fixed, mimic_loop, mimic_chain, dynamics_negative]

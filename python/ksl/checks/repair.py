@@ -35,6 +35,17 @@ def set_attribute(element: _Element | None, name: str, value: str) -> Repair | N
     return change
 
 
+def remove(element: _Element) -> None:
+    """Takes an element out of the tree, with the white space before it, so that no empty line stays."""
+    parent, before = element.getparent(), element.getprevious()
+    if before is not None:
+        before.tail = element.tail
+    else:
+        parent.text = element.tail
+    element.tail = None
+    parent.remove(element)
+
+
 def suggest(name: str, known: Iterable[str]) -> str | None:
     """"Did you mean hand?", or None where nothing is near."""
     names = list(known)

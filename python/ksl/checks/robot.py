@@ -23,6 +23,8 @@ Format = Literal["urdf", "sdf", "mjcf", "unknown"]
 MOVING = {"revolute", "continuous", "prismatic", "helical", "screw", "cylindrical", "universal", "revolute2", "spherical", "ball", "planar", "translation", "floating"}
 ONE_COORDINATE = {"revolute", "continuous", "prismatic", "helical", "screw"}
 WITH_AXIS = ONE_COORDINATE | {"cylindrical", "universal", "revolute2", "planar"}
+NEGLIGIBLE = 0.05
+"""Share of a body's mass and moments below which one of the links that it is welded of doesn't matter."""
 TYPES = sorted(MOVING - {"revolute2"} | {"fixed"})
 
 
@@ -75,6 +77,11 @@ class Link:
     @property
     def mass(self) -> float:
         return self.inertial.mass or 0.0 if self.inertial else 0.0
+
+    @property
+    def largest_moment(self) -> float:
+        """Largest element of the inertia matrix, kg m²; 0 where it is not known."""
+        return 0.0 if self.inertial is None or self.inertial.moments is None else float(abs(self.inertial.moments).max())
 
 
 @dataclass
@@ -216,3 +223,25 @@ class RobotFile:
             if above is not None and above.parent in total:
                 total[above.parent] += total.get(name, 0.0)
         return total
+
+    @cached_property
+    def bodies(self) -> dict[str, list[Link]]:
+        """{link nearest to the root: all links welded together with it}."""
+        found: dict[str, list[Link]] = {}
+        for link in self.links:
+            found.setdefault(self.welded.get(link.name, link.name), []).append(link)
+        return found
+
+    def body_of(self, link: Link) -> list[Link]:
+        """The links that are welded together with a link, and itself."""
+        return self.bodies.get(self.welded.get(link.name, link.name), [link])
+
+    def matters(self, link: Link) -> bool:
+        """Whether a link has a share of the mass or of the moments of the body that it is welded into.
+
+        Frames, sensors and markers are often given token masses so that simulators accept them.  Beside the part that they sit on
+        these change no result.
+        """
+        body = self.body_of(link)
+        heaviest = max(each.mass for each in body)
+        return link.mass >= NEGLIGIBLE * heaviest and heaviest > 0 or link.largest_moment > NEGLIGIBLE * max(each.largest_moment for each in body)

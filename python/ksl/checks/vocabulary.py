@@ -32,7 +32,7 @@ POSE = ("xyz", "rpy", "quat_xyzw")
 ATTRIBUTES: dict[str, tuple[str, ...]] = {
     "link": ("name", "type"), "inertial": (), "origin": POSE, "mass": ("value",), "inertia": ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"),
     "visual": ("name",), "collision": ("name", "group"), "geometry": (), "box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",),
-    "capsule": ("radius", "length"), "mesh": ("filename", "scale"), "joint": ("name", "type"), "parent": ("link",), "child": ("link",),
+    "capsule": ("radius", "length"), "mesh": ("filename", "scale"), "joint": ("name", "type", "dont_collapse"), "parent": ("link",), "child": ("link",),
     "axis": ("xyz",), "axis2": ("xyz",), "limit": ("lower", "upper", "effort", "velocity", "acceleration", "deceleration", "jerk"),
     "dynamics": (
         "damping", "friction", "armature", "rotor_inertia", "gear_ratio", "spring_stiffness", "spring_reference", "spring_rest", "stiffness", "friction_width",
