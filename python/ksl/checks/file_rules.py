@@ -205,7 +205,8 @@ def not_loaded(robot: RobotFile) -> Iterator[Broken]:
     if robot.refusal:
         text = robot.refusal.removeprefix(f"{robot.path}:")
         line = re.match(r"(\d+):\s*", text)
-        yield Broken((text[line.end() :] if line else text).strip(), int(line[1]) if line else None)
+        said = (text[line.end() :] if line else text).strip().removeprefix("file: ")
+        yield Broken(said, int(line[1]) if line else None)
 
 
 RULES = [xml_syntax, xml_encoding, xacro_unexpanded, number_unreadable, element_repeated, unknown_tag, unknown_attribute]

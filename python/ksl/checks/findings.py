@@ -139,4 +139,5 @@ class Findings(Sequence[Finding]):
         }
 
     def __repr__(self) -> str:
-        return "\n".join([f"<{Path(self.file).name}: {self.summary}>", *(f"  {f}" for f in self._all)])
+        name = Path(self.file).name
+        return "\n".join([f"<{name}: {self.summary}>", *(f"  {str(f).removeprefix(self.file).lstrip(': ')}" for f in self._all)])

@@ -22,6 +22,8 @@ MARGIN = 0.25
 """Of the box's diagonal, by which the body may reach beyond its geometry: covers, cables, screws and motors are often not drawn."""
 ROOM = 0.01
 """m, the least margin."""
+MARKER = 0.011
+"""m.  Shapes up to this size often only mark a frame."""
 DENSEST = 25_000.0
 """kg/m³ of the box around the geometry.  Tungsten and gold have 19,300, osmium has 22,600."""
 LIGHTEST = 0.1
@@ -66,7 +68,7 @@ def _fits(robot: RobotFile) -> list[Fit]:
         for link in robot.links:
             inertial = None if link.name in told else usable(link)
             box = link_box(robot, link) if inertial is not None and link.shapes and robot.matters(link) else None
-            if inertial is None or box is None:
+            if inertial is None or box is None or (box[1] - box[0]).max() <= MARKER:
                 continue
             size = box[1] - box[0]
             margin = max(MARGIN * float(np.linalg.norm(size)), ROOM)
