@@ -202,14 +202,14 @@ def _has_equal_moments(link: Link) -> bool:
     repair="Give the link its mass and moments, or make the joint fixed.",
 )
 def massless_end(robot: RobotFile) -> Iterator[Broken]:
-    if not any(link.mass for link in robot.links):
+    if not any(link.mass or link.mass_unreadable for link in robot.links):
         moving = [joint for joint in robot.joints if joint.moves]
         if moving:
             yield Broken("no link of the file has a mass", None, value=0.0, repair="Give the links masses. For kinematics alone the file can be used as it is.")
         return
     for joint in robot.joints:
         # a joint above it that moves nothing heavy either has the same finding
-        if joint.moves and not joint.mimic and robot.mass_below.get(joint.child) == 0 and robot.mass_below.get(joint.parent, 1.0) > 0:
+        if joint.moves and not joint.mimic and robot.moves_mass.get(joint.child) is False and robot.moves_mass.get(joint.parent, True):
             yield Broken(f"joint {joint.name} moves no mass: forward dynamics can't be computed", robot.link_of[joint.child].line, "link", joint.child, 0.0)
 
 
@@ -222,12 +222,11 @@ def massless_end(robot: RobotFile) -> Iterator[Broken]:
     formats=("urdf", "mjcf"),
 )
 def mass_missing(robot: RobotFile) -> Iterator[Broken]:
-    carried: dict[str, float] = defaultdict(float)
-    for link in robot.links:
-        carried[robot.welded.get(link.name, link.name)] += link.mass
-    for link in robot.links:
-        if link.shapes and link.name and _is_moved(robot, link.name) and carried[robot.welded.get(link.name, link.name)] == 0:
-            yield Broken(f"{link.shapes[0].role} and no mass", link.line, "link", link.name, 0.0)
+    for body in robot.bodies.values():
+        if not any(link.mass or link.mass_unreadable for link in body):
+            for link in body:
+                if link.shapes and link.name and _is_moved(robot, link.name):
+                    yield Broken(f"{link.shapes[0].role} and no mass", link.line, "link", link.name, 0.0)
 
 
 @rule(

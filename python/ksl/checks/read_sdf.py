@@ -116,7 +116,7 @@ def _joint(robot: RobotFile, element: _Element, scope: str) -> Joint:
     kind = KINDS.get(element.get("type", ""), element.get("type", ""))
 
     def end(tag: str) -> str:
-        link = element.findtext(tag, "").strip()
+        link: str = element.findtext(tag, "").strip()
         return link if link in ("", "world") else scope + link
 
     joint = Joint(scope + name if name else "", line_of(element), element, kind, end("parent"), end("child"))

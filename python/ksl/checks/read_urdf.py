@@ -119,7 +119,8 @@ def _joint(robot: RobotFile, element: _Element) -> Joint:
     _once(robot, element, "joint", name, ONCE["joint"])
     parent, child = element.find("parent"), element.find("child")
     kind = {"screw": "helical", "ball": "spherical"}.get(element.get("type", ""), element.get("type", ""))
-    joint = Joint(name, line_of(element), element, kind, *("" if end is None else end.get("link", "") for end in (parent, child)))
+    ends = ["" if end is None else end.get("link", "") for end in (parent, child)]
+    joint = Joint(name, line_of(element), element, kind, ends[0], ends[1])
     axis, limit, dynamics = element.find("axis"), element.find("limit"), element.find("dynamics")
     if axis is not None:
         joint.axis, joint.axis_line, joint.axis_element = numbers.vector(axis, "xyz"), line_of(axis), axis

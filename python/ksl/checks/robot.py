@@ -79,6 +79,10 @@ class Link:
         return self.inertial.mass or 0.0 if self.inertial else 0.0
 
     @property
+    def mass_unreadable(self) -> bool:
+        return self.inertial is not None and self.inertial.mass is None
+
+    @property
     def largest_moment(self) -> float:
         """Largest element of the inertia matrix, kg m²; 0 where it is not known."""
         return 0.0 if self.inertial is None or self.inertial.moments is None else float(abs(self.inertial.moments).max())
@@ -201,9 +205,10 @@ class RobotFile:
         """{link: the link that stands for all that are welded to it}: the one nearest to the root."""
         head: dict[str, str] = {}
         for link in self.links:
-            path, name = [], link.name
+            path: dict[str, None] = {}
+            name = link.name
             while name not in head and name not in path:
-                path.append(name)
+                path[name] = None
                 above = self.joint_above.get(name)
                 if above is None or above.kind != "fixed":
                     break
@@ -214,15 +219,15 @@ class RobotFile:
         return head
 
     @cached_property
-    def mass_below(self) -> dict[str, float]:
-        """{link: mass of it and of all that it carries}, kg, of links that are reached from a root."""
+    def moves_mass(self) -> dict[str, bool]:
+        """{link: whether it, or what it carries, has a mass}, of links that are reached from a root.  A mass that can't be read is one."""
         order = [name for root in self.roots for name in self.subtree(root.name)]
-        total = {name: self.link_of[name].mass for name in order if name in self.link_of}
+        heavy = {name: self.link_of[name].mass != 0 or self.link_of[name].mass_unreadable for name in order if name in self.link_of}
         for name in reversed(order):  # every link comes after the one that carries it
             above = self.joint_above.get(name)
-            if above is not None and above.parent in total:
-                total[above.parent] += total.get(name, 0.0)
-        return total
+            if above is not None and above.parent in heavy:
+                heavy[above.parent] |= heavy.get(name, False)
+        return heavy
 
     @cached_property
     def bodies(self) -> dict[str, list[Link]]:
@@ -232,16 +237,15 @@ class RobotFile:
             found.setdefault(self.welded.get(link.name, link.name), []).append(link)
         return found
 
-    def body_of(self, link: Link) -> list[Link]:
-        """The links that are welded together with a link, and itself."""
-        return self.bodies.get(self.welded.get(link.name, link.name), [link])
-
     def matters(self, link: Link) -> bool:
         """Whether a link has a share of the mass or of the moments of the body that it is welded into.
 
         Frames, sensors and markers are often given token masses so that simulators accept them.  Beside the part that they sit on
         these change no result.
         """
-        body = self.body_of(link)
-        heaviest = max(each.mass for each in body)
-        return link.mass >= NEGLIGIBLE * heaviest and heaviest > 0 or link.largest_moment > NEGLIGIBLE * max(each.largest_moment for each in body)
+        heaviest, largest = self._largest_of_bodies[self.welded.get(link.name, link.name)]
+        return link.mass >= NEGLIGIBLE * heaviest and heaviest > 0 or link.largest_moment > NEGLIGIBLE * largest
+
+    @cached_property
+    def _largest_of_bodies(self) -> dict[str, tuple[float, float]]:
+        return {name: (max(link.mass for link in body), max(link.largest_moment for link in body)) for name, body in self.bodies.items()}

@@ -63,7 +63,7 @@ def symmetry_mass(robot: RobotFile) -> Iterator[Broken]:
         if above is not None and above.parent in both:
             continue  # within a limb that is compared as a whole
         limb = [name for name in robot.subtree(left) if name in paired]
-        if any(name not in set(robot.subtree(right)) for name in map(paired.__getitem__, limb)):
+        if not {paired[name] for name in limb} <= set(robot.subtree(right)):
             continue  # names that don't tell limbs apart
         masses = [(robot.link_of[name].mass, robot.link_of[paired[name]].mass, name) for name in limb]
         on_left, on_right = sum(m[0] for m in masses), sum(m[1] for m in masses)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import dropwhile
 
 from ksl.checks.repair import set_attribute, suggest
 from ksl.checks.robot import TYPES, Joint, RobotFile
@@ -92,13 +93,13 @@ def link_two_parents(robot: RobotFile) -> Iterator[Broken]:
 def joint_cycle(robot: RobotFile) -> Iterator[Broken]:
     done: set[str] = set()
     for start in robot.joint_above:
-        path: list[str] = []
+        path: dict[str, None] = {}
         link = start
         while link in robot.joint_above and link not in done and link not in path:
-            path.append(link)
+            path[link] = None
             link = robot.joint_above[link].parent
         if link in path:
-            around = [robot.joint_above[name] for name in path[path.index(link) :]]
+            around = [robot.joint_above[name] for name in dropwhile(lambda name: name != link, path)]
             if len(around) > 1:  # a joint from a link to itself is another rule's
                 yield Broken(f"joints {', '.join(j.name for j in reversed(around))} form a cycle", around[0].line, "link", link)
         done.update(path)
@@ -113,7 +114,10 @@ def joint_cycle(robot: RobotFile) -> Iterator[Broken]:
     formats=("urdf",),
 )
 def link_unreachable(robot: RobotFile) -> Iterator[Broken]:
+    misspelt = {joint.child.strip().lower() for joint in robot.joints if joint.child not in robot.link_of}
     for link in robot.roots[1:]:
+        if link.name.strip().lower() in misspelt:
+            continue  # link-undefined says it
         below = sum(1 for _ in robot.subtree(link.name)) - 1
         carried = f", and {below} link{'s' if below > 1 else ''} that hang{'' if below > 1 else 's'} on it" if below else ""
         yield Broken(f"no joint carries it{carried}; the root is {robot.roots[0].name}", link.line, "link", link.name)

@@ -110,7 +110,7 @@ class Numbers:
             if "${" not in (text or ""):  # a finding of its own: xacro that was not expanded
                 shown = (text or "").strip()[:60]
                 comma = "; numbers have a decimal point" if "," in shown else ""
-                self.note(line, f'{what} is "{shown}", expected {count} finite number{"s" if count > 1 else ""}{comma}')
+                self.note(line, f'{what} is "{shown}", expected {f"{count} finite numbers" if count > 1 else "a finite number"}{comma}')
             return None
         return np.array(values, dtype=float)
 

@@ -32,7 +32,7 @@ def check(
     from ksl.checks.run import check as check_file
     from ksl.checks.run import fix as fix_file
     from ksl.checks.show import print_findings, print_fixed
-    from ksl.output import OutputError
+    from ksl.load_cases.output import OutputError
 
     end_on_signals()
     options: dict[str, Any] = {"ignore": ignore, "package_paths": package_path, "symmetry": symmetry}
