@@ -46,6 +46,8 @@ class Finding:
     """The number that breaks the condition, in SI units; None where there is not exactly one."""
     fixable: bool = False
     """Whether `--fix` repairs it."""
+    acceptable: bool = False
+    """Whether `--fix` repairs it where `--accept` names the rule: the likely cause must be confirmed by a person."""
     _fix: Repair | None = field(default=None, repr=False, compare=False)
 
     @property
@@ -121,7 +123,7 @@ class Findings(Sequence[Finding]):
         import pyarrow as pa
 
         text, columns = pa.string(), [f.as_dict() for f in self._all]
-        types = {"line": pa.int32(), "value": pa.float64(), "fixable": pa.bool_()}
+        types = {"line": pa.int32(), "value": pa.float64(), "fixable": pa.bool_(), "acceptable": pa.bool_()}
         names = [name for name in Finding.__dataclass_fields__ if not name.startswith("_")]
         metadata = {"ksl": json.dumps({"file": self.file, "not_checked": self.not_checked, "ignored": self.ignored})}
         return pa.Table.from_pylist(columns, pa.schema([(name, types.get(name, text)) for name in names], metadata=metadata))

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 from ksl.checks.findings import Repair
-from ksl.checks.repair import shown
+from ksl.checks.repair import digits, shown
 from ksl.checks.robot import Joint, RobotFile
 from ksl.checks.rule import Broken, rule
 
@@ -92,6 +92,7 @@ def limit_zero(robot: RobotFile) -> Iterator[Broken]:
     condition=f"Limits are in rad and m: angles within {WIDEST / math.pi:g} π, travels within {LONGEST:g} m, or no bounds (beyond {UNLIMITED:g}).",
     cause="Degrees or millimetres. URDF has rad and m.",
     repair="Multiply degrees by π/180 and millimetres by 0.001.",
+    accept="multiplies lower and upper by π/180 or 0.001",
 )
 def limit_units(robot: RobotFile) -> Iterator[Broken]:
     for joint in robot.joints:
@@ -102,7 +103,18 @@ def limit_units(robot: RobotFile) -> Iterator[Broken]:
         if (WIDEST if degrees else LONGEST) * 1.001 < largest < UNLIMITED:
             found = f"lower {shown(joint.lower or 0.0)}, upper {shown(joint.upper or 0.0)} {_unit(joint)}"
             cause = f"Degrees: {shown(math.radians(largest))} rad is likely meant for {shown(largest)}." if degrees else "Millimetres."
-            yield Broken(found, joint.limit_line, "joint", joint.name, largest, cause=cause)
+            yield Broken(found, joint.limit_line, "joint", joint.name, largest, cause=cause, guess=_scaled(joint, degrees) if robot.format == "urdf" else None)
+
+
+def _scaled(joint: Joint, degrees: bool) -> Repair:
+    def change() -> str:
+        assert joint.limit_element is not None
+        for what, value in (("lower", joint.lower), ("upper", joint.upper)):
+            if value is not None:
+                joint.limit_element.set(what, digits(math.radians(value) if degrees else value / 1000))
+        return f"lower and upper of <limit> are now {joint.limit_element.get('lower')} and {joint.limit_element.get('upper')} {_unit(joint)}"
+
+    return change
 
 
 @rule(

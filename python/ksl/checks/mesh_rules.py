@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ksl.checks.extent import shape_box
-from ksl.checks.repair import set_attribute, shown
+from ksl.checks.repair import digits, set_attribute, shown
 from ksl.checks.robot import Link, RobotFile, Shape
 from ksl.checks.rule import Broken, rule
 from ksl.mesh_files import find_mesh, mesh_fault, package_folders, package_of, same_but_for_capitals
@@ -116,6 +116,7 @@ def mesh_unreadable(robot: RobotFile) -> Iterator[Broken]:
     condition=f"Links are smaller than {LARGEST:g} m.",
     cause='The mesh is in millimetres, and scale="0.001 0.001 0.001" is missing.',
     repair='Add scale="0.001 0.001 0.001" to <mesh>, if it is in millimetres.',
+    accept="multiplies the scale of the mesh by 0.001",
     formats=("urdf", "sdf"),
 )
 def mesh_units(robot: RobotFile) -> Iterator[Broken]:
@@ -125,7 +126,9 @@ def mesh_units(robot: RobotFile) -> Iterator[Broken]:
         largest = 0.0 if box is None else float((box[1] - box[0]).max())
         if largest > LARGEST and (shape.uri, largest) not in told:
             told.add((shape.uri, largest))
-            yield Broken(f"{shape.uri} is {shown(largest)} m long", shape.line, "link", link.name, largest)
+            scale = " ".join(digits(float(x) / 1000) for x in shape.scale)
+            guess = set_attribute(shape.element, "scale", scale) if robot.format == "urdf" else None
+            yield Broken(f"{shape.uri} is {shown(largest)} m long", shape.line, "link", link.name, largest, guess=guess)
 
 
 @rule(

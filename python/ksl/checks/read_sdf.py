@@ -65,6 +65,8 @@ def _link(robot: RobotFile, element: _Element, scope: str) -> Link:
     if inertial is not None:
         link.has_inertial = True
         link.inertial = _inertial(numbers, inertial)
+    else:
+        link.inertial = Inertial(link.line, None, 1.0, np.zeros(3), np.eye(3), None)  # what the format takes; a rule says it
     for role in ("visual", "collision"):
         for each in children(element, role):
             shape = _shape(numbers, each, role)

@@ -25,6 +25,8 @@ class Broken:
     repair: str | None = None
     severity: Severity | None = None
     fix: Repair | None = None
+    guess: Repair | None = None
+    """The repair if the likely cause is right, which `--accept` confirms."""
 
 
 Check = Callable[["RobotFile"], Iterable[Broken]]
@@ -40,7 +42,9 @@ class Rule:
     cause: str
     repair: str
     fix: str
-    """What `--fix` does about it; empty where a person must decide."""
+    """What `--fix` does about it; empty where it does nothing."""
+    accept: str
+    """What `--fix` does about it if `--accept` names the rule; empty where that changes nothing."""
     formats: tuple[str, ...]
     check: Check
 
@@ -48,12 +52,12 @@ class Rule:
         for b in self.check(robot):
             yield Finding(
                 self.name, b.severity or self.severity, str(robot.path), b.line, b.kind, b.name, b.found, self.condition,
-                b.cause or self.cause, b.repair or self.repair, b.value, b.fix is not None, b.fix,
+                b.cause or self.cause, b.repair or self.repair, b.value, b.fix is not None, b.fix is None and b.guess is not None, b.fix or b.guess,
             )  # fmt: skip
 
 
 def rule(
-    name: str, severity: Severity, *, condition: str, cause: str, repair: str, fix: str = "", formats: tuple[str, ...] = ("urdf", "sdf", "mjcf")
+    name: str, severity: Severity, *, condition: str, cause: str, repair: str, fix: str = "", accept: str = "", formats: tuple[str, ...] = ("urdf", "sdf", "mjcf")
 ) -> Callable[[Check], Rule]:
     """Makes a rule of the function below: a generator of :class:`Broken` over a robot file."""
-    return lambda check: Rule(name, severity, condition, cause, repair, fix, formats, check)
+    return lambda check: Rule(name, severity, condition, cause, repair, fix, accept, formats, check)

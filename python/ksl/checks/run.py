@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -74,12 +75,14 @@ def fix(
     ignore: Iterable[str] | str = (),
     package_paths: Iterable[str | os.PathLike[str]] | str = (),
     symmetry: float = SYMMETRY,
+    accept: Iterable[str] | str = (),
     force: bool = False,
 ) -> Fixed:
     """Writes a repaired URDF file.  Comments and layout stay; only what :attr:`Fixed.changes` lists is changed.
 
     out: a new file; the original is never overwritten, and another existing file only with `force`.
     ignore, package_paths, symmetry: as :func:`check` takes them.
+    accept: names of rules whose likely cause is right: moments in kg mm², limits in degrees … These are repaired, too.
     Raises DescriptionError where the file is no URDF or is not well-formed, and OutputError where `out` can't be written.
     """
     from ksl.checks.write import write_tree
@@ -92,11 +95,10 @@ def fix(
     if robot.syntax:
         first = robot.syntax[0]
         raise DescriptionError(f"{path}:{first.line}: the XML is broken ({first.found}); correct that first, since what it hides would be lost")
+    accepted = _rule_names(accept, "accept")
     changes = []
-    done: set[int] = set()
     for finding in _findings(robot, left_out):
-        if finding._fix is not None and id(finding._fix) not in done:
-            done.add(id(finding._fix))
+        if finding._fix is not None and (finding.fixable or finding.rule in accepted):
             changes.append((finding, finding._fix()))
     write_tree(robot, Path(out), force)
     return Fixed(str(out), changes, check(out, ignore=ignored, package_paths=[*packages, robot.path.parent], symmetry=symmetry))
@@ -104,10 +106,7 @@ def fix(
 
 def _read(path: str | os.PathLike[str], ignore: Iterable[str] | str, package_paths: Iterable[str | os.PathLike[str]] | str, symmetry: float) -> tuple[RobotFile, list[str]]:
     """The file as the rules see it, and the rules that are left out."""
-    left_out = [ignore] if isinstance(ignore, str) else list(ignore)
-    for name in left_out:
-        if name not in RULES:
-            raise ValueError(f"ignore={name!r}: no such rule; {near_names(name, RULES)}docs/check.md lists all {len(RULES)}")
+    left_out = _rule_names(ignore, "ignore")
     if not (0 <= symmetry <= 1):
         raise ValueError(f"symmetry={symmetry!r}: expected a share between 0 and 1, 0.05 for 5 %")
     folders = [Path(p) for p in ([package_paths] if isinstance(package_paths, str) else package_paths)]
@@ -121,6 +120,14 @@ def _read(path: str | os.PathLike[str], ignore: Iterable[str] | str, package_pat
         raise DescriptionError(f"checking a file needs {e.name}; install it with: pip install 'ksl[check]'") from None
     _fill(robot)
     return robot, left_out
+
+
+def _rule_names(names: Iterable[str] | str, argument: str) -> list[str]:
+    given = [names] if isinstance(names, str) else list(names)
+    for name in given:
+        if name not in RULES:
+            raise ValueError(f"{argument}={name!r}: no such rule; {near_names(name, RULES)}docs/check.md lists all {len(RULES)}")
+    return given
 
 
 def _fill(robot: RobotFile) -> None:
@@ -165,8 +172,14 @@ def _findings(robot: RobotFile, left_out: Sequence[str]) -> Findings:
         if rule.name not in left_out and rule.name != "not-loaded" and robot.format in rule.formats
         for finding in rule.findings(robot)
     ]
-    if "not-loaded" not in left_out:
-        # the loader stops at the first error, which a rule has usually explained
-        said = {f.line for f in found if f.severity == "error"}
-        found += [f for f in RULES["not-loaded"].findings(robot) if f.line not in said and not (f.line is None and said)]
+    if "not-loaded" not in left_out and not robot.syntax:
+        found += [f for f in RULES["not-loaded"].findings(robot) if not any(_explains(other, f) for other in found)]
     return Findings(str(robot.path), found, robot.not_checked, left_out)
+
+
+def _explains(finding: Finding, refusal: Finding) -> bool:
+    """Whether a finding says what the loader stopped at: it is about the same line, or about a link or joint that the loader names."""
+    if finding.severity != "error":
+        return False
+    names = re.findall(r"[^\s,;:\"]+", refusal.found)
+    return (finding.line is not None and finding.line == refusal.line) or finding.name in names or refusal.line is None

@@ -57,6 +57,8 @@ def _print_rule(same: list[Finding], console: Console, everything: bool) -> None
     if any(f.fixable for f in same):
         number = sum(f.fixable for f in same)
         _paragraph(console, "            ", "--fix does this." if number == len(same) else f"--fix repairs {number} of these {len(same)}.")
+    if any(f.acceptable for f in same):
+        _paragraph(console, "            ", f"If the cause is right, --fix with --accept {same[0].rule} does this.")
 
 
 def print_fixed(fixed: Fixed, console: Console, everything: bool = False) -> None:

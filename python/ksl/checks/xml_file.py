@@ -56,7 +56,7 @@ def parse(robot: RobotFile) -> None:
         try:
             data.decode("utf-8")
         except UnicodeDecodeError as e:
-            encoding = "latin-1"
+            encoding = "iso-8859-1"
             robot.encoding.append(Note(data.count(b"\n", 0, e.start) + 1, f"byte 0x{data[e.start]:02x} is not UTF-8; read as Latin-1"))
     parser = etree.XMLParser(recover=True, resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False, encoding=encoding)
     try:
