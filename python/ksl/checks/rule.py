@@ -51,9 +51,15 @@ class Rule:
     def findings(self, robot: RobotFile) -> Iterator[Finding]:
         for b in self.check(robot):
             yield Finding(
-                self.name, b.severity or self.severity, str(robot.path), b.line, b.kind, b.name, b.found, self.condition,
+                self.name, b.severity or self.severity, str(robot.path), b.line, b.kind, clipped(b.name), clipped(b.found, 600), self.condition,
                 b.cause or self.cause, b.repair or self.repair, b.value, b.fix is not None, b.fix is None and b.guess is not None, b.fix or b.guess,
             )  # fmt: skip
+
+
+def clipped(text: str, length: int = 200) -> str:
+    """On one line, and not longer than that: files from strangers may have names of megabytes."""
+    text = " ".join(text.split()) if "\n" in text else text
+    return text if len(text) <= length else text[:length] + "…"
 
 
 def rule(
