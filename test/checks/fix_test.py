@@ -20,6 +20,7 @@ REPAIRABLE = {
     "mimic-unknown": more(link("f"), hinge("j", "fore", "f", '<mimic joint="Elbow"/>')),
     "mesh-missing": more('<link name="x"><visual><geometry><mesh filename="Meshes/Cube.STL"/></geometry></visual></link>', hinge("j", "fore", "x", kind="fixed")),
     "inertia-not-positive": changed(('ixx="0.0083" iyy="0.0084" izz="0.0017" ixy="0"', 'ixx="0.0083" iyy="0.0084" izz="0.0017" ixy="0.0084"')),
+    "mimic-unknown, a prefix": more(link("f"), hinge("l_j1", "fore", "f"), link("g"), hinge("l_j2", "fore", "g", '<mimic joint="j1"/>')),
     "unknown-attribute": changed(('velocity="2"', 'velocty="2"')),
     "centroid-outside": changed(('<origin xyz="0 0 0.2"/>\n      <mass', '<origin xyz="0 0 200"/>\n      <mass')),
     "inertia-triangle": changed(('ixx="0.0083" iyy="0.0084" izz="0.0017"', 'ixx="0.0083" iyy="0.0110" izz="0.0017"')),
@@ -55,7 +56,7 @@ def test_what_a_rule_repairs_is_sound_and_loads(written, rule, tmp_path):
 
 @pytest.mark.parametrize("rule", ACCEPTED)
 def test_what_needs_a_decision_is_left_until_it_is_accepted(written, rule, tmp_path):
-    path = written(REPAIRABLE.get(rule, CASES[rule][0]))
+    path = written(REPAIRABLE.get(f"{rule}, a prefix", REPAIRABLE.get(rule, CASES[rule][0])))
     (finding,) = [f for f in ksl.check(path) if f.rule == rule]
     assert finding.acceptable and not finding.fixable
     left = fix(path, tmp_path / "left.urdf")
@@ -100,6 +101,23 @@ def test_a_chain_of_mimic_joints_keeps_its_motion(written, tmp_path):
     old, new = ksl.load(path), ksl.load(out.path)
     assert 'joint="elbow" multiplier="-1" offset="0.25"' in (tmp_path / "out.urdf").read_text()
     assert np.allclose(old.frame_pose([0.3, 0.7], "b"), new.frame_pose([0.3, 0.7], "b"), atol=1e-14)
+
+
+def test_a_prefix_that_was_left_out(written, tmp_path):
+    """Two hands of one macro: the leader is that of the same hand."""
+    hands = [part for s in ("l", "r") for i in (1, 2) for part in (link(f"{s}_{i}"), hinge(f"{s}_j{i}", "fore", f"{s}_{i}", '<mimic joint="j1"/>' if i == 2 else ""))]
+    path = written(more(*hands))
+    assert [f.repair for f in ksl.check(path)] == ["Did you mean l_j1?", "Did you mean r_j1?"]
+    out = fix(path, tmp_path / "out.urdf", accept="mimic-unknown")
+    assert not out.left and [ksl.load(out.path).joint(f"{s}_j2").leader for s in "lr"] == ["l_j1", "r_j1"]
+
+
+def test_a_mounted_root_moves_as_before(written, tmp_path):
+    path = written(CASES["root-inertial"][0])
+    out = fix(path, tmp_path / "out.urdf", accept="root-inertial")
+    old, new = ksl.load(path), ksl.load(out.path)
+    assert new.links[0].name == "stand_mount" and new.links[0].mass == 0
+    assert np.allclose(old.mass_matrix([0.3, 0.7]), new.mass_matrix([0.3, 0.7]), atol=1e-15)
 
 
 def test_the_nearest_inertia_keeps_mass_and_centroid(written, tmp_path):

@@ -4,12 +4,21 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from typing import TYPE_CHECKING, Literal
 
 from ksl.checks.findings import Repair
-from ksl.checks.repair import suggest
+from ksl.checks.repair import nearest
 from ksl.checks.robot import Note, RobotFile
 from ksl.checks.rule import Broken, rule
-from ksl.checks.vocabulary import ATTRIBUTES, ELEMENTS, OPAQUE, SHARED
+from ksl.checks.vocabulary import ATTRIBUTES, ELEMENTS, MANY, OPAQUE, SHARED
+from ksl.checks.xml_file import children
+
+if TYPE_CHECKING:
+    from lxml.etree import _Element
+
+
+Place = tuple[Literal["link", "joint", ""], str, "int | None"]
+"""Kind and name of what an element is in, and its line."""
 
 
 def _noted(notes: list[Note]) -> Iterator[Broken]:
@@ -105,29 +114,29 @@ def element_repeated(robot: RobotFile) -> Iterator[Broken]:
     formats=("urdf",),
 )
 def unknown_tag(robot: RobotFile) -> Iterator[Broken]:
-    first: dict[tuple[str, str], list[tuple[str, str, int | None, Repair | None, str | None]]] = {}
+    places: dict[tuple[str, str], list[Place]] = {}
     for element, kind, name in _known_elements(robot):
-        known = ELEMENTS.get(element.tag, ())
-        for child in element:
-            if not isinstance(child.tag, str) or child.tag in known or child.tag in SHARED or ":" in child.tag or "}" in child.tag or child.tag in OPAQUE.get(element.tag, ()):
+        known = ELEMENTS[element.tag]
+        skipped = {*known, *SHARED, *OPAQUE.get(element.tag, ())}
+        for child in children(element):
+            if child.tag in skipped or ":" in child.tag or "}" in child.tag:
                 continue
-            near = suggest(child.tag, known)
-            right = near[13:-1] if near else None
-            fix = _renamed(child, right) if right and element.find(right) is None else None
-            first.setdefault((child.tag, element.tag), []).append((kind, name, child.sourceline, fix, near))
-    for (tag, parent), places in first.items():
-        kind, name, line, fix, near = places[0]
-        elsewhere = [p for p, others in ELEMENTS.items() if tag in others]
-        repair = near.replace("mean ", "mean <").replace("?", ">?") if near else (f"It belongs into <{elsewhere[0]}>." if elsewhere else None)
-        if near:
-            for kind, name, line, fix, _ in places:
-                yield Broken(f"<{tag}> in <{parent}>", line, kind, name, repair=repair, fix=fix)  # type: ignore[arg-type]
-        else:
-            more = f", and {len(places) - 1} more" if len(places) > 1 else ""
-            yield Broken(f"<{tag}> in <{parent}>{more}", line, kind, name, float(len(places)), repair=repair)  # type: ignore[arg-type]
+            right = nearest(child.tag, [tag for tag in known if tag in MANY or element.find(tag) is None])
+            if right:
+                yield Broken(f"<{child.tag}> in <{element.tag}>", child.sourceline, kind, name, repair=f"Did you mean <{right}>?", fix=_renamed(child, right))
+            else:
+                places.setdefault((child.tag, element.tag), []).append((kind, name, child.sourceline))
+    for (tag, parent), where in places.items():
+        kind, name, line = where[0]
+        right_place = next((f"It belongs into <{p}>." for p, others in ELEMENTS.items() if tag in others), None)
+        yield Broken(f"<{tag}> in <{parent}>{_and_more(where)}", line, kind, name, float(len(where)), repair=right_place)
 
 
-def _renamed(element, tag: str) -> Repair:  # type: ignore[no-untyped-def]
+def _and_more(places: list[Place]) -> str:
+    return f", and {len(places) - 1} more" if len(places) > 1 else ""
+
+
+def _renamed(element: _Element, tag: str) -> Repair:
     def change() -> str:
         old = element.tag
         element.tag = tag
@@ -136,7 +145,7 @@ def _renamed(element, tag: str) -> Repair:  # type: ignore[no-untyped-def]
     return change
 
 
-def _known_elements(robot: RobotFile):  # type: ignore[no-untyped-def]
+def _known_elements(robot: RobotFile) -> Iterator[tuple[_Element, Literal["link", "joint", ""], str]]:
     """(element, kind, name) of <robot> and all in its links and joints that readers know."""
     if robot.root is None:
         return
@@ -147,8 +156,8 @@ def _known_elements(robot: RobotFile):  # type: ignore[no-untyped-def]
         waiting = [element]
         while waiting:
             each = waiting.pop()
-            yield each, element.tag, element.get("name", "")
-            waiting += [c for c in each if isinstance(c.tag, str) and c.tag in ELEMENTS and c.tag in ELEMENTS.get(each.tag, ())]
+            yield each, "link" if element.tag == "link" else "joint", element.get("name", "")
+            waiting += [child for child in children(each, *ELEMENTS[each.tag]) if child.tag in ELEMENTS]
 
 
 @rule(
@@ -161,29 +170,25 @@ def _known_elements(robot: RobotFile):  # type: ignore[no-untyped-def]
     formats=("urdf",),
 )
 def unknown_attribute(robot: RobotFile) -> Iterator[Broken]:
-    first: dict[tuple[str, str], list[tuple[str, str, int | None, Repair | None, str | None]]] = {}
+    places: dict[tuple[str, tuple[str, ...]], list[Place]] = {}
     for element, kind, name in _known_elements(robot):
         known = ATTRIBUTES.get(element.tag)
         if known is None:
             continue
-        for attribute in element.attrib:
-            if attribute in known or "}" in attribute or ":" in attribute:
-                continue
-            near = suggest(attribute, known)
-            right = near[13:-1] if near else None
-            fix = _renamed_attribute(element, attribute, right) if right and element.get(right) is None else None
-            first.setdefault((attribute, element.tag), []).append((kind, name, element.sourceline, fix, near))
-    for (attribute, tag), places in first.items():
-        kind, name, line, fix, near = places[0]
-        if near:
-            for kind, name, line, fix, _ in places:
-                yield Broken(f"{attribute} of <{tag}>", line, kind, name, repair=near, fix=fix)  # type: ignore[arg-type]
-        else:
-            more = f", and {len(places) - 1} more" if len(places) > 1 else ""
-            yield Broken(f"{attribute} of <{tag}>{more}", line, kind, name, float(len(places)))  # type: ignore[arg-type]
+        strange = [each for each in element.attrib if each not in known and "}" not in each and ":" not in each]
+        near = {each: right for each in strange if (right := nearest(each, [k for k in known if element.get(k) is None]))}
+        for each, right in near.items():
+            fix = _renamed_attribute(element, each, right)
+            yield Broken(f"{each} of <{element.tag}>", element.sourceline, kind, name, repair=f"Did you mean {right}?", fix=fix)
+        others = tuple(sorted(each for each in strange if each not in near))
+        if others:
+            places.setdefault((element.tag, others), []).append((kind, name, element.sourceline))
+    for (tag, attributes), where in places.items():
+        kind, name, line = where[0]
+        yield Broken(f"{', '.join(attributes)} of <{tag}>{_and_more(where)}", line, kind, name, float(len(where)))
 
 
-def _renamed_attribute(element, old: str, new: str) -> Repair:  # type: ignore[no-untyped-def]
+def _renamed_attribute(element: _Element, old: str, new: str) -> Repair:
     def change() -> str:
         items = [(new if k == old else k, v) for k, v in element.attrib.items()]
         element.attrib.clear()

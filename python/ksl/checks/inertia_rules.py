@@ -249,13 +249,35 @@ def inertial_default(robot: RobotFile) -> Iterator[Broken]:
     condition="The root link of a URDF file has no mass.",
     cause="The robot has no link for the place that it stands on. KDL, and ROS tools that use it, ignore the inertia of the root.",
     repair="Add a root link without <inertial>, and join this one to it by a fixed joint.",
+    accept="adds the link ROOT_mount and the fixed joint ROOT_mount_joint",
     formats=("urdf",),
 )
 def root_inertial(robot: RobotFile) -> Iterator[Broken]:
     for root in robot.roots[:1]:
         if root.mass > 0 and robot.joints:
             assert root.inertial
-            yield Broken(f"the root link has a mass of {shown(root.mass)} kg", root.inertial.line, "link", root.name, root.mass)
+            yield Broken(f"the root link has a mass of {shown(root.mass)} kg", root.inertial.line, "link", root.name, root.mass, guess=_mounted(robot, root))
+
+
+def _mounted(robot: RobotFile, root: Link) -> Repair:
+    def change() -> str:
+        from lxml import etree
+
+        element = root.element
+        assert element is not None
+        link, joint = f"{root.name}_mount", f"{root.name}_mount_joint"
+        mount = etree.Element("link", name=link)
+        fixed = etree.Element("joint", name=joint, type="fixed")
+        etree.SubElement(fixed, "parent", link=link)
+        etree.SubElement(fixed, "child", link=root.name)
+        before = element.getprevious()
+        space = element.getparent().text if before is None else before.tail  # each on a line of its own
+        for new in (mount, fixed):
+            element.addprevious(new)
+            new.tail = space
+        return f"added the link {link}, and {joint}, which fixes {root.name} to it"
+
+    return change
 
 
 RULES = [

@@ -97,6 +97,7 @@ def _chain(robot: RobotFile, joint: Joint) -> tuple[list[Joint], bool]:
     cause="The joint was renamed or removed, or its name is misspelt.",
     repair="Correct the name, or remove <mimic>.",
     fix="corrects the name where only capitals or spaces at its ends differ",
+    accept="takes the joint whose name ends like this one's leader and begins like its own",
     formats=("urdf", "sdf"),
 )
 def mimic_unknown(robot: RobotFile) -> Iterator[Broken]:
@@ -104,8 +105,18 @@ def mimic_unknown(robot: RobotFile) -> Iterator[Broken]:
         if joint.mimic and joint.mimic.leader not in robot.joint_of:
             name = joint.mimic.leader
             same = [known for known in robot.joint_of if known.strip().lower() == name.strip().lower()]
+            prefixed = _with_prefix(robot, joint.name, name)
             fix = set_attribute(joint.mimic.element, "joint", same[0]) if len(same) == 1 and robot.format == "urdf" else None
-            yield Broken(f'it mimics joint "{name}", which does not exist', joint.mimic.line, "joint", joint.name, repair=suggest(name, robot.joint_of), fix=fix)
+            guess = set_attribute(joint.mimic.element, "joint", prefixed) if prefixed and robot.format == "urdf" else None
+            repair = f"Did you mean {prefixed}?" if prefixed else suggest(name, robot.joint_of)
+            found = f'it mimics joint "{name}", which does not exist'
+            yield Broken(found, joint.mimic.line, "joint", joint.name, repair=repair, cause="A prefix was left out." if prefixed else None, fix=fix, guess=guess)
+
+
+def _with_prefix(robot: RobotFile, follower: str, leader: str) -> str | None:
+    """left_thumb_1 for the leader thumb_1 of left_thumb_2: what a macro with a prefix that one name lacks was meant to say."""
+    found = [name for name in robot.joint_of if leader and name.endswith(leader) and name != follower and follower.startswith(name[: -len(leader)])]
+    return found[0] if len(found) == 1 else None
 
 
 @rule(

@@ -46,9 +46,17 @@ def remove(element: _Element) -> None:
     parent.remove(element)
 
 
-def suggest(name: str, known: Iterable[str]) -> str | None:
-    """"Did you mean hand?", or None where nothing is near."""
+def nearest(name: str, known: Iterable[str]) -> str | None:
+    """The known name that was likely meant: the same in other capitals, or one that differs by a few letters.  None if there is none."""
     names = list(known)
     folded = {each.strip().lower(): each for each in names}
-    near = [folded[name.strip().lower()]] if name.strip().lower() in folded else get_close_matches(name, names, 1, 0.7)
-    return f"Did you mean {near[0]}?" if near else None
+    if name.strip().lower() in folded:
+        return folded[name.strip().lower()]
+    near = get_close_matches(name, names, 1, 0.7)
+    return near[0] if near else None
+
+
+def suggest(name: str, known: Iterable[str]) -> str | None:
+    """"Did you mean hand?", or None where nothing is near."""
+    near = nearest(name, known)
+    return f"Did you mean {near}?" if near else None

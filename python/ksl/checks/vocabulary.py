@@ -25,6 +25,9 @@ ELEMENTS: dict[str, tuple[str, ...]] = {
 OPAQUE: dict[str, tuple[str, ...]] = {"collision": ("material", "contact_coefficients"), "joint": ("limb",)}
 """Elements that stand in many files where no reader asks for them, and that do no harm."""
 
+MANY = ("link", "joint", "material", "transmission", "gazebo", "ros2_control", "sensor", "visual", "collision")
+"""Elements of which several may stand beside each other; of others a second one is no spelling mistake."""
+
 SHARED = ("plugin", "frame")
 
 POSE = ("xyz", "rpy", "quat_xyzw")
