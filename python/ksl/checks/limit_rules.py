@@ -121,7 +121,7 @@ def _scaled(joint: Joint, degrees: bool) -> Repair:
     "effort-zero",
     "warning",
     condition="The effort limit of a joint is above zero.",
-    cause="Not known, and 0 was written. Simulators and controllers then hold the joint without force.",
+    cause="Not known, and 0 was written. KSL takes 0 as not given; simulators and controllers then hold the joint without force.",
     repair="Give the peak torque (N m) or force (N) of the drive.",
 )
 def effort_zero(robot: RobotFile) -> Iterator[Broken]:
@@ -132,7 +132,7 @@ def effort_zero(robot: RobotFile) -> Iterator[Broken]:
     "velocity-zero",
     "warning",
     condition="The velocity limit of a joint is above zero.",
-    cause="Not known, and 0 was written. Planners then refuse to move the joint.",
+    cause="Not known, and 0 was written. KSL takes 0 as not given; planners then refuse to move the joint.",
     repair="Give the largest speed, rad/s or m/s.",
 )
 def velocity_zero(robot: RobotFile) -> Iterator[Broken]:
