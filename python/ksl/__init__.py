@@ -13,6 +13,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl._core import __version__ as __version__
     from ksl.builder import Builder as Builder
+    from ksl.checks.findings import Finding as Finding
+    from ksl.checks.findings import Findings as Findings
+    from ksl.checks.run import check as check
     from ksl.errors import DescriptionError as DescriptionError
     from ksl.errors import DescriptionWarning as DescriptionWarning
     from ksl.errors import FrameError as FrameError
@@ -37,6 +40,8 @@ _MODULE_OF = {
     "Builder": "ksl.builder",
     "DescriptionError": "ksl.errors",
     "DescriptionWarning": "ksl.errors",
+    "Finding": "ksl.checks.findings",
+    "Findings": "ksl.checks.findings",
     "FrameError": "ksl.errors",
     "Inertia": "ksl.spatial",
     "Joint": "ksl.mechanism",
@@ -50,6 +55,7 @@ _MODULE_OF = {
     "Twist": "ksl.spatial",
     "Wrench": "ksl.spatial",
     "__version__": "ksl._core",
+    "check": "ksl.checks.run",
     "load": "ksl.loading",
     "sweep": "ksl.sweeps.run",
     "load_string": "ksl.loading",
