@@ -6,7 +6,7 @@ import sys
 def main() -> None:
     """Runs the command line; says what is missing where the extra `loads` is not installed."""
     try:
-        from ksl.cli import app
+        from ksl.commands import app
     except ModuleNotFoundError as e:
         if e.name not in ("typer", "rich"):
             raise

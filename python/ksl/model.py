@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ksl import _core, given
 from ksl.inverse_kinematics import InverseKinematicsCalls
-from ksl.quantities import EFFORT_PARTS
+from ksl.load_cases.quantities import EFFORT_PARTS
 from ksl.requests import one_of
 from ksl.states import Array, External, ExternalAxes, Order
 from ksl.surgery import Surgery
@@ -125,12 +125,12 @@ class Model(Surgery, InverseKinematicsCalls):
         return section_wrench(self, q, v, a, name, point, normal, share, beyond, external, axes, order, external_axes)
 
     def loads(self, time: ArrayLike, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None, **options: Any) -> pyarrow.Table:
-        """Every wrench along a motion, as a table with a row for each sample and joint; see :func:`ksl.loads.wrench_table`.
+        """Every wrench along a motion, as a table with a row for each sample and joint; see :func:`ksl.load_cases.wrench_table.wrench_table`.
 
         time (n), q (n, nq); v and a (n, nv) are differentiated from a quintic spline where they are missing.
         Needs the extra `ksl[loads]`.
         """
-        from ksl.loads import wrench_table
+        from ksl.load_cases.wrench_table import wrench_table
 
         return wrench_table(self, time, q, v, a, **options)
 

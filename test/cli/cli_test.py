@@ -19,8 +19,8 @@ import pyarrow.parquet as pq
 import pytest
 
 import ksl
-from ksl.motion import columns_of
-from ksl.output import OutputError, staged
+from ksl.motions.columns import columns_of
+from ksl.load_cases.output import OutputError, staged
 
 MIMIC = """<robot name="hand"><link name="palm"/><link name="a"/><link name="b"/>
 <joint name="finger1" type="prismatic"><parent link="palm"/><child link="a"/>
@@ -103,7 +103,7 @@ def test_what_is_printed(done):
 
 
 def test_the_table_is_what_python_gives(done, ur5, examples):
-    from ksl.motion import read_motion
+    from ksl.motions.reading import read_motion
 
     m = ksl.load(ur5[0])
     motion = read_motion(m, ur5[1])

@@ -108,8 +108,10 @@ def test_limits_that_cannot_be(kind, limits, sentence):
 
 
 def test_what_is_beyond_limits_is_reported(chain):
-    from ksl.loads import Curves, LoadCase, exceeded_limits
-    from ksl.motion import Motion
+    from ksl.load_cases.curves import Curves
+    from ksl.load_cases.limits import exceeded_limits
+    from ksl.load_cases.load_case import LoadCase
+    from ksl.motions.motion import Motion
 
     time = np.linspace(0, 1, 12)
     q = np.tile(chain.neutral(), (12, 1))

@@ -9,10 +9,12 @@ import pyarrow.compute as pc
 import pytest
 
 import ksl
-from ksl.loads import BLOCK_ROWS, Curves, LoadCase, Placement, exceeded_limits
+from ksl.load_cases.curves import Curves
+from ksl.load_cases.limits import exceeded_limits
+from ksl.load_cases.load_case import BLOCK_ROWS, LoadCase, Placement
 from ksl.mechanism import Joint
-from ksl.motion import Motion, complete
-from ksl.quantities import integral, joint_loads, rms, summarise, unit, work
+from ksl.motions.motion import Motion, complete
+from ksl.load_cases.quantities import integral, joint_loads, rms, summarise, unit, work
 
 COLUMNS = [
     "time",
@@ -293,7 +295,7 @@ def test_no_power_balance_of_too_few_samples(robot):
 
 
 def test_sample_motion_balances(ur5, examples):
-    from ksl.motion import read_motion
+    from ksl.motions.reading import read_motion
 
     balance = collected(LoadCase(ur5, read_motion(ur5, examples / "motions" / "ur5_pick.csv"))).power_balance()
     assert balance.relative_residual < 1e-4

@@ -1,10 +1,13 @@
-"""ksl.motion: reading, differentiating, and every sentence about what can't be used."""
+"""ksl.motions: reading, differentiating, and every sentence about what can't be used."""
 
 import numpy as np
 import pytest
 
 import ksl
-from ksl.motion import Motion, columns_of, complete, derivative, read_external, read_motion
+from ksl.motions.columns import columns_of
+from ksl.motions.motion import Motion, complete
+from ksl.motions.rates import derivative
+from ksl.motions.reading import read_external, read_motion
 
 INERTIAL = '<inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
 

@@ -183,8 +183,9 @@ def test_a_rotor_turns_with_its_parent_link():
 
 @pytest.mark.parametrize("physics", ["all", ("damping", "exact friction", "rotor bodies", "spring")])
 def test_the_table_splits_the_effort_and_the_power_balances(physics):
-    from ksl.loads import Curves, LoadCase
-    from ksl.motion import Motion
+    from ksl.load_cases.curves import Curves
+    from ksl.load_cases.load_case import LoadCase
+    from ksl.motions.motion import Motion
 
     m = arm().build(physics=physics, friction_width=0.5)
     t = np.linspace(0, 2, 801)

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from ksl.mechanism import Joint
-from ksl.quantities import PowerBalance, joint_loads, summarise
-from ksl.report import POINTS, ReportInput, decimate, format_number, write_report
+from ksl.load_cases.quantities import PowerBalance, joint_loads, summarise
+from ksl.report.page import POINTS, ReportInput, decimate, format_number, write_report
 
 NASTY = """</script><script>alert('1')</script><!-- & "x" <b> \\u003c µ"""
 

@@ -150,7 +150,11 @@ def work(time: Array, power: Array) -> tuple[float, float]:
     return positive, integral(time, power) - positive
 
 
-def summarise(time: Array, loads: JointLoads) -> dict[str, float | str | None]:
+SummaryRow = dict[str, "float | str | None"]
+"""A joint's row of the summary."""
+
+
+def summarise(time: Array, loads: JointLoads) -> SummaryRow:
     """One row of the summary: peaks (of the magnitude) with their times, time-weighted rms, work.
 
     Forces and moments are those of the wrench at the chosen point; effort, speed, power and work are the drive's.  A mimic

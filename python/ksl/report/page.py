@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ksl.load_cases.quantities import EFFORT_PARTS, JointLoads, PowerBalance, unit
 from ksl.mechanism import Joint
-from ksl.quantities import EFFORT_PARTS, JointLoads, PowerBalance, unit
 from ksl.states import Array
 
 Row = Mapping[str, float | str | None]
@@ -70,7 +70,7 @@ class ReportInput:
     notes: list[str]
     """Warnings, unused content of the files, limits exceeded: a line each, foldable."""
     summary: list[dict[str, float | str | None]]
-    """Rows of :func:`ksl.quantities.summarise`, of any of `joints`."""
+    """Rows of :func:`ksl.load_cases.quantities.summarise`, of any of `joints`."""
     time: Array
     """(n), s."""
     joints: list[JointLoads]
@@ -443,4 +443,4 @@ def _inline(script: str) -> str:
 
 
 def _asset(name: str) -> str:
-    return resources.files("ksl").joinpath("report_assets", name).read_text(encoding="utf-8")
+    return resources.files("ksl").joinpath("report", "assets", name).read_text(encoding="utf-8")

@@ -1,0 +1,76 @@
+"""`ksl loads`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, cast
+
+import typer
+
+from ksl.commands.app import app, console, discard_output, end_on_signals, fail, unwritable
+from ksl.commands.options import FloatingBase, FrictionWidth, Gravity, Mimic, ModelName, Physics, Robot, Strict, in_options, numbers, read_model
+
+if TYPE_CHECKING:
+    from ksl.states import Order, Side
+
+
+@app.command()
+def loads(
+    robot: Robot,
+    motion: Annotated[Path, typer.Argument(metavar="MOTION.csv", help="`time` and a column per moving joint (rad, m); NAME.v, NAME.a if known.")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the results.")] = Path("loads"),
+    csv: Annotated[bool, typer.Option("--csv", help="Write wrenches.csv beside wrenches.parquet.")] = False,
+    on: Annotated[str, typer.Option(metavar="child|parent", help="Side that the wrench acts on.")] = "child",
+    at: Annotated[str, typer.Option(metavar="POINT", help="Point of the moments: joint, world, a link's name, or X,Y,Z from the joint's origin in its axes.")] = "joint",
+    axes: Annotated[str, typer.Option(metavar="AXES", help="joint, world, or a link's name.")] = "joint",
+    order: Annotated[str, typer.Option(metavar="lin_ang|ang_lin", help="Force or moment first.")] = "lin_ang",
+    payload: Annotated[list[str], typer.Option(metavar="MASS[,X,Y,Z]", help="Point mass, kg, at a point of the link's frame, m; with --on-link.")] = [],
+    on_link: Annotated[list[str], typer.Option(metavar="NAME", help="Link that carries the payload.")] = [],
+    external: Annotated[Path | None, typer.Option(metavar="FILE.csv", help="Wrenches on links: `time` and LINK.fx … LINK.tz, at the link's origin, in its axes.")] = None,
+    floating_base: FloatingBase = False,
+    mimic: Mimic = "coupled",
+    strict: Strict = False,
+    gravity: Gravity = "",
+    model_name: ModelName = "",
+    physics: Physics = "",
+    friction_width: FrictionWidth = 0.01,
+) -> None:
+    """Compute the wrench through every joint along a motion and write wrenches.parquet, summary.csv and report.html.
+
+    A floating base has the columns floating_base.x .y .z .qx .qy .qz .qw (pose in the world) and, if its rates are known,
+    floating_base.vx .vy .vz .wx .wy .wz and .ax .ay .az .bx .by .bz (twist in the body's frame and its componentwise derivative).
+
+    A spherical joint has the columns NAME.qx .qy .qz .qw (a unit quaternion) and, if known, NAME.wx .wy .wz (angular velocity in
+    the child's axes) and NAME.bx .by .bz (its componentwise derivative). docs/loads.md lists those of cylindrical, universal,
+    planar and translation joints.
+    """
+    from ksl.load_cases.load_case import LoadCase, Placement
+    from ksl.load_cases.output import OutputError
+    from ksl.load_cases.run import run_loads
+    from ksl.motions.reading import read_external, read_motion
+
+    if len(payload) != len(on_link):
+        fail(f"{len(payload)} --payload and {len(on_link)} --on-link; give one --on-link NAME for each --payload MASS[,X,Y,Z]")
+    if len(set(on_link)) != len(on_link):
+        fail(f"--on-link {max(on_link, key=on_link.count)} is given more than once; a link carries one payload")
+    values = [numbers(p, "--payload", 1, 4) for p in payload]
+    end_on_signals()
+    loaded = {link: (p[0], p[1:] or [0, 0, 0]) for link, p in zip(on_link, values)}
+    model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, friction_width=friction_width)
+    point = numbers(at, "--at", 3) if "," in at else at
+    try:
+        model._request(on, point, axes, order, "total", [])
+    except ValueError as e:
+        fail(in_options(e, on=on, at=at, axes=axes, order=order))
+    placement = Placement(cast("Side", on), point, axes, cast("Order", order))  # the request was not refused
+    try:
+        moved = read_motion(model, motion)
+        wrenches = read_external(model, external, moved.time) if external else {}
+        run_loads(LoadCase(model, moved, placement, wrenches), str(motion), output, csv, console(120))
+    except BrokenPipeError:  # nobody reads what is printed: as any command
+        raise
+    except (ValueError, OutputError, RuntimeError) as e:  # RuntimeError: an unknown KSL_ISA
+        fail(e)
+    except OSError as e:
+        discard_output()
+        fail(f"{unwritable(e)}; results are in {output}")

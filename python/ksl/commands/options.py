@@ -1,0 +1,85 @@
+"""Options that several commands share, and the model that they describe."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal, cast
+
+import typer
+
+from ksl.commands.app import errors, fail
+from ksl.errors import DescriptionWarning
+
+if TYPE_CHECKING:
+    from ksl.model import Model
+
+Robot = Annotated[Path, typer.Argument(metavar="ROBOT", help="Robot file: URDF, SDF, or MJCF (with the package mujoco).")]
+FloatingBase = Annotated[bool, typer.Option("--floating-base", help="The root link floats: first joint floating_base.")]
+Mimic = Annotated[str, typer.Option(metavar="coupled|independent", help="Joints that mimic another follow it, or have a coordinate of their own.")]
+Strict = Annotated[bool, typer.Option("--strict", help="An inertia that no rigid body can have, or a moving link with geometry and no mass, is an error.")]
+Gravity = Annotated[str, typer.Option(metavar="X,Y,Z", help="Gravity in world axes, m/s²; otherwise that of the file, or 0,0,-9.81.")]
+Physics = Annotated[str, typer.Option("--physics", metavar="NAMES", help="Physics of joints, separated by commas: damping, friction or exact friction, armature, rotor or rotor bodies, spring; or all.")]
+FrictionWidth = Annotated[float, typer.Option("--friction-width", metavar="SPEED", help="Where smooth friction has 0.71 of its full strength, rad/s or m/s, for joints without one of their own.")]
+ModelName = Annotated[str, typer.Option("--model", metavar="NAME", help="Which model of an SDF file that has several.")]
+
+
+def numbers(text: str, option: str, *counts: int) -> list[float]:
+    try:
+        values = [float(x) for x in text.split(",")]
+    except ValueError:
+        values = []
+    if len(values) not in counts or not all(math.isfinite(x) for x in values):
+        fail(f"{option} {text}: expected {' or '.join(str(c) for c in counts)} finite numbers separated by commas")
+    return values
+
+
+def suggestion(name: str, known: list[str], otherwise: str) -> str:
+    from difflib import get_close_matches
+
+    near = get_close_matches(name, known, 1)
+    return f"did you mean {near[0]}?" if near else f"{otherwise} {', '.join(known)}"
+
+
+def in_options(error: ValueError, **options: object) -> str:
+    """What Python says of an argument, said of the option that gave it: `--at hand: expected …`."""
+    text = str(error)
+    for name, value in options.items():
+        argument = f"{name}={value!r}"
+        if text.startswith(argument):
+            return f"--{name} {value}: {text[len(argument) :].lstrip(':; ')}"
+    return text
+
+
+def read_model(
+    robot: Path,
+    floating_base: bool,
+    mimic: str,
+    strict: bool,
+    gravity: str,
+    payloads: Mapping[str, tuple[float, Sequence[float]]] | None = None,
+    masses: Literal["optional"] | None = None,
+    name: str = "",
+    physics: str = "",
+    friction_width: float = 0.01,
+) -> Model:
+    from ksl.loading import load
+
+    how = cast(Literal["coupled", "independent"], mimic)  # load refuses other words
+    given_gravity = numbers(gravity, "--gravity", 3) if gravity else None
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", DescriptionWarning)
+        try:
+            on = [word.strip() for word in physics.split(",")] if physics else None
+            model = load(robot, floating_base, how, strict, given_gravity, payloads, masses, name or None, on, friction_width)
+        except ValueError as e:
+            absent = [link for link in payloads or {} if f"no link {link} to carry the payload" in str(e)]
+            if absent:
+                bare = load(robot, floating_base, how, masses="optional", model=name or None)
+                fail(f"--on-link {absent[0]}: no such link; {suggestion(absent[0], bare.link_names, f'the links of {bare.name} are')}")
+            fail(in_options(e, mimic=mimic))
+    for w in caught:
+        errors.print(f"ksl: warning: {w.message}")
+    return model

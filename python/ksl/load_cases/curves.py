@@ -1,0 +1,67 @@
+"""The curves of the summary and the report, and the power balance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ksl.load_cases.load_case import Block, LoadCase
+from ksl.load_cases.quantities import EFFORT_PARTS, JointLoads, PowerBalance, joint_loads, power_round_off
+from ksl.motions.rates import SPLINE_SAMPLES, derivative
+from ksl.states import Array
+
+if TYPE_CHECKING:
+    pass
+
+
+@dataclass
+class Curves:
+    """Collects from blocks the curves of the summary and the report.  The wrenches themselves are not kept."""
+
+    case: LoadCase
+    loads: list[JointLoads] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        n = len(self.case.motion.time)
+        self._drive, self._largest_effort = np.empty(n), 0.0
+        self._dissipation = np.empty(n) if self.case.model.physics else None
+        model, motion = self.case.model, self.case.motion
+        for joint in model.joints:
+            empty = joint_loads(joint, np.empty((0, 6)), None, None)
+            speed = model._velocity_of(joint, motion.v) if joint.one_coordinate else None
+            effort = np.empty(n) if joint.one_coordinate and joint.leader is None else None
+            coupling = np.empty(n) if joint.leader is not None else None
+            parts: dict[str, Array] = {name: np.empty(n) for name in EFFORT_PARTS} if model.physics and effort is not None else {}
+            self.loads.append(JointLoads(joint, {name: np.empty(n) for name in empty.wrench}, speed, effort, coupling, parts))
+
+    def add(self, block: Block) -> None:
+        """Adds the samples `block.rows`; each sample must be added once, in any order."""
+        followers = {name: i for i, name in enumerate(self.case.model.follower_names)}
+        for i, collected in enumerate(self.loads):
+            part = joint_loads(collected.joint, block.in_joint_axes[:, i], None, None)
+            for name, x in part.wrench.items():
+                collected.wrench[name][block.rows] = x
+            if collected.effort is not None:
+                collected.effort[block.rows] = block.tau[:, collected.joint.v_index]
+            if collected.coupling is not None:
+                collected.coupling[block.rows] = block.coupling[:, followers[collected.joint.name]]
+            if block.parts is not None:
+                for k, part_of_effort in enumerate(collected.parts.values()):
+                    part_of_effort[block.rows] = block.parts[:, k, collected.joint.v_index]
+        self._drive[block.rows] = np.sum(block.tau * block.v, axis=1)
+        if self._dissipation is not None and block.parts is not None:
+            self._dissipation[block.rows] = np.sum((block.parts[:, 1] + block.parts[:, 2]) * block.v, axis=1)
+        self._largest_effort = max(self._largest_effort, float(np.max(np.abs(block.tau), initial=0.0)))
+
+    def power_balance(self) -> PowerBalance | None:
+        """The power balance, after all blocks; None if there are too few samples to differentiate the energy."""
+        motion, external = self.case.motion, self.case.external
+        if len(motion.time) < SPLINE_SAMPLES:
+            return None
+        kinetic, potential = self.case.model.energy(motion.q, motion.v)
+        energy = kinetic + potential
+        supplied = self.case.model.external_power(motion.q, motion.v, external) if external else np.zeros(len(motion.time))
+        round_off = power_round_off(motion.time, energy, motion.q, self._largest_effort)
+        return PowerBalance(self._drive, supplied, energy, derivative(motion.time, energy), round_off, self._dissipation)

@@ -1,0 +1,97 @@
+"""A load case: a motion of a model, and its wrenches, block by block."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ksl.calls import Calls
+from ksl.motions.motion import Motion
+from ksl.states import Array, Order, Point, Side
+
+if TYPE_CHECKING:
+    pass
+
+BLOCK_ROWS = 1 << 17
+"""Rows of the table that are computed and written at a time."""
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Side, point, axes and order of the wrenches; see `Model.reactions`."""
+
+    on: Side = "child"
+    at: Point = "joint"
+    axes: str = "joint"
+    order: Order = "lin_ang"
+
+    @property
+    def point(self) -> str:
+        """The point in one word or three numbers."""
+        return self.at if isinstance(self.at, str) else "joint + " + " ".join(f"{x:g}" for x in self.at)
+
+    @property
+    def about(self) -> str:
+        """The point as people read it."""
+        if not isinstance(self.at, str):
+            return f"the point ({', '.join(f'{x:g}' for x in self.at)}) m from the joint's origin, in its axes"
+        return {"joint": "the joint's origin", "world": "the world's origin"}.get(self.at, f"the origin of {self.at}")
+
+
+@dataclass(frozen=True)
+class LoadCase:
+    """A motion of a model, with the wrenches that the environment exerts on its links: {link: (n, 6)}."""
+
+    model: Calls
+    motion: Motion
+    placement: Placement = Placement()
+    external: Mapping[str, Array] = field(default_factory=dict)
+
+    def blocks(self) -> Iterator[Block]:
+        """All samples in order, in blocks of about BLOCK_ROWS rows of the table."""
+        samples = max(1, BLOCK_ROWS // len(self.model.joints))
+        for start in range(0, len(self.motion.time), samples):
+            yield self._block(slice(start, start + samples))
+
+    def _block(self, rows: slice) -> Block:
+        p, names = self.placement, [j.name for j in self.model.joints]
+        request = self.model._request
+        wanted = [request(p.on, p.at, p.axes, p.order, part, names) for part in ("total", "constraint")]
+        if p.axes != "joint" or p.order != "lin_ang":
+            wanted.append(request(p.on, p.at, "joint", "lin_ang", "total", names))
+        if self.model.follower_names:
+            wanted.append(request("child", "joint", "joint", "lin_ang", "coupling", self.model.follower_names))
+        external = {link: w[rows] for link, w in self.external.items()}
+        m = self.motion
+        tau, *wrenches = self.model._with_reactions(m.q[rows], m.v[rows], m.a[rows], external, tuple(wanted))
+        coupling = self._coupling(wrenches.pop()) if self.model.follower_names else np.empty((len(m.time[rows]), 0))
+        parts = self.model.effort_parts(m.q[rows], m.v[rows], m.a[rows], external) if self.model.physics else None
+        return Block(rows, m.time[rows], m.v[rows], tau, wrenches[0], wrenches[1], wrenches[-1] if len(wrenches) > 2 else wrenches[0], coupling, parts)
+
+    def _coupling(self, wrenches: Array) -> Array:
+        """Efforts (n, followers) from the coupling part (n, followers, 6) of their wrenches, which is h* Sᵀ f."""
+        followers = [self.model.joint(name) for name in self.model.follower_names]
+        along = [wrenches[:, i, 3:] if j.has_angle else wrenches[:, i, :3] for i, j in enumerate(followers)]
+        return np.column_stack([x @ np.array(j.axis) for x, j in zip(along, followers, strict=True)])
+
+
+@dataclass(frozen=True)
+class Block:
+    """Results for some samples, with joints in the order of `Model.joints`."""
+
+    rows: slice
+    time: Array
+    v: Array
+    tau: Array
+    total: Array
+    """(n, joints, 6), expressed as the placement says."""
+    constraint: Array
+    in_joint_axes: Array
+    """The total at the placement's point and side, but in the joint's axes, linear first."""
+    coupling: Array
+    """(n, followers): the effort of the coupling of each mimic joint, N m or N, in the order of `Model.follower_names`."""
+    parts: Array | None
+    """(n, 5, nv): what `tau` consists of, in the order of `EFFORT_PARTS`; None for models without physics of joints."""

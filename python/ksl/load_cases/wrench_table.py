@@ -1,0 +1,159 @@
+"""Every wrench along a motion, as a table."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ksl._core import __version__
+from ksl.calls import Calls
+from ksl.errors import MotionError
+from ksl.load_cases.load_case import Block, LoadCase, Placement
+from ksl.load_cases.quantities import EFFORT_PARTS
+from ksl.mechanism import Mechanism
+from ksl.motions.motion import complete
+from ksl.states import Array, Order, Point, Side, items_of
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+COMPONENTS = {"lin_ang": ("fx", "fy", "fz", "tx", "ty", "tz"), "ang_lin": ("tx", "ty", "tz", "fx", "fy", "fz")}
+
+
+class TableWriter:
+    """Converts blocks to columns of the table, with a row for each sample and joint."""
+
+    def __init__(self, model: Mechanism, placement: Placement) -> None:
+        import pyarrow as pa
+
+        self._pa, self._placement = pa, placement
+        self._joints = model.joints
+        self._driven = np.array([j.one_coordinate and j.leader is None for j in model.joints])
+        self._follows = np.array([j.leader is not None for j in model.joints])
+        self._v_index = np.array([j.v_index for j in model.joints])[self._driven]
+        self._following = [j for j in model.joints if j.leader is not None]
+        self._mechanism = model
+        names, parts = COMPONENTS[placement.order], EFFORT_PARTS if model.physics else ()
+        numbers = ["time", *names, *(f"constraint_{c}" for c in names), "effort", "speed", "power", *(["coupling"] if self._following else []), *parts]
+        words = pa.dictionary(pa.int16(), pa.string())
+        self.schema = pa.schema(
+            [pa.field("time", pa.float64()), pa.field("joint", words)]
+            + [pa.field(n, pa.float64()) for n in numbers[1:]]
+            + [pa.field(n, words) for n in ("on", "at", "axes")],
+            metadata={"ksl": json.dumps(self._description(model))},
+        )
+
+    def _description(self, model: Mechanism) -> dict[str, str]:
+        p = self._placement
+        effort = "motor effort of the joint's drive, the sum of its parts" if model.physics else "transmitted effort of the joint's drive"
+        return {
+            "version": __version__,
+            "robot": model.name,
+            "wrench": f"exerted on the {p.on} side through the joint, about the point `at`, in the axes `axes`",
+            "on": p.on,
+            "at": p.point,
+            "axes": p.axes,
+            "order": p.order,
+            "effort": f"{effort}, the same for every `on`, `at` and `axes`",
+            **({"physics": ", ".join(model.physics)} if model.physics else {}),
+            **({"coupling": "effort by which its leader moves a mimic joint, which has no drive"} if self._following else {}),
+            "units": "s, N, N m; effort N m or N, speed rad/s or m/s, power W",
+        }
+
+    def table(self, block: Block) -> pa.Table:
+        """One block as a table; samples in order, and in each the joints in order."""
+        pa, n, joints = self._pa, len(block.time), len(self._joints)
+        columns = [pa.array(np.repeat(block.time, joints)), self._words([j.name for j in self._joints], np.tile(np.arange(joints, dtype=np.int16), n))]
+        for wrench in (block.total, block.constraint):
+            columns += [pa.array(np.ascontiguousarray(wrench[:, :, i]).reshape(-1)) for i in range(6)]
+        effort, speed = block.tau[:, self._v_index], block.v[:, self._v_index]
+        speeds = np.empty((n, joints))
+        speeds[:, self._driven] = speed
+        if self._following:
+            speeds[:, self._follows] = np.column_stack([self._mechanism._velocity_of(j, block.v) for j in self._following])
+        moving = self._driven | self._follows
+        columns += [self._of(self._driven, effort), self._of(moving, speeds[:, moving]), self._of(self._driven, effort * speed)]
+        columns += [self._of(self._follows, block.coupling)] if self._following else []
+        if block.parts is not None:
+            columns += [self._of(self._driven, block.parts[:, i, self._v_index]) for i in range(len(EFFORT_PARTS))]
+        columns += [self._words([w], np.zeros(n * joints, dtype=np.int16)) for w in (self._placement.on, self._placement.point, self._placement.axes)]
+        return pa.Table.from_arrays(columns, schema=self.schema)
+
+    def _of(self, chosen: Array, x: Array) -> pa.Array:
+        """Values of the chosen joints; the others have none."""
+        n, joints = len(x), len(self._joints)
+        values, absent = np.zeros((n, joints)), np.ones((n, joints), dtype=bool)
+        values[:, chosen], absent[:, chosen] = x, False
+        return self._pa.array(values.reshape(-1), mask=absent.reshape(-1))
+
+    def _words(self, words: list[str], indices: np.ndarray) -> pa.DictionaryArray:
+        return self._pa.DictionaryArray.from_arrays(self._pa.array(indices), self._pa.array(words))
+
+
+def wrench_table(
+    model: Calls,
+    time: ArrayLike,
+    q: ArrayLike,
+    v: ArrayLike | None = None,
+    a: ArrayLike | None = None,
+    *,
+    external: Mapping[str, ArrayLike] | None = None,
+    on: Side = "child",
+    at: Point = "joint",
+    axes: str = "joint",
+    order: Order = "lin_ang",
+) -> pa.Table:
+    """Every wrench along a motion: a row for each sample and joint, fixed joints and `base` included.
+
+    time (n), increasing, s; q (n, nq); v, a (n, nv), differentiated from a quintic spline where they are missing (at
+    least 6 samples).  external: {link: (n, 6), or (6) for all samples}.  on, at, axes, order: as in `Model.reactions`.
+    Columns: time, joint, fx fy fz tx ty tz of the total and constraint_fx … of the constraint part (N, N m); effort,
+    speed, power of the drives of joints with one coordinate, the same for every on, at and axes; on, at, axes.  Robots with
+    mimic joints have a column `coupling` before these three: the effort by which its leader moves a mimic joint, which has no
+    drive.  Models with physics of joints have the parts of the effort there: transmitted, damping, friction, rotor, spring.
+    Raises MotionError.
+    """
+    import pyarrow as pa
+
+    t, positions = _real("time", time), _real("q", q)
+    given = [None if x is None else _real(name, x) for name, x in (("v", v), ("a", a))]
+    if t.ndim != 1 or positions.shape != (len(t), model.nq) or any(x is not None and x.shape != (len(t), model.nv) for x in given):
+        shapes = [None if x is None else x.shape for x in given]
+        found = f"time {t.shape}, q {positions.shape}, v {shapes[0]}, a {shapes[1]}"
+        raise MotionError(f"shapes don't fit: {found}; expected (n), (n, {model.nq}), (n, {model.nv}), (n, {model.nv})")
+    if not all(np.isfinite(x).all() for x in (t, positions, *given) if x is not None):
+        raise MotionError("time, q, v and a must be finite")
+    if (np.diff(t) <= 0).any():
+        raise MotionError("times must increase: sort the samples and remove repeated ones")
+    joints = model.joints[: len(model.joint_names)]
+    by_joint = [[None if x is None else x[:, j.v_index : j.v_index + j.nv] for x in given] for j in joints]
+    motion = complete(model, t, positions, by_joint)
+    wrenches = {link: _wrenches(link, w, len(t)) for link, w in items_of(external)}
+    case = LoadCase(model, motion, Placement(on, at, axes, order), wrenches)
+    writer = TableWriter(model, case.placement)
+    return pa.concat_tables([writer.table(block) for block in case.blocks()])
+
+
+def _real(name: str, x: ArrayLike) -> Array:
+    """Converts numbers to float64.  Complex ones are refused, since their imaginary part would be lost."""
+    try:
+        given = np.asarray(x)
+        if given.dtype.kind != "c":
+            return np.asarray(given, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise MotionError(f"{name}: {error}; expected an array of numbers") from None
+    raise MotionError(f"{name} is complex ({given.dtype}); expected real numbers: .real takes the real parts")
+
+
+def _wrenches(link: str, w: ArrayLike, samples: int) -> Array:
+    """Converts to (n, 6); one wrench may be given for all samples."""
+    given = _real(f"external[{link!r}]", w)
+    if given.shape not in ((6,), (1, 6), (samples, 6)):
+        raise MotionError(f"external[{link!r}] has shape {given.shape}; expected ({samples}, 6), a wrench for each sample, or (6): force, then moment")
+    if not np.isfinite(given).all():
+        raise MotionError(f"external[{link!r}] must be finite")
+    return np.broadcast_to(given, (samples, 6))
