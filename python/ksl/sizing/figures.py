@@ -56,5 +56,7 @@ def significant(x: float | None, digits: int = 4) -> str:
     """A number with some significant digits, without an exponent where it stays short: 0.0123, 12.35, 23500, 1.2e+09; – for none."""
     if x is None or x != x:
         return "–"
+    if x in (float("inf"), float("-inf")):
+        return "∞" if x > 0 else "−∞"
     text = f"{x:.{digits}g}"
     return f"{x:.0f}" if "e" in text and 1e4 <= abs(x) < 1e7 else text
