@@ -273,5 +273,5 @@ def test_miner_with_goodmans_correction():
     e, history = example("miner"), example("rainflow")["inputs"]["series"]
     i = e["inputs"]
     found = fatigue.rainflow_cycles(history)
-    S = fatigue.corrected_amplitude(found.range / 2, found.mean, "goodman", i["S_u"])
-    near(fatigue.miner_sum(S, found.count, i["k"], i["S_k"], i["N_k"]), e["outputs"]["damage_goodman"])
+    S = fatigue.corrected_amplitude(found.ranges / 2, found.means, "goodman", i["S_u"])
+    near(fatigue.miner_sum(S, found.counts, i["k"], i["S_k"], i["N_k"]), e["outputs"]["damage_goodman"])

@@ -85,7 +85,7 @@ def deep_groove_load(Fr: ArrayLike, Fa: ArrayLike, C0: float, f0: float) -> Equi
 def deep_groove_static(Fr: ArrayLike, Fa: ArrayLike) -> Array:
     """Equivalent static load of a deep-groove ball bearing, N: 0.6 Fr + 0.5 Fa, at least Fr.  ISO 76:2006, 5.2."""
     r, a = np.abs(np.asarray(Fr, dtype=float)), np.abs(np.asarray(Fa, dtype=float))
-    return np.maximum(r, 0.6 * r + 0.5 * a)
+    return np.asarray(np.maximum(r, 0.6 * r + 0.5 * a))
 
 
 def angular_contact_load(Fr: ArrayLike, Fa: ArrayLike, angle: int, arrangement: Literal["single", "pair"]) -> Equivalent:
@@ -103,7 +103,7 @@ def angular_contact_load(Fr: ArrayLike, Fa: ArrayLike, angle: int, arrangement: 
 def angular_contact_static(Fr: ArrayLike, Fa: ArrayLike, angle: int, arrangement: Literal["single", "pair"]) -> Array:
     """Equivalent static load, N: 0.5 Fr + Y0 Fa, at least Fr; of a pair Fr + 2 Y0 Fa.  Source: ISO 76:2006, Table 2."""
     f, r, a = ANGULAR_CONTACT[angle], np.abs(np.asarray(Fr, dtype=float)), np.abs(np.asarray(Fa, dtype=float))
-    return np.maximum(r, f.X0_single * r + f.Y0_single * a) if arrangement == "single" else f.X0_pair * r + f.Y0_pair * a
+    return np.asarray(np.maximum(r, f.X0_single * r + f.Y0_single * a) if arrangement == "single" else f.X0_pair * r + f.Y0_pair * a)
 
 
 def crossed_roller_load(Fr: ArrayLike, Fa: ArrayLike, M: ArrayLike, dp: float) -> Equivalent:
@@ -118,13 +118,13 @@ def crossed_roller_load(Fr: ArrayLike, Fa: ArrayLike, M: ArrayLike, dp: float) -
 def crossed_roller_static(Fr: ArrayLike, Fa: ArrayLike, M: ArrayLike, dp: float) -> Array:
     """Equivalent static load of a crossed roller bearing, N: Fr + 2 M/dp + 0.44 Fa.  Source: THK and IKO catalogues."""
     r, a, m = (np.abs(np.asarray(x, dtype=float)) for x in (Fr, Fa, M))
-    return r + 2.0 * m / dp + 0.44 * a
+    return np.asarray(r + 2.0 * m / dp + 0.44 * a)
 
 
 def static_safety(C0: float, P0: ArrayLike) -> Array:
     """s0 = C0/P0; infinite without load.  ISO 76:2006."""
     with np.errstate(divide="ignore"):
-        return C0 / np.asarray(P0, dtype=float)
+        return np.asarray(C0 / np.asarray(P0, dtype=float))
 
 
 def _below_or_above(

@@ -81,8 +81,7 @@ def _bolt_force(sheet: Sheet, phi: float, said: dict[str, str], axial: Array, po
     amplitude = phi * np.ptp(axial, axis=0) / 2
     bolt = int(np.argmax(amplitude))
     inputs = {**said, "F_A": f"{significant(float(axial[:, bolt].min()))} to {significant(float(axial[:, bolt].max()))} N", "bolt": _bolt(points, bolt)}
-    limit = "amplitude_limit" if sheet.part.get("amplitude_limit") is not None else None
-    sheet.add("force amplitude of a bolt", bolts.AMPLITUDE, float(amplitude[bolt]), "N", inputs, limit, at=int(np.argmax(axial[:, bolt])))
+    sheet.add("force amplitude of a bolt", bolts.AMPLITUDE, float(amplitude[bolt]), "N", inputs, "amplitude_limit", at=int(np.argmax(axial[:, bolt])))
 
 
 def _clamp(sheet: Sheet, phi: float, said: dict[str, str], axial: Array, shear: Array, points: Array) -> None:

@@ -161,7 +161,7 @@ FLANGE = Kind(
 FATIGUE = Kind(
     "fatigue", "rainflow count of a stress that is a sum of components of the wrench, and Miner's sum", "any",
     (
-        Key("stress", "unit per N or N m", "factors of fx fy fz tx ty tz (in the joint's axes, on the child) and effort", "{ tx = 2.1e5, fz = 900 }", "numbers by name", sign="any"),
+        Key("stress", "the stress's per N or N m", "factors of fx fy fz tx ty tz (in the joint's axes, on the child) and effort", "{ tx = 2.1e5, fz = 900 }", "numbers by name", sign="any"),
         Key("unit", "", "of the stress", '"Pa"', "word", default="Pa"),
         Key("at", "m", "point of the moments, from the joint's origin in its axes", "[0, 0, 0]", "vector", sign="any", default=[0.0, 0.0, 0.0]),
         Key("k", "", "slope of the S–N line", "5"),

@@ -26,19 +26,19 @@ GOODMAN = "S_a/(1 − S_m/S_u) (Goodman)"
 class Cycles(NamedTuple):
     """Counted cycles, each array (n): ranges (twice the amplitude), means, and counts, 1 or 0.5."""
 
-    range: Array
-    mean: Array
-    count: Array
+    ranges: Array
+    means: Array
+    counts: Array
 
 
 def turning_points(series: ArrayLike) -> Array:
     """The first and last sample of a series (n), and between them those where it turns; plateaus count once."""
     x = np.asarray(series, dtype=float)
-    x = x[np.concatenate([[True], np.diff(x) != 0])] if len(x) else x
+    x = np.asarray(x[np.concatenate([[True], np.diff(x) != 0])]) if len(x) else x
     if len(x) < 3:
         return x
     slope = np.diff(x) > 0
-    return x[np.concatenate([[True], slope[1:] != slope[:-1], [True]])]
+    return np.asarray(x[np.concatenate([[True], slope[1:] != slope[:-1], [True]])])
 
 
 def rainflow_cycles(series: ArrayLike, residue: Residue = "half cycles") -> Cycles:
@@ -60,8 +60,8 @@ def rainflow_cycles(series: ArrayLike, residue: Residue = "half cycles") -> Cycl
 
 def range_counts(cycles: Cycles) -> list[tuple[float, float]]:
     """Counts summed by range, (range, count) in increasing order of the range."""
-    ranges, where = np.unique(cycles.range, return_inverse=True)
-    return list(zip(ranges.tolist(), np.bincount(where, weights=cycles.count).tolist(), strict=True)) if len(ranges) else []
+    ranges, where = np.unique(cycles.ranges, return_inverse=True)
+    return list(zip(ranges.tolist(), np.bincount(where, weights=cycles.counts).tolist(), strict=True)) if len(ranges) else []
 
 
 def corrected_amplitude(amplitude: ArrayLike, mean: ArrayLike, method: MeanStress = "none", ultimate: float | None = None) -> Array:

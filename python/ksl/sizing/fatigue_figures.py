@@ -49,17 +49,17 @@ def _damage(sheet: Sheet, s: JointSamples, stress: Array, correction: fatigue.Me
         if times == 0:
             continue
         found = fatigue.rainflow_cycles(stress[rows], part.get("residue"))
-        corrected = fatigue.corrected_amplitude(found.range / 2, found.mean, correction, part.get("ultimate"))
+        corrected = fatigue.corrected_amplitude(found.ranges / 2, found.means, correction, part.get("ultimate"))
         amplitudes.append(corrected)
-        counts.append(found.count * times)
-        damages[i] = fatigue.miner_sum(corrected, found.count * times, k, knee, cycles, part.get("below_knee"))
+        counts.append(found.counts * times)
+        damages[i] = fatigue.miner_sum(corrected, found.counts * times, k, knee, cycles, part.get("below_knee"))
     if not amplitudes:
         sheet.leave_out("damage and life", "no case of the cycle lasts any time")
         return
     case, scale = s.cases[int(np.argmax(damages))], sheet.of_one_pass
     D = float(damages.sum()) * scale
     line = sheet.given(*LINE, "below_knee", "mean_stress", "residue") | (sheet.given("ultimate") if correction != "none" else {})
-    formula = Formula(fatigue.DAMAGE.text + ("" if correction == "none" else f", S_a from {fatigue.GOODMAN}"), fatigue.DAMAGE.source)
+    formula = Formula(fatigue.DAMAGE.text + ("" if correction == "none" else f", S_a from {fatigue.GOODMAN}" + ("" if correction == "goodman" else ", S_m ≥ 0")), fatigue.DAMAGE.source)
     amplitude, count = np.concatenate(amplitudes), np.concatenate(counts) * scale
     counted = {"largest S_a": f"{significant(float(amplitude.max(initial=0.0)))} {unit}", "cycles": significant(float(count.sum()))}
     asked = part.get("required_repetitions")

@@ -88,7 +88,7 @@ def _events(sheet: Sheet, ratio: float) -> None:
     s, limit = sheet.samples, sheet.part.get("repeated_peak_torque")
     if limit is None:
         return
-    above = ~s.repeated & (np.abs(s.load_effort) > limit)
+    above = np.logical_not(s.repeated) & (np.abs(s.load_effort) > limit)
     for case, part in s.slices():
         over = above[part]
         if not over.any():

@@ -50,7 +50,7 @@ def motor_figures(sheet: Sheet) -> Cloud | None:
     _powers(sheet, torque, ratio, inputs)
     reflected = {"J": sheet.given("rotor_inertia")["rotor_inertia"], "N": gear["N"]}
     unit = "kg m²" if s.joint.turns else "kg"
-    sheet.add("reflected inertia of the rotor", motor.REFLECTED, J * ratio**2, unit, reflected)
+    sheet.add("reflected rotor inertia", motor.REFLECTED, J * ratio**2, unit, reflected)
     curves = [sheet.part.get(key) for key in ("torque_speed", "continuous_torque_speed")]
     return Cloud(s.joint.name, sheet.part.name, rpm, torque, *curves)
 
@@ -83,19 +83,19 @@ def _torques(sheet: Sheet, torque: Array, rpm: Array, inputs: dict[str, str]) ->
             mean = mean_speed(rpm, s.weight)
             share = float(motor.envelope_share(rms, mean, *np.array(curve, dtype=float).T))
             said = {"T_rms": f"{significant(rms)} N m", "n_m": f"{significant(mean)} r/min", "T_S1(n_m)": f"{significant(float(np.interp(mean, *np.array(curve).T)))} N m"}
-            sheet.add("rms torque in the S1 curve", motor.CONTINUOUS, share, "", said, 1.0, case=governing)
+            sheet.add("rms torque, S1 curve", motor.CONTINUOUS, share, "", said, 1.0, case=governing)
     k = int(np.argmax(np.abs(torque)))
     sheet.add("peak torque", motor.PEAK, abs(float(torque[k])), "N m", {**inputs, **_state(sheet, k)}, "peak_torque", at=k)
     curve = sheet.part.get("torque_speed")
     if curve is None:
-        sheet.leave_out("the torque–speed cloud in the drive's envelope", sheet.part.why_absent("torque_speed"))
+        sheet.leave_out("torque–speed envelope", sheet.part.why_absent("torque_speed"))
         return
-    share = motor.envelope_share(torque, rpm, *np.array(curve, dtype=float).T)
-    k = int(np.argmax(share))
-    outside = int(np.count_nonzero(share > 1))
-    note = f"{outside} of {len(share)} samples are outside the envelope" if outside else ""
+    shares = motor.envelope_share(torque, rpm, *np.array(curve, dtype=float).T)
+    k = int(np.argmax(shares))
+    outside = int(np.count_nonzero(shares > 1))
+    note = f"{outside} of {len(shares)} samples are outside the envelope" if outside else ""
     said = {"T": f"{significant(float(torque[k]))} N m", "n": f"{significant(float(rpm[k]))} r/min", "T_max(n)": f"{significant(float(np.interp(abs(rpm[k]), *np.array(curve).T)))} N m"}
-    sheet.add("torque–speed cloud in the envelope", motor.ENVELOPE, float(share[k]), "", said, 1.0, at=k, note=note)
+    sheet.add("torque–speed envelope", motor.ENVELOPE, float(shares[k]), "", said, 1.0, at=k, note=note)
 
 
 def _powers(sheet: Sheet, torque: Array, ratio: float, inputs: dict[str, str]) -> None:
@@ -111,7 +111,7 @@ def _powers(sheet: Sheet, torque: Array, ratio: float, inputs: dict[str, str]) -
     cycle = float(s.weight.sum())
     if cycle > 0:
         case = s.cases[int(np.argmax(returned))]
-        sheet.add("regenerated energy", motor.REGENERATED, float(returned.sum()) * sheet.of_one_pass, "J", {**inputs, "of": sheet.one_pass, "Σ Δt": f"{significant(cycle)} s"}, "regenerated_energy" if sheet.part.get("regenerated_energy") else None, case=case)
+        sheet.add("regenerated energy", motor.REGENERATED, float(returned.sum()) * sheet.of_one_pass, "J", {"of": sheet.one_pass, "Σ Δt": f"{significant(cycle)} s"}, "regenerated_energy", case=case)
 
 
 def _brake(sheet: Sheet, ratio: float, gear: dict[str, str]) -> None:

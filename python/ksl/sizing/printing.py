@@ -30,10 +30,11 @@ HEADINGS = {
 def print_sizing(sizing: Sizing, console: Console, brief: bool = False, peaks: bool = False) -> None:
     """Prints figures by joint, formulas, what is left out, the worst figures, and the verdict at the end, where it is seen."""
     if sizing.figures and not brief:
-        references = _references(sizing.figures)
+        notes = {note: chr(ord("a") + k) for k, note in enumerate(dict.fromkeys(f.note for f in sizing.figures if f.note))}
+        references = _references(sizing.in_order)
         for joint in dict.fromkeys(f.joint for f in sizing.figures):  # the joint with the worst figure first
-            _print_joint(console, sizing.of_joint(joint), references)
-        _print_formulas(console, references)
+            _print_joint(console, sizing.of_joint(joint), references, notes)
+        _print_formulas(console, references, notes)
     if peaks:
         print_peaks(sizing.peaks, console)
     _print_left_out(console, sizing.left_out)
@@ -51,31 +52,29 @@ def _references(figures: Iterable[Figure]) -> dict[tuple[str, str], int]:
     return {pair: k for k, pair in enumerate(distinct, 1)}
 
 
-def _print_joint(console: Console, figures: Sequence[Figure], references: dict[tuple[str, str], int]) -> None:
+def _print_joint(console: Console, figures: Sequence[Figure], references: dict[tuple[str, str], int], notes: dict[str, str]) -> None:
     console.print(Text(f"\n{figures[0].joint}", style="bold"), soft_wrap=True)
-    for component in dict.fromkeys((f.component, f.kind) for f in figures):
-        name, kind = component
+    names, values = max(len(f.figure) for f in figures), max(len(_value(f)) for f in figures)
+    several = len({f.case for f in figures if f.case}) > 1
+    for name, kind in dict.fromkeys((f.component, f.kind) for f in figures):
         console.print(Text(f"  {name}" + (f" ({kind})" if kind != name else "")), soft_wrap=True)
-        for f in (f for f in figures if (f.component, f.kind) == component):
-            _print_figure(console, f, references[f.formula, f.source])
+        for f in (f for f in figures if (f.component, f.kind) == (name, kind)):
+            limit = "" if f.limit is None else f"limit {significant(f.limit)}"
+            marks = f"[{references[f.formula, f.source]}]" + (f" ({notes[f.note]})" if f.note else "")
+            line = f"  {_use(f.utilisation)}  {f.figure:<{names}}  {_value(f):>{values}}  {limit:<12} {marks}"
+            console.print(Text(line, style=_style(f.utilisation)), soft_wrap=True)
+            where = [f"at {significant(f.time, 6)} s"] if f.time is not None else []
+            where += [f"in {f.case}" if f.time is not None else f"mostly {f.case}"] if several and f.case else []
+            _wrapped(console, "; ".join(filter(None, [f.inputs, " ".join(where)])), " " * 10, "dim", first=" " * 10)
 
 
-def _print_figure(console: Console, f: Figure, reference: int) -> None:
-    limit = "" if f.limit is None else f"limit {significant(f.limit)}"
-    when = f.case if f.time is None else f"{f.case}, {significant(f.time, 6)} s"
-    value = f"{significant(f.value)} {f.unit}".strip()
-    line = f"  {significant(f.utilisation, 3):>6}  {f.figure:<26} {value:>14}  {limit:<14} [{reference}]"
-    console.print(Text(line.rstrip(), style=_style(f.utilisation)), soft_wrap=True)
-    for text in (f.inputs, f"governs: {when}" if when else "", f.note):
-        if text:
-            _wrapped(console, text, " " * 10, "dim" if text is f.inputs else "", first=" " * 10)
-
-
-def _print_formulas(console: Console, references: dict[tuple[str, str], int]) -> None:
+def _print_formulas(console: Console, references: dict[tuple[str, str], int], notes: dict[str, str]) -> None:
     console.print(Text("\nFormulas and sources", style="bold"))
     for (formula, source), k in references.items():
         _wrapped(console, formula, " " * 6, first=f"{f'[{k}]':>5} ")
         _wrapped(console, source, " " * 8, "dim", first=" " * 8)
+    for note, letter in notes.items():
+        _wrapped(console, note, " " * 6, first=f"{f'({letter})':>5} ")
 
 
 def _print_left_out(console: Console, left_out: Iterable[LeftOut]) -> None:
@@ -96,16 +95,25 @@ def _print_worst(console: Console, figures: Sequence[Figure], most: int | None) 
     if not shown:
         return
     console.print(Text("\nUtilisation, worst first: 1 is at the limit", style="bold"))
-    widths = [max(len(x(f)) for f in shown) for x in (lambda f: f.joint, lambda f: f.component, lambda f: f.figure, lambda f: _value(f))]
-    fits = 8 + sum(widths) + 2 * len(widths) <= console.width
+    widths = [max(len(x(f)) for f in shown) for x in (lambda f: f.joint, lambda f: f.component, lambda f: f.figure, _value)]
+    room = console.width - 8 - sum(widths[:3]) - 4
     for f in shown:
-        names = (f"{f.joint:<{widths[0]}}", f"{f.component:<{widths[1]}}")
-        figure = f"{f.figure:<{widths[2]}}  {_value(f):>{widths[3]}}"
-        lines = [f"{significant(f.utilisation, 3):>6}  {'  '.join(names)}  {figure}"] if fits else [f"{significant(f.utilisation, 3):>6}  {'  '.join(names)}".rstrip(), f"{'':>8}{figure}"]
+        names = f"  {_use(f.utilisation)}  {f.joint:<{widths[0]}}  {f.component:<{widths[1]}}"
+        figure = f"{f.figure:<{widths[2]}}"
+        value = f"  {_value(f):>{widths[3]}}"
+        # The value is left to the sheets above where there is no room, and figures have lines of their own where names are long.
+        lines = [names + "  " + figure + (value if room >= len(value) else "")] if room >= 0 else [names, " " * 10 + figure + value]
         for line in lines:
-            console.print(Text(line, style=_style(f.utilisation)), soft_wrap=True)
+            console.print(Text(line.rstrip(), style=_style(f.utilisation)), soft_wrap=True)
     if len(compared) > len(shown):
-        console.print(f"        and {len(compared) - len(shown)} more, of at most {significant(compared[len(shown)].utilisation, 3)}")
+        console.print(f"          and {len(compared) - len(shown)} more, of at most {_use(compared[len(shown)].utilisation).strip()}")
+
+
+def _use(utilisation: float | None) -> str:
+    """A utilisation in six characters."""
+    if utilisation is None or utilisation == float("inf"):
+        return f"{'–' if utilisation is None else '∞':>6}"
+    return "<0.001" if 0 < utilisation < 0.001 else f"{utilisation:6.3f}" if utilisation < 100 else f"{significant(utilisation, 3):>6}"
 
 
 def _value(f: Figure) -> str:

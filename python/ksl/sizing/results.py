@@ -89,7 +89,7 @@ class JointSamples:
     point: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """About which the moments are: from the joint's origin, in its axes, m."""
 
-    def about(self, point: Sequence[float]) -> JointSamples:
+    def about(self, point: Sequence[float] | Array) -> JointSamples:
         """The same wrenches about another point, given from the joint's origin in its axes, m."""
         move = np.array(self.point) - np.asarray(point, dtype=float)
         moment = self.moment + np.cross(move, self.force) if move.any() else self.moment
@@ -130,9 +130,9 @@ class JointSamples:
         return REST * float(np.max(np.abs(self.speed), initial=0.0))
 
     @property
-    def repeated(self) -> Array:
+    def repeated(self) -> np.ndarray:
         """(n): whether the sample belongs to the cycle, and not to an exceptional event."""
-        return self.weight > 0
+        return np.asarray(self.weight > 0)
 
     def where(self, k: int) -> tuple[str, float]:
         """Case and time of sample k."""
@@ -234,10 +234,11 @@ class Results:
         force, time = wrench[:, :3], self.time[rows]
         moment = wrench[:, 3:] + np.cross(self._point, force) if self._point.any() else wrench[:, 3:]
         rotor = np.nan_to_num(self._numbers_of("rotor")[rows]) if "rotor" in self._columns else None
-        motion = [self._numbers_of(c)[rows] for c in MOTION]
-        if self.joints[name].driven and not all(np.isfinite(x).all() for x in motion[:3]):
+        position, speed, acceleration, effort = (self._numbers_of(c)[rows] for c in MOTION)
+        if self.joints[name].driven and not all(np.isfinite(x).all() for x in (position, speed, acceleration)):
             raise SizingError(f"{self.file}: {name} has samples without position, speed or acceleration; run `ksl loads` again")
-        return JointSamples(self.joints[name], self._cases, cases, time, self._weights(time, cases, spectrum), force, moment, *motion, rotor)
+        weight = self._weights(time, cases, spectrum)
+        return JointSamples(self.joints[name], self._cases, cases, time, weight, force, moment, position, speed, acceleration, effort, rotor)
 
     def _numbers_of(self, name: str) -> Array:
         """Columns as arrays, converted once."""
@@ -307,4 +308,4 @@ def _words(column: Any) -> tuple[list[str], np.ndarray]:
 
 
 def _length(x: Array) -> Array:
-    return np.sqrt(np.einsum("ij,ij->i", x, x))
+    return np.asarray(np.sqrt(np.einsum("ij,ij->i", x, x)))

@@ -69,11 +69,12 @@ def size(
         return kept[joint]
 
     sheets, clouds = _sheets(table, parts, chosen, samples) if parts else ([], [])
-    figures = sorted((f for sheet in sheets for f in sheet.figures), key=_by_utilisation)
+    in_order = tuple(f for sheet in sheets for f in sheet.figures)
+    figures = tuple(sorted(in_order, key=_by_utilisation))
     peaks = [row for joint in chosen for row in simultaneous_sets(samples(joint).about(points.get(joint, (0, 0, 0))))]
     left_out = tuple(x for sheet in sheets for x in sheet.left_out)
     notes = (*table.notes, *_notes(table, parts))
-    return Sizing(table.robot, tuple(figures), tuple(peaks), left_out, notes, tuple(clouds), _provenance(table, results, components, parts))
+    return Sizing(table.robot, figures, tuple(peaks), left_out, notes, tuple(clouds), in_order, _provenance(table, results, components, parts))
 
 
 def _results(results: Any) -> Results:

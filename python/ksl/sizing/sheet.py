@@ -19,6 +19,10 @@ RPM = 60.0 / (2.0 * math.pi)
 """r/min of 1 rad/s."""
 
 
+OPTIONAL = ("max_power", "regenerated_energy", "amplitude_limit")
+"""Limits that a file may well lack: that nothing is compared is then not listed as left out."""
+
+
 @dataclass(frozen=True)
 class Demands:
     """What the file asks of all components."""
@@ -60,7 +64,9 @@ class Sheet:
             table, _, name = key.rpartition(".")
             row = next(k for k in (part.kind.by_name[table].keys if table else part.kind.keys) if k.name == name)
             x = part.get(key)
-            inputs[name] = "–" if x is None else f"{_plain(x)} {row.unit}".strip()
+            unit = row.unit.replace("the stress's", str(part.values.get("unit", "Pa")))
+            if x is not None:
+                inputs[name] = f"{_plain(x)} {unit}".strip()
         return inputs
 
     def add(
@@ -83,14 +89,11 @@ class Sheet:
         where it is something else.  at: the governing sample; case: the governing case, where it is no single sample.
         """
         allowed: float | None
-        said = dict(inputs)
         if isinstance(limit, str):
             given = self.part.get(limit)
             allowed = None if given is None else float(given)
-            if given is None:
+            if given is None and (limit not in OPTIONAL or limit in self.part.refused):
                 self.leave_out(f"the limit of “{figure}”", self.part.why_absent(limit))
-            else:
-                said |= self.given(limit)
         else:
             allowed = limit
         utilisation = share
@@ -101,7 +104,7 @@ class Sheet:
         time = None
         if at is not None:
             case, time = self.samples.where(at)
-        text = ", ".join(f"{name} = {x}" for name, x in said.items())
+        text = ", ".join(f"{name} = {x}" for name, x in inputs.items())
         joint, part = self.samples.joint.name, self.part
         row = Figure(joint, part.name, part.kind.name, figure, float(value), unit, allowed, utilisation, formula.text, text, formula.source, case, time, note)
         self.figures.append(row)
@@ -140,14 +143,13 @@ class Sheet:
         rpm = mean_speed(s.speed, s.weight) * RPM
         named = {"C": f"{significant(C)} N", "Pm": f"{significant(mean)} N", "p": p, "a1": adjusted}
         named |= {"fw": f"{load_factor:g}"} if rating is not RATING_LIFE else {}
-        note = SLOW if self.slow() else ""
-        self.add(f"{of}L10", rating, life, "10⁶ rev", named, case=case, note=note)
+        self.add(f"{of}L10", rating, life, "10⁶ rev", named, case=case)
         required = self.required_life()
         if required is None:
             self.leave_out(f"the limit of “{of}L10h”", "required_life_h is not given")
         wanted = {"required": f"{significant(required)} h"} if required is not None else {}
         per_hour = {"L10": f"{significant(life)}·10⁶", "n_m": f"{significant(rpm)} r/min", **wanted}
-        self.add(f"{of}L10h", LIFE_HOURS, float(hours(life, rpm)), "h", per_hour, required, case=case, smallest=True, note=note)
+        self.add(f"{of}L10h", LIFE_HOURS, float(hours(life, rpm)), "h", per_hour, required, case=case, smallest=True, note=SLOW if self.slow() else "")
 
     def slow(self) -> bool:
         """Whether the joint never turns a whole revolution in any case of the cycle."""

@@ -43,6 +43,8 @@ class Sizing:
     notes: tuple[str, ...] = ()
     clouds: tuple[Cloud, ...] = ()
     """Torque over speed of each motor."""
+    in_order: tuple[Figure, ...] = ()
+    """The same figures as they are computed: components in the order of the file, each from loads to verdicts."""
     provenance: Mapping[str, Any] = field(default_factory=dict)
     """Version, date, files with their SHA-256, cases with repetitions."""
 
@@ -68,8 +70,8 @@ class Sizing:
         return f"{self.robot}: {over}{missing}; worst: {w.joint}, {w.component}, {w.figure}, {significant(w.utilisation, 3)} of the limit"
 
     def of_joint(self, joint: str) -> tuple[Figure, ...]:
-        """The figures of one joint, worst first."""
-        return tuple(f for f in self.figures if f.joint == joint)
+        """The figures of one joint, as they are computed."""
+        return tuple(f for f in self.in_order if f.joint == joint)
 
     @cached_property
     def table(self) -> pa.Table:
