@@ -23,7 +23,7 @@ def flange_figures(sheet: Sheet) -> None:
         loads = bolts.pattern_loads(points, -s.force @ axes.T, -s.moment @ axes.T)
     except ValueError as e:
         raise SizingError(f"{part.where}: {part.name}: {e}") from None
-    axial, shear = loads.axial, np.linalg.norm(loads.shear, axis=-1)
+    axial, shear = loads.axial, np.hypot(loads.shear[..., 0], loads.shear[..., 1])
     inputs = {"bolts": str(len(points))} | (sheet.given("circle_diameter") if part.get("bolts") else {}) | sheet.given("at")
     k, bolt = _worst(axial)
     sheet.add("axial load of a bolt", bolts.PATTERN, float(axial[k, bolt]), "N", {**inputs, "bolt": _bolt(points, bolt)}, at=k)

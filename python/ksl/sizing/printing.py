@@ -22,8 +22,8 @@ HEADINGS = {
     "radial_force": "radial N",
     "bending_moment": "bending N m",
     "axial_moment": "torque N m",
-    "effort": "effort N m",
-    "speed": "speed rad/s",
+    "effort": "drive N m",
+    "speed": "rad/s",
 }
 
 
@@ -122,13 +122,19 @@ def _value(f: Figure) -> str:
 
 def print_peaks(rows: Sequence[PeakRow], console: Console) -> None:
     """The simultaneous sets of each joint: a row for each extreme, with everything that acts in that sample."""
+    several = len({row["case"] for row in rows}) > 1
     for joint in dict.fromkeys(str(row["joint"]) for row in rows):
         own = [row for row in rows if row["joint"] == joint]
-        about = "its origin" if own[0]["point"] == "0 0 0" else f"({own[0]['point']}) m from its origin"
-        console.print(Text(f"\n{joint}: what acts together at each peak, on the child side, about {about}", style="bold"), soft_wrap=True)
+        about = "its origin" if own[0]["point"] == "0 0 0" else f"({', '.join(str(own[0]['point']).split())}) m from it"
+        console.print()
+        _wrapped(console, f"{joint}: what acts together at each peak, on the child, about {about}", "  ", "bold")
         columns = [name for name in HEADINGS if any(row[name] is not None for row in own)]
+        if all(row["effort"] == row["axial_moment"] for row in own):  # the drive supplies what is about the axis, nothing else
+            columns = [name for name in columns if name != "effort"]
+            own = [row for row in own if not str(row["extreme"]).startswith("effort")]
         cells = [[_extreme(str(row["extreme"])), *(_number(row[name]) for name in columns), _number(row["time"], 6), str(row["case"])] for row in own]
-        groups = [["peak"], [HEADINGS[name] for name in columns], ["at s", "case"]]
+        groups = [["peak"], [HEADINGS[name] for name in columns] + ["at s"] + (["case"] if several else [])]
+        cells = cells if several else [row[:-1] for row in cells]
         console.out("\n".join(table_lines(groups, cells, max(console.width, 60))), highlight=False)
 
 

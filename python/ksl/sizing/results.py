@@ -181,6 +181,10 @@ class Results:
     def cases(self) -> tuple[str, ...]:
         return self._cases
 
+    def holds(self, name: str) -> bool:
+        """Whether there are rows of a joint."""
+        return name in self._rows
+
     def _numbers(self, name: str) -> Array:
         """A column; NaN where there is no value."""
         return np.asarray(self._columns[name].to_numpy(), dtype=float)
@@ -229,6 +233,8 @@ class Results:
         """All samples of a joint, wrenches on the child at the joint's origin in its axes.  Raises SizingError for unknown names."""
         if name not in self.joints:
             raise SizingError(unknown_name(self.file, "joint", name, self.joints))
+        if not self.holds(name):
+            raise SizingError(f"{self.file}: has no rows of {name}; run `ksl loads` again")
         rows, cases = self._rows[name], self._case_index[name]
         wrench = self._sign * np.column_stack([self._numbers_of(c)[rows] for c in WRENCH])
         force, time = wrench[:, :3], self.time[rows]
@@ -276,9 +282,12 @@ def read_results(path: str | Path) -> Results:
     if table.is_dir() and not any(table.rglob("*.parquet")):
         raise SizingError(f"{file}: this folder has no wrenches.parquet; give the folder that `ksl loads` writes")
     try:
-        names = set(pq.read_schema(table).names) if table.is_file() else set()
-        wanted = [n for n in ("case", "time", "joint", *WRENCH, *MOTION, "rotor", "on", "at", "axes") if n in names]
-        return Results(pq.read_table(table, columns=wanted or None), str(file))
+        if table.is_dir():  # a data set of several files
+            return Results(pq.read_table(table), str(file))
+        with pq.ParquetFile(table) as parquet:  # pq.read_table would import pandas, which takes longer than to read
+            names = set(parquet.schema_arrow.names)
+            wanted = [n for n in ("case", "time", "joint", *WRENCH, *MOTION, "rotor", "on", "at", "axes") if n in names]
+            return Results(parquet.read(columns=wanted), str(file))
     except (pa.ArrowInvalid, pa.ArrowTypeError, OSError) as e:
         reason = str(e).splitlines()[0]
         raise SizingError(f"{table}: is no Parquet file that can be read ({reason}); give the folder or wrenches.parquet that `ksl loads` writes") from None

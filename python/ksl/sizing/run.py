@@ -94,7 +94,7 @@ def _components(components: str | os.PathLike[str] | Mapping[str, Any]) -> Compo
 
 def _chosen(table: Results, joints: Iterable[str] | None) -> list[str]:
     if joints is None:
-        return list(table.joints)
+        return [name for name in table.joints if table.holds(name)]
     names = [joints] if isinstance(joints, str) else list(joints)
     for name in names:
         if name not in table.joints:

@@ -65,7 +65,7 @@ class Sizing:
         if self.worst is None:
             return f"{self.robot}: nothing was compared with a limit" if self.figures else f"{self.robot}: no components"
         w = self.worst
-        over = f"{len(self.exceeded)} of {compared} figures are over their limit" if self.exceeded else f"all {compared} figures with a limit are within it"
+        over = f"{len(self.exceeded)} of {compared} figures {'is over its' if len(self.exceeded) == 1 else 'are over their'} limit" if self.exceeded else f"all {compared} figures with a limit are within it"
         missing = f"; {len(self.left_out)} left out" if self.left_out else ""
         return f"{self.robot}: {over}{missing}; worst: {w.joint}, {w.component}, {w.figure}, {significant(w.utilisation, 3)} of the limit"
 
