@@ -27,7 +27,7 @@ PeakRow = dict[str, "str | float | None"]
 
 
 def simultaneous_sets(samples: JointSamples) -> list[PeakRow]:
-    """A row for each extreme of a joint: which one, the set at that sample, case, time and point.
+    """A row for each extreme of a joint: which one, the set at that sample, unit of the position, case, time and point.
 
     Signed quantities have their largest and their smallest value.  Separate magnitudes can't be checked against a
     catalogue, whose limits hold for loads that act together.
@@ -43,5 +43,6 @@ def simultaneous_sets(samples: JointSamples) -> list[PeakRow]:
         case, time = s.where(k)
         numbers = {name: float(c[k]) if np.isfinite(c[k]) else None for name, c in curves.items()}
         point = " ".join(f"{c:g}" for c in s.point)
-        rows.append({"joint": s.joint.name, "extreme": f"{quantity} {which}", **numbers, "case": case, "time": time, "point": point})
+        unit = None if not s.joint.driven else "rad" if s.joint.turns else "m"
+        rows.append({"joint": s.joint.name, "extreme": f"{quantity} {which}", **numbers, "unit": unit, "case": case, "time": time, "point": point})
     return rows

@@ -25,6 +25,8 @@ HEADINGS = {
     "effort": "drive N m",
     "speed": "rad/s",
 }
+SLIDING = {"effort": "drive N", "speed": "m/s"}
+"""Headings where a joint slides."""
 
 
 def print_sizing(sizing: Sizing, console: Console, brief: bool = False, peaks: bool = False) -> None:
@@ -43,6 +45,10 @@ def print_sizing(sizing: Sizing, console: Console, brief: bool = False, peaks: b
     if sizing.figures:
         _print_worst(console, sizing.figures, None if brief else WORST_SHOWN)
     console.print()
+    if not sizing.figures and not sizing.left_out:
+        console.print("`ksl size --example` prints a components file; with it, motors, gears, bearings and", soft_wrap=True)
+        console.print("bolts are checked against these loads.", soft_wrap=True)
+        return
     _wrapped(console, sizing.verdict, "  ", _style(sizing.worst.utilisation if sizing.worst else None) or "bold")
 
 
@@ -133,7 +139,8 @@ def print_peaks(rows: Sequence[PeakRow], console: Console) -> None:
             columns = [name for name in columns if name != "effort"]
             own = [row for row in own if not str(row["extreme"]).startswith("effort")]
         cells = [[_extreme(str(row["extreme"])), *(_number(row[name]) for name in columns), _number(row["time"], 6), str(row["case"])] for row in own]
-        groups = [["peak"], [HEADINGS[name] for name in columns] + ["at s"] + (["case"] if several else [])]
+        headings = HEADINGS | (SLIDING if own[0]["unit"] == "m" else {})
+        groups = [["peak"], [headings[name] for name in columns] + ["at s"] + (["case"] if several else [])]
         cells = cells if several else [row[:-1] for row in cells]
         console.out("\n".join(table_lines(groups, cells, max(console.width, 60))), highlight=False)
 

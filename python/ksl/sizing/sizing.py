@@ -25,7 +25,7 @@ FILES = ("sizing.parquet", "sizing.csv", "sizing.json", "peaks.parquet", "peaks.
 
 CONVENTIONS = {
     "utilisation": "1 is at the limit, more is beyond it; none where there is nothing to compare with",
-    "units": "in the column unit, of value and limit; time s",
+    "units": "of figures in the column unit, of value and limit; of peaks in the fields, rad or m as the column unit says; time s",
     "signs": "forces and moments on the child side, about the point, in the joint's axes; axial along the joint's axis, z for fixed joints",
     "cycle": "all cases one after the other, each as often as the components file says, otherwise once",
 }
@@ -88,7 +88,7 @@ class Sizing:
         """The simultaneous sets, one a row."""
         import pyarrow as pa
 
-        names = ["joint", "extreme", *QUANTITIES, "case", "time", "point"]
+        names = ["joint", "extreme", *QUANTITIES, "unit", "case", "time", "point"]
         fields = [pa.field(n, pa.float64() if n in (*QUANTITIES, "time") else pa.string(), metadata={"unit": QUANTITIES[n]} if n in QUANTITIES else None) for n in names]
         return pa.table({n: [row[n] for row in self.peaks] for n in names}, schema=pa.schema(fields, metadata=self._metadata()))
 
