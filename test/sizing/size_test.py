@@ -78,12 +78,12 @@ def test_the_table_says_units_and_conventions(sizing):
     assert table.column_names == ["joint", "component", "kind", "figure", "value", "unit", "limit", "utilisation", "formula", "inputs", "source", "case", "time", "note"]
     said = json.loads(table.schema.metadata[b"ksl"])
     assert said["robot"] == "panda" and said["version"] == ksl.__version__ and said["cases"] == {"panda_pick": 1.0, "slow": 1.0}
-    assert len(said["inputs"]["results"]["sha256"]) == 64 and "1 is at the limit" in said["utilisation"]
+    assert [len(i["sha256"]) for i in said["inputs"]] == [64, 64] and "1 is at the limit" in said["utilisation"]
 
 
 def test_repr_and_verdict(sizing):
     assert repr(sizing).startswith("Sizing of panda: all ") and sizing.worst.figure in repr(sizing) and len(repr(sizing).splitlines()) < 20
-    results = Path(sizing.provenance["inputs"]["results"]["file"])
+    results = Path(sizing.provenance["inputs"][0]["file"])
     tight = ksl.size(results, {"component": [{"joint": "panda_joint2", "kind": "limits", "torque": 1.0}]})
     assert "1 of 1 figures is over its limit" in tight.verdict and len(tight.exceeded) == 1
     nothing = ksl.size(results)

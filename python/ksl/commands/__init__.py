@@ -1,6 +1,6 @@
 """The command line.  Each command is a file, whose import adds it to `app`."""
 
-from ksl.commands import info, loads, size
+from ksl.commands import info, loads, size, sweep
 from ksl.commands.app import app
 
-__all__ = ["app", "info", "loads", "size"]
+__all__ = ["app", "info", "loads", "size", "sweep"]

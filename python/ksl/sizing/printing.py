@@ -46,8 +46,7 @@ def print_sizing(sizing: Sizing, console: Console, brief: bool = False, peaks: b
         _print_worst(console, sizing.figures, None if brief else WORST_SHOWN)
     console.print()
     if not sizing.figures and not sizing.left_out:
-        console.print("`ksl size --example` prints a components file; with it, motors, gears, bearings and", soft_wrap=True)
-        console.print("bolts are checked against these loads.", soft_wrap=True)
+        _wrapped(console, "`ksl size --example` prints a components file; with it, motors, gears, bearings and bolts are checked against these loads.", "")
         return
     _wrapped(console, sizing.verdict, "  ", _style(sizing.worst.utilisation if sizing.worst else None) or "bold")
 

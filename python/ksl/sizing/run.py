@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
+from ksl._core import __version__
 from ksl.errors import SizingError, unknown_name
+from ksl.load_cases.provenance import input_file, versions
 from ksl.sizing.bearing_figures import crossed_roller_figures, opposed_figures, pair_figures
 from ksl.sizing.bolt_figures import flange_figures
 from ksl.sizing.components import Components, Part, components_of, read_components
@@ -179,23 +181,15 @@ def _notes(table: Results, parts: Components | None) -> list[str]:
 
 
 def _provenance(table: Results, results: Any, components: Any, parts: Components | None) -> dict[str, Any]:
-    from ksl._core import __version__
-
-    inputs = {}
+    inputs = []
     for role, given in (("results", results), ("components", components)):
         file = Path(given) if isinstance(given, (str, os.PathLike)) else None
         if file is not None and (file / "wrenches.parquet").is_file():
             file = file / "wrenches.parquet"
         if file is not None and file.is_file():
-            inputs[role] = {"file": str(file), "sha256": _sha256(file)}
+            inputs.append(asdict(input_file(role, file)))
     spectrum = {case: parts.spectrum.shares.get(case, 0.0) if parts.spectrum.shares else parts.spectrum.repetitions.get(case, 1.0) for case in table.cases} if parts else {}
     unit = "share of time" if parts and parts.spectrum.shares else "repetitions"
-    return {"version": __version__, "date": datetime.now(timezone.utc).isoformat(timespec="seconds"), "inputs": inputs, "cases": spectrum, "cases are": unit}
-
-
-def _sha256(file: Path) -> str:
-    digest = hashlib.sha256()
-    with open(file, "rb") as content:
-        while block := content.read(1 << 20):
-            digest.update(block)
-    return digest.hexdigest()
+    date = datetime.now(timezone.utc).isoformat(timespec="seconds").replace("+00:00", "Z")
+    made = {key: table.metadata[key] for key in ("command", "date", "inputs", "versions") if table.metadata.get(key)}
+    return {"version": __version__, "versions": versions(), "date": date, "inputs": inputs, "cases": spectrum, "cases are": unit, "loads": made}

@@ -135,7 +135,7 @@ class Sizing:
 
     def _headlines(self) -> list[str]:
         p = self.provenance
-        files = [f"{role}: {said['file']}, SHA-256 {said['sha256']}" for role, said in p.get("inputs", {}).items()]
+        files = [f"{said['role']}: {said['file']}, SHA-256 {said['sha256']}" for said in p.get("inputs", [])]
         return [f"ksl {p.get('version', '')}, {p.get('date', '')}, robot {self.robot}", *files, *(f"{k}: {v}" for k, v in CONVENTIONS.items())]
 
     def __repr__(self) -> str:
