@@ -4,3 +4,7 @@ from ksl.commands import check, info, loads, sweep
 from ksl.commands.app import app
 
 __all__ = ["app", "check", "info", "loads", "sweep"]
+from ksl.commands import info, loads, size, sweep
+from ksl.commands.app import app
+
+__all__ = ["app", "info", "loads", "size", "sweep"]
