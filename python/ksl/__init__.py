@@ -23,6 +23,7 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl.errors import QuaternionWarning as QuaternionWarning
     from ksl.errors import SizingError as SizingError
     from ksl.errors import SweepError as SweepError
+    from ksl.errors import ViewerError as ViewerError
     from ksl.loading import load as load
     from ksl.loading import load_string as load_string
     from ksl.mechanism import Joint as Joint
@@ -56,6 +57,7 @@ _MODULE_OF = {
     "SizingError": "ksl.errors",
     "SweepError": "ksl.errors",
     "Twist": "ksl.spatial",
+    "ViewerError": "ksl.errors",
     "Wrench": "ksl.spatial",
     "__version__": "ksl._core",
     "check": "ksl.checks.run",

@@ -19,6 +19,8 @@ class SizingError(ValueError):
 
 class SweepError(ValueError):
     """A sweep can't be run.  Names its file and key, what is wrong and how to mend it."""
+class ViewerError(ValueError):
+    """A viewer can't be started, or its file can't be written.  Says what is missing or wrong, and how to mend it."""
 
 
 class DescriptionWarning(UserWarning):

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     import pyarrow
 
     from ksl.section import Share
+    from ksl.viewer.live import Viewer
 
 Layout = Mapping[str, Any]
 """Where the numbers of each joint are in MuJoCo's arrays, for models read from MJCF; :mod:`ksl.mjcf` has its contents."""
@@ -152,6 +153,33 @@ class Model(Surgery, InverseKinematicsCalls):
         from ksl.load_cases.wrench_table import wrench_table
 
         return wrench_table(self, time, q, v, a, external=external, on=on, at=at, axes=axes, order=order)
+
+    def show(
+        self,
+        q: ArrayLike | None = None,
+        v: ArrayLike | None = None,
+        a: ArrayLike | None = None,
+        time: ArrayLike | None = None,
+        external: External | None = None,
+        *,
+        joint: str | None = None,
+        port: int | None = None,
+        package_paths: Sequence[str] = (),
+        browser: bool | None = None,
+    ) -> Viewer:
+        """Shows the robot with the wrenches at its joints in a page on this machine, and returns a handle of it at once.
+
+        q (nq), or (n, nq) with time (n), s, for playback; by default a pose within the limits.  v and a (…, nv): at rest where they are missing.
+        external: {link: (6) or (n, 6)}, at the link's origin, in its axes.  joint: the one that is selected first.
+        port: of the page, on 127.0.0.1; None is 8080 or a free one.  package_paths: folders with the packages of `package://` meshes.
+        browser: whether a browser is opened; None: in scripts, but not in notebooks, which show the page in place of the handle.
+
+        The handle has `url`, `update(q)`, `play()`, `export("file.html")`, `wait()`, which keeps a script running until Ctrl-C, and `close()`.
+        Needs the extra `ksl[view]`.  Raises ViewerError, and ValueError for what doesn't fit the model.
+        """
+        from ksl.viewer.live import show
+
+        return show(self, q, v, a, time, external, joint=joint, port=port, package_paths=package_paths, browser=browser)
 
 
 def _rebuilt(state: list[Any], layout: Layout | None = None) -> Model:

@@ -8,3 +8,7 @@ from ksl.commands import info, loads, size, sweep
 from ksl.commands.app import app
 
 __all__ = ["app", "info", "loads", "size", "sweep"]
+from ksl.commands import info, loads, view
+from ksl.commands.app import app
+
+__all__ = ["app", "info", "loads", "view"]
