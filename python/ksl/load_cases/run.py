@@ -134,7 +134,8 @@ def _write_summary(path: Path, rows: list[SummaryRow]) -> None:
 def _notes(case: LoadCase, curves: Curves) -> list[str]:
     """Notes for the user: rates that were differentiated or contradict, exceeded limits, impossible inertias, unused content."""
     unused = [f"in the file and not used: {line}" for line in case.model.unused]
-    return [*case.motion.differentiated, *case.motion.contradictions, *exceeded_limits(case.model, case.motion, curves.loads), *case.model.warnings, *unused]
+    read = case.motion.source.notes if case.motion.source else []
+    return [*read, *case.motion.differentiated, *case.motion.contradictions, *exceeded_limits(case.model, case.motion, curves.loads), *case.model.warnings, *unused]
 
 
 def _balance_line(balance: PowerBalance | None) -> str:
@@ -160,7 +161,7 @@ def _write_report(path: Path, case: LoadCase, motion_file: str, curves: Curves, 
     p, m = case.placement, case.model
     facts = [
         ("robot", f"{m.name} ({m.file})"),
-        ("motion", motion_file),
+        ("motion", str(case.motion.source) if case.motion.source else motion_file),
         ("samples", f"{len(case.motion.time)}, from {case.motion.time[0]:.10g} s to {case.motion.time[-1]:.10g} s"),
         ("gravity", f"({', '.join(f'{g:g}' for g in m.gravity)}) m/s² in world axes"),
         ("wrenches", f"on the {p.on} side of the joint, moments about {p.about}; here resolved along and across each joint's axis"),

@@ -12,6 +12,8 @@ from pathlib import Path
 
 from ksl.errors import MotionError, near_names
 from ksl.motions.csv_form import form_of
+from ksl.motions.recorded import listed
+from ksl.toml_files import read_toml
 
 KEYS = ("to", "unit", "sign", "scale", "offset")
 TABLES = ("columns", "ignore", "constants")
@@ -59,33 +61,20 @@ def read_map(given: str | os.PathLike[str] | Mapping[str, object]) -> ColumnMap:
         return _of_tables("map", {"columns": given} if not set(given) & set(TABLES) else given)
     file = os.fspath(given)
     try:
-        data = Path(file).read_bytes()
+        text = Path(file).read_bytes().decode("utf-8-sig")
     except OSError as e:
         raise MotionError(f"{file}: can't be read ({e.strerror}); give a map of columns, a TOML or a CSV file") from None
-    try:
-        text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise MotionError(f"{file}: is not text; give a map of columns, a TOML or a CSV file") from None
-    if _is_toml(text):
-        return _of_tables(file, _toml(file, text))
-    return _of_rows(file, text)
+    if not _is_toml(text):
+        return _of_rows(file, text)
+    table = read_toml(file, MotionError, "columns of a motion, with names that hold blanks, dots or brackets in quotes")
+    return _of_tables(file, {"columns": table} if not set(table) & set(TABLES) else table)
 
 
 def _is_toml(text: str) -> bool:
     lines = [line.strip() for line in text.splitlines()]
     return any("=" in line.split(",")[0] or line.startswith("[") for line in lines if line and not line.startswith("#"))
-
-
-def _toml(file: str, text: str) -> Mapping[str, object]:
-    try:
-        import tomllib
-    except ImportError:  # before Python 3.11
-        import tomli as tomllib  # type: ignore[no-redef, import-not-found, unused-ignore]
-    try:
-        table = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as e:
-        raise MotionError(f"{file}: is not valid TOML: {e}; names with blanks, dots or brackets stand in quotes") from None
-    return {"columns": table} if not set(table) & set(TABLES) else table
 
 
 def _of_tables(file: str, table: Mapping[str, object]) -> ColumnMap:
@@ -190,8 +179,6 @@ def _checked(columns: ColumnMap) -> ColumnMap:
 
 def absent(columns: ColumnMap, name: str, names: list[str], head: str) -> MotionError:
     """What to say of a column that the map names and the file doesn't have."""
-    from ksl.motions.recorded import listed
-
     near = get_close_matches(name, names, 1)
     hint = f"did you mean {near[0]!r}?" if near else f"its columns are {listed(names)}"
     return MotionError(f"{columns.file}: column {name!r} is not in {head}; {hint}")

@@ -27,6 +27,8 @@ class CsvTable(Recorded):
         """data: the file's content; how: what was done to get it (`gzip`), for the format's name."""
         self._data, encoding, notes = _as_utf8(file, data)
         self.form: CsvForm = form_of(file, self._data, encoding)
+        if not self.form.names:
+            raise MotionError(f"{file}: holds no samples; give `time` and a column for each joint, a line for each sample")
         words = ", ".join(x for x in (self.form.words, how) if x)
         names = [n for n in self.form.names if n]
         units = {n: u for n, u in zip(self.form.names, self.form.units) if n and u}
@@ -78,8 +80,6 @@ class CsvTable(Recorded):
         """The columns of these names, and those without a name, which must be empty.  Raises MotionError."""
         import pyarrow as pa
 
-        if not self.form.names:
-            raise MotionError(f"{self.file}: holds no samples; give `time` and a column for each joint, a line for each sample")
         unnamed = [i for i, n in enumerate(self.form.names) if not n]
         converted = {_numbered(self._index[n]): t for n, t in types.items()} | {_numbered(i): pa.binary() for i in unnamed}
         try:

@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ksl.errors import MotionError
-from ksl.motions.recorded import Recorded
+from ksl.mechanism import Mechanism
+from ksl.motions.columns import columns_of
+from ksl.motions.recorded import Recorded, count, listed
 
 STATES = ("q", "v", "a")
 NAMES = ("joints", "joint_names", "names")
@@ -62,3 +64,30 @@ def _check_lengths(file: str, lengths: dict[str, int]) -> None:
     for name, n in lengths.items():
         if first is not None and n != lengths[first]:
             raise MotionError(f"{file}: array {name!r} has {n} samples, but {first!r} has {lengths[first]}; give as many of each")
+
+
+def with_matrices(table: NpzTable, model: Mechanism) -> NpzTable:
+    """The table with a column for each column of q, v and a, which are in the order of the model's joints, or of the file's list of them."""
+    if not table.matrices:
+        return table
+    joints = model.joints[: len(model.joint_names)]
+    groups = [[c for j in joints for c in columns_of(j)[order]] for order in range(3)]
+    if table.joints:
+        groups = [[joint + end for joint in table.joints] for end in ("", ".v", ".a")]
+        whose = f"the file lists {len(table.joints)} joints"
+    columns = dict(table.columns)
+    for name, group in zip(STATES, groups):
+        if name not in table.matrices:
+            continue
+        matrix = table.matrices[name]
+        if matrix.shape[1] != len(group):
+            expected = whose if table.joints else f"{model.name} has {len(group)}: {listed(group)}"
+            raise MotionError(f"{table.file}: array {name!r} has {count(matrix.shape[1], 'column')}, but {expected}")
+        for i, column in enumerate(group):
+            if column in columns:
+                raise MotionError(f"{table.file}: column {column!r} is given twice, by {name!r} and by an array of its own; remove one")
+            columns[column] = np.ascontiguousarray(matrix[:, i])
+    table.columns, table.names = columns, list(columns)
+    if not table.joints:
+        table.notes.append(f"columns of {', '.join(n for n in STATES if n in table.matrices)} are taken in the order of the robot's joints: {listed(model.joint_names)}")
+    return table

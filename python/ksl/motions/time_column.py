@@ -10,7 +10,7 @@ import numpy as np
 
 from ksl.errors import MotionError
 from ksl.motions.recorded import Recorded, listed
-from ksl.motions.units import factor, unit_of
+from ksl.motions.units import bare, factor, unit_of
 from ksl.states import Array
 
 TIME = "time"
@@ -28,6 +28,8 @@ class TimeColumn:
     name: str
     unit: str
     """As the file says it; empty where it says nothing."""
+    scale: float = 1.0
+    """Of a map; the result is in the unit."""
 
 
 def find_time(table: Recorded, of_joints: Collection[str]) -> TimeColumn:
@@ -49,16 +51,16 @@ def find_time(table: Recorded, of_joints: Collection[str]) -> TimeColumn:
     return TimeColumn(name, table.units.get(name) or match[1] or "")
 
 
-def in_seconds(table: Recorded, column: TimeColumn, time: Array, start: float | None = None) -> tuple[Array, list[str]]:
+def in_seconds(table: Recorded, column: TimeColumn, time: Array) -> tuple[Array, list[str]]:
     """Times in s, and what was done to them: their unit was converted, or dates were counted from the first sample."""
     notes = [] if column.name == TIME else [f"column {column.name!r} is taken as the time" + ("" if column.unit else ", in s")]
-    scale = factor(table.head, column.name, column.unit, "time", 0) if column.unit and unit_of(column.unit) is None or column.unit else 1.0
+    scale = column.scale * (factor(table.head, column.name, column.unit, "time", 0) if column.unit else 1.0)
     if scale != 1.0:
-        notes.append(f"times were converted from {column.unit} to s")
+        notes.append(f"times were multiplied by {scale:g}" if column.scale != 1.0 else f"times were converted from {bare(column.unit)} to s")
     finite = np.isfinite(time)
     first = float(time[0]) if len(time) and finite[0] else 0.0
     for low, high, unit in _SINCE_1970:
-        if low <= first < high and (not column.unit or unit_of(column.unit) == unit_of(unit)):
+        if low <= first < high and column.scale == 1.0 and (not column.unit or unit_of(column.unit) == unit_of(unit)):
             scale = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0}[unit]
             notes = [n for n in notes if not n.endswith((" to s", ", in s"))]
             return (time - first) * scale, [*notes, f"times are {unit} since 1970; time 0 is {np.datetime64(round(first * scale * 1000), 'ms')} UTC"]
