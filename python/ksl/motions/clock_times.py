@@ -14,7 +14,7 @@ from ksl.states import Array
 if TYPE_CHECKING:
     import pyarrow as pa
 
-_CLOCK = re.compile(r"-?(\d+):(\d\d)(?::(\d\d(?:[.,]\d*)?))?")
+_CLOCK = re.compile(r"-?(\d+):(\d\d)(?::(\d\d?(?:[.,]\d*)?))?")
 _DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d([.,]\d+)?)?(Z|[-+]\d\d:?\d\d)?")
 _WITH_UNIT = re.compile(r"[-+\d.,eE]+ ?(s|sec|ms|min|hr)")
 

@@ -81,7 +81,7 @@ def _of_tables(file: str, table: Mapping[str, object]) -> ColumnMap:
     for key in table:
         if key not in TABLES:
             raise MotionError(f"{file}: unknown table {key!r}; {near_names(key, TABLES)}known: {', '.join(TABLES)}; a map of columns has its lines in [columns]")
-    rules, ignored, constants = (table.get(k, default) for k, default in zip(TABLES, ({}, [], {})))
+    rules, ignored, constants = table.get("columns", {}), table.get("ignore", []), table.get("constants", {})
     if not isinstance(rules, Mapping) or not isinstance(constants, Mapping):
         raise MotionError(f"{file}: [columns] and [constants] are tables, with lines `name = …`")
     if not isinstance(ignored, list) or not all(isinstance(n, str) for n in ignored):

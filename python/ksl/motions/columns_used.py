@@ -16,7 +16,7 @@ from ksl.motions.time_column import TIME, TimeColumn, find_time
 from ksl.motions.units import factor, si, unit_of
 
 _WITH_UNIT = re.compile(r"(.*\S)\s*([\[(][^\[\]()]+[\])])")
-LEFT_OUT = "--ignore-extra leaves such columns out"
+LEFT_OUT = "--ignore-extra leaves out what no joint has"
 
 
 @dataclass(frozen=True)
@@ -150,7 +150,8 @@ def _leave_out(
         why = " (it follows another joint)" if follower else ""
         choice.notes.append(f"not used: column {source!r}{why}")
         return
-    raise MotionError(f"{table.head}: unknown column {source!r}{_holds(table, source)}; {_hint(table, model, known, source, follower)}")
+    kind = "joint" if table.is_recording else "column"
+    raise MotionError(f"{table.head}: unknown {kind} {source!r}{_holds(table, source)}; {_hint(table, model, known, source, follower)}")
 
 
 def _holds(table: Recorded, name: str) -> str:
@@ -166,11 +167,12 @@ def _hint(table: Recorded, model: Mechanism, known: Mapping[str, Quantity], name
         return several or follower or ""
     if name.startswith("floating_base.") and not (joints and joints[0].parent is None):
         return "if the root link floats, load the robot with --floating-base (in Python floating_base=True)"
-    near = get_close_matches(name, known, 1)
+    in_file = set(table.names)
+    near = get_close_matches(name, [n for n in known if n not in in_file], 1)
     if near:
         return f"did you mean {near[0]!r}? ({LEFT_OUT})"
     names = f"the moving joints of {model.name} are {listed(model.joint_names)}"
-    if not any(n in known for n in table.names):
+    if not any(n in known for n in in_file):
         return f"{names}. No column has the name of a joint; say which is which by a map (--map FILE)"
     return f"{names} ({LEFT_OUT})"
 

@@ -27,6 +27,7 @@ class CsvTable(Recorded):
         """data: the file's content; how: what was done to get it (`gzip`), for the format's name."""
         self._data, encoding, notes = _as_utf8(file, data)
         self.form: CsvForm = form_of(file, self._data, encoding)
+        self._how = how
         if not self.form.names:
             raise MotionError(f"{file}: holds no samples; give `time` and a column for each joint, a line for each sample")
         words = ", ".join(x for x in (self.form.words, how) if x)
@@ -61,18 +62,18 @@ class CsvTable(Recorded):
     def read(self, names: Sequence[str], time: str | None = None) -> dict[str, Array]:
         import pyarrow as pa
 
-        is_text = lambda n: n == time and self.text_in(n) is not None
-        table = self._parsed({n: pa.string() if is_text(n) else pa.float64() for n in names})
+        text_time = time if time is not None and time in names and self.text_in(time) is not None else None
+        table = self._parsed({n: pa.string() if n == text_time else pa.float64() for n in names})
         found = {n: table.column(_numbered(self._index[n])) for n in names}
-        columns = {n: x.is_valid().to_numpy().astype(float) if is_text(n) else x.to_numpy() for n, x in found.items()}
+        columns = {n: x.is_valid().to_numpy().astype(float) if n == text_time else x.to_numpy() for n, x in found.items()}
         rows = len(table)
-        while rows and all(np.isnan(x[rows - 1]) or (is_text(n) and not x[rows - 1]) for n, x in columns.items()):
+        while rows and all(np.isnan(x[rows - 1]) or (n == text_time and not x[rows - 1]) for n, x in columns.items()):
             rows -= 1  # blank lines at the end
         columns = {n: x[:rows] for n, x in columns.items()}
-        if time is not None and is_text(time):
+        if text_time is not None:
             from ksl.motions.clock_times import seconds_of_text
 
-            columns[time], note = seconds_of_text(found[time].slice(0, rows), time, self.place)
+            columns[text_time], note = seconds_of_text(found[text_time].slice(0, rows), text_time, self.place)
             self.notes.append(note)
         return columns
 
@@ -88,6 +89,7 @@ class CsvTable(Recorded):
             other = self._other_decimal(str(e))
             try:
                 table = self._parsed_with(other, converted)
+                self.format = "CSV (" + ", ".join(x for x in (self.form.words, "decimal commas", self._how) if x) + ")"
             except pa.ArrowInvalid as again:
                 raise MotionError(self._what_arrow_says(str(again if other == self.form.decimal else e), list(converted))) from None
         for i in unnamed:
@@ -127,7 +129,8 @@ class CsvTable(Recorded):
     def _rows(self) -> tuple[bytes, str]:
         """The content as pyarrow can parse it: without comments between the rows, and with one character between values."""
         self._skipped = self.form.first_line - 1
-        comments = re.search(rb"[\r\n][ \t]*[#%]", self._data) is not None or re.search(rb"[\r\n][ \t]*//", self._data) is not None
+        marks = any(mark in self._data for mark in (b"#", b"%", b"//"))  # much faster than the expression, and mostly false
+        comments = marks and re.search(rb"[\r\n][ \t]*(#|%|//)", self._data) is not None
         blanks = self.form.separator == " "
         if not comments and not blanks:
             return self._data, self.form.separator
@@ -160,7 +163,10 @@ class CsvTable(Recorded):
     def _what_arrow_says(self, text: str, included: list[str]) -> str:
         comma = self.form.decimal == ","
         number = "a number with a decimal " + ("comma, as other values have" if comma else "point")
-        line = lambda row: self._line(int(row) - 1 - self._skipped) if self._lines is not None else int(row)
+
+        def line(row: str) -> int:
+            return int(row) if self._lines is None else self._line(int(row) - 1 - self._skipped)
+
         found = re.search(r"In CSV column #(\d+): (?:Row #(\d+): )?.*invalid value '(.*)'", text)
         if found:
             name = self.form.names[int(included[int(found[1])].removeprefix("column "))]

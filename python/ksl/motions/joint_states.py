@@ -174,7 +174,8 @@ def _all_series(states: JointStates, clock: str) -> tuple[list[Series], list[str
     unsorted = sum(int((np.diff(time) < 0).sum()) for time, _, _ in arrays)
     series, repeated = [], 0
     ignored: list[str] = []
-    for ks, joints in together.items():
+    for members, joints in together.items():
+        ks = list(members)
         columns = [[groups[k][0].index(joint) for joint in joints] for k in ks]
         time = np.concatenate([arrays[k][0] for k in ks])
         position = np.concatenate([arrays[k][1][:, c] for k, c in zip(ks, columns)])

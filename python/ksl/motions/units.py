@@ -23,7 +23,7 @@ class Unit:
 
 _TIMES = {"s": 1.0, "sec": 1.0, "secs": 1.0, "second": 1.0, "seconds": 1.0, "ms": 1e-3, "msec": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6, "ns": 1e-9, "nsec": 1e-9}
 _TIMES |= {"min": 60.0, "h": 3600.0}
-_ANGLES = {"rad": 1.0, "radian": 1.0, "radians": 1.0, "mrad": 1e-3, "deg": DEGREE, "degree": DEGREE, "degrees": DEGREE, "°": DEGREE, "rev": TURN, "turn": TURN, "turns": TURN}
+_ANGLES = {"rad": 1.0, "radian": 1.0, "radians": 1.0, "rads": 1.0, "mrad": 1e-3, "deg": DEGREE, "degree": DEGREE, "degrees": DEGREE, "degs": DEGREE, "°": DEGREE, "rev": TURN, "turn": TURN, "turns": TURN}
 _LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "in": 0.0254, "inch": 0.0254}
 _RATES = {"rpm": Unit("angle", 1, TURN / 60), "1/min": Unit("angle", 1, TURN / 60), "u/min": Unit("angle", 1, TURN / 60), "r/min": Unit("angle", 1, TURN / 60)}
 _PLAIN = ("-", "1", "none", "")
