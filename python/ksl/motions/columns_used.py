@@ -76,7 +76,7 @@ def choose_columns(table: Recorded, model: Mechanism, columns: ColumnMap | None,
     rules = _rules(table, known, columns)
     choice = Choice(_time(table, known, rules, columns))
     for source, rule in rules.items():
-        if source == choice.time.name or (columns is not None and source in columns.ignored):
+        if source == choice.time.name:
             continue
         if rule.to not in known:
             _leave_out(table, model, known, source, rule, columns, choice, ignore_extra)
@@ -114,7 +114,7 @@ def _rules(table: Recorded, known: Mapping[str, Quantity], columns: ColumnMap | 
             by = f"{columns.file} maps {taken[to]!r} to it" if columns and taken[to] in columns.rules else f"{taken[to]!r} is it"
             raise MotionError(f"{table.head}: column {name!r} would be {known[to].what}, but {by}, too; put {name!r} into the list `ignore` of a map")
         taken[to] = name
-    return {name: given[name] for name in names}
+    return {name: given[name] for name in names if name in given}
 
 
 def _time(table: Recorded, known: Mapping[str, Quantity], rules: Mapping[str, ColumnRule], columns: ColumnMap | None) -> TimeColumn:

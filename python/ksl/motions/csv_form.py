@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import re
-from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
@@ -51,7 +50,7 @@ class _Line:
 
 
 def form_of(file: str, data: bytes, encoding: str) -> CsvForm:
-    """The form of a file with this content.  Raises MotionError if there are no names of columns, or two are the same."""
+    """The form of a file with this content.  Raises MotionError if there are no names of columns."""
     comments: list[_Line] = []
     lines: list[_Line] = []
     separator = ""
@@ -86,9 +85,6 @@ def form_of(file: str, data: bytes, encoding: str) -> CsvForm:
         start += 1
     while len(fields) > start and not any(fields[start]):
         start += 1
-    repeated = [n for n, k in Counter(header).items() if n and k > 1]
-    if repeated:
-        raise MotionError(f"{file}:{header_line}: two columns are named {repeated[0]!r}; rename or remove one")
     first = lines[start].number if len(lines) > start else lines[-1].number + 1
     form = CsvForm(header, header_line, first, separator, ".", units, fields[start:], notes)
     return replace(form, decimal=_decimal(form))

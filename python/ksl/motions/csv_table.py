@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -30,6 +31,9 @@ class CsvTable(Recorded):
         self._how = how
         if not self.form.names:
             raise MotionError(f"{file}: holds no samples; give `time` and a column for each joint, a line for each sample")
+        repeated = [n for n, k in Counter(self.form.names).items() if n and k > 1]
+        if repeated:
+            raise MotionError(f"{file}:{self.form.header_line}: two columns are named {repeated[0]!r}; rename or remove one")
         words = ", ".join(x for x in (self.form.words, how) if x)
         names = [n for n in self.form.names if n]
         units = {n: u for n, u in zip(self.form.names, self.form.units) if n and u}
