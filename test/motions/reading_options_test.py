@@ -205,6 +205,19 @@ def test_a_window_of_time(leg, written, time, refusal):
     assert "--from (start=) is nan; expected a time" in refusal(leg, path, start=float("nan"))
 
 
+@pytest.mark.parametrize("unit, factor", [("s", 1), ("ms", 1e3), ("us", 1e6), ("min", 1 / 60)])
+def test_units_of_times(leg, written, time, unit, factor):
+    m = read_motion(leg, written(text({"time": time * factor, "hip": time, "slide": time})), time_unit=unit)
+    assert m.time == pytest.approx(time, abs=1e-12)
+    assert m.source.notes == ([f"times were converted from {unit} to s"] if unit != "s" else [])
+
+
+def test_units_of_times_that_are_refused(leg, written, time, refusal):
+    columns = {"hip": time, "slide": time}
+    assert "is 'm'; expected s, ms, us, ns or min" in refusal(leg, written(text({"time": time} | columns)), time_unit="m")
+    assert "column 'time [ms]' is in ms, but --time-unit (time_unit=) is 'us'" in refusal(leg, written(text({"time [ms]": time} | columns)), time_unit="us")
+
+
 # the command
 
 

@@ -24,6 +24,7 @@ from ksl.commands.options import (
     Resample,
     Robot,
     Strict,
+    TimeUnit,
     To,
     Topic,
     check_order,
@@ -58,6 +59,7 @@ def loads(
     friction_width: FrictionWidth = 0.01,
     columns: ColumnMapFile = None,
     degrees: Degrees = False,
+    time_unit: TimeUnit = None,
     resample: Resample = None,
     start: From = None,
     stop: To = None,
@@ -92,7 +94,7 @@ def loads(
     placement = Placement(cast("Side", on), point, axes, cast("Order", order))  # the request was not refused
     try:
         moved = read_motion(
-            model, motion, map=columns, degrees=degrees, resample=resample, start=start, stop=stop,
+            model, motion, map=columns, degrees=degrees, time_unit=time_unit, resample=resample, start=start, stop=stop,
             ignore_extra=ignore_extra, topic=topic, positions_only=positions_only,
         )
         wrenches = read_external(model, external, moved.time) if external else {}

@@ -25,6 +25,7 @@ Physics = Annotated[str, typer.Option("--physics", metavar="NAMES", help="Physic
 FrictionWidth = Annotated[float, typer.Option("--friction-width", metavar="SPEED", help="Where smooth friction has 0.71 of its full strength, rad/s or m/s, for joints without one of their own.")]
 ColumnMapFile = Annotated[Path | None, typer.Option("--map", metavar="FILE", help="Which column of the motion is which joint's, and its unit, sign, scale and offset: TOML or CSV (docs/motions.md).")]
 Degrees = Annotated[bool, typer.Option("--degrees", help="Angles of the motion and their rates are in degrees.")]
+TimeUnit = Annotated[str | None, typer.Option("--time-unit", metavar="s|ms|us|ns|min", help="Unit of the motion's times; s unless its file says another.")]
 Resample = Annotated[float | None, typer.Option("--resample", metavar="HZ", help="Resample the motion to equal steps, on quintic splines.")]
 From = Annotated[float | None, typer.Option("--from", metavar="SECONDS", help="Use the motion from this time on.")]
 To = Annotated[float | None, typer.Option("--to", metavar="SECONDS", help="Use the motion up to this time.")]

@@ -18,10 +18,12 @@ from ksl.motions.npz_table import NpzTable, with_matrices
 from ksl.motions.recognise import open_table
 from ksl.motions.recorded import Recorded, check_finite, listed
 from ksl.motions.resampling import resampled
-from ksl.motions.time_column import TIME, find_time, in_seconds
+from ksl.motions.time_column import TIME, find_time, in_seconds, with_unit
 from ksl.states import Array
 
 Place = Callable[[int], str]
+IMPOSSIBLE_ANGLE, IMPOSSIBLE_SHARE = 1000.0, 100.0
+"""An angle of a joint with limits that is larger than this, rad, and than this many times the limit, is refused."""
 
 
 def read_motion(
@@ -30,6 +32,7 @@ def read_motion(
     *,
     map: str | os.PathLike[str] | Mapping[str, object] | None = None,
     degrees: bool = False,
+    time_unit: str | None = None,
     resample: float | None = None,
     start: float | None = None,
     stop: float | None = None,
@@ -44,6 +47,7 @@ def read_motion(
 
     map: which column of the file is which joint's, and how it is converted: a file, or {column: joint}.
     degrees: angles and their rates are in degrees, unless the file or the map gives their unit.
+    time_unit: of the times, "s", "ms", "us", "ns" or "min", unless the file gives it.
     resample: samples at equal steps, this many a second, on quintic splines through those of the file.
     start, stop: the part of the motion that is used, s, in times of the file.
     ignore_extra: columns that belong to no joint are left out; otherwise they are refused.
@@ -59,7 +63,7 @@ def read_motion(
     columns = read_map(map) if map is not None else None
     choice = choose_columns(table, model, columns, degrees, ignore_extra, positions_only)
     values = _values(table, choice)
-    time, time_notes = in_seconds(table, choice.time, values.pop(TIME))
+    time, time_notes = in_seconds(table, with_unit(table, choice.time, time_unit), values.pop(TIME))
     rows = _checked_rows(table, time, start, stop)
     time, values = time[rows], {n: x[rows] for n, x in values.items()}
     check_finite(table, {choice.used[n].source: x for n, x in values.items()}, rows)
@@ -122,7 +126,7 @@ def _check_plausible(model: Mechanism, q: Array, place: Place) -> None:
         if not (joint.one_coordinate and joint.has_limits and joint.unit == "rad" and limit > 0):
             continue
         angle = np.abs(q[:, joint.q_index])
-        bad = np.flatnonzero(angle > max(100.0, 10 * limit))
+        bad = np.flatnonzero(angle > max(IMPOSSIBLE_ANGLE, IMPOSSIBLE_SHARE * limit))
         if len(bad):
             raise MotionError(
                 f"{place(int(bad[0]))}: joint {joint.name} is at {q[bad[0], joint.q_index]:.6g} rad, where its limit is {limit:.4g} rad; did you mean --degrees "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -49,6 +49,20 @@ def find_time(table: Recorded, of_joints: Collection[str]) -> TimeColumn:
         )
     name, match = next(iter(found.items()))
     return TimeColumn(name, table.units.get(name) or match[1] or "")
+
+
+def with_unit(table: Recorded, column: TimeColumn, wished: str | None) -> TimeColumn:
+    """The column with the unit that the user says, where the file says none.  Raises MotionError if both do, and differ."""
+    if wished is None:
+        return column
+    unit = unit_of(wished)
+    if unit is None or unit.quantity != "time":
+        raise MotionError(f"{table.file}: --time-unit (time_unit=) is {wished!r}; expected s, ms, us, ns or min")
+    if table.is_recording:
+        raise MotionError(f"{table.file}: --time-unit (time_unit=) is {wished!r}, but the stamps of a bag have a unit; leave it out")
+    if column.unit and unit_of(column.unit) != unit:
+        raise MotionError(f"{table.head}: column {column.name!r} is in {bare(column.unit)}, but --time-unit (time_unit=) is {wished!r}; leave it out, or mend the file")
+    return replace(column, unit=wished)
 
 
 def in_seconds(table: Recorded, column: TimeColumn, time: Array) -> tuple[Array, list[str]]:
