@@ -84,14 +84,12 @@ def _what_is_wrong(file: str, format: str, text: str) -> str:
         return f"{file}: is a {format} that was not closed, and has no index; run `rosbag reindex` on it"
     if "not supported" in text or "missing" in text:
         return f"{file}: is a {format} that can't be read ({' '.join(text.split())}); record it again, or convert it with rosbags-convert"
-    first = " ".join(text.split())[:120]
-    return f"{file}: is a {format}, but {TRUNCATED}{f' ({first})' if first else ''}; copy it again, or repair it with the tools of ROS"
+    return f"{file}: is a {format}, but {TRUNCATED}; copy it again, or repair it with the tools of ROS"
 
 
 def mcap(file: str, source: BinaryIO, topic: str | None, positions_only: bool) -> JointStateTable:
     """The joint states of an MCAP file with messages of ROS 2.  Raises MotionError."""
     _import(file, "mcap_ros2", "mcap-ros2-support")
-    from mcap.exceptions import McapError
     from mcap.reader import make_reader
     from mcap_ros2.decoder import DecoderFactory
 
@@ -116,9 +114,8 @@ def mcap(file: str, source: BinaryIO, topic: str | None, positions_only: bool) -
             states = JointStates(file, name, ((m.log_time, message) for _, _, m, message in messages))
     except (MotionError, MemoryError, KeyboardInterrupt):
         raise
-    except (McapError, Exception) as e:  # struct.error, zstd's and lz4's errors, and others of damaged files
-        first = " ".join(str(e).split())[:120]
-        raise MotionError(f"{file}: is an MCAP file, but {TRUNCATED}{f' ({first})' if first else ''}; repair it with `mcap recover`, or copy it again") from None
+    except Exception:  # McapError, struct.error, errors of zstd and lz4, and others of damaged files
+        raise MotionError(f"{file}: is an MCAP file, but {TRUNCATED}; copy it again, or repair it with `mcap recover`") from None
     return JointStateTable(states, "MCAP", positions_only)
 
 

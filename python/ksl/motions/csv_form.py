@@ -71,7 +71,7 @@ def form_of(file: str, data: bytes, encoding: str) -> CsvForm:
     start = 1
     header, header_line = fields[0], lines[0].number
     notes = []
-    if all(_is_number(x) for x in header if x) and any(header):  # names may stand in a comment, as numpy and MATLAB write them
+    if all(is_number(x) for x in header if x) and any(header):  # names may stand in a comment, as numpy and MATLAB write them
         found = _header_in_comment(comments, header_line, len(header), separator)
         if found is None:
             raise MotionError(f"{file}:{header_line}: no names of columns, but numbers; {MEND}, named in the first line")
@@ -129,12 +129,12 @@ def _header_in_comment(comments: list[_Line], before: int, columns: int, separat
         text = line.text.strip().lstrip("#%/ ")
         for s in dict.fromkeys((separator, ",", ";", "\t", " ")):
             names = _split(text, s)
-            if len(names) == columns and not any(_is_number(n) for n in names):
+            if len(names) == columns and not any(is_number(n) for n in names):
                 return names, line.number
     return None
 
 
-def _is_number(text: str) -> bool:
+def is_number(text: str) -> bool:
     try:
         float(text.replace(",", ".", 1))
     except ValueError:
@@ -144,12 +144,12 @@ def _is_number(text: str) -> bool:
 
 def _is_row_of_units(row: list[str]) -> bool:
     said = [x for x in row if x]
-    return bool(said) and not any(_is_number(x) for x in said) and all(_BRACKETED.fullmatch(x) or unit_of(x) for x in said)
+    return bool(said) and not any(is_number(x) for x in said) and all(_BRACKETED.fullmatch(x) or unit_of(x) for x in said)
 
 
 def _decimal(form: CsvForm) -> str:
     cells = [x for row in form.rows for x in row]
-    return "," if any(map(_COMMA_NUMBER.fullmatch, cells)) and not any("." in x and _is_number(x) for x in cells) else "."
+    return "," if any(map(_COMMA_NUMBER.fullmatch, cells)) and not any("." in x and is_number(x) for x in cells) else "."
 
 
 def is_comma_number(text: str) -> bool:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ksl.errors import MotionError
-from ksl.motions.csv_form import MEND, SEPARATORS, CsvForm, form_of, is_comma_number
+from ksl.motions.csv_form import MEND, SEPARATORS, CsvForm, form_of, is_comma_number, is_number
 from ksl.motions.recorded import Recorded, count
 from ksl.states import Array
 
@@ -56,17 +56,20 @@ class CsvTable(Recorded):
     def text_in(self, name: str) -> str | None:
         i = self._index[name]
         for row in self.form.rows:
-            if i < len(row) and row[i] not in NOT_GIVEN and not is_comma_number(row[i]):
-                try:
-                    float(row[i])
-                except ValueError:
-                    return row[i]
+            if i < len(row) and row[i] not in NOT_GIVEN and not is_number(row[i]):
+                return row[i]
         return None
+
+    def _begins_with_text(self, name: str) -> bool:
+        """Whether the column's first value is text, as dates are; a text further down is a fault among numbers."""
+        i = self._index[name]
+        first = next((row[i] for row in self.form.rows if i < len(row) and row[i]), "0")
+        return not is_number(first)
 
     def read(self, names: Sequence[str], time: str | None = None) -> dict[str, Array]:
         import pyarrow as pa
 
-        text_time = time if time is not None and time in names and self.text_in(time) is not None else None
+        text_time = time if time is not None and self._begins_with_text(time) else None
         table = self._parsed({n: pa.string() if n == text_time else pa.float64() for n in names})
         found = {n: table.column(_numbered(self._index[n])) for n in names}
         columns = {n: x.is_valid().to_numpy().astype(float) if n == text_time else x.to_numpy() for n, x in found.items()}
@@ -201,7 +204,8 @@ def _as_utf8(file: str, data: bytes) -> tuple[bytes, str, list[str]]:
             raise MotionError(f"{file}: line 1 is not text; {MEND}") from None
     head = data[: 1 << 16]
     if not _TEXT_SIGNS.issuperset(head):
-        raise MotionError(f"{file}: line 1 is not text; {MEND}")
+        bad = next(i for i, byte in enumerate(head) if byte not in _TEXT_SIGNS)
+        raise MotionError(f"{file}: line {len(head[:bad].splitlines()) or 1} is not text; {MEND}")
     try:
         head.decode()
     except UnicodeDecodeError as e:
