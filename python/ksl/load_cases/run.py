@@ -155,7 +155,8 @@ def _physics(model: Mechanism) -> str:
 
 
 def _write_report(path: Path, case: LoadCase, motion_file: str, curves: Curves, balance: PowerBalance | None, rows: list[SummaryRow], notes: list[str]) -> None:
-    from ksl.report.page import ReportInput, write_report
+    from ksl.report.input import ReportInput
+    from ksl.report.page import write_report
 
     p, m = case.placement, case.model
     facts = [

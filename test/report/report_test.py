@@ -10,7 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from ksl.mechanism import Joint
 from ksl.load_cases.quantities import PowerBalance, joint_loads, summarise
-from ksl.report.page import POINTS, ReportInput, decimate, format_number, write_report
+from ksl.report.charts import POINTS, decimate
+from ksl.report.input import ReportInput
+from ksl.report.numbers import format_number
+from ksl.report.page import write_report
 
 NASTY = """</script><script>alert('1')</script><!-- & "x" <b> \\u003c µ"""
 

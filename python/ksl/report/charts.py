@@ -1,0 +1,100 @@
+"""The charts of the report: which samples are drawn, and their data in the form that report.js reads."""
+
+from __future__ import annotations
+
+import base64
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ksl.report.numbers import peak
+from ksl.states import Array
+
+Indices = NDArray[np.intp]
+
+POINTS = 2000
+"""Approximate number of points of a decimated curve."""
+STILL = 1e-6
+"""A path that varies by no more than this, relative to its size, is drawn as a point."""
+
+
+def decimate(*curves: Array, points: int = POINTS) -> Indices:
+    """Sorted indices of samples to draw, about `points` of them, such that no extreme of any curve (n) is lost.
+
+    Samples are split into buckets of equal count; of each, the smallest and the largest value of every curve stay, and
+    the first and the last sample.  Curves that share an abscissa, or span a plane together, are decimated together.
+    All indices if n ≤ points; at most points + 2 otherwise.  O(n).
+    """
+    n = len(curves[0])
+    if n <= points:
+        return np.arange(n)
+    size = math.ceil(n / max(1, points // (2 * len(curves))))
+    starts = np.arange(0, n, size)
+    kept = [np.array([0, n - 1])]
+    for x in curves:
+        # the last bucket is padded with its last value; argmin and argmax return the first position of a value
+        buckets = np.pad(x, (0, len(starts) * size - n), mode="edge").reshape(-1, size)
+        kept += [starts + buckets.argmin(axis=1), starts + buckets.argmax(axis=1)]
+    return np.unique(np.concatenate(kept))
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Curves that share an ordinate."""
+
+    label: str
+    curves: dict[str, Array]
+    limit: float | None = None
+    """Drawn on both sides of zero."""
+    emphasis: bool = False
+    """The first curve is drawn wide, so that others drawn over it leave it visible."""
+
+    def packed(self, keep: Indices) -> dict[str, Any]:
+        curves = [{"name": name, "data": _packed(x[keep])} for name, x in self.curves.items()]
+        return {"label": self.label, "curves": curves, "limit": self.limit, "emphasis": self.emphasis}
+
+
+class Charts:
+    """Makes the figures of a page, and collects beside them the data that the script draws into them."""
+
+    def __init__(self, time: Array) -> None:
+        self._time = time
+        self.data: list[dict[str, Any]] = []
+
+    def over_time(self, title: str, panels: list[Panel], dashed: str = "limits") -> str:
+        """Curves over time, one panel over the other, all at the same samples."""
+        curves = [x for panel in panels for x in panel.curves.values()]
+        keep = decimate(*curves, points=POINTS * len(curves))
+        note = dashed if any(panel.limit for panel in panels) else ""
+        return self._figure(title, note, {"time": self._packed_time(keep), "panels": [panel.packed(keep) for panel in panels]})
+
+    def path(self, title: str, x: tuple[str, Array], y: tuple[str, Array], limits: tuple[float | None, float | None]) -> str:
+        """One curve over another, each with its label: a path in their plane, within the rectangle of limits."""
+        keep = decimate(x[1], y[1], points=2 * POINTS)
+        if all(math.isfinite(peak(z)) and np.ptp(z) <= STILL * peak(z) for z in (x[1], y[1])):
+            keep = keep[:1]  # a single point needs a marker, since a line would be invisible
+        abscissa = {"label": x[0], "data": _packed(x[1][keep]), "limit": limits[0]}
+        panel = Panel(y[0], {title: y[1]}, limits[1])
+        dashed = "limits" if all(limits) else "limit of the speed" if limits[0] else "limit of the effort" if limits[1] else ""
+        return self._figure(title, dashed, {"time": self._packed_time(keep), "x": abscissa, "panels": [panel.packed(keep)]})
+
+    def _packed_time(self, keep: Indices) -> str:
+        """Times since the first sample, since single precision can't represent seconds since 1970."""
+        return _packed(self._time[keep] - self._time[0])
+
+    def _figure(self, title: str, dashed: str, chart: dict[str, Any]) -> str:
+        self.data.append(chart)
+        note = f" <small>dashed: {dashed}</small>" if dashed else ""
+        return f'<figure><figcaption>{title}{note}</figcaption><div class="chart" data-chart="{len(self.data) - 1}"></div></figure>'
+
+
+def _packed(x: Array) -> str:
+    """Single precision (7 digits), little-endian, in base 64: short, and quick to write and to read.
+
+    What is too large for it becomes infinite, and as what isn't finite a gap in the curve.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        return base64.b64encode(x.astype("<f4").tobytes()).decode("ascii")
