@@ -171,4 +171,5 @@ def _write_report(path: Path, case: LoadCase, motion_file: str, curves: Curves, 
         ("external wrenches", ", ".join(case.external) or "none"),
         ("made by", f"KSL {__version__}"),
     ]
-    write_report(path, ReportInput(f"Joint loads of {m.name}", facts, notes, rows, case.motion.time, curves.loads, balance))
+    positions = {j.name: m._position_of(j, case.motion.q) for j in m.joints if j.one_coordinate}
+    write_report(path, ReportInput(f"Joint loads of {m.name}", facts, notes, rows, case.motion.time, curves.loads, balance, positions))

@@ -17,11 +17,11 @@ AT_REST = "no power but round-off: nothing moves, or what moves takes no power"
 
 def balance_verdict(b: PowerBalance | None) -> str:
     if b is None:
-        return f'<p class="verdict">Power balance: {TOO_FEW}.</p>'
+        return f'<p class="balance">Power balance: {TOO_FEW}.</p>'
     if b.at_rest:
-        return f'<p class="verdict"><a href="#balance">Power balance</a>: {AT_REST}.</p>'
+        return f'<p class="balance"><a href="#balance">Power balance</a>: {AT_REST}.</p>'
     worse = "" if b.relative_residual <= LARGE_RESIDUAL else " large"
-    return f'<p class="verdict{worse}"><a href="#balance">Power balance</a>: largest residual {format_share(b.relative_residual)} of the largest power.</p>'
+    return f'<p class="balance{worse}"><a href="#balance">Power balance</a>: largest residual {format_share(b.relative_residual)} of the largest power.</p>'
 
 
 def balance_section(b: PowerBalance | None, time: Array, charts: Charts, clock: Clock) -> str:

@@ -14,9 +14,14 @@ from ksl.report.numbers import peak
 from ksl.states import Array
 
 Indices = NDArray[np.intp]
+Limits = tuple[float, ...]
 
 POINTS = 2000
 """Approximate number of points of a decimated curve."""
+POINTS_OF_ALL = 18_000
+"""Points of a curve times joints: with more than 9 joints, curves have fewer points, so that the page stays below 8 MB."""
+FEWEST_POINTS = 300
+"""No curve is thinned to fewer: a chart on paper is about as many dots wide."""
 STILL = 1e-6
 """A path that varies by no more than this, relative to its size, is drawn as a point."""
 
@@ -41,54 +46,68 @@ def decimate(*curves: Array, points: int = POINTS) -> Indices:
     return np.unique(np.concatenate(kept))
 
 
+def limits_in_sight(x: Array, lower: float | None, upper: float | None, reach: float) -> Limits:
+    """Those of two limits that are near enough to a curve (n) to be drawn with it.
+
+    A limit is near where the curve, seen from the middle of the limits, comes to 1 / reach of the way to it.  Lines
+    farther away would flatten the curve.
+    """
+    middle = 0.0 if lower is None or upper is None else (lower + upper) / 2
+    near = []
+    if lower is not None and (middle - float(np.min(x))) * reach >= middle - lower:
+        near.append(lower)
+    if upper is not None and (float(np.max(x)) - middle) * reach >= upper - middle:
+        near.append(upper)
+    return tuple(near)
+
+
 @dataclass(frozen=True)
 class Panel:
     """Curves that share an ordinate."""
 
     label: str
     curves: dict[str, Array]
-    limit: float | None = None
-    """Drawn on both sides of zero."""
+    limits: Limits = ()
+    """Where dashed lines are drawn: see `limits_in_sight`."""
     emphasis: bool = False
     """The first curve is drawn wide, so that others drawn over it leave it visible."""
 
     def packed(self, keep: Indices) -> dict[str, Any]:
         curves = [{"name": name, "data": _packed(x[keep])} for name, x in self.curves.items()]
-        return {"label": self.label, "curves": curves, "limit": self.limit, "emphasis": self.emphasis}
+        return {"label": self.label, "curves": curves, "limits": self.limits, "emphasis": self.emphasis}
 
 
 class Charts:
     """Makes the figures of a page, and collects beside them the data that the script draws into them."""
 
-    def __init__(self, time: Array) -> None:
+    def __init__(self, time: Array, joints: int) -> None:
         self._time = time
+        self._points = max(FEWEST_POINTS, min(POINTS, POINTS_OF_ALL // max(1, joints)))
         self.data: list[dict[str, Any]] = []
 
-    def over_time(self, title: str, panels: list[Panel], dashed: str = "limits") -> str:
-        """Curves over time, one panel over the other, all at the same samples."""
+    def over_time(self, title: str, panels: list[Panel], note: str = "") -> str:
+        """Curves over time, one panel over the other, all at the same samples; `note` stands beside the title."""
         curves = [x for panel in panels for x in panel.curves.values()]
-        keep = decimate(*curves, points=POINTS * len(curves))
-        note = dashed if any(panel.limit for panel in panels) else ""
+        keep = decimate(*curves, points=self._points * len(curves))
         return self._figure(title, note, {"time": self._packed_time(keep), "panels": [panel.packed(keep) for panel in panels]})
 
-    def path(self, title: str, x: tuple[str, Array], y: tuple[str, Array], limits: tuple[float | None, float | None]) -> str:
-        """One curve over another, each with its label: a path in their plane, within the rectangle of limits."""
-        keep = decimate(x[1], y[1], points=2 * POINTS)
+    def path(self, title: str, x: tuple[str, Array], y: tuple[str, Array], limits: tuple[Limits, Limits]) -> str:
+        """One curve over another, each with its label: a path in their plane, with the limits of both."""
+        keep = decimate(x[1], y[1], points=2 * self._points)
         if all(math.isfinite(peak(z)) and np.ptp(z) <= STILL * peak(z) for z in (x[1], y[1])):
             keep = keep[:1]  # a single point needs a marker, since a line would be invisible
-        abscissa = {"label": x[0], "data": _packed(x[1][keep]), "limit": limits[0]}
+        abscissa = {"label": x[0], "data": _packed(x[1][keep]), "limits": limits[0]}
         panel = Panel(y[0], {title: y[1]}, limits[1])
-        dashed = "limits" if all(limits) else "limit of the speed" if limits[0] else "limit of the effort" if limits[1] else ""
-        return self._figure(title, dashed, {"time": self._packed_time(keep), "x": abscissa, "panels": [panel.packed(keep)]})
+        return self._figure(title, "", {"time": self._packed_time(keep), "x": abscissa, "panels": [panel.packed(keep)]})
 
     def _packed_time(self, keep: Indices) -> str:
         """Times since the first sample, since single precision can't represent seconds since 1970."""
         return _packed(self._time[keep] - self._time[0])
 
-    def _figure(self, title: str, dashed: str, chart: dict[str, Any]) -> str:
+    def _figure(self, title: str, note: str, chart: dict[str, Any]) -> str:
         self.data.append(chart)
-        note = f" <small>dashed: {dashed}</small>" if dashed else ""
-        return f'<figure><figcaption>{title}{note}</figcaption><div class="chart" data-chart="{len(self.data) - 1}"></div></figure>'
+        beside = f" <small>{note}</small>" if note else ""
+        return f'<figure><figcaption>{title}{beside}</figcaption><div class="chart" data-chart="{len(self.data) - 1}"></div></figure>'
 
 
 def _packed(x: Array) -> str:

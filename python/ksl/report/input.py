@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from ksl.load_cases.quantities import JointLoads, PowerBalance
 from ksl.states import Array
@@ -24,3 +25,5 @@ class ReportInput:
     joints: list[JointLoads]
     balance: PowerBalance | None
     """None if there are too few samples to differentiate the energy."""
+    positions: Mapping[str, Array] = field(default_factory=dict)
+    """By joint, of those with one coordinate: (n), rad or m."""

@@ -6,16 +6,22 @@ from html import escape
 
 from ksl.load_cases.quantities import JointLoads, unit
 from ksl.mechanism import Joint
-from ksl.report.charts import Charts, Panel
+from ksl.report.charts import Charts, Limits, Panel, limits_in_sight
 from ksl.report.numbers import peak, quiet
+from ksl.report.rows import joint_range
 from ksl.states import Array
 
+REACH = 3.0
+"""Over time, limits are drawn that are up to this many times as far away as the curve."""
+REACH_OF_PATH = 5.0
+"""The same, where effort is drawn over speed."""
 
-def joint_section(loads: JointLoads, anchor: str, charts: Charts) -> str:
-    """The section, whose id is `anchor`."""
+
+def joint_section(loads: JointLoads, position: Array | None, anchor: str, charts: Charts) -> str:
+    """The section, whose id is `anchor`.  position (n): of joints with one coordinate."""
     joint = loads.joint
-    figures = _axis_charts(loads, charts) if joint.one_coordinate else _magnitude_charts(loads, charts)
-    facts = "".join(f"<div><dt>{name}</dt><dd>{text}</dd></div>" for name, text in _joint_facts(loads))
+    figures = _axis_charts(loads, position, charts) if joint.one_coordinate else _magnitude_charts(loads, charts)
+    facts = "".join(f"<div><dt>{name}</dt><dd>{text}</dd></div>" for name, text in _joint_facts(loads, position))
     heading = f'<h2 id="{anchor}-name">{escape(joint.name)}</h2><dl>{facts}</dl>'
     return f'<section id="{anchor}" class="joint" aria-labelledby="{anchor}-name">{heading}<div class="charts">{figures}</div></section>'
 
@@ -26,35 +32,48 @@ def _magnitude_charts(loads: JointLoads, charts: Charts) -> str:
     return chart + charts.over_time("Moment", [Panel("Moment, N m", {"moment": moment})])
 
 
-def _axis_charts(loads: JointLoads, charts: Charts) -> str:
-    """The drive's effort has a panel of its own, since its limit doesn't apply to moments about points other than the joint's origin."""
+def _axis_charts(loads: JointLoads, position: Array | None, charts: Charts) -> str:
     joint, curves = loads.joint, {name: quiet(x) for name, x in loads.wrench.items()}
-    slides = not joint.has_angle
-    forces = [Panel("Force, N", {"axial": curves["axial_force"], "radial": curves["radial_force"]})]
-    moments = [Panel("Moment, N m", {"about axis": curves["axial_moment"], "bending": curves["bending_moment"]})]
-    if loads.coupling is not None and loads.speed is not None:
-        (forces if slides else moments).append(Panel(f"Coupling, {unit('coupling', joint)}", {"coupling": quiet(loads.coupling)}))
-        moving = [Panel(f"Speed, {unit('speed', joint)}", {"speed": quiet(loads.speed)})]
-        return charts.over_time("Forces", forces) + charts.over_time("Moments", moments) + charts.over_time("Speed", moving)
+    html = charts.over_time("Forces", [Panel("Force, N", {"axial": curves["axial_force"], "radial": curves["radial_force"]})])
+    html += charts.over_time("Moments", [Panel("Moment, N m", {"about axis": curves["axial_moment"], "bending": curves["bending_moment"]})])
+    moving, names = [], []
+    if position is not None:
+        lower, upper = joint_range(joint)
+        moving.append(Panel(f"Position, {joint.unit}", {"position": position}, limits_in_sight(position, lower, upper, REACH)))
+        names.append("position")
+    if loads.speed is not None:
+        speed = quiet(loads.speed)
+        moving.append(Panel(f"Speed, {unit('speed', joint)}", {"speed": speed}, _in_sight(speed, joint.velocity, REACH)))
+        names.append("speed")
+    if moving:
+        html += charts.over_time(" and ".join(names).capitalize(), moving)
+    if loads.coupling is not None:
+        html += charts.over_time("Effort of the coupling", [Panel(f"Coupling, {unit('coupling', joint)}", {"coupling": quiet(loads.coupling)})])
+    return html + _drive_charts(loads, charts)
+
+
+def _drive_charts(loads: JointLoads, charts: Charts) -> str:
+    """Charts of the drive.  Its limit applies to its effort, and not to moments about points other than the joint's origin."""
+    joint = loads.joint
     if loads.speed is None or loads.effort is None or loads.power is None:
-        return charts.over_time("Forces", forces) + charts.over_time("Moments", moments)
-    speed, effort, drive = quiet(loads.speed), quiet(loads.effort), "Drive force" if slides else "Drive torque"
+        return ""
+    speed, effort, drive = quiet(loads.speed), quiet(loads.effort), "Drive torque" if joint.has_angle else "Drive force"
     speed_label, effort_label = f"Speed, {unit('speed', joint)}", f"{drive}, {unit('effort', joint)}"
-    (forces if slides else moments).append(Panel(effort_label, {"drive": effort}, _near(joint.effort, effort, 1.5)))
+    driven = Panel(effort_label, {"drive": effort}, _in_sight(effort, joint.effort, REACH))
+    html = charts.over_time(f"{drive} and power", [driven, Panel("Power, W", {"power": quiet(loads.power)})])
     parts = {name: quiet(x) for name, x in loads.parts.items() if peak(quiet(x)) > 0}
-    split = charts.over_time(f"What the {drive.lower()} consists of", [Panel(effort_label, {"drive": effort, **parts}, emphasis=True)]) if parts else ""
-    html = charts.over_time("Forces, and drive force" if slides else "Forces", forces, dashed="limit of the effort")
-    html += charts.over_time("Moments" if slides else "Moments, and drive torque", moments, dashed="limit of the effort")
-    html += charts.over_time(
-        "Speed and power",
-        [Panel(speed_label, {"speed": speed}, _near(joint.velocity, speed, 1.5)), Panel("Power, W", {"power": quiet(loads.power)})],
-        dashed="limit of the speed",
-    )
-    limits = _near(joint.velocity, speed, 5), _near(joint.effort, effort, 5)
-    return html + split + charts.path(f"{drive} over speed", (speed_label, speed), (effort_label, effort), limits)
+    if parts:
+        html += charts.over_time(f"What the {drive.lower()} consists of", [Panel(effort_label, {"drive": effort, **parts}, emphasis=True)])
+    limits = _in_sight(speed, joint.velocity, REACH_OF_PATH), _in_sight(effort, joint.effort, REACH_OF_PATH)
+    return html + charts.path(f"{drive} over speed", (speed_label, speed), (effort_label, effort), limits)
 
 
-def _joint_facts(loads: JointLoads) -> list[tuple[str, str]]:
+def _in_sight(x: Array, limit: float | None, reach: float) -> Limits:
+    """A limit of the magnitude, on each side of zero where the curve comes near it."""
+    return limits_in_sight(x, -limit, limit, reach) if limit else ()
+
+
+def _joint_facts(loads: JointLoads, position: Array | None) -> list[tuple[str, str]]:
     """Kind, links, pitch and limits, with the share of each that the motion uses."""
     joint = loads.joint
     parent = "ground" if joint.parent is None else escape(joint.parent)
@@ -70,29 +89,30 @@ def _joint_facts(loads: JointLoads) -> list[tuple[str, str]]:
         facts.append(("follows", f"{joint.multiplier:.6g} × {escape(joint.leader)}" + (f" + {joint.offset:.6g}" if joint.offset else "")))
     facts.append(("effort limit", _limit(joint.effort, loads.effort, unit("effort", joint))))
     facts.append(("velocity limit", _limit(joint.velocity, loads.speed, unit("speed", joint))))
-    return [*facts, ("position limits", _range(joint))]
+    return [*facts, ("position limits", _range(joint, position))]
 
 
 def _limit(limit: float | None, curve: Array | None, unit: str) -> str:
     if limit is None:
         return "none given"
+    if limit == 0:
+        return "none given (the file says 0)"
     text = f"{limit:.6g} {unit}"
     if curve is None or not limit > 0:
         return text
     share = peak(quiet(curve)) / limit
     used = f"{100 * share:.3g} % used"
-    return f'{text}, <strong class="over">{used}</strong>' if share > 1 else f"{text}, {used}"
+    return f'{text}, <strong class="over">{used}: exceeded</strong>' if share > 1 else f"{text}, {used}"
 
 
-def _range(joint: Joint) -> str:
-    if joint.lower is None and joint.upper is None:
-        return "none given"
-    lower, upper = ("–" if x is None else f"{x:.6g}" for x in (joint.lower, joint.upper))
-    return f"{lower} to {upper} {joint.unit}"
-
-
-def _near(limit: float | None, curve: Array | None, factor: float) -> float | None:
-    """A limit to draw; None if it is so far away that it would flatten the curve."""
-    if limit is None or curve is None:
-        return None
-    return limit if 0 < limit <= factor * peak(curve) else None
+def _range(joint: Joint, position: Array | None) -> str:
+    lower, upper = joint_range(joint)
+    if lower is None and upper is None:
+        return "none given" if joint.lower is None else f"none given (the file says {joint.lower:g} for both)"
+    text = f"{'–' if lower is None else f'{lower:.6g}'} to {'–' if upper is None else f'{upper:.6g}'} {joint.unit}"
+    if position is None:
+        return text
+    low, high = float(position.min()), float(position.max())
+    used = f"motion from {low:.5g} to {high:.5g}"
+    beyond = (lower is not None and low < lower) or (upper is not None and high > upper)
+    return f'{text}, <strong class="over">{used}: exceeded</strong>' if beyond else f"{text}, {used}"

@@ -8,8 +8,8 @@ from html import escape
 from ksl.load_cases.quantities import EFFORT_PARTS, unit
 from ksl.mechanism import Joint
 from ksl.report.numbers import Clock, format_number
+from ksl.report.rows import LIMIT_OF, Row, exceeds
 
-Row = Mapping[str, float | str | None]
 Groups = list[tuple[str, list[tuple[str, str]]]]
 """Columns of a table: headings of groups, and for each group (heading, key of the row)."""
 
@@ -33,7 +33,7 @@ LABELS = {
 
 
 def summary_tables(rows: Sequence[Row], joints: Mapping[str, Joint], anchors: Mapping[str, str], clock: Clock) -> str:
-    """The rows of the summary, in tables whose quantities have the same units; each joint leads to its section."""
+    """Rows of `rows.with_limits`, in tables whose quantities have the same units; each joint leads to its section."""
     return _Tables(joints, anchors, clock).of(rows)
 
 
@@ -49,7 +49,8 @@ class _Tables:
         html = ""
         for title, group in groups.items():
             for part, columns in _columns(self._joint(group[0]), "transmitted_peak" in group[0]) if group else []:
-                html += self._table(f"{title}{part}", group, columns)
+                known = [row for row in group if columns[0][1][0][1] in row]  # positions may be missing
+                html += self._table(f"{title}{part}", known, columns) if known else ""
         return html
 
     def _joint(self, row: Row) -> Joint:
@@ -66,11 +67,17 @@ class _Tables:
     def _table_row(self, row: Row, groups: Groups) -> str:
         name = str(row["joint"])
         link = f'<a href="#{self._anchors[name]}">{escape(name)}</a>'
-        cells = "".join(f"<td{_edge(k)}>{self._cell(key, row.get(key))}</td>" for _, columns in groups for k, (_, key) in enumerate(columns))
+        cells = "".join(f"<td{_edge(k)}>{self._cell(row, key)}</td>" for _, columns in groups for k, (_, key) in enumerate(columns))
         return f'<tr><th scope="row">{link}</th><td>{escape(str(row["kind"]))}</td>{cells}</tr>'
 
-    def _cell(self, key: str, value: float | str | None) -> str:
-        return self._clock.text(float(value)) if key.endswith("_time") and value is not None else escape(format_number(value))
+    def _cell(self, row: Row, key: str) -> str:
+        value = row.get(key)
+        if key.endswith("_time") and value is not None:
+            return self._clock.text(float(value))
+        if key in LIMIT_OF.values():  # as the file gives it: 87 and not 87.00
+            return "–" if value is None else f'<span class="limit">{float(value):.5g}</span>'
+        text = escape(format_number(value))
+        return f'<strong class="over" title="beyond the limit">{text}</strong>' if exceeds(row, key) else text
 
 
 def _group(joint: Joint) -> str:
@@ -85,19 +92,21 @@ def _group(joint: Joint) -> str:
 def _columns(joint: Joint, with_parts: bool) -> list[tuple[str, Groups]]:
     """The tables of the summary for a joint and its group, each with the end of its title: the wrench, the drive, the parts of its effort."""
 
-    def group(name: str, last: str | None = "rms") -> tuple[str, list[tuple[str, str]]]:
-        columns = [("peak", f"{name}_peak"), ("at, s", f"{name}_peak_time"), *([(last, f"{name}_{last}")] if last else [])]
-        return f"{LABELS[name]}, {unit(name, joint)}", columns
+    def group(name: str, last: str | None = "rms", limit: bool = False) -> tuple[str, list[tuple[str, str]]]:
+        columns = [("peak", f"{name}_peak"), *([("limit", f"{name}_limit")] if limit else []), ("at, s", f"{name}_peak_time")]
+        return f"{LABELS[name]}, {unit(name, joint)}", [*columns, *([(last, f"{name}_{last}")] if last else [])]
 
     if not joint.one_coordinate:
         return [("", [group("force"), group("moment")])]
     wrench = [group(name) for name in ("axial_force", "radial_force", "bending_moment", "axial_moment")]
+    ends = (("lowest", "position_lower"), ("highest", "position_upper"))
+    positions = (": positions", [(f"{end} position, {joint.unit}", [("value", f"position_{end}"), ("limit", limit), ("at, s", f"position_{end}_time")]) for end, limit in ends])
     if joint.leader is not None:
-        return [(": the wrench at the chosen point", wrench), (": the coupling", [group("coupling"), group("speed", None)])]
+        return [(": the wrench at the chosen point", wrench), (": the coupling", [group("coupling"), group("speed", None, True)]), positions]
     work = ("work, J", [("positive", "work_positive"), ("negative", "work_negative")])
-    drive = [group("effort"), group("speed", None), group("power", "mean"), work]
+    drive = [group("effort", limit=True), group("speed", None, True), group("power", "mean"), work]
     parts = [(": what the drive's effort consists of", [group(name) for name in EFFORT_PARTS])] if with_parts else []
-    return [(": the wrench at the chosen point", wrench), (": the drive", drive), *parts]
+    return [(": the wrench at the chosen point", wrench), (": the drive", drive), *parts, positions]
 
 
 def _edge(column: int) -> str:
