@@ -17,6 +17,7 @@ from ksl.motions.motion import Motion, complete
 from ksl.load_cases.quantities import integral, joint_loads, rms, summarise, unit, work
 
 COLUMNS = [
+    "case",
     "time",
     "joint",
     "fx",
@@ -32,7 +33,7 @@ COLUMNS = [
     "constraint_ty",
     "constraint_tz",
 ]
-TAIL = ["effort", "speed", "power", "on", "at", "axes"]
+TAIL = ["position", "speed", "acceleration", "effort", "power", "on", "at", "axes"]
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +56,7 @@ def test_columns_types_and_metadata(ur5):
     table = ur5.loads(*sines(ur5))
     assert table.column_names == COLUMNS + TAIL
     for name in table.column_names:
-        words = name in ("joint", "on", "at", "axes")
+        words = name in ("case", "joint", "on", "at", "axes")
         assert table.schema.field(name).type == (pa.dictionary(pa.int16(), pa.string()) if words else pa.float64()), name
     said = json.loads(table.schema.metadata[b"ksl"])
     assert {k: said[k] for k in ("version", "robot", "on", "at", "axes", "order")} == {
@@ -97,7 +98,7 @@ def test_wrenches_are_those_of_reactions(ur5, how):
     table = ur5.loads(t, *state, external=external, **how)
     names = [j.name for j in ur5.joints]
     order = ("fx", "fy", "fz", "tx", "ty", "tz") if how.get("order") != "ang_lin" else ("tx", "ty", "tz", "fx", "fy", "fz")
-    assert table.column_names[2:8] == list(order)
+    assert table.column_names[3:9] == list(order)
     for prefix, part in (("", "total"), ("constraint_", "constraint")):
         assert np.array_equal(wrenches(table, prefix, order, len(names)), ur5.reactions(*state, external, joints=names, part=part, **how)), part
     assert set(table["on"].to_pylist()) == {how.get("on", "child")}
@@ -112,10 +113,12 @@ def test_effort_speed_power_of_joints_with_one_coordinate(ur5):
     for i, name in enumerate(ur5.joint_names):
         rows = np.array(table["joint"].to_pylist()) == name
         column = lambda c: table[c].to_numpy()[rows]
-        assert np.array_equal(column("effort"), tau[:, i]) and np.array_equal(column("speed"), v[:, i])
+        assert np.array_equal(column("effort"), tau[:, i])
+        for of, x in (("position", q), ("speed", v), ("acceleration", a)):
+            assert np.array_equal(column(of), x[:, i]), of
         assert np.array_equal(column("power"), tau[:, i] * v[:, i])
     fixed = [r for r in table.to_pylist() if r["joint"] in ur5.fixed_joint_names]
-    assert fixed and all(r["effort"] is None and r["speed"] is None and r["power"] is None for r in fixed)
+    assert fixed and all(r[c] is None for r in fixed for c in ("position", "speed", "acceleration", "effort", "power"))
 
 
 def test_a_floating_base_has_no_effort_but_a_wrench(robot):
@@ -210,7 +213,7 @@ def test_pin_of_a_pendulum(robot):
     m = robot(PENDULUM)
     t = np.linspace(0, 2, 50)
     th, w, dw = 1.2 * np.sin(3 * t), 3.6 * np.cos(3 * t), -10.8 * np.sin(3 * t)
-    row = {name: x.to_numpy() for name, x in zip(COLUMNS[2:], m.loads(t, th[:, None], w[:, None], dw[:, None]).columns[2:14])}
+    row = {name: x.to_numpy() for name, x in zip(COLUMNS[3:], m.loads(t, th[:, None], w[:, None], dw[:, None]).columns[3:15])}
     row = {name: x[::2] for name, x in row.items()}  # the pin, without `base`
     pull, across = MASS * (G * np.cos(th) + LENGTH * w**2), MASS * (G * np.sin(th) + LENGTH * dw)
     assert row["fz"] == pytest.approx(pull, rel=1e-12, abs=1e-12)

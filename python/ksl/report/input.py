@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
+from ksl.load_cases.provenance import Provenance
 from ksl.load_cases.quantities import JointLoads, PowerBalance
 from ksl.states import Array
 
@@ -25,5 +25,5 @@ class ReportInput:
     joints: list[JointLoads]
     balance: PowerBalance | None
     """None if there are too few samples to differentiate the energy."""
-    positions: Mapping[str, Array] = field(default_factory=dict)
-    """By joint, of those with one coordinate: (n), rad or m."""
+    provenance: Provenance | None = None
+    """Inputs with their hashes, versions, date, command line: what a signature needs."""

@@ -17,11 +17,11 @@ REACH_OF_PATH = 5.0
 """The same, where effort is drawn over speed."""
 
 
-def joint_section(loads: JointLoads, position: Array | None, anchor: str, charts: Charts) -> str:
-    """The section, whose id is `anchor`.  position (n): of joints with one coordinate."""
+def joint_section(loads: JointLoads, anchor: str, charts: Charts) -> str:
+    """The section, whose id is `anchor`."""
     joint = loads.joint
-    figures = _axis_charts(loads, position, charts) if joint.one_coordinate else _magnitude_charts(loads, charts)
-    facts = "".join(f"<div><dt>{name}</dt><dd>{text}</dd></div>" for name, text in _joint_facts(loads, position))
+    figures = _axis_charts(loads, charts) if joint.one_coordinate else _magnitude_charts(loads, charts)
+    facts = "".join(f"<div><dt>{name}</dt><dd>{text}</dd></div>" for name, text in _joint_facts(loads))
     heading = f'<h2 id="{anchor}-name">{escape(joint.name)}</h2><dl>{facts}</dl>'
     return f'<section id="{anchor}" class="joint" aria-labelledby="{anchor}-name">{heading}<div class="charts">{figures}</div></section>'
 
@@ -32,14 +32,14 @@ def _magnitude_charts(loads: JointLoads, charts: Charts) -> str:
     return chart + charts.over_time("Moment", [Panel("Moment, N m", {"moment": moment})])
 
 
-def _axis_charts(loads: JointLoads, position: Array | None, charts: Charts) -> str:
+def _axis_charts(loads: JointLoads, charts: Charts) -> str:
     joint, curves = loads.joint, {name: quiet(x) for name, x in loads.wrench.items()}
     html = charts.over_time("Forces", [Panel("Force, N", {"axial": curves["axial_force"], "radial": curves["radial_force"]})])
     html += charts.over_time("Moments", [Panel("Moment, N m", {"about axis": curves["axial_moment"], "bending": curves["bending_moment"]})])
     moving, names = [], []
-    if position is not None:
+    if loads.position is not None:
         lower, upper = joint_range(joint)
-        moving.append(Panel(f"Position, {joint.unit}", {"position": position}, limits_in_sight(position, lower, upper, REACH)))
+        moving.append(Panel(f"Position, {joint.unit}", {"position": loads.position}, limits_in_sight(loads.position, lower, upper, REACH)))
         names.append("position")
     if loads.speed is not None:
         speed = quiet(loads.speed)
@@ -73,7 +73,7 @@ def _in_sight(x: Array, limit: float | None, reach: float) -> Limits:
     return limits_in_sight(x, -limit, limit, reach) if limit else ()
 
 
-def _joint_facts(loads: JointLoads, position: Array | None) -> list[tuple[str, str]]:
+def _joint_facts(loads: JointLoads) -> list[tuple[str, str]]:
     """Kind, links, pitch and limits, with the share of each that the motion uses."""
     joint = loads.joint
     parent = "ground" if joint.parent is None else escape(joint.parent)
@@ -89,7 +89,7 @@ def _joint_facts(loads: JointLoads, position: Array | None) -> list[tuple[str, s
         facts.append(("follows", f"{joint.multiplier:.6g} × {escape(joint.leader)}" + (f" + {joint.offset:.6g}" if joint.offset else "")))
     facts.append(("effort limit", _limit(joint.effort, loads.effort, unit("effort", joint))))
     facts.append(("velocity limit", _limit(joint.velocity, loads.speed, unit("speed", joint))))
-    return [*facts, ("position limits", _range(joint, position))]
+    return [*facts, ("position limits", _range(joint, loads.position))]
 
 
 def _limit(limit: float | None, curve: Array | None, unit: str) -> str:

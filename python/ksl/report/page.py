@@ -51,7 +51,7 @@ class _Page:
         r = self.report
         header = f"<header><h1>{escape(r.title)}</h1>{self._facts()}{self._notes()}</header>"
         sections = self._summary() + balance_section(r.balance, r.time, self.charts, self.clock)
-        sections += "".join(joint_section(loads, r.positions.get(loads.joint.name), self.anchors[loads.joint.name], self.charts) for loads in r.joints)
+        sections += "".join(joint_section(loads, self.anchors[loads.joint.name], self.charts) for loads in r.joints)
         return f"{self._navigation()}<main>{header}{sections}</main>"
 
     def _facts(self) -> str:
@@ -73,7 +73,7 @@ class _Page:
 
     def _summary(self) -> str:
         r, joints = self.report, {l.joint.name: l.joint for l in self.report.joints}
-        rows = [with_limits(row, joints[str(row["joint"])], r.time, r.positions.get(str(row["joint"]))) for row in r.summary]
+        rows = [with_limits(row, joints[str(row["joint"])]) for row in r.summary]
         tables = summary_tables(rows, joints, self.anchors, self.clock)
         note = "Peaks are of the magnitude. Means (rms, mean) weigh each sample by the time it stands for. "
         note += "Forces and moments are those of the wrench at the chosen point; effort, speed, power and work are the drive's, whatever point is chosen."

@@ -99,8 +99,11 @@ def _columns(joint: Joint, with_parts: bool) -> list[tuple[str, Groups]]:
     if not joint.one_coordinate:
         return [("", [group("force"), group("moment")])]
     wrench = [group(name) for name in ("axial_force", "radial_force", "bending_moment", "axial_moment")]
-    ends = (("lowest", "position_lower"), ("highest", "position_upper"))
-    positions = (": positions", [(f"{end} position, {joint.unit}", [("value", f"position_{end}"), ("limit", limit), ("at, s", f"position_{end}_time")]) for end, limit in ends])
+    ends = [
+        (f"{words} position, {joint.unit}", [("value", f"position_{end}"), ("limit", limit), ("at, s", f"position_{end}_time")])
+        for words, end, limit in (("lowest", "min", "position_lower"), ("highest", "max", "position_upper"))
+    ]
+    positions = (": positions", ends)
     if joint.leader is not None:
         return [(": the wrench at the chosen point", wrench), (": the coupling", [group("coupling"), group("speed", None, True)]), positions]
     work = ("work, J", [("positive", "work_positive"), ("negative", "work_negative")])
