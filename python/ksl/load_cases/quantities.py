@@ -191,8 +191,8 @@ def summarise(time: Array, loads: JointLoads) -> SummaryRow:
         row |= _peak(time, "speed", loads.speed)
     if loads.position is not None:
         lowest, highest = (first_extreme(sign * loads.position) for sign in (-1, 1))
-        row |= {"position_min": float(loads.position[lowest]), "position_min_time": float(time[lowest])}
-        row |= {"position_max": float(loads.position[highest]), "position_max_time": float(time[highest])}
+        row |= {"position_lowest": float(loads.position[lowest]), "position_lowest_time": float(time[lowest])}
+        row |= {"position_highest": float(loads.position[highest]), "position_highest_time": float(time[highest])}
     if loads.acceleration is not None:
         row |= _peak(time, "acceleration", loads.acceleration)
     return row
