@@ -155,13 +155,13 @@ def _balance_line(balance: PowerBalance | None) -> str:
 def _write_report(
     path: Path, case: LoadCase, provenance: Provenance, curves: Curves, balance: PowerBalance | None, rows: list[SummaryRow], notes: list[str]
 ) -> None:
-    from ksl.report.input import ReportInput
+    from ksl.report.input import CaseCurves, ReportInput
     from ksl.report.page import write_report
 
     m = case.model
     facts = [("robot", f"{m.name} ({m.file})"), *_scene(case)]
     title = f"Joint loads of {m.name}"
-    write_report(path, ReportInput(title, facts, notes, rows, case.motion.time, curves.loads, balance, provenance))
+    write_report(path, ReportInput(title, facts, notes, rows, [CaseCurves(case.name, case.motion.time, curves.loads, balance)], provenance))
 
 
 def _scene(case: LoadCase) -> list[tuple[str, str]]:

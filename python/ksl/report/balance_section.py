@@ -15,18 +15,20 @@ TOO_FEW = "too few samples to differentiate the energy"
 AT_REST = "no power but round-off: nothing moves, or what moves takes no power"
 
 
-def balance_verdict(b: PowerBalance | None) -> str:
+def balance_verdict(b: PowerBalance | None, anchor: str) -> str:
+    """One line, which leads to the section."""
     if b is None:
         return f'<p class="balance">Power balance: {TOO_FEW}.</p>'
     if b.at_rest:
-        return f'<p class="balance"><a href="#balance">Power balance</a>: {AT_REST}.</p>'
+        return f'<p class="balance"><a href="#{anchor}">Power balance</a>: {AT_REST}.</p>'
     worse = "" if b.relative_residual <= LARGE_RESIDUAL else " large"
-    return f'<p class="balance{worse}"><a href="#balance">Power balance</a>: largest residual {format_share(b.relative_residual)} of the largest power.</p>'
+    return f'<p class="balance{worse}"><a href="#{anchor}">Power balance</a>: largest residual {format_share(b.relative_residual)} of the largest power.</p>'
 
 
-def balance_section(b: PowerBalance | None, time: Array, charts: Charts, clock: Clock) -> str:
+def balance_section(b: PowerBalance | None, time: Array, charts: Charts, clock: Clock, anchor: str) -> str:
+    """The section, whose id is `anchor`."""
     if b is None:
-        return f'<section id="balance"><h2>Power balance</h2><p>Not checked: {TOO_FEW}.</p></section>'
+        return f'<section id="{anchor}"><h2>Power balance</h2><p>Not checked: {TOO_FEW}.</p></section>'
     lost, energy = ("", "mechanical energy") if b.dissipation is None else (" − dissipation by damping and friction", "energy, rotors and springs included")
     text = (
         f"Drive power + power of external wrenches{lost} = rate of change of {energy}, at every sample. The right side comes from "
@@ -43,9 +45,9 @@ def balance_section(b: PowerBalance | None, time: Array, charts: Charts, clock: 
     residual = b.residual
     if b.at_rest:  # curves of rounding errors would look like results
         sides, residual = {name: np.zeros_like(x) for name, x in sides.items()}, np.zeros_like(residual)
-    powers = charts.over_time("Power of both sides", [Panel("Power, W", sides, emphasis=True)])
-    rest = charts.over_time("Residual, and energy", [Panel("Residual, W", {"residual": residual}), Panel("Energy, J", {"energy": b.energy})])
-    return f'<section id="balance"><h2>Power balance</h2><p>{text}</p><div class="charts">{powers}{rest}</div></section>'
+    powers = charts.over_time(time, "Power of both sides", [Panel("Power, W", sides, emphasis=True)])
+    rest = charts.over_time(time, "Residual, and energy", [Panel("Residual, W", {"residual": residual}), Panel("Energy, J", {"energy": b.energy})])
+    return f'<section id="{anchor}"><h2>Power balance</h2><p>{text}</p><div class="charts">{powers}{rest}</div></section>'
 
 
 def _residual(b: PowerBalance, time: Array, clock: Clock) -> str:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ksl.report.numbers import peak
+from ksl.report.numbers import Clock, peak
 from ksl.states import Array
 
 Indices = NDArray[np.intp]
@@ -19,7 +19,7 @@ Limits = tuple[float, ...]
 POINTS = 2000
 """Approximate number of points of a decimated curve."""
 POINTS_OF_ALL = 18_000
-"""Points of a curve times joints: with more than 9 joints, curves have fewer points, so that the page stays below 8 MB."""
+"""Points of a curve times sections of joints: with more than 9 sections, curves have fewer points, so that the page stays below 8 MB."""
 FEWEST_POINTS = 300
 """No curve is thinned to fewer: a chart on paper is about as many dots wide."""
 STILL = 1e-6
@@ -80,34 +80,35 @@ class Panel:
 class Charts:
     """Makes the figures of a page, and collects beside them the data that the script draws into them."""
 
-    def __init__(self, time: Array, joints: int) -> None:
-        self._time = time
-        self._points = max(FEWEST_POINTS, min(POINTS, POINTS_OF_ALL // max(1, joints)))
+    def __init__(self, sections: int) -> None:
+        """sections: of joints that will draw their curves: the more, the fewer points each curve has."""
+        self._points = max(FEWEST_POINTS, min(POINTS, POINTS_OF_ALL // max(1, sections)))
         self.data: list[dict[str, Any]] = []
 
-    def over_time(self, title: str, panels: list[Panel], note: str = "") -> str:
+    def over_time(self, time: Array, title: str, panels: list[Panel], note: str = "") -> str:
         """Curves over time, one panel over the other, all at the same samples; `note` stands beside the title."""
         curves = [x for panel in panels for x in panel.curves.values()]
         keep = decimate(*curves, points=self._points * len(curves))
-        return self._figure(title, note, {"time": self._packed_time(keep), "panels": [panel.packed(keep) for panel in panels]})
+        return self._figure(title, note, {**_packed_time(time, keep), "panels": [panel.packed(keep) for panel in panels]})
 
-    def path(self, title: str, x: tuple[str, Array], y: tuple[str, Array], limits: tuple[Limits, Limits]) -> str:
+    def path(self, time: Array, title: str, x: tuple[str, Array], y: tuple[str, Array], limits: tuple[Limits, Limits]) -> str:
         """One curve over another, each with its label: a path in their plane, with the limits of both."""
         keep = decimate(x[1], y[1], points=2 * self._points)
         if all(math.isfinite(peak(z)) and np.ptp(z) <= STILL * peak(z) for z in (x[1], y[1])):
             keep = keep[:1]  # a single point needs a marker, since a line would be invisible
         abscissa = {"label": x[0], "data": _packed(x[1][keep]), "limits": limits[0]}
         panel = Panel(y[0], {title: y[1]}, limits[1])
-        return self._figure(title, "", {"time": self._packed_time(keep), "x": abscissa, "panels": [panel.packed(keep)]})
-
-    def _packed_time(self, keep: Indices) -> str:
-        """Times since the first sample, since single precision can't represent seconds since 1970."""
-        return _packed(self._time[keep] - self._time[0])
+        return self._figure(title, "", {**_packed_time(time, keep), "x": abscissa, "panels": [panel.packed(keep)]})
 
     def _figure(self, title: str, note: str, chart: dict[str, Any]) -> str:
         self.data.append(chart)
         beside = f" <small>{note}</small>" if note else ""
         return f'<figure><figcaption>{title}{beside}</figcaption><div class="chart" data-chart="{len(self.data) - 1}"></div></figure>'
+
+
+def _packed_time(time: Array, keep: Indices) -> dict[str, Any]:
+    """Times since the first sample, since single precision can't represent seconds since 1970, and what the first one is shown as."""
+    return {"start": float(time[0]) - Clock.of(time).origin, "time": _packed(time[keep] - time[0])}
 
 
 def _packed(x: Array) -> str:

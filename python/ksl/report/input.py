@@ -2,11 +2,37 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
 from ksl.load_cases.provenance import Provenance
 from ksl.load_cases.quantities import JointLoads, PowerBalance
+from ksl.report.rows import Row
 from ksl.states import Array
+
+NOT_USED = "in the file and not used: "
+"""How notes about content that is ignored begin."""
+
+
+@dataclass(frozen=True)
+class CaseCurves:
+    """The curves of one load case."""
+
+    name: str
+    time: Array
+    """(n), s."""
+    joints: Sequence[JointLoads]
+    balance: PowerBalance | None
+    """None if there are too few samples to differentiate the energy."""
+    facts: Sequence[tuple[str, str]] = ()
+    """What is special to this case: motion, payloads, gravity."""
+    notes: Sequence[str] = ()
+    """Of this case alone."""
+    stills: Mapping[str, dict[str, Any]] = field(default_factory=dict)
+    """By joint: a figure of plotly, {"data": …, "layout": …}, of the mechanism at the sample where this joint bears most."""
+    still_times: Mapping[str, float] = field(default_factory=dict)
+    """By joint: the time of that sample, s."""
 
 
 @dataclass(frozen=True)
@@ -14,16 +40,13 @@ class ReportInput:
     """The contents of a report."""
 
     title: str
-    facts: list[tuple[str, str]]
+    facts: Sequence[tuple[str, str]]
     """What was computed, and how: a small table at the head."""
-    notes: list[str]
-    """Warnings, unused content of the files, limits exceeded: a line each, foldable."""
-    summary: list[dict[str, float | str | None]]
-    """Rows of :func:`ksl.load_cases.quantities.summarise`, of any of `joints`."""
-    time: Array
-    """(n), s."""
-    joints: list[JointLoads]
-    balance: PowerBalance | None
-    """None if there are too few samples to differentiate the energy."""
+    notes: Sequence[str]
+    """Most important first: limits exceeded, doubts, warnings, unused content of the files (`NOT_USED`)."""
+    summary: Sequence[Row]
+    """Rows of :func:`ksl.load_cases.quantities.summarise`, each with its `case` where there are several, of any of their joints."""
+    cases: Sequence[CaseCurves]
+    """One at least."""
     provenance: Provenance | None = None
     """Inputs with their hashes, versions, date, command line: what a signature needs."""

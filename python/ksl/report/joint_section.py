@@ -17,25 +17,25 @@ REACH_OF_PATH = 5.0
 """The same, where effort is drawn over speed."""
 
 
-def joint_section(loads: JointLoads, anchor: str, charts: Charts) -> str:
+def joint_section(loads: JointLoads, time: Array, anchor: str, charts: Charts) -> str:
     """The section, whose id is `anchor`."""
     joint = loads.joint
-    figures = _axis_charts(loads, charts) if joint.one_coordinate else _magnitude_charts(loads, charts)
+    figures = _axis_charts(loads, time, charts) if joint.one_coordinate else _magnitude_charts(loads, time, charts)
     facts = "".join(f"<div><dt>{name}</dt><dd>{text}</dd></div>" for name, text in _joint_facts(loads))
     heading = f'<h2 id="{anchor}-name">{escape(joint.name)}</h2><dl>{facts}</dl>'
     return f'<section id="{anchor}" class="joint" aria-labelledby="{anchor}-name">{heading}<div class="charts">{figures}</div></section>'
 
 
-def _magnitude_charts(loads: JointLoads, charts: Charts) -> str:
+def _magnitude_charts(loads: JointLoads, time: Array, charts: Charts) -> str:
     force, moment = quiet(loads.wrench["force"]), quiet(loads.wrench["moment"])
-    chart = charts.over_time("Force", [Panel("Force, N", {"force": force})])
-    return chart + charts.over_time("Moment", [Panel("Moment, N m", {"moment": moment})])
+    chart = charts.over_time(time, "Force", [Panel("Force, N", {"force": force})])
+    return chart + charts.over_time(time, "Moment", [Panel("Moment, N m", {"moment": moment})])
 
 
-def _axis_charts(loads: JointLoads, charts: Charts) -> str:
+def _axis_charts(loads: JointLoads, time: Array, charts: Charts) -> str:
     joint, curves = loads.joint, {name: quiet(x) for name, x in loads.wrench.items()}
-    html = charts.over_time("Forces", [Panel("Force, N", {"axial": curves["axial_force"], "radial": curves["radial_force"]})])
-    html += charts.over_time("Moments", [Panel("Moment, N m", {"about axis": curves["axial_moment"], "bending": curves["bending_moment"]})])
+    html = charts.over_time(time, "Forces", [Panel("Force, N", {"axial": curves["axial_force"], "radial": curves["radial_force"]})])
+    html += charts.over_time(time, "Moments", [Panel("Moment, N m", {"about axis": curves["axial_moment"], "bending": curves["bending_moment"]})])
     moving, names = [], []
     if loads.position is not None:
         lower, upper = joint_range(joint)
@@ -46,13 +46,13 @@ def _axis_charts(loads: JointLoads, charts: Charts) -> str:
         moving.append(Panel(f"Speed, {unit('speed', joint)}", {"speed": speed}, _in_sight(speed, joint.velocity, REACH)))
         names.append("speed")
     if moving:
-        html += charts.over_time(" and ".join(names).capitalize(), moving)
+        html += charts.over_time(time, " and ".join(names).capitalize(), moving)
     if loads.coupling is not None:
-        html += charts.over_time("Effort of the coupling", [Panel(f"Coupling, {unit('coupling', joint)}", {"coupling": quiet(loads.coupling)})])
-    return html + _drive_charts(loads, charts)
+        html += charts.over_time(time, "Effort of the coupling", [Panel(f"Coupling, {unit('coupling', joint)}", {"coupling": quiet(loads.coupling)})])
+    return html + _drive_charts(loads, time, charts)
 
 
-def _drive_charts(loads: JointLoads, charts: Charts) -> str:
+def _drive_charts(loads: JointLoads, time: Array, charts: Charts) -> str:
     """Charts of the drive.  Its limit applies to its effort, and not to moments about points other than the joint's origin."""
     joint = loads.joint
     if loads.speed is None or loads.effort is None or loads.power is None:
@@ -60,12 +60,12 @@ def _drive_charts(loads: JointLoads, charts: Charts) -> str:
     speed, effort, drive = quiet(loads.speed), quiet(loads.effort), "Drive torque" if joint.has_angle else "Drive force"
     speed_label, effort_label = f"Speed, {unit('speed', joint)}", f"{drive}, {unit('effort', joint)}"
     driven = Panel(effort_label, {"drive": effort}, _in_sight(effort, joint.effort, REACH))
-    html = charts.over_time(f"{drive} and power", [driven, Panel("Power, W", {"power": quiet(loads.power)})])
+    html = charts.over_time(time, f"{drive} and power", [driven, Panel("Power, W", {"power": quiet(loads.power)})])
     parts = {name: quiet(x) for name, x in loads.parts.items() if peak(quiet(x)) > 0}
     if parts:
-        html += charts.over_time(f"What the {drive.lower()} consists of", [Panel(effort_label, {"drive": effort, **parts}, emphasis=True)])
+        html += charts.over_time(time, f"What the {drive.lower()} consists of", [Panel(effort_label, {"drive": effort, **parts}, emphasis=True)])
     limits = _in_sight(speed, joint.velocity, REACH_OF_PATH), _in_sight(effort, joint.effort, REACH_OF_PATH)
-    return html + charts.path(f"{drive} over speed", (speed_label, speed), (effort_label, effort), limits)
+    return html + charts.path(time, f"{drive} over speed", (speed_label, speed), (effort_label, effort), limits)
 
 
 def _in_sight(x: Array, limit: float | None, reach: float) -> Limits:

@@ -10,13 +10,10 @@ from importlib.util import find_spec
 from pathlib import Path
 from string import Template
 
-from ksl.report.balance_section import balance_section, balance_verdict
+from ksl.report.balance_section import balance_verdict
+from ksl.report.case_section import Anchors, case_head, case_sections
 from ksl.report.charts import Charts
 from ksl.report.input import ReportInput
-from ksl.report.joint_section import joint_section
-from ksl.report.numbers import Clock
-from ksl.report.rows import with_limits
-from ksl.report.tables import summary_tables
 
 FEW_NOTES = 8
 """Up to this number, notes are shown unfolded."""
@@ -26,7 +23,7 @@ def write_report(path: str | os.PathLike[str], report: ReportInput) -> None:
     """Writes one HTML file that holds all it needs, plotly.js included (about 5 MB; 0.2 MB more for each joint)."""
     page = _Page(report)
     content = page.content()
-    data = {"start": float(report.time[0]) - page.clock.origin, "charts": page.charts.data}
+    data = {"charts": page.charts.data}
     html = Template(_asset("report.html")).substitute(
         title=escape(report.title),
         style=Template(_asset("report.css")).substitute(foot=_css_string(report.title)),
@@ -43,20 +40,30 @@ class _Page:
 
     def __init__(self, report: ReportInput) -> None:
         self.report = report
-        self.charts = Charts(report.time, len(report.joints))
-        self.clock = Clock.of(report.time)
-        self.anchors = {loads.joint.name: f"joint-{i}" for i, loads in enumerate(report.joints)}
+        self.charts = Charts(sum(len(case.joints) for case in report.cases))
+        several = len(report.cases) > 1
+        self.anchors = [Anchors.of(case, i if several else None) for i, case in enumerate(report.cases)]
 
     def content(self) -> str:
         r = self.report
-        header = f"<header><h1>{escape(r.title)}</h1>{self._facts()}{self._notes()}</header>"
-        sections = self._summary() + balance_section(r.balance, r.time, self.charts, self.clock)
-        sections += "".join(joint_section(loads, self.anchors[loads.joint.name], self.charts) for loads in r.joints)
-        return f"{self._navigation()}<main>{header}{sections}</main>"
+        verdict = balance_verdict(r.cases[0].balance, "balance") if len(r.cases) == 1 else ""
+        header = f"<header><h1>{escape(r.title)}</h1>{self._facts()}{verdict}{self._notes()}</header>"
+        return f"{self._navigation()}<main>{header}{self._cases()}</main>"
+
+    def _cases(self) -> str:
+        cases = list(zip(self.report.cases, self.anchors, strict=True))
+        if len(cases) == 1:
+            return case_sections(cases[0][0], self.report.summary, self.anchors[0], self.charts)
+        html = ""
+        for i, (case, anchors) in enumerate(cases):
+            rows = [row for row in self.report.summary if row.get("case") == case.name]
+            sections = case_sections(case, rows, anchors, self.charts)
+            html += f'<article class="case" id="case-{i}">{case_head(case, anchors)}{sections}</article>'
+        return html
 
     def _facts(self) -> str:
         rows = "".join(f'<tr><th scope="row">{escape(name)}</th><td>{escape(text)}</td></tr>' for name, text in self.report.facts)
-        return f'<table class="facts"><caption class="unseen">What was computed</caption><tbody>{rows}</tbody></table>{balance_verdict(self.report.balance)}'
+        return f'<table class="facts"><caption class="unseen">What was computed</caption><tbody>{rows}</tbody></table>'
 
     def _notes(self) -> str:
         notes = self.report.notes
@@ -67,19 +74,12 @@ class _Page:
         return f'<details class="notes"{unfolded}><summary>Notes ({len(notes)})</summary><ul>{items}</ul></details>'
 
     def _navigation(self) -> str:
-        links = "".join(f'<li><a href="#{self.anchors[j.joint.name]}">{escape(j.joint.name)}</a></li>' for j in self.report.joints)
-        fixed = '<li><a href="#summary">Summary</a></li><li><a href="#balance">Power balance</a></li>'
-        return f'<nav aria-label="Contents"><ul>{fixed}</ul><h2>Joints</h2><ul>{links}</ul></nav>'
-
-    def _summary(self) -> str:
-        r, joints = self.report, {l.joint.name: l.joint for l in self.report.joints}
-        rows = [with_limits(row, joints[str(row["joint"])]) for row in r.summary]
-        tables = summary_tables(rows, joints, self.anchors, self.clock)
-        note = "Peaks are of the magnitude. Means (rms, mean) weigh each sample by the time it stands for. "
-        note += "Forces and moments are those of the wrench at the chosen point; effort, speed, power and work are the drive's, whatever point is chosen."
-        if self.clock.origin:
-            note += f" Times on this page are counted from the first sample, at {self.clock.origin!r} s."
-        return f'<section id="summary"><h2>Summary</h2><p>{note}</p>{tables}</section>'
+        html = ""
+        for case, anchors in zip(self.report.cases, self.anchors, strict=True):
+            links = "".join(f'<li><a href="#{anchors.joints[j.joint.name]}">{escape(j.joint.name)}</a></li>' for j in case.joints)
+            fixed = f'<li><a href="#{anchors.prefix}summary">Summary</a></li><li><a href="#{anchors.prefix}balance">Power balance</a></li>'
+            html += f"<ul>{fixed}</ul><h2>Joints</h2><ul>{links}</ul>"
+        return f'<nav aria-label="Contents">{html}</nav>'
 
 
 def _inline(script: str) -> str:

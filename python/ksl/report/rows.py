@@ -8,7 +8,7 @@ from ksl.mechanism import Joint
 
 Row = Mapping[str, float | str | None]
 
-LIMIT_OF = {"effort_peak": "effort_limit", "speed_peak": "speed_limit", "position_min": "position_lower", "position_max": "position_upper"}
+LIMIT_OF = {"effort_peak": "effort_limit", "speed_peak": "speed_limit", "position_lowest": "position_lower", "position_highest": "position_upper"}
 """The limit beside a number of a row."""
 
 
@@ -34,4 +34,4 @@ def exceeds(row: Row, key: str) -> bool:
     value, limit = row.get(key), row.get(LIMIT_OF.get(key, ""))
     if not isinstance(value, (int, float)) or not isinstance(limit, (int, float)):
         return False
-    return value < limit if key == "position_min" else value > limit
+    return value < limit if key == "position_lowest" else value > limit

@@ -100,8 +100,8 @@ def _columns(joint: Joint, with_parts: bool) -> list[tuple[str, Groups]]:
         return [("", [group("force"), group("moment")])]
     wrench = [group(name) for name in ("axial_force", "radial_force", "bending_moment", "axial_moment")]
     ends = [
-        (f"{words} position, {joint.unit}", [("value", f"position_{end}"), ("limit", limit), ("at, s", f"position_{end}_time")])
-        for words, end, limit in (("lowest", "min", "position_lower"), ("highest", "max", "position_upper"))
+        (f"{end} position, {joint.unit}", [("value", f"position_{end}"), ("limit", limit), ("at, s", f"position_{end}_time")])
+        for end, limit in (("lowest", "position_lower"), ("highest", "position_upper"))
     ]
     positions = (": positions", ends)
     if joint.leader is not None:

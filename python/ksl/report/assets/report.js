@@ -16,7 +16,7 @@
 
   // the curves of a chart: over time, or over chart.x with the time of each point at hand
   const traces = (chart) => {
-    const time = Float64Array.from(numbers(chart.time), (t) => data.start + t);
+    const time = Float64Array.from(numbers(chart.time), (t) => chart.start + t);
     const x = chart.x ? numbers(chart.x.data) : time;
     const before = (row) => chart.panels.slice(0, row).reduce((n, panel) => n + panel.curves.length, 0); // curves above: one colour each
     return chart.panels.flatMap((panel, row) =>
