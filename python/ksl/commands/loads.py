@@ -13,6 +13,9 @@ from ksl.commands.options import FloatingBase, FrictionWidth, Gravity, Mimic, Mo
 if TYPE_CHECKING:
     from ksl.states import Order, Side
 
+if TYPE_CHECKING:
+    from ksl.report.pdf import Paper
+
 
 @app.command()
 def loads(
@@ -20,6 +23,9 @@ def loads(
     motion: Annotated[Path, typer.Argument(metavar="MOTION.csv", help="`time` and a column per moving joint (rad, m); NAME.v, NAME.a if known.")],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the results.")] = Path("loads"),
     csv: Annotated[bool, typer.Option("--csv", help="Write wrenches.csv beside wrenches.parquet.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Write report.json, everything that the report says in numbers.")] = False,
+    pdf: Annotated[bool, typer.Option("--pdf", help="Write report.pdf, printed by Chromium or Chrome.")] = False,
+    paper: Annotated[str, typer.Option(metavar="A4|letter", help="Paper of the PDF.")] = "A4",
     on: Annotated[str, typer.Option(metavar="child|parent", help="Side that the wrench acts on.")] = "child",
     at: Annotated[str, typer.Option(metavar="POINT", help="Point of the moments: joint, world, a link's name, or X,Y,Z from the joint's origin in its axes.")] = "joint",
     axes: Annotated[str, typer.Option(metavar="AXES", help="joint, world, or a link's name.")] = "joint",
@@ -49,11 +55,14 @@ def loads(
     from ksl.load_cases.provenance import input_file, provenance_of
     from ksl.load_cases.run import run_loads
     from ksl.motions.reading import read_external, read_motion
+    from ksl.report.files import ReportFiles
 
     if len(payload) != len(on_link):
         fail(f"{len(payload)} --payload and {len(on_link)} --on-link; give one --on-link NAME for each --payload MASS[,X,Y,Z]")
     if len(set(on_link)) != len(on_link):
         fail(f"--on-link {max(on_link, key=on_link.count)} is given more than once; a link carries one payload")
+    if paper not in ("A4", "letter"):
+        fail(f"--paper {paper}: expected A4 or letter")
     values = [numbers(p, "--payload", 1, 4) for p in payload]
     end_on_signals()
     loaded = {link: (p[0], p[1:] or [0.0, 0.0, 0.0]) for link, p in zip(on_link, values)}
@@ -65,6 +74,7 @@ def loads(
         fail(in_options(e, on=on, at=at, axes=axes, order=order))
     placement = Placement(cast("Side", on), point, axes, cast("Order", order))  # the request was not refused
     try:
+        report = ReportFiles.wanted(json, cast("Paper", paper) if pdf else None)
         moved = read_motion(model, motion)
         wrenches = read_external(model, external, moved.time) if external else {}
         carried = [Payload(link, kilograms, (x, y, z)) for link, (kilograms, (x, y, z)) in loaded.items()]
@@ -72,7 +82,7 @@ def loads(
         inputs = [input_file(role, file) for role, file in (("robot", robot), ("motion", motion), ("external", external)) if file]
         options = {"on": on, "at": at, "axes": axes, "order": order, "floating_base": floating_base, "mimic": mimic, "strict": strict}
         options |= {"gravity": gravity, "model": model_name, "physics": physics, "friction_width": friction_width if physics else None}
-        run_loads(case, provenance_of([case], inputs, options, command_line()), output, csv, console(120))
+        run_loads(case, provenance_of([case], inputs, options, command_line()), output, csv, console(120), report)
     except BrokenPipeError:  # nobody reads what is printed: as any command
         raise
     except (ValueError, OutputError, RuntimeError) as e:  # RuntimeError: an unknown KSL_ISA

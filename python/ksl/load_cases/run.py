@@ -23,15 +23,20 @@ from ksl.load_cases.provenance import UNITS, Provenance
 from ksl.load_cases.quantities import EFFORT_PARTS, PowerBalance, SummaryRow, summarise
 from ksl.load_cases.wrench_table import TableWriter
 from ksl.mechanism import Mechanism
+from ksl.report.files import NAMES as REPORT_FILES
+from ksl.report.files import ReportFiles
+from ksl.report.input import CaseCurves, ReportInput
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-RESULTS = ("wrenches.parquet", "wrenches.csv", "summary.csv", "report.html")
+RESULTS = ("wrenches.parquet", "wrenches.csv", "summary.csv", *REPORT_FILES)
 """Files that a run may write.  Those that it doesn't write are removed, since they are from an earlier run."""
 
 
-def run_loads(case: LoadCase, provenance: Provenance, directory: Path, with_csv: bool, console: Console) -> None:
+def run_loads(
+    case: LoadCase, provenance: Provenance, directory: Path, with_csv: bool, console: Console, report: ReportFiles = ReportFiles()
+) -> None:
     """Computes everything, writes wrenches.parquet (and .csv), summary.csv and report.html into `directory`, prints the summary."""
     curves, motion_file = Curves(case), case.motion_file
     with staged(directory, RESULTS) as stage, np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused
@@ -43,7 +48,7 @@ def run_loads(case: LoadCase, provenance: Provenance, directory: Path, with_csv:
         _check_summary(motion_file, rows, balance)
         _write_summary(stage / "summary.csv", rows, provenance)
         notes = _notes(case, curves)
-        _write_report(stage / "report.html", case, provenance, curves, balance, rows, notes)
+        report.write(stage, _report_input(case, provenance, curves, balance, rows, notes))
         files = sorted(f.name for f in stage.iterdir())
     print_summary(console, rows, curves.loads, case.placement)
     for line in notes:
@@ -152,16 +157,13 @@ def _balance_line(balance: PowerBalance | None) -> str:
     )
 
 
-def _write_report(
-    path: Path, case: LoadCase, provenance: Provenance, curves: Curves, balance: PowerBalance | None, rows: list[SummaryRow], notes: list[str]
-) -> None:
-    from ksl.report.input import CaseCurves, ReportInput
-    from ksl.report.page import write_report
-
+def _report_input(
+    case: LoadCase, provenance: Provenance, curves: Curves, balance: PowerBalance | None, rows: list[SummaryRow], notes: list[str]
+) -> ReportInput:
     m = case.model
     facts = [("robot", f"{m.name} ({m.file})"), *_scene(case)]
     title = f"Joint loads of {m.name}"
-    write_report(path, ReportInput(title, facts, notes, rows, [CaseCurves(case.name, case.motion.time, curves.loads, balance)], provenance))
+    return ReportInput(title, facts, notes, rows, [CaseCurves(case.name, case.motion.time, curves.loads, balance)], provenance)
 
 
 def _scene(case: LoadCase) -> list[tuple[str, str]]:

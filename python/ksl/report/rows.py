@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from ksl.load_cases.quantities import unit
 from ksl.mechanism import Joint
 
 Row = Mapping[str, float | str | None]
@@ -35,3 +36,11 @@ def exceeds(row: Row, key: str) -> bool:
     if not isinstance(value, (int, float)) or not isinstance(limit, (int, float)):
         return False
     return value < limit if key == "position_lowest" else value > limit
+
+
+def joint_units(joint: Joint) -> dict[str, str]:
+    """The units of a joint's quantities in a row: {position: rad, …}."""
+    if not joint.one_coordinate:
+        return {name: unit(name, joint) for name in ("force", "moment")}
+    names = ("axial_force", "radial_force", "bending_moment", "axial_moment", "position", "speed", "acceleration", "effort", "power")
+    return {**{name: unit(name, joint) for name in names}, "work": "J"}
