@@ -26,6 +26,7 @@ from ksl.mechanism import Mechanism
 from ksl.report.files import NAMES as REPORT_FILES
 from ksl.report.files import ReportFiles
 from ksl.report.input import CaseCurves, ReportInput
+from ksl.report.stills import stills_of
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -163,7 +164,8 @@ def _report_input(
     m = case.model
     facts = [("robot", f"{m.name} ({m.file})"), *_scene(case)]
     title = f"Joint loads of {m.name}"
-    return ReportInput(title, facts, notes, rows, [CaseCurves(case.name, case.motion.time, curves.loads, balance)], provenance)
+    shown = CaseCurves(case.name, case.motion.time, curves.loads, balance, stills=stills_of(case, curves.loads))
+    return ReportInput(title, facts, notes, rows, [shown], provenance)
 
 
 def _scene(case: LoadCase) -> list[tuple[str, str]]:

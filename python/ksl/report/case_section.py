@@ -33,7 +33,10 @@ def case_sections(case: CaseCurves, rows: Sequence[Row], anchors: Anchors, chart
     clock = Clock.of(case.time)
     html = _summary(case, rows, anchors, clock)
     html += balance_section(case.balance, case.time, charts, clock, f"{anchors.prefix}balance")
-    return html + "".join(joint_section(loads, case.time, anchors.joints[loads.joint.name], charts) for loads in case.joints)
+    for loads in case.joints:
+        name = loads.joint.name
+        html += joint_section(loads, case.time, anchors.joints[name], charts, case.stills.get(name))
+    return html
 
 
 def case_head(case: CaseCurves, anchors: Anchors) -> str:

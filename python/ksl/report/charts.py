@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ksl.report.numbers import Clock, peak
+from ksl.report.stills import Still, still_figure
 from ksl.states import Array
 
 Indices = NDArray[np.intp]
@@ -18,8 +19,8 @@ Limits = tuple[float, ...]
 
 POINTS = 2000
 """Approximate number of points of a decimated curve."""
-POINTS_OF_ALL = 18_000
-"""Points of a curve times sections of joints: with more than 9 sections, curves have fewer points, so that the page stays below 8 MB."""
+POINTS_OF_ALL = 12_000
+"""Points of a curve times sections of joints: with more than 6 sections, curves have fewer points, so that the page stays below 8 MB."""
 FEWEST_POINTS = 300
 """No curve is thinned to fewer: a chart on paper is about as many dots wide."""
 STILL = 1e-6
@@ -84,6 +85,7 @@ class Charts:
         """sections: of joints that will draw their curves: the more, the fewer points each curve has."""
         self._points = max(FEWEST_POINTS, min(POINTS, POINTS_OF_ALL // max(1, sections)))
         self.data: list[dict[str, Any]] = []
+        self.stills: list[dict[str, Any]] = []
 
     def over_time(self, time: Array, title: str, panels: list[Panel], note: str = "") -> str:
         """Curves over time, one panel over the other, all at the same samples; `note` stands beside the title."""
@@ -99,6 +101,11 @@ class Charts:
         abscissa = {"label": x[0], "data": _packed(x[1][keep]), "limits": limits[0]}
         panel = Panel(y[0], {title: y[1]}, limits[1])
         return self._figure(title, "", {**_packed_time(time, keep), "x": abscissa, "panels": [panel.packed(keep)]})
+
+    def still(self, still: Still, time: Array) -> str:
+        """A picture."""
+        self.stills.append(still.figure)
+        return still_figure(still, len(self.stills) - 1, Clock.of(time).text(still.time))
 
     def _figure(self, title: str, note: str, chart: dict[str, Any]) -> str:
         self.data.append(chart)

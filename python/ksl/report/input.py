@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 from ksl.load_cases.provenance import Provenance
 from ksl.load_cases.quantities import JointLoads, PowerBalance
 from ksl.report.rows import Row
+from ksl.report.stills import Still
 from ksl.states import Array
 
 NOT_USED = "in the file and not used: "
@@ -29,10 +29,8 @@ class CaseCurves:
     """What is special to this case: motion, payloads, gravity."""
     notes: Sequence[str] = ()
     """Of this case alone."""
-    stills: Mapping[str, dict[str, Any]] = field(default_factory=dict)
-    """By joint: a figure of plotly, {"data": …, "layout": …}, of the mechanism at the sample where this joint bears most."""
-    still_times: Mapping[str, float] = field(default_factory=dict)
-    """By joint: the time of that sample, s."""
+    stills: Mapping[str, Still] = field(default_factory=dict)
+    """By joint: the mechanism at the sample where this joint bears most."""
 
 
 @dataclass(frozen=True)

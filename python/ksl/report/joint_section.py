@@ -9,6 +9,7 @@ from ksl.mechanism import Joint
 from ksl.report.charts import Charts, Limits, Panel, limits_in_sight
 from ksl.report.numbers import peak, quiet
 from ksl.report.rows import joint_range
+from ksl.report.stills import Still
 from ksl.states import Array
 
 REACH = 3.0
@@ -17,10 +18,11 @@ REACH_OF_PATH = 5.0
 """The same, where effort is drawn over speed."""
 
 
-def joint_section(loads: JointLoads, time: Array, anchor: str, charts: Charts) -> str:
+def joint_section(loads: JointLoads, time: Array, anchor: str, charts: Charts, still: Still | None = None) -> str:
     """The section, whose id is `anchor`."""
     joint = loads.joint
     figures = _axis_charts(loads, time, charts) if joint.one_coordinate else _magnitude_charts(loads, time, charts)
+    figures = (charts.still(still, time) if still else "") + figures
     facts = "".join(f"<div><dt>{name}</dt><dd>{text}</dd></div>" for name, text in _joint_facts(loads))
     heading = f'<h2 id="{anchor}-name">{escape(joint.name)}</h2><dl>{facts}</dl>'
     return f'<section id="{anchor}" class="joint" aria-labelledby="{anchor}-name">{heading}<div class="charts">{figures}</div></section>'

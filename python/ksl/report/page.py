@@ -23,7 +23,7 @@ def write_report(path: str | os.PathLike[str], report: ReportInput) -> None:
     """Writes one HTML file that holds all it needs, plotly.js included (about 5 MB; 0.2 MB more for each joint)."""
     page = _Page(report)
     content = page.content()
-    data = {"charts": page.charts.data}
+    data = {"charts": page.charts.data, "stills": page.charts.stills}
     html = Template(_asset("report.html")).substitute(
         title=escape(report.title),
         style=Template(_asset("report.css")).substitute(foot=_css_string(report.title)),

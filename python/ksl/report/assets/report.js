@@ -114,6 +114,31 @@
     if (range) show(div, range);
   };
 
+  // Pictures are rendered one after the other: a browser has few WebGL contexts, and each picture gives its own back.
+  const stills = [...document.querySelectorAll(".still")];
+  const webgl = () => {
+    const context = document.createElement("canvas").getContext("webgl");
+    context?.getExtension("WEBGL_lose_context")?.loseContext();
+    return Boolean(context);
+  };
+  const renderStill = async (div) => {
+    const { data: shapes, layout } = data.stills[Number(div.dataset.still)];
+    const image = document.createElement("img");
+    image.alt = div.getAttribute("aria-label");
+    image.src = await Plotly.toImage({ data: shapes, layout }, { format: "png", width: layout.width, height: layout.height, scale: 1.5 });
+    await image.decode();
+    div.replaceChildren(image);
+  };
+  const renderStills = async () => {
+    const possible = stills.length > 0 && webgl();
+    for (const div of stills) {
+      if (possible) await renderStill(div).catch(() => (div.textContent = "The picture could not be drawn by this browser."));
+      else div.textContent = "The picture needs WebGL, which this browser does not offer.";
+      if (!asked) await new Promise((next) => setTimeout(next, 20)); // the page stays responsive meanwhile
+    }
+    root.toggleAttribute("data-ready", true);
+  };
+
   const print = (on) => {
     if (printing === on) return;
     printing = on;
@@ -124,6 +149,7 @@
   };
 
   const asked = /^#print=(A4|letter)$/.exec(location.hash);
+  asked ? renderStills() : addEventListener("load", () => setTimeout(renderStills, 200));
   addEventListener("beforeprint", () => print(true));
   addEventListener("afterprint", () => asked || print(false));
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => printing || drawn.forEach(redraw));
