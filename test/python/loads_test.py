@@ -10,11 +10,11 @@ import pytest
 
 import ksl
 from ksl.load_cases.curves import Curves
-from ksl.load_cases.limits import exceeded_limits
 from ksl.load_cases.load_case import BLOCK_ROWS, LoadCase, Placement
 from ksl.mechanism import Joint
 from ksl.motions.motion import Motion, complete
 from ksl.load_cases.quantities import integral, joint_loads, rms, summarise, unit, work
+from ksl.load_cases.verdict import uses_of
 
 COLUMNS = [
     "case",
@@ -224,22 +224,27 @@ def test_pin_of_a_pendulum(robot):
     assert np.abs(row["constraint_ty"]).max() == 0
 
 
+def exceeded_limits(m: ksl.Model, motion: Motion) -> list[str]:
+    loads = collected(LoadCase(m, motion)).loads
+    return [use.exceeded for l in loads for use in uses_of(l.joint, summarise(motion.time, l), motion.time, motion.q) if use.level == "red"]
+
+
 def test_limits_that_are_exceeded_are_said(robot):
     m = robot(PENDULUM)
     t = np.linspace(0, 2, 50)
     motion = Motion(t, 1.2 * np.sin(3 * t)[:, None], 3.6 * np.cos(3 * t)[:, None], -10.8 * np.sin(3 * t)[:, None])
-    lines = exceeded_limits(m, motion, collected(LoadCase(m, motion)).loads)
+    lines = exceeded_limits(m, motion)
     assert lines[0] == "pin: speed 3.6 rad/s is beyond the velocity limit 2 rad/s"
     assert lines[1].startswith("pin: effort ") and lines[1].endswith(" N m is beyond the effort limit 0.1 N m") and len(lines) == 2
     slow = Motion(t, 0 * motion.q, 0 * motion.v, 0 * motion.a)
-    assert exceeded_limits(m, slow, collected(LoadCase(m, slow)).loads) == []
+    assert exceeded_limits(m, slow) == []
 
 
 def test_positions_beyond_their_limits_are_said(robot):
     m = robot(PENDULUM.replace("continuous", "revolute").replace('effort="0.1"', 'lower="-1" upper="0.5" effort="500"'))
     t = np.linspace(0, 2, 50)
     motion = Motion(t, np.linspace(-2, 1, 50)[:, None], np.zeros((50, 1)), np.zeros((50, 1)))
-    assert exceeded_limits(m, motion, collected(LoadCase(m, motion)).loads) == [
+    assert exceeded_limits(m, motion) == [
         "pin: position -2 rad is beyond the lower limit -1 rad",
         "pin: position 1 rad is beyond the upper limit 0.5 rad",
     ]

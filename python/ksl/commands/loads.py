@@ -33,6 +33,7 @@ def loads(
     payload: Annotated[list[str], typer.Option(metavar="MASS[,X,Y,Z]", help="Point mass, kg, at a point of the link's frame, m; with --on-link.")] = [],
     on_link: Annotated[list[str], typer.Option(metavar="NAME", help="Link that carries the payload.")] = [],
     external: Annotated[Path | None, typer.Option(metavar="FILE.csv", help="Wrenches on links: `time` and LINK.fx … LINK.tz, at the link's origin, in its axes.")] = None,
+    fail_on: Annotated[str, typer.Option("--fail-on", metavar="limits", help="End with status 3 if a limit is exceeded; results are written.")] = "",
     floating_base: FloatingBase = False,
     mimic: Mimic = "coupled",
     strict: Strict = False,
@@ -57,6 +58,8 @@ def loads(
     from ksl.motions.reading import read_external, read_motion
     from ksl.report.files import ReportFiles
 
+    if fail_on not in ("", "limits"):
+        fail(f"--fail-on {fail_on}: expected limits")
     if len(payload) != len(on_link):
         fail(f"{len(payload)} --payload and {len(on_link)} --on-link; give one --on-link NAME for each --payload MASS[,X,Y,Z]")
     if len(set(on_link)) != len(on_link):
@@ -82,7 +85,7 @@ def loads(
         inputs = [input_file(role, file) for role, file in (("robot", robot), ("motion", motion), ("external", external)) if file]
         options = {"on": on, "at": at, "axes": axes, "order": order, "floating_base": floating_base, "mimic": mimic, "strict": strict}
         options |= {"gravity": gravity, "model": model_name, "physics": physics, "friction_width": friction_width if physics else None}
-        run_loads(case, provenance_of([case], inputs, options, command_line()), output, csv, console(120), report)
+        verdict = run_loads(case, provenance_of([case], inputs, options, command_line()), output, csv, console(120), report)
     except BrokenPipeError:  # nobody reads what is printed: as any command
         raise
     except (ValueError, OutputError, RuntimeError) as e:  # RuntimeError: an unknown KSL_ISA
@@ -90,3 +93,5 @@ def loads(
     except OSError as e:
         discard_output()
         fail(f"{unwritable(e)}; results are in {output}")
+    if fail_on and verdict.exceeded:
+        raise typer.Exit(3)

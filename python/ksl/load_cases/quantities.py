@@ -100,12 +100,19 @@ class PowerBalance:
         return self.largest_power <= self.round_off
 
     @property
+    def doubtful(self) -> bool:
+        """Whether the residual is so large that wrenches and motion can't belong together."""
+        return not self.at_rest and not self.relative_residual <= LARGE_RESIDUAL
+
+    @property
     def relative_residual(self) -> float:
         """Largest residual divided by the largest power that enters the balance, or by `round_off` if that is larger."""
         scale = max(self.largest_power, self.round_off)
         return float(np.max(np.abs(self.residual))) / scale if scale > 0 else 0.0
 
 
+LARGE_RESIDUAL = 1e-2
+"""Residual, relative to the largest power, from which on the numbers of a run are doubted."""
 ROUND_OFF_OF_ENERGY = 1e-12
 """Relative error of the energies, some thousand units in the last place: rounding of sums over bodies, amplified by the spline."""
 

@@ -15,12 +15,12 @@ from rich.text import Text
 
 from ksl.errors import MotionError
 from ksl.load_cases.curves import Curves
-from ksl.load_cases.limits import exceeded_limits
 from ksl.load_cases.load_case import Block, LoadCase
 from ksl.load_cases.output import staged
-from ksl.load_cases.printing import print_summary
+from ksl.load_cases.printing import print_summary, print_verdict
 from ksl.load_cases.provenance import UNITS, Provenance
 from ksl.load_cases.quantities import EFFORT_PARTS, PowerBalance, SummaryRow, summarise
+from ksl.load_cases.verdict import Verdict, not_given, uses_of
 from ksl.load_cases.wrench_table import TableWriter
 from ksl.mechanism import Mechanism
 from ksl.report.files import NAMES as REPORT_FILES
@@ -37,7 +37,7 @@ RESULTS = ("wrenches.parquet", "wrenches.csv", "summary.csv", *REPORT_FILES)
 
 def run_loads(
     case: LoadCase, provenance: Provenance, directory: Path, with_csv: bool, console: Console, report: ReportFiles = ReportFiles()
-) -> None:
+) -> Verdict:
     """Computes everything, writes wrenches.parquet (and .csv), summary.csv and report.html into `directory`, prints the summary."""
     curves, motion_file = Curves(case), case.motion_file
     with staged(directory, RESULTS) as stage, np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused
@@ -48,15 +48,19 @@ def run_loads(
         rows: list[SummaryRow] = [{"case": case.name, **summarise(case.motion.time, loads)} for loads in curves.loads]
         _check_summary(motion_file, rows, balance)
         _write_summary(stage / "summary.csv", rows, provenance)
-        notes = _notes(case, curves)
-        report.write(stage, _report_input(case, provenance, curves, balance, rows, notes))
+        uses = [use for joint, row in zip(case.model.joints, rows, strict=True) for use in uses_of(joint, row, case.motion.time, case.motion.q)]
+        verdict = Verdict(tuple(uses), (*_doubts(case, balance), *not_given(case.model.joints)))
+        notes = _notes(case, verdict)
+        report.write(stage, _report_input(case, provenance, curves, balance, rows, notes, verdict))
         files = sorted(f.name for f in stage.iterdir())
+    print_verdict(console, verdict, case.model.joints)
     print_summary(console, rows, curves.loads, case.placement)
     for line in notes:
         console.print(Text(f"note: {line}"), soft_wrap=True)
     console.print(Text(_balance_line(balance)), soft_wrap=True)
     console.print(Text(f"written to {directory}: {', '.join(files)}"), soft_wrap=True)
     console.print(Text(f"report: {directory / 'report.html'}"), soft_wrap=True)
+    return verdict
 
 
 def _write_wrenches(case: LoadCase, provenance: Provenance, curves: Curves, stage: Path, with_csv: bool, advance: Callable[[int], None]) -> None:
@@ -141,10 +145,23 @@ def _write_summary(path: Path, rows: list[SummaryRow], provenance: Provenance) -
         table.writerows(rows)
 
 
-def _notes(case: LoadCase, curves: Curves) -> list[str]:
-    """Notes for the user: rates that were differentiated or contradict, exceeded limits, impossible inertias, unused content."""
+def _doubts(case: LoadCase, balance: PowerBalance | None) -> list[str]:
+    """Why the numbers themselves are doubted, most important first: reasons that forbid a green verdict."""
+    lines = list(case.motion.contradictions)
+    if balance is not None and balance.doubtful:
+        lines.append(
+            f"power balance: the residual is {balance.relative_residual:.2g} of the largest power: positions, velocities and accelerations "
+            "of the motion disagree, or it jumps, or its samples are too far apart"
+        )
+    of_masses = [line for line in case.model.warnings if line.startswith(("link ", "none of the links"))]
+    return lines + of_masses
+
+
+def _notes(case: LoadCase, verdict: Verdict) -> list[str]:
+    """Lines for the user by weight: limits exceeded, doubts, other warnings, what was differentiated, and last what is not used."""
     unused = [f"in the file and not used: {line}" for line in case.model.unused]
-    return [*case.motion.differentiated, *case.motion.contradictions, *exceeded_limits(case.model, case.motion, curves.loads), *case.model.warnings, *unused]
+    lines = [*(use.exceeded for use in verdict.exceeded), *verdict.reasons, *case.model.warnings, *case.motion.differentiated, *unused]
+    return list(dict.fromkeys(lines))
 
 
 def _balance_line(balance: PowerBalance | None) -> str:
@@ -159,13 +176,14 @@ def _balance_line(balance: PowerBalance | None) -> str:
 
 
 def _report_input(
-    case: LoadCase, provenance: Provenance, curves: Curves, balance: PowerBalance | None, rows: list[SummaryRow], notes: list[str]
-) -> ReportInput:
+    case: LoadCase, provenance: Provenance, curves: Curves, balance: PowerBalance | None, rows: list[SummaryRow], notes: list[str],
+    verdict: Verdict,
+) -> ReportInput:  # fmt: skip
     m = case.model
     facts = [("robot", f"{m.name} ({m.file})"), *_scene(case)]
     title = f"Joint loads of {m.name}"
     shown = CaseCurves(case.name, case.motion.time, curves.loads, balance, stills=stills_of(case, curves.loads))
-    return ReportInput(title, facts, notes, rows, [shown], provenance)
+    return ReportInput(title, facts, notes, rows, [shown], provenance, verdict)
 
 
 def _scene(case: LoadCase) -> list[tuple[str, str]]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from ksl.load_cases.provenance import Provenance
 from ksl.load_cases.quantities import JointLoads, PowerBalance
+from ksl.load_cases.verdict import Verdict
 from ksl.report.rows import Row
 from ksl.report.stills import Still
 from ksl.states import Array
@@ -48,3 +49,5 @@ class ReportInput:
     """One at least."""
     provenance: Provenance | None = None
     """Inputs with their hashes, versions, date, command line: what a signature needs."""
+    verdict: Verdict | None = None
+    """Red, amber or green, with the shares of limits, and the reasons."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from html import escape
 
+from ksl.load_cases.limits import limits_of
 from ksl.load_cases.quantities import JointLoads, unit
 from ksl.mechanism import Joint
 from ksl.report.charts import Charts, Limits, Panel, limits_in_sight
 from ksl.report.numbers import peak, quiet
-from ksl.report.rows import joint_range
 from ksl.report.stills import Still
 from ksl.states import Array
 
@@ -40,8 +40,8 @@ def _axis_charts(loads: JointLoads, time: Array, charts: Charts) -> str:
     html += charts.over_time(time, "Moments", [Panel("Moment, N m", {"about axis": curves["axial_moment"], "bending": curves["bending_moment"]})])
     moving, names = [], []
     if loads.position is not None:
-        lower, upper = joint_range(joint)
-        moving.append(Panel(f"Position, {joint.unit}", {"position": loads.position}, limits_in_sight(loads.position, lower, upper, REACH)))
+        given = limits_of(joint)
+        moving.append(Panel(f"Position, {joint.unit}", {"position": loads.position}, limits_in_sight(loads.position, given.lower, given.upper, REACH)))
         names.append("position")
     if loads.speed is not None:
         speed = quiet(loads.speed)
@@ -108,7 +108,8 @@ def _limit(limit: float | None, curve: Array | None, unit: str) -> str:
 
 
 def _range(joint: Joint, position: Array | None) -> str:
-    lower, upper = joint_range(joint)
+    given = limits_of(joint)
+    lower, upper = given.lower, given.upper
     if lower is None and upper is None:
         return "none given" if joint.lower is None else f"none given (the file says {joint.lower:g} for both)"
     text = f"{'–' if lower is None else f'{lower:.6g}'} to {'–' if upper is None else f'{upper:.6g}'} {joint.unit}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from ksl.load_cases.limits import limits_of
 from ksl.load_cases.quantities import unit
 from ksl.mechanism import Joint
 
@@ -13,11 +14,6 @@ LIMIT_OF = {"effort_peak": "effort_limit", "speed_peak": "speed_limit", "positio
 """The limit beside a number of a row."""
 
 
-def joint_range(joint: Joint) -> tuple[float | None, float | None]:
-    """Limits of the position.  Two equal ones are none: files say 0 and 0 where they mean that none are given."""
-    return (None, None) if joint.lower == joint.upper else (joint.lower, joint.upper)
-
-
 def with_limits(row: Row, joint: Joint) -> dict[str, float | str | None]:
     """A row of the summary, and for joints with one coordinate also effort_limit, speed_limit, position_lower, position_upper.
 
@@ -25,9 +21,8 @@ def with_limits(row: Row, joint: Joint) -> dict[str, float | str | None]:
     """
     if not joint.one_coordinate:
         return dict(row)
-    lower, upper = joint_range(joint)
-    limits = {"effort_limit": joint.effort or None, "speed_limit": joint.velocity or None}
-    return {**row, **limits, "position_lower": lower, "position_upper": upper}
+    given = limits_of(joint)
+    return {**row, "effort_limit": given.effort, "speed_limit": given.velocity, "position_lower": given.lower, "position_upper": given.upper}
 
 
 def exceeds(row: Row, key: str) -> bool:
