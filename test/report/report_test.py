@@ -148,7 +148,7 @@ def joints():
     turns, slides = {**axis, "has_angle": True}, axis
     none = {"nq": 0, "nv": 0, "q_index": -1, "v_index": -1, "axis": (0.0, 0.0, 0.0)}
     return [
-        Joint("hinge", "revolute", "trunk", "arm", **turns, axis=(0.0, 0.0, 1.0), lower=-1.5, upper=2.5, effort=12.0, velocity=0.5),
+        Joint("hinge", "revolute", "trunk", "arm", **turns, axis=(0.0, 0.0, 1.0), has_limits=True, lower=-1.5, upper=2.5, effort=12.0, velocity=0.5),
         Joint(NASTY, "continuous", "arm", NASTY, **turns, axis=(1.0, 0.0, 0.0)),
         Joint("slide", "prismatic", "arm", "rod", **slides, axis=(0.0, 1.0, 0.0), effort=1e6, velocity=1.0),
         Joint("floating_base", "floating", None, "trunk", nq=7, nv=6, q_index=0, v_index=0, axis=(0.0, 0.0, 0.0)),

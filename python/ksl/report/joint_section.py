@@ -6,6 +6,7 @@ from html import escape
 
 from ksl.load_cases.limits import limits_of
 from ksl.load_cases.quantities import JointLoads, unit
+from ksl.load_cases.verdict import ROUND_OFF
 from ksl.mechanism import Joint
 from ksl.report.charts import Charts, Limits, Panel, limits_in_sight
 from ksl.report.numbers import peak, quiet
@@ -104,7 +105,7 @@ def _limit(limit: float | None, curve: Array | None, unit: str) -> str:
         return text
     share = peak(quiet(curve)) / limit
     used = f"{100 * share:.3g} % used"
-    return f'{text}, <strong class="over">{used}: exceeded</strong>' if share > 1 else f"{text}, {used}"
+    return f'{text}, <strong class="over">{used}: exceeded</strong>' if share > 1 + ROUND_OFF else f"{text}, {used}"
 
 
 def _range(joint: Joint, position: Array | None) -> str:
@@ -117,5 +118,5 @@ def _range(joint: Joint, position: Array | None) -> str:
         return text
     low, high = float(position.min()), float(position.max())
     used = f"motion from {low:.5g} to {high:.5g}"
-    beyond = (lower is not None and low < lower) or (upper is not None and high > upper)
+    beyond = (lower is not None and lower - low > ROUND_OFF) or (upper is not None and high - upper > ROUND_OFF)
     return f'{text}, <strong class="over">{used}: exceeded</strong>' if beyond else f"{text}, {used}"

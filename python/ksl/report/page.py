@@ -10,10 +10,14 @@ from importlib.util import find_spec
 from pathlib import Path
 from string import Template
 
+from ksl._core import __version__
 from ksl.report.balance_section import balance_verdict
 from ksl.report.case_section import Anchors, case_head, case_sections
 from ksl.report.charts import Charts
 from ksl.report.input import ReportInput
+from ksl.report.numbers import Clock
+from ksl.report.provenance_section import provenance_section, signature_box
+from ksl.report.verdict_section import verdict_section
 
 FEW_NOTES = 8
 """Up to this number, notes are shown unfolded."""
@@ -26,13 +30,18 @@ def write_report(path: str | os.PathLike[str], report: ReportInput) -> None:
     data = {"charts": page.charts.data, "stills": page.charts.stills}
     html = Template(_asset("report.html")).substitute(
         title=escape(report.title),
-        style=Template(_asset("report.css")).substitute(foot=_css_string(report.title)),
+        style=Template(_asset("report.css")).substitute(foot=_css_string(_foot(report))),
         content=content,
         data=json.dumps(data, allow_nan=False).replace("<", "\\u003c"),
         plotly=_inline(_plotly()),
         script=_inline(_asset("report.js")),
     )
     Path(path).write_bytes(html.encode("utf-8", errors="replace"))
+
+
+def _foot(report: ReportInput) -> str:
+    """On each page of paper, so that a page that is alone says what it belongs to."""
+    return f"{report.title}   ·   KSL {__version__}" + (f"   ·   {report.provenance.date}" if report.provenance else "")
 
 
 class _Page:
@@ -46,9 +55,21 @@ class _Page:
 
     def content(self) -> str:
         r = self.report
-        verdict = balance_verdict(r.cases[0].balance, "balance") if len(r.cases) == 1 else ""
-        header = f"<header><h1>{escape(r.title)}</h1>{self._facts()}{verdict}{self._notes()}</header>"
-        return f"{self._navigation()}<main>{header}{self._cases()}</main>"
+        balance = balance_verdict(r.cases[0].balance, "balance") if len(r.cases) == 1 else ""
+        header = f"<header><h1>{escape(r.title)}</h1>{self._made()}{self._verdict()}{self._facts()}{balance}{self._notes()}{signature_box()}</header>"
+        made = provenance_section(r.provenance, r.notes) if r.provenance else ""
+        return f"{self._navigation()}<main>{header}{self._cases()}{made}</main>"
+
+    def _made(self) -> str:
+        p = self.report.provenance
+        return f'<p class="made">KSL {escape(__version__)}{", " + escape(p.date) if p else ""}</p>'
+
+    def _verdict(self) -> str:
+        if self.report.verdict is None:
+            return ""
+        cases = list(zip(self.report.cases, self.anchors, strict=True))
+        sections = {(case.name, joint): anchor for case, anchors in cases for joint, anchor in anchors.joints.items()}
+        return verdict_section(self.report.verdict, sections, {case.name: Clock.of(case.time) for case, _ in cases})
 
     def _cases(self) -> str:
         cases = list(zip(self.report.cases, self.anchors, strict=True))
@@ -74,11 +95,12 @@ class _Page:
         return f'<details class="notes"{unfolded}><summary>Notes ({len(notes)})</summary><ul>{items}</ul></details>'
 
     def _navigation(self) -> str:
-        html = ""
+        html = '<ul><li><a href="#verdict">Verdict</a></li></ul>' if self.report.verdict else ""
         for case, anchors in zip(self.report.cases, self.anchors, strict=True):
             links = "".join(f'<li><a href="#{anchors.joints[j.joint.name]}">{escape(j.joint.name)}</a></li>' for j in case.joints)
             fixed = f'<li><a href="#{anchors.prefix}summary">Summary</a></li><li><a href="#{anchors.prefix}balance">Power balance</a></li>'
             html += f"<ul>{fixed}</ul><h2>Joints</h2><ul>{links}</ul>"
+        html += '<ul><li><a href="#provenance">What made these results</a></li></ul>' if self.report.provenance else ""
         return f'<nav aria-label="Contents">{html}</nav>'
 
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from ksl.load_cases.limits import limits_of
 from ksl.load_cases.quantities import unit
+from ksl.load_cases.verdict import ROUND_OFF
 from ksl.mechanism import Joint
 
 Row = Mapping[str, float | str | None]
@@ -30,7 +31,8 @@ def exceeds(row: Row, key: str) -> bool:
     value, limit = row.get(key), row.get(LIMIT_OF.get(key, ""))
     if not isinstance(value, (int, float)) or not isinstance(limit, (int, float)):
         return False
-    return value < limit if key == "position_lowest" else value > limit
+    beyond = limit - value if key == "position_lowest" else value - limit
+    return beyond > ROUND_OFF * max(1.0, abs(limit))
 
 
 def joint_units(joint: Joint) -> dict[str, str]:
