@@ -7,7 +7,7 @@ from html import escape
 
 from ksl.load_cases.quantities import EFFORT_PARTS, unit
 from ksl.mechanism import Joint
-from ksl.report.numbers import Clock, format_number
+from ksl.report.numbers import ROUND_OFF, Clock, format_number
 from ksl.report.rows import LIMIT_OF, Row, exceeds
 
 Groups = list[tuple[str, list[tuple[str, str]]]]
@@ -48,7 +48,8 @@ class _Tables:
             groups[_group(self._joint(row))].append(row)
         html = ""
         for title, group in groups.items():
-            for part, columns in _columns(self._joint(group[0]), "transmitted_peak" in group[0]) if group else []:
+            parts = [part for part in EFFORT_PARTS if any(abs(float(row.get(f"{part}_peak") or 0.0)) > ROUND_OFF for row in group)]
+            for part, columns in _columns(self._joint(group[0]), parts) if group else []:
                 known = [row for row in group if columns[0][1][0][1] in row]  # positions may be missing
                 html += self._table(f"{title}{part}", known, columns) if known else ""
         return html
@@ -89,8 +90,11 @@ def _group(joint: Joint) -> str:
     return "Turning joints" if joint.has_angle else "Sliding joints"
 
 
-def _columns(joint: Joint, with_parts: bool) -> list[tuple[str, Groups]]:
-    """The tables of the summary for a joint and its group, each with the end of its title: the wrench, the drive, the parts of its effort."""
+def _columns(joint: Joint, effort_parts: Sequence[str]) -> list[tuple[str, Groups]]:
+    """The tables of the summary for a joint and its group, each with the end of its title: the wrench, the drive, the parts of its effort.
+
+    effort_parts: those that are not zero throughout.
+    """
 
     def group(name: str, last: str | None = "rms", limit: bool = False) -> tuple[str, list[tuple[str, str]]]:
         columns = [("peak", f"{name}_peak"), *([("limit", f"{name}_limit")] if limit else []), ("at, s", f"{name}_peak_time")]
@@ -108,7 +112,7 @@ def _columns(joint: Joint, with_parts: bool) -> list[tuple[str, Groups]]:
         return [(": the wrench at the chosen point", wrench), (": the coupling", [group("coupling"), group("speed", None, True)]), positions]
     work = ("work, J", [("positive", "work_positive"), ("negative", "work_negative")])
     drive = [group("effort", limit=True), group("speed", None, True), group("power", "mean"), work]
-    parts = [(": what the drive's effort consists of", [group(name) for name in EFFORT_PARTS])] if with_parts else []
+    parts = [(": what the drive's effort consists of", [group(name) for name in effort_parts])] if effort_parts else []
     return [(": the wrench at the chosen point", wrench), (": the drive", drive), *parts, positions]
 
 

@@ -32,8 +32,8 @@ def _uses(verdict: Verdict, anchors: Mapping[tuple[str, str], str], clocks: Mapp
         return ""
     several = len(clocks) > 1
     rows = ""
-    for name in sorted(joints, key=lambda name: -max(use.share for use in joints[name].values())):
-        worst = max(joints[name].values(), key=lambda use: use.share)
+    worst_of = {name: max(uses.values(), key=_weight) for name, uses in joints.items()}
+    for name, worst in sorted(worst_of.items(), key=lambda item: _weight(item[1]), reverse=True):
         cells = "".join(_cell(joints[name].get(quantity), anchors, clocks, several) for quantity in AMBER)
         link = f'<a href="#{anchors[worst.case, name]}">{escape(name)}</a>'
         rows += f'<tr><th scope="row">{link}</th>{cells}</tr>'
@@ -44,9 +44,14 @@ def _uses(verdict: Verdict, anchors: Mapping[tuple[str, str], str], clocks: Mapp
     return f'<div class="wide" role="region" aria-label="{title}" tabindex="0">{table}</div>{note}'
 
 
+def _weight(use: Use) -> tuple[bool, bool, float]:
+    """What orders uses: the level before the share, since positions may come nearer to their limits than speeds."""
+    return use.level == "red", use.level == "amber", use.share
+
+
 def _cell(use: Use | None, anchors: Mapping[tuple[str, str], str], clocks: Mapping[str, Clock], several: bool) -> str:
     if use is None:
-        return "<td>–<small>no limit given</small></td>"
+        return "<td>–<small>not compared</small></td>"
     words = f" {OF_USE[use.level]}" if OF_USE[use.level] else ""
     share = f'<strong class="{use.level}">{percent(use.share)}{words}</strong>'
     width = f"{100 * min(max(use.share, 0.0), 1.0):.1f}%"
