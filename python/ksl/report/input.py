@@ -46,7 +46,7 @@ class ReportInput:
     summary: Sequence[Row]
     """Rows of :func:`ksl.load_cases.quantities.summarise`, each with its `case` where there are several, of any of their joints."""
     cases: Sequence[CaseCurves]
-    """One at least."""
+    """Those whose curves are shown, worst first; one at least.  Of many cases, the rest stands in `summary` alone."""
     provenance: Provenance | None = None
     """Inputs with their hashes, versions, date, command line: what a signature needs."""
     verdict: Verdict | None = None

@@ -1,9 +1,10 @@
-"""Numbers as the report shows them."""
+"""Numbers, times and links as the report shows them."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from html import escape
 
 import numpy as np
 
@@ -62,3 +63,11 @@ class Clock:
 
     def text(self, t: float) -> str:
         return f"{t - self.origin:.{self.decimals}f}"
+
+
+PLAIN_CLOCK = Clock(0.0, 3)
+
+
+def link(anchor: str | None, text: str) -> str:
+    """A link to a section of the page; the text alone where there is no such section."""
+    return escape(text) if anchor is None else f'<a href="#{anchor}">{escape(text)}</a>'

@@ -17,7 +17,9 @@ from ksl.report.charts import Charts
 from ksl.report.input import ReportInput
 from ksl.report.numbers import Clock
 from ksl.report.provenance_section import provenance_section, signature_box
+from ksl.report.rows import with_limits
 from ksl.report.verdict_section import verdict_section
+from ksl.report.worst_section import worst_section
 
 FEW_NOTES = 8
 """Up to this number, notes are shown unfolded."""
@@ -50,12 +52,14 @@ class _Page:
     def __init__(self, report: ReportInput) -> None:
         self.report = report
         self.charts = Charts(sum(len(case.joints) for case in report.cases))
-        several = len(report.cases) > 1
-        self.anchors = [Anchors.of(case, i if several else None) for i, case in enumerate(report.cases)]
+        self.several = len({row.get("case") for row in report.summary}) > 1
+        self.anchors = [Anchors.of(case, i if self.several else None) for i, case in enumerate(report.cases)]
+        cases = zip(report.cases, self.anchors, strict=True)
+        self.of_joints = {(case.name, joint): anchor for case, anchors in cases for joint, anchor in anchors.joints.items()}
 
     def content(self) -> str:
         r = self.report
-        balance = balance_verdict(r.cases[0].balance, "balance") if len(r.cases) == 1 else ""
+        balance = "" if self.several else balance_verdict(r.cases[0].balance, "balance")
         header = f"<header><h1>{escape(r.title)}</h1>{self._made()}{self._verdict()}{self._facts()}{balance}{self._notes()}{signature_box()}</header>"
         made = provenance_section(r.provenance, r.notes) if r.provenance else ""
         return f"{self._navigation()}<main>{header}{self._cases()}{made}</main>"
@@ -67,20 +71,26 @@ class _Page:
     def _verdict(self) -> str:
         if self.report.verdict is None:
             return ""
-        cases = list(zip(self.report.cases, self.anchors, strict=True))
-        sections = {(case.name, joint): anchor for case, anchors in cases for joint, anchor in anchors.joints.items()}
-        return verdict_section(self.report.verdict, sections, {case.name: Clock.of(case.time) for case, _ in cases})
+        return verdict_section(self.report.verdict, self.of_joints, {case.name: Clock.of(case.time) for case in self.report.cases})
 
     def _cases(self) -> str:
-        cases = list(zip(self.report.cases, self.anchors, strict=True))
-        if len(cases) == 1:
-            return case_sections(cases[0][0], self.report.summary, self.anchors[0], self.charts)
-        html = ""
-        for i, (case, anchors) in enumerate(cases):
-            rows = [row for row in self.report.summary if row.get("case") == case.name]
+        r = self.report
+        if not self.several:
+            return case_sections(r.cases[0], r.summary, self.anchors[0], self.charts)
+        joints = {loads.joint.name: loads.joint for case in r.cases for loads in case.joints}
+        html = worst_section([with_limits(row, joints[str(row["joint"])]) for row in r.summary], joints, self.of_joints)
+        for i, (case, anchors) in enumerate(zip(r.cases, self.anchors, strict=True)):
+            rows = [row for row in r.summary if row.get("case") == case.name]
             sections = case_sections(case, rows, anchors, self.charts)
-            html += f'<article class="case" id="case-{i}">{case_head(case, anchors)}{sections}</article>'
+            html += f'<article class="case" id="case-{i}" aria-label="Load case {escape(case.name)}">{case_head(case, anchors)}{sections}</article>'
         return html
+
+    def _selector(self) -> str:
+        """Which case is shown.  Without JavaScript, and on paper, all are."""
+        if len(self.report.cases) < 2:
+            return ""
+        options = "".join(f'<option value="{i}">{escape(case.name)}</option>' for i, case in enumerate(self.report.cases))
+        return f'<label class="choice">Load case <select id="choice">{options}</select></label>'
 
     def _facts(self) -> str:
         rows = "".join(f'<tr><th scope="row">{escape(name)}</th><td>{escape(text)}</td></tr>' for name, text in self.report.facts)
@@ -95,11 +105,13 @@ class _Page:
         return f'<details class="notes"{unfolded}><summary>Notes ({len(notes)})</summary><ul>{items}</ul></details>'
 
     def _navigation(self) -> str:
-        html = '<ul><li><a href="#verdict">Verdict</a></li></ul>' if self.report.verdict else ""
-        for case, anchors in zip(self.report.cases, self.anchors, strict=True):
+        top = '<li><a href="#verdict">Verdict</a></li>' if self.report.verdict else ""
+        top += '<li><a href="#worst">Worst over all cases</a></li>' if self.several else ""
+        html = f"<ul>{top}</ul>{self._selector()}"
+        for i, (case, anchors) in enumerate(zip(self.report.cases, self.anchors, strict=True)):
             links = "".join(f'<li><a href="#{anchors.joints[j.joint.name]}">{escape(j.joint.name)}</a></li>' for j in case.joints)
             fixed = f'<li><a href="#{anchors.prefix}summary">Summary</a></li><li><a href="#{anchors.prefix}balance">Power balance</a></li>'
-            html += f"<ul>{fixed}</ul><h2>Joints</h2><ul>{links}</ul>"
+            html += f'<div data-case="{i}"><ul>{fixed}</ul><h2>Joints</h2><ul>{links}</ul></div>'
         html += '<ul><li><a href="#provenance">What made these results</a></li></ul>' if self.report.provenance else ""
         return f'<nav aria-label="Contents">{html}</nav>'
 

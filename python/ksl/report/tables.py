@@ -45,7 +45,7 @@ class _Tables:
         titles = ("Turning joints", "Sliding joints", "Turning mimic joints", "Sliding mimic joints", "Joints without one coordinate")
         groups: dict[str, list[Row]] = {title: [] for title in titles}
         for row in rows:
-            groups[_group(self._joint(row))].append(row)
+            groups[joint_group(self._joint(row))].append(row)
         html = ""
         for title, group in groups.items():
             parts = [part for part in EFFORT_PARTS if any(abs(float(row.get(f"{part}_peak") or 0.0)) > ROUND_OFF for row in group)]
@@ -81,7 +81,7 @@ class _Tables:
         return f'<strong class="over" title="beyond the limit">{text}</strong>' if exceeds(row, key) else text
 
 
-def _group(joint: Joint) -> str:
+def joint_group(joint: Joint) -> str:
     """Of joints that share tables in the summary, since their quantities have the same units."""
     if not joint.one_coordinate:
         return "Joints without one coordinate"

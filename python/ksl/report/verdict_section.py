@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from html import escape
 
 from ksl.load_cases.verdict import AMBER, Level, Use, Verdict, percent
-from ksl.report.numbers import Clock, format_number
+from ksl.report.numbers import PLAIN_CLOCK, Clock, format_number, link
 
 WORDS: dict[Level, str] = {
     "green": "Green: every limit was compared and holds with its margin",
@@ -18,7 +18,7 @@ OF_USE: dict[Level, str] = {"green": "", "amber": "near the limit", "red": "exce
 
 
 def verdict_section(verdict: Verdict, anchors: Mapping[tuple[str, str], str], clocks: Mapping[str, Clock]) -> str:
-    """anchors: of the sections of joints, by case and joint.  clocks: by case."""
+    """anchors: of the sections of joints, by case and joint.  clocks: by case.  Both only of cases whose curves are shown."""
     reasons = "".join(f"<li>{escape(reason)}</li>" for reason in verdict.reasons)
     doubts = f"<p>{'Besides' if verdict.level == 'red' else 'Not green, because'}:</p><ul>{reasons}</ul>" if reasons else ""
     head = f'<p class="level">{WORDS[verdict.level]}</p><p>{escape(_capital(verdict.headline))}.</p>{doubts}'
@@ -30,13 +30,12 @@ def _uses(verdict: Verdict, anchors: Mapping[tuple[str, str], str], clocks: Mapp
     joints = {name: verdict.of(name) for name in dict.fromkeys(use.joint for use in verdict.uses)}
     if not joints:
         return ""
-    several = len(clocks) > 1
+    several = len({use.case for use in verdict.uses}) > 1
     rows = ""
     worst_of = {name: max(uses.values(), key=_weight) for name, uses in joints.items()}
     for name, worst in sorted(worst_of.items(), key=lambda item: _weight(item[1]), reverse=True):
         cells = "".join(_cell(joints[name].get(quantity), anchors, clocks, several) for quantity in AMBER)
-        link = f'<a href="#{anchors[worst.case, name]}">{escape(name)}</a>'
-        rows += f'<tr><th scope="row">{link}</th>{cells}</tr>'
+        rows += f'<tr><th scope="row">{link(anchors.get((worst.case, name)), name)}</th>{cells}</tr>'
     head = "".join(f'<th scope="col">{quantity}</th>' for quantity in AMBER)
     title = "Share of its limits that each joint uses" + (", largest over all load cases" if several else "")
     table = f'<table class="uses"><caption>{title}</caption><thead><tr><th scope="col">joint</th>{head}</tr></thead><tbody>{rows}</tbody></table>'
@@ -57,8 +56,8 @@ def _cell(use: Use | None, anchors: Mapping[tuple[str, str], str], clocks: Mappi
     width = f"{100 * min(max(use.share, 0.0), 1.0):.1f}%"
     of = f" {use.column.removeprefix(f'{use.joint}.')}" if use.column != use.joint else ""
     between = ", limit" if use.quantity == "position" else " of"  # a share of a range is not the quotient of position and limit
-    text = f"{escape(of)} {format_number(use.value)}{between} {use.limit:.5g} {use.unit} at {clocks[use.case].text(use.time)} s"
-    case = f', <a href="#{anchors[use.case, use.joint]}">{escape(use.case)}</a>' if several else ""
+    text = f"{escape(of)} {format_number(use.value)}{between} {use.limit:.5g} {use.unit} at {clocks.get(use.case, PLAIN_CLOCK).text(use.time)} s"
+    case = f", {link(anchors.get((use.case, use.joint)), use.case)}" if several else ""
     return f'<td>{share}<span class="bar"><span class="{use.level}" style="width:{width}"></span></span><small>{text.strip()}{case}</small></td>'
 
 

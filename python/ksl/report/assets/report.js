@@ -106,6 +106,23 @@
     if (range) show(div, range);
   };
 
+  // One load case is shown at a time; links to another one choose it.  On paper all are shown.
+  const choice = document.getElementById("choice");
+  const articles = [...document.querySelectorAll("article.case")];
+  const showCase = (number) => {
+    articles.forEach((article, i) => (article.hidden = number !== null && i !== number));
+    document.querySelectorAll("nav [data-case]").forEach((part) => (part.hidden = Number(part.dataset.case) !== (number ?? 0)));
+    if (choice && number !== null) choice.value = number;
+    for (const div of drawn) if (!div.closest("[hidden]")) Plotly.Plots.resize(div);
+  };
+  const followLink = () => {
+    const target = document.getElementById(location.hash.slice(1));
+    const article = target?.closest("article.case");
+    if (!article?.hidden) return;
+    showCase(articles.indexOf(article));
+    target.scrollIntoView();
+  };
+
   // draws again what is drawn: in the colours and the size that hold now
   const redraw = (div) => {
     const chart = chartOf(div);
@@ -143,6 +160,7 @@
     if (printing === on) return;
     printing = on;
     root.toggleAttribute("data-printing", on);
+    if (choice) showCase(on ? null : Number(choice.value));
     if (on) document.querySelectorAll("details").forEach((details) => (details.open = true));
     const before = new Set(drawn);
     for (const div of on ? divs : before) before.has(div) ? redraw(div) : draw(div);
@@ -155,6 +173,12 @@
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => printing || drawn.forEach(redraw));
 
   // report.html#print=A4 is the page as it goes to paper: what --pdf prints.
+  if (choice) {
+    showCase(0); // the worst
+    choice.addEventListener("change", () => showCase(Number(choice.value)));
+    addEventListener("hashchange", followLink);
+    followLink();
+  }
   if (asked) {
     const style = document.createElement("style");
     style.textContent = `@page { size: ${asked[1]} portrait; }`;
