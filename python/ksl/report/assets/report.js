@@ -138,11 +138,25 @@
     context?.getExtension("WEBGL_lose_context")?.loseContext();
     return Boolean(context);
   };
+  // Plotly.toImage waits half a second for every picture in space.  The scene that it draws gives its image at once.
+  const imageOf = async ({ data: shapes, layout }) => {
+    const aside = document.createElement("div");
+    aside.style.cssText = `position: absolute; left: -10000px; width: ${layout.width}px; height: ${layout.height}px`;
+    document.body.append(aside);
+    try {
+      await Plotly.newPlot(aside, shapes, layout, { staticPlot: true, plotGlPixelRatio: 1.5 });
+      const scene = aside._fullLayout.scene?._scene;
+      if (scene?.toImage) return scene.toImage("png");
+      return await Plotly.toImage(aside, { format: "png", width: layout.width, height: layout.height, scale: 1.5 });
+    } finally {
+      Plotly.purge(aside);
+      aside.remove();
+    }
+  };
   const renderStill = async (div) => {
-    const { data: shapes, layout } = data.stills[Number(div.dataset.still)];
     const image = document.createElement("img");
     image.alt = div.getAttribute("aria-label");
-    image.src = await Plotly.toImage({ data: shapes, layout }, { format: "png", width: layout.width, height: layout.height, scale: 1.5 });
+    image.src = await imageOf(data.stills[Number(div.dataset.still)]);
     await image.decode();
     div.replaceChildren(image);
   };
