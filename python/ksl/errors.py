@@ -17,6 +17,10 @@ class ViewerError(ValueError):
     """A viewer can't be started, or its file can't be written.  Says what is missing or wrong, and how to mend it."""
 
 
+class SweepError(ValueError):
+    """A sweep can't be run.  Names its file and key, what is wrong and how to mend it."""
+
+
 class DescriptionWarning(UserWarning):
     """Suspicious content of a robot file that is used all the same: an impossible inertia, a moving link without mass, a guessed encoding."""
 

@@ -69,9 +69,10 @@ class LoadCase:
         """All samples in order, in blocks of about BLOCK_ROWS rows of the table."""
         samples = max(1, BLOCK_ROWS // len(self.model.joints))
         for start in range(0, len(self.motion.time), samples):
-            yield self._block(slice(start, start + samples))
+            yield self.block(slice(start, start + samples))
 
-    def _block(self, rows: slice) -> Block:
+    def block(self, rows: slice, threads: int | None = None) -> Block:
+        """These samples.  threads: at most so many; None: all cores."""
         p, names = self.placement, [j.name for j in self.model.joints]
         request = self.model._request
         wanted = [request(p.on, p.at, p.axes, p.order, part, names) for part in ("total", "constraint")]
@@ -81,9 +82,9 @@ class LoadCase:
             wanted.append(request("child", "joint", "joint", "lin_ang", "coupling", self.model.follower_names))
         external = {link: w[rows] for link, w in self.external.items()}
         m = self.motion
-        tau, *wrenches = self.model._with_reactions(m.q[rows], m.v[rows], m.a[rows], external, tuple(wanted))
+        tau, *wrenches = self.model._with_reactions(m.q[rows], m.v[rows], m.a[rows], external, tuple(wanted), threads)
         coupling = self._coupling(wrenches.pop()) if self.model.follower_names else np.empty((len(m.time[rows]), 0))
-        parts = self.model.effort_parts(m.q[rows], m.v[rows], m.a[rows], external) if self.model.physics else None
+        parts = self.model.effort_parts(m.q[rows], m.v[rows], m.a[rows], external, threads=threads) if self.model.physics else None
         return Block(rows, m.time[rows], m.q[rows], m.v[rows], m.a[rows], tau, wrenches[0], wrenches[1], wrenches[-1] if len(wrenches) > 2 else wrenches[0], coupling, parts)
 
     def _coupling(self, wrenches: Array) -> Array:
