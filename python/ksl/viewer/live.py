@@ -385,10 +385,25 @@ def show(
     browser: bool | None = None,
 ) -> Viewer:
     """Opens a page that shows a model; see `Model.show`."""
+    if time is not None and q is not None and (v is None or a is None):
+        v, a = _differentiated(model, np.asarray(time, dtype=float), np.asarray(q, dtype=float), v, a)
     viewer = Viewer(make_scene(model, q, v, a, time, external, package_paths=package_paths), port, joint)
     if browser or (browser is None and not _in_notebook()):
         viewer.open()
     return viewer
+
+
+def _differentiated(model: Model, time: Array, q: Array, v: ArrayLike | None, a: ArrayLike | None) -> tuple[Array, Array]:
+    """Velocities and accelerations of a motion, the missing ones from splines as in `Model.loads`."""
+    from ksl.errors import MotionError
+    from ksl.motions.motion import complete
+
+    if time.ndim != 1 or q.shape != (len(time), model.nq):
+        raise MotionError(f"time has shape {time.shape}, and q {q.shape}; expected (n) and (n, {model.nq})")
+    given = [None if x is None else np.broadcast_to(np.asarray(x, dtype=float), (len(time), model.nv)) for x in (v, a)]
+    joints = model.joints[: len(model.joint_names)]
+    motion = complete(model, time, q, [[None if x is None else x[:, j.v_index : j.v_index + j.nv] for x in given] for j in joints])
+    return motion.v, motion.a
 
 
 def _in_notebook() -> bool:
