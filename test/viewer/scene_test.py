@@ -2,6 +2,7 @@
 
 import json
 import math
+import warnings
 from pathlib import Path
 
 import ksl
@@ -241,3 +242,18 @@ def test_results_of_another_robot_are_refused_or_noticed(arm, swing, tmp_path, r
     parquet.write_table(table.drop_columns(["position"]), tmp_path / "wrenches.parquet")
     with pytest.raises(ksl.MotionError, match="no column 'position'"):
         read_results(tmp_path)
+
+
+def test_arrows_start_where_the_moments_are_about(examples):
+    """Moments about the joint's origin, moved to the world's by f × (−r), are those that `at="world"` gives, for every kind of joint and format."""
+    reference = examples.parent / "test"
+    for file in ("engine/every_kind.urdf", "reference/read_sdf.sdf"):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            m = ksl.load(reference / file)
+        rng = np.random.default_rng(3)
+        q, v, a = m.random(rng), rng.normal(size=m.nv), rng.normal(size=m.nv)
+        scene = make_scene(m, q, v, a)
+        total = scene.constraint[0] + scene.actuation[0]
+        about_world = m.reactions(q, v, a, at="world", axes="world", joints=[j.name for j in m.joints])
+        np.testing.assert_allclose(total[:, 3:] + np.cross(scene.origins[0], total[:, :3]), about_world[:, 3:], atol=1e-10)
