@@ -211,7 +211,7 @@ def test_the_table_splits_the_effort_and_the_power_balances(physics):
 def test_a_table_without_physics_is_as_ever():
     m, t = arm().build(), np.linspace(0, 1, 20)
     table = m.loads(t, np.sin(np.outer(t, [1, 2])))
-    assert table.column_names[-7:] == ["constraint_tz", "effort", "speed", "power", "on", "at", "axes"]
+    assert table.column_names[-7:] == ["speed", "acceleration", "effort", "power", "on", "at", "axes"]
     assert "physics" not in str(table.schema.metadata[b"ksl"])
 
 
