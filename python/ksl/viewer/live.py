@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ksl.states import Array, Part, Side
+from ksl.states import Array, External, Part, Side
 from ksl.viewer.readout import Choice, readout
 from ksl.viewer.scene import Scene, make_scene
 from ksl.viewer.stage import Shown, Stage, legend, utilisation_legend
@@ -70,7 +70,7 @@ class Viewer:
             self.stage.show(self.scene, self.sample)
             self.controls.follow()
 
-    def update(self, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None, external: Mapping[str, ArrayLike] | None = None) -> None:
+    def update(self, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None, external: External | None = None) -> None:
         """Shows another state (nq), at rest unless v and a (nv) are given; external wrenches stay those of the scene unless given."""
         wrenches = {name: w[self.sample if self.scene is self._recorded else 0] for name, w in self.scene.external.items()} if external is None else external
         self.playing = False
@@ -377,7 +377,7 @@ def show(
     v: ArrayLike | None = None,
     a: ArrayLike | None = None,
     time: ArrayLike | None = None,
-    external: Mapping[str, ArrayLike] | None = None,
+    external: External | None = None,
     *,
     joint: str | None = None,
     port: int | None = None,

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ksl.errors import MotionError
 from ksl.mechanism import Joint
-from ksl.states import Array
+from ksl.states import Array, External
 from ksl.viewer.visuals import Appearance, appearance
 
 if TYPE_CHECKING:
@@ -167,7 +167,7 @@ def make_scene(
     v: ArrayLike | None = None,
     a: ArrayLike | None = None,
     time: ArrayLike | None = None,
-    external: Mapping[str, ArrayLike] | None = None,
+    external: External | None = None,
     *,
     package_paths: Sequence[str | os.PathLike[str]] = (),
     triangles: int = 20_000,
