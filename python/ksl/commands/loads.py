@@ -69,8 +69,14 @@ def loads(
 ) -> None:
     """Compute the wrench through every joint along a motion and write wrenches.parquet, summary.csv and report.html.
 
-    A table has `time` and a column for each moving joint (rad, m); NAME.v and NAME.a if known. docs/motions.md lists the columns of
-    joints with several coordinates and of a floating base, and what each format may hold.
+    A table has `time` and a column for each moving joint (rad, m), and NAME.v and NAME.a if its rates are known.
+
+    A floating base has the columns floating_base.x .y .z .qx .qy .qz .qw (pose in the world) and, if its rates are known,
+    floating_base.vx .vy .vz .wx .wy .wz and .ax .ay .az .bx .by .bz (twist in the body's frame and its componentwise derivative).
+
+    A spherical joint has the columns NAME.qx .qy .qz .qw (a unit quaternion) and, if known, NAME.wx .wy .wz (angular velocity in
+    the child's axes) and NAME.bx .by .bz (its componentwise derivative). docs/motions.md lists those of cylindrical, universal,
+    planar and translation joints, and what each format of motions may hold.
     """
     from ksl.load_cases.load_case import LoadCase, Placement
     from ksl.load_cases.output import OutputError
