@@ -15,9 +15,11 @@ from ksl.states import Acceleration, Array, Expressed, External, ExternalAxes, O
 class Calls(Requests):
     """A method for each algorithm."""
 
-    def _with_reactions(self, q: ArrayLike, v: ArrayLike, a: ArrayLike, external: External | None, requests: tuple[_core.Request, ...]) -> tuple[Array, ...]:
+    def _with_reactions(
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, external: External | None, requests: tuple[_core.Request, ...], threads: int | None = None
+    ) -> tuple[Array, ...]:
         """Efforts and, for each request, reactions, in one pass over the states."""
-        return self._core.inverse_dynamics_with_reactions(q, v, a, None, external, requests, None, None)
+        return self._core.inverse_dynamics_with_reactions(q, v, a, None, external, requests, None, threads)
 
     def inverse_dynamics(
         self,
@@ -41,6 +43,8 @@ class Calls(Requests):
 
         Arrays, sequences and whatever has the array, buffer or DLPack protocol; no copy where the numbers of a row are
         neighbours and rows lie at one distance, a negative one too.  float32 stays float32 where every argument is.
+        One number stands for each coordinate: v=0.  Tables (pandas, polars, pyarrow, structured arrays, mappings) whose columns have
+        names are taken by name: those of joints, `elbow`, `elbow.v`, `elbow.a`, as in motions.  external takes :class:`ksl.Wrench`, too.
         out: a C-contiguous array for the result; it may be one of the arguments, but not overlap one otherwise.
         threads: at most so many for large batches; None or 0: all cores; results don't depend on it.  The interpreter's
         lock is released from 32 states on.

@@ -34,6 +34,8 @@ Topic = Annotated[str | None, typer.Option("--topic", metavar="NAME", help="Topi
 PositionsOnly = Annotated[bool, typer.Option("--positions-only", help="Differentiate the positions, even if the motion has velocities or accelerations.")]
 MotionFile = Annotated[Path, typer.Argument(metavar="MOTION", help="CSV, Parquet, NPZ, MCAP or ROS bag with the positions of all moving joints over time; - is standard input.")]
 ModelName = Annotated[str, typer.Option("--model", metavar="NAME", help="Which model of an SDF file that has several.")]
+DEFAULT_FRICTION_WIDTH = 0.01
+"""rad/s or m/s, as that of ksl.load."""
 
 
 def check_order(robot: Path, motion: Path) -> None:
@@ -81,7 +83,7 @@ def read_model(
     masses: Literal["optional"] | None = None,
     name: str = "",
     physics: str = "",
-    friction_width: float = 0.01,
+    friction_width: float = DEFAULT_FRICTION_WIDTH,
 ) -> Model:
     from ksl.loading import load
 
@@ -100,4 +102,7 @@ def read_model(
             fail(in_options(e, mimic=mimic))
     for w in caught:
         errors.print(f"ksl: warning: {w.message}")
+    if friction_width != DEFAULT_FRICTION_WIDTH and not {"friction", "all"} & set(model.physics):
+        why = "exact friction has none" if "exact friction" in model.physics else "--physics names no friction; add friction there"
+        errors.print(f"ksl: warning: --friction-width {friction_width:g} has no effect: {why}")
     return model
