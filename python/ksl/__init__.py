@@ -63,10 +63,10 @@ _MODULE_OF = {
     "__version__": "ksl._core",
     "check": "ksl.checks.run",
     "load": "ksl.loading",
+    "load_string": "ksl.loading",
     "read_motion": "ksl.motions.reading",
     "size": "ksl.sizing.run",
     "sweep": "ksl.sweeps.run",
-    "load_string": "ksl.loading",
 }
 """Public names, and the modules that are imported when they are first used.  `import ksl` alone imports not even NumPy: the help of the
 command line needs none of it, and NumPy takes longer to import than the help to print.  A public name has a line here and one above."""
