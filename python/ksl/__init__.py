@@ -29,6 +29,7 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl.mechanism import Joint as Joint
     from ksl.mechanism import Link as Link
     from ksl.model import Model as Model
+    from ksl.motions.reading import read_motion as read_motion
     from ksl.sizing.run import size as size
     from ksl.spatial import Acceleration as Acceleration
     from ksl.spatial import Inertia as Inertia
@@ -63,6 +64,7 @@ _MODULE_OF = {
     "check": "ksl.checks.run",
     "load": "ksl.loading",
     "load_string": "ksl.loading",
+    "read_motion": "ksl.motions.reading",
     "size": "ksl.sizing.run",
     "sweep": "ksl.sweeps.run",
 }
