@@ -64,4 +64,4 @@ class Curves:
         energy = kinetic + potential
         supplied = self.case.model.external_power(motion.q, motion.v, external) if external else np.zeros(len(motion.time))
         round_off = power_round_off(motion.time, energy, motion.q, self._largest_effort)
-        return PowerBalance(self._drive, supplied, energy, derivative(motion.time, energy), round_off, self._dissipation)
+        return PowerBalance(self._drive, supplied, energy, derivative(motion.time, energy, 1, motion.corner_times), round_off, self._dissipation)

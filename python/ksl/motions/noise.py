@@ -26,11 +26,11 @@ MEDIAN = 0.6745
 BLOCK, BLOCKS = 64, 200
 """Samples in a block, and how many blocks, at most, are looked at."""
 
-SHARE = 0.05
+SHARE = 0.1
 """Noise matters if errors of an effort reach this share of its peak …"""
 
-LARGEST = 4.0
-"""… errors of so many standard deviations, which one in 16,000 samples has."""
+LARGEST = 3.0
+"""… errors of so many standard deviations, which one in 370 samples has."""
 
 STATES = 300
 """At how many samples of a motion efforts are compared with their errors."""
@@ -71,7 +71,7 @@ def step_of(x: Array) -> float:
 def white_noise(time: Array, x: Array, steps: Array) -> Array:
     """Standard deviations (c) of white noise in the columns of x (n, c); 0 where there is none.
 
-    steps (c): as :func:`step_of` finds them.  Of blocks that move the noisiest quarter counts, because many motions rest in between.
+    steps (c): as :func:`step_of` finds them.  A quarter of the blocks must be noisy: many motions rest in between.
     Medians within blocks, so that single corners and bad samples don't matter.  O(c), for at most 200 blocks of 64 samples.
     """
     highest = ORDERS[-1]
@@ -90,7 +90,7 @@ def white_noise(time: Array, x: Array, steps: Array) -> Array:
         spread[k] = np.sqrt(np.mean(y * y, axis=0))
     lower, higher = found
     flat = np.where((higher > PLATEAU * lower) & (lower > 0), higher, 0.0)
-    out: Array = _upper_quartile(flat)
+    out = np.array([np.median(c[c > 0]) if np.mean(c > 0) >= 0.25 else 0.0 for c in flat.T])
     # a slow motion that was rounded stays where it is for many samples, and then jumps by a step: most differences are zero
     rounded = np.where(steps > 0, np.minimum(_upper_quartile(spread), steps / np.sqrt(12)), 0.0)
     return np.maximum(out, np.where(rounded > 0.1 * steps, rounded, 0.0))

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ksl.mechanism import Joint
+from ksl.motions.corners import Found, Jumps, find_jumps, jumps_at
+from ksl.motions.noise import step_of
 from ksl.states import Array
 
 if TYPE_CHECKING:
@@ -15,13 +17,45 @@ if TYPE_CHECKING:
 SPLINE_SAMPLES = 6
 """A quintic needs six samples."""
 
+LARGEST = 1e100
+"""Beyond this, squares overflow: jumps are not looked for."""
 
-def derivative(time: Array, x: Array, order: int = 1) -> Array:
-    """Derivative at the samples of the quintic not-a-knot spline through x (n, …)."""
+
+def derivative(time: Array, x: Array, order: int = 1, corner_times: Array | None = None) -> Array:
+    """Derivative at the samples of the quintic not-a-knot spline through x (n, …).
+
+    corner_times: of a curve x (n), when its first and second derivatives may jump; the spline is split there, see `corners`.
+    """
     from scipy.interpolate import make_interp_spline
 
-    rates: Array = make_interp_spline(time, x, k=5, check_finite=False)(time, nu=order)
-    return rates
+    jumps = jumps_at(time, x, corner_times) if corner_times is not None and len(corner_times) else []
+    smooth = x - sum(j(time) for j in jumps) if jumps else x
+    rates: Array = make_interp_spline(time, smooth, k=5, check_finite=False)(time, nu=order)
+    return rates + sum(j(time, order) for j in jumps if j.order >= order) if jumps else rates
+
+
+def derivatives(time: Array, x: Array, order: int, split: bool = True) -> tuple[Array, Array, list[Found]]:
+    """First and, if order is 2, second derivatives of all columns of x (n, c), and the jumps at which their splines are split.
+
+    order: of the derivative that may jump: 2 for positions, 1 for velocities.  A column in which nothing jumps has the derivatives of
+    its quintic not-a-knot spline.  O(n c); equations of all columns are factored once.
+    """
+    from scipy.interpolate import make_interp_spline
+
+    spline = make_interp_spline(time, x, k=5, check_finite=False)
+    first: Array = spline(time, nu=1)
+    second: Array = spline(time, nu=2) if order == 2 else first
+    found = [Found(Jumps(order, np.empty(0), np.empty(0))) for _ in range(x.shape[1])]
+    if split and np.abs(x).max(initial=0.0) < LARGEST:
+        found = find_jumps(time, x, order, np.array([step_of(column) for column in x.T]))
+    cut = [c for c, f in enumerate(found) if len(f.jumps.times)]
+    if cut:
+        jumps = [found[c].jumps for c in cut]
+        spline = make_interp_spline(time, x[:, cut] - np.column_stack([j(time) for j in jumps]), k=5, check_finite=False)
+        first[:, cut] = spline(time, nu=1) + np.column_stack([j(time, 1) for j in jumps])
+        if order == 2:
+            second[:, cut] = spline(time, nu=2) + np.column_stack([j(time, 2) for j in jumps])
+    return first, second, found
 
 
 def rates(joint: Joint, time: Array, q: Array, v: Array | None, a: Array | None) -> tuple[Array, Array]:
