@@ -10,44 +10,62 @@ SI units, radians; six-vectors are linear first unless `order="ang_lin"`; arrays
 
 from typing import TYPE_CHECKING
 
-from ksl._core import __version__
-from ksl.builder import Builder
-from ksl.errors import DescriptionError, DescriptionWarning, FrameError, MotionError, QuaternionWarning
-from ksl.loading import load
-from ksl.mechanism import Joint, Link
-from ksl.model import Model
+if TYPE_CHECKING:  # what the table below says, for type checkers and editors
+    from ksl._core import __version__ as __version__
+    from ksl.builder import Builder as Builder
+    from ksl.errors import DescriptionError as DescriptionError
+    from ksl.errors import DescriptionWarning as DescriptionWarning
+    from ksl.errors import FrameError as FrameError
+    from ksl.errors import MotionError as MotionError
+    from ksl.errors import QuaternionWarning as QuaternionWarning
+    from ksl.loading import load as load
+    from ksl.mechanism import Joint as Joint
+    from ksl.mechanism import Link as Link
+    from ksl.model import Model as Model
+    from ksl.spatial import Acceleration as Acceleration
+    from ksl.spatial import Inertia as Inertia
+    from ksl.spatial import Momentum as Momentum
+    from ksl.spatial import Pose as Pose
+    from ksl.spatial import Twist as Twist
+    from ksl.spatial import Wrench as Wrench
 
-if TYPE_CHECKING:
-    from ksl.spatial import Acceleration, Inertia, Momentum, Pose, Twist, Wrench
+_MODULE_OF = {
+    "Acceleration": "ksl.spatial",
+    "Builder": "ksl.builder",
+    "DescriptionError": "ksl.errors",
+    "DescriptionWarning": "ksl.errors",
+    "FrameError": "ksl.errors",
+    "Inertia": "ksl.spatial",
+    "Joint": "ksl.mechanism",
+    "Link": "ksl.mechanism",
+    "Model": "ksl.model",
+    "Momentum": "ksl.spatial",
+    "MotionError": "ksl.errors",
+    "Pose": "ksl.spatial",
+    "QuaternionWarning": "ksl.errors",
+    "Twist": "ksl.spatial",
+    "Wrench": "ksl.spatial",
+    "__version__": "ksl._core",
+    "load": "ksl.loading",
+}
+"""Public names, and the modules that are imported when they are first used.  `import ksl` alone imports not even NumPy: the help of the
+command line needs none of it, and NumPy takes longer to import than the help to print.  A public name has a line here and one above."""
 
-__all__ = [
-    "Acceleration",
-    "Builder",
-    "DescriptionError",
-    "DescriptionWarning",
-    "FrameError",
-    "Inertia",
-    "Joint",
-    "Link",
-    "Model",
-    "Momentum",
-    "MotionError",
-    "Pose",
-    "QuaternionWarning",
-    "Twist",
-    "Wrench",
-    "__version__",
-    "load",
-]
+__all__ = list(_MODULE_OF)
 
+if not TYPE_CHECKING:  # otherwise a type checker would believe in any name
 
-def __getattr__(name: str) -> object:
-    """Loads the spatial types when they are first used, since models don't need them."""
-    if name in __all__:
-        from ksl import spatial
+    def __getattr__(name: str) -> object:
+        """Imports the module of a public name (PEP 562)."""
+        from importlib import import_module
 
-        return getattr(spatial, name)
-    raise AttributeError(f"module 'ksl' has no attribute {name!r}")
+        if name not in _MODULE_OF:
+            from ksl.errors import near_names
+
+            raise AttributeError(f"module 'ksl' has no attribute {name!r}; {near_names(name, _MODULE_OF)}dir(ksl) lists them", name=name)
+        value = getattr(import_module(_MODULE_OF[name]), name)
+        globals()[name] = value  # from now on an ordinary attribute
+        return value
 
 
 def __dir__() -> list[str]:

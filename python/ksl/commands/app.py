@@ -12,7 +12,6 @@ import typer
 from rich.console import Console
 from typer.core import TyperGroup
 
-from ksl._core import __version__
 
 
 class Commands(TyperGroup):
@@ -39,7 +38,7 @@ class Commands(TyperGroup):
             sys.exit(2)
 
 
-app = typer.Typer(cls=Commands, add_completion=False, pretty_exceptions_enable=False, no_args_is_help=True, rich_markup_mode=None, help="Every wrench in a mechanism.")
+app = typer.Typer(cls=Commands, pretty_exceptions_enable=False, no_args_is_help=True, rich_markup_mode=None, help="Every wrench in a mechanism.")
 errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
 
 
@@ -83,5 +82,7 @@ def end_on_signals() -> None:
 @app.callback(invoke_without_command=True)
 def root(version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False) -> None:
     if version:
+        from ksl._core import __version__
+
         print(f"ksl {__version__}")
         raise typer.Exit()

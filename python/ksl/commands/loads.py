@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, cast
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
 from ksl.commands.app import app, console, discard_output, end_on_signals, fail, unwritable
 from ksl.commands.options import FloatingBase, FrictionWidth, Gravity, Mimic, ModelName, Physics, Robot, Strict, in_options, numbers, read_model
-from ksl.states import Order, Side
+
+if TYPE_CHECKING:
+    from ksl.states import Order, Side
 
 
 @app.command()
@@ -60,7 +62,7 @@ def loads(
         model._request(on, point, axes, order, "total", [])
     except ValueError as e:
         fail(in_options(e, on=on, at=at, axes=axes, order=order))
-    placement = Placement(cast(Side, on), point, axes, cast(Order, order))  # the request was not refused
+    placement = Placement(cast("Side", on), point, axes, cast("Order", order))  # the request was not refused
     try:
         moved = read_motion(model, motion)
         wrenches = read_external(model, external, moved.time) if external else {}

@@ -5,16 +5,16 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Mapping, Sequence
-from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, Literal, cast
+from typing import TYPE_CHECKING, Annotated, Literal, cast
 
 import typer
 
 from ksl.commands.app import errors, fail
 from ksl.errors import DescriptionWarning
-from ksl.loading import load
-from ksl.model import Model
+
+if TYPE_CHECKING:
+    from ksl.model import Model
 
 Robot = Annotated[Path, typer.Argument(metavar="ROBOT", help="Robot file: URDF, SDF, or MJCF (with the package mujoco).")]
 FloatingBase = Annotated[bool, typer.Option("--floating-base", help="The root link floats: first joint floating_base.")]
@@ -37,6 +37,8 @@ def numbers(text: str, option: str, *counts: int) -> list[float]:
 
 
 def suggestion(name: str, known: list[str], otherwise: str) -> str:
+    from difflib import get_close_matches
+
     near = get_close_matches(name, known, 1)
     return f"did you mean {near[0]}?" if near else f"{otherwise} {', '.join(known)}"
 
@@ -63,6 +65,8 @@ def read_model(
     physics: str = "",
     friction_width: float = 0.01,
 ) -> Model:
+    from ksl.loading import load
+
     how = cast(Literal["coupled", "independent"], mimic)  # load refuses other words
     given_gravity = numbers(gravity, "--gravity", 3) if gravity else None
     with warnings.catch_warnings(record=True) as caught:

@@ -1,0 +1,72 @@
+"""`ksl info`: what it prints, and that it takes time in proportion to the number of links."""
+
+import re
+import time
+
+import ksl
+import pytest
+from ksl.info import DEEPEST_INDENT, print_info, table_lines, tree_lines
+from rich.cells import cell_len
+from rich.console import Console
+
+
+def chain(n: int) -> ksl.Model:
+    b = ksl.Builder("chain").add_link("l0")
+    for i in range(1, n):
+        b.add_link(f"l{i}", 1.0, (0, 0, 0.05)).add_joint(f"j{i}", "revolute", f"l{i - 1}", f"l{i}", axis=(0, 1, 0), limits=(-1, 1), effort=10)
+    return b.build()
+
+
+def text(m: ksl.Model, width: int) -> str:
+    console = Console(width=width, highlight=False)
+    with console.capture() as captured:
+        print_info(m, console)
+    return captured.get()
+
+
+def test_time_is_linear_in_links():
+    """Eight times the links in less than sixteen times the time; rich's trees took sixty-four."""
+
+    def seconds(m: ksl.Model) -> float:
+        text(m, 200)
+        start = time.process_time()
+        text(m, 200)
+        return time.process_time() - start
+
+    assert seconds(chain(4000)) < 16 * max(seconds(chain(500)), 0.01)
+
+
+def test_tree():
+    b = ksl.Builder("r")
+    for name in ("root", "arm", "hand", "leg"):
+        b.add_link(name, 1.0)
+    b.add_joint("shoulder", "continuous", "root", "arm", axis=(0, 0, 1)).add_joint("wrist", "fixed", "arm", "hand").add_joint("hip", "fixed", "root", "leg")
+    assert list(tree_lines(b.build())) == [
+        "ground",
+        "└── root  base, fixed",
+        "    ├── arm  shoulder, continuous",
+        "    │   └── hand  wrist, fixed",
+        "    └── leg  hip, fixed",
+    ]
+
+
+def test_a_deep_tree_says_its_levels():
+    lines = list(tree_lines(chain(60)))
+    assert len(lines) == 61 and lines[60].endswith("└── (60) l59  j59, revolute")
+    assert max(map(len, lines)) < 4 * DEEPEST_INDENT + 40
+
+
+@pytest.mark.parametrize("width", [80, 120])
+def test_nothing_is_cut(examples, width):
+    m = ksl.load(examples / "robots/panda.urdf")
+    printed = text(m, width)
+    assert "…" not in printed and max(map(cell_len, printed.splitlines())) <= width
+    for j in m.joints:
+        assert printed.count(j.name) >= 2 and (j.effort is None or f"{j.effort:g}" in printed)
+    blocks = re.split(r"\n\n", printed)
+    assert any(re.search(r"lower +upper +effort +velocity\n", block) for block in blocks), "limits stay together"
+
+
+def test_table_of_wide_characters():
+    lines = list(table_lines([["joint"], ["q"]], [["肩", "0"], ["elbow", "1.5"]], 80))
+    assert lines == ["joint    q", "──────────", "肩       0", "elbow  1.5"]

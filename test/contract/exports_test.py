@@ -1,0 +1,69 @@
+"""Public names of ksl are imported when they are used, and the help of the command line imports nothing that is slow."""
+
+import ast
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import ksl
+import pytest
+
+SLOW = ("numpy", "ksl._core", "scipy", "pyarrow", "plotly", "pandas", "lxml", "viser", "trimesh", "ray", "mujoco", "mcap", "rosbags")
+
+
+def python(code: str) -> str:
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_type_checkers_see_what_the_table_says():
+    """`from MODULE import NAME as NAME` under TYPE_CHECKING, for every line of the table and for no other name."""
+    tree = ast.parse(Path(ksl.__file__).read_text(encoding="utf-8"))
+    block = next(node for node in tree.body if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING")
+    seen = {alias.asname: line.module for line in block.body for alias in line.names if alias.name == alias.asname}
+    assert seen == ksl._MODULE_OF
+    assert sorted(ksl._MODULE_OF) == list(ksl._MODULE_OF), "in alphabetical order, so that lines are found and merged"
+
+
+def test_every_name_is_there():
+    for name in ksl.__all__:
+        assert getattr(ksl, name) is not None
+    assert dir(ksl) == sorted(ksl.__all__)
+    assert python("from ksl import *\nprint(load.__name__, Model.__name__, Wrench.__name__)") == "load Model Wrench\n"
+    assert python("from ksl import load, Pose\nimport ksl\nprint(ksl.load is load, ksl.Pose is Pose)") == "True True\n"
+
+
+def test_no_public_function_is_hidden_by_a_module():
+    """`import ksl.check` would put the module in the place of the function."""
+    modules = {path.stem for path in Path(ksl.__file__).parent.iterdir()}
+    assert modules.isdisjoint(ksl.__all__)
+
+
+def test_unknown_name():
+    with pytest.raises(AttributeError, match="no attribute 'Modle'; did you mean 'Model'"):
+        ksl.Modle  # noqa: B018
+    assert not hasattr(ksl, "__wrapped__")
+    with pytest.raises(ImportError, match="laod"):
+        exec("from ksl import laod")
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["loads", "--help"], ["info", "--help"]], ids=" ".join)
+def test_help_imports_nothing_slow(arguments):
+    code = f"import sys\nfrom ksl.commands import app\ntry:\n    app({arguments}, prog_name='ksl')\nexcept SystemExit:\n    print('MODULES', *sys.modules)"
+    shown, modules = python(code).split("MODULES")
+    assert "Usage: ksl" in shown
+    assert set(SLOW).isdisjoint(modules.split())
+
+
+def test_completion_of_shells():
+    """What `ksl --install-completion` installs, and what it then asks for."""
+
+    def completion(**environment: str) -> str:
+        done = subprocess.run([sys.executable, "-m", "ksl"], capture_output=True, text=True, env=os.environ | environment)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    assert "_KSL_COMPLETE" in completion(_KSL_COMPLETE="source_bash")
+    assert completion(_KSL_COMPLETE="complete_bash", COMP_WORDS="ksl lo", COMP_CWORD="1").split() == ["loads"]
