@@ -27,6 +27,7 @@ def loads(
     payload: Annotated[list[str], typer.Option(metavar="MASS[,X,Y,Z]", help="Point mass, kg, at a point of the link's frame, m; with --on-link.")] = [],
     on_link: Annotated[list[str], typer.Option(metavar="NAME", help="Link that carries the payload.")] = [],
     external: Annotated[Path | None, typer.Option(metavar="FILE.csv", help="Wrenches on links: `time` and LINK.fx … LINK.tz, at the link's origin, in its axes.")] = None,
+    smooth: Annotated[float | None, typer.Option("--smooth", metavar="HZ", help="Low-pass measured positions at this frequency, without delay, before differentiating.")] = None,
     floating_base: FloatingBase = False,
     mimic: Mimic = "coupled",
     strict: Strict = False,
@@ -64,7 +65,7 @@ def loads(
         fail(in_options(e, on=on, at=at, axes=axes, order=order))
     placement = Placement(cast("Side", on), point, axes, cast("Order", order))  # the request was not refused
     try:
-        moved = read_motion(model, motion)
+        moved = read_motion(model, motion, smooth)
         wrenches = read_external(model, external, moved.time) if external else {}
         run_loads(LoadCase(model, moved, placement, wrenches), str(motion), output, csv, console(120))
     except BrokenPipeError:  # nobody reads what is printed: as any command

@@ -26,6 +26,9 @@ MEDIAN = 0.6745
 BLOCK, BLOCKS = 64, 200
 """Samples in a block, and how many blocks, at most, are looked at."""
 
+FEWEST = 16
+"""With fewer differences than this, noise can't be told from a coarse motion."""
+
 SHARE = 0.1
 """Noise matters if errors of an effort reach this share of its peak …"""
 
@@ -71,34 +74,36 @@ def step_of(x: Array) -> float:
 def white_noise(time: Array, x: Array, steps: Array) -> Array:
     """Standard deviations (c) of white noise in the columns of x (n, c); 0 where there is none.
 
-    steps (c): as :func:`step_of` finds them.  A quarter of the blocks must be noisy: many motions rest in between.
+    steps (c): as :func:`step_of` finds them.  Of blocks in which something moves a quarter must be noisy.
     Medians within blocks, so that single corners and bad samples don't matter.  O(c), for at most 200 blocks of 64 samples.
     """
     highest = ORDERS[-1]
     n = len(time) - highest
-    if n < 8:
+    if n < FEWEST:
         return np.zeros(x.shape[1])
     block = min(BLOCK, n)
     starts = np.unique(np.linspace(0, n - block, min(BLOCKS, n // block)).astype(int))
     found = np.empty((2, len(starts), x.shape[1]))
-    spread = np.empty((len(starts), x.shape[1]))
+    spread, moves = np.empty((len(starts), x.shape[1])), np.empty((len(starts), x.shape[1]), dtype=bool)
     for k, start in enumerate(starts):
         part = slice(start, start + block + highest)
         for i, order in enumerate(ORDERS):
             y = normalised_differences(time[part], x[part], order)
             found[i, k] = np.median(np.abs(y), axis=0) / MEDIAN
         spread[k] = np.sqrt(np.mean(y * y, axis=0))
+        moves[k] = np.ptp(x[part], axis=0) > 0
     lower, higher = found
     flat = np.where((higher > PLATEAU * lower) & (lower > 0), higher, 0.0)
-    out = np.array([np.median(c[c > 0]) if np.mean(c > 0) >= 0.25 else 0.0 for c in flat.T])
+    noisy = flat > 0
+    out = np.array([np.median(c[y]) if 0 < np.sum(m) <= 4 * np.sum(y) else 0.0 for c, y, m in zip(flat.T, noisy.T, moves.T, strict=True)])
     # a slow motion that was rounded stays where it is for many samples, and then jumps by a step: most differences are zero
-    rounded = np.where(steps > 0, np.minimum(_upper_quartile(spread), steps / np.sqrt(12)), 0.0)
+    typical = np.array([_upper_quartile(c[m]) if m.any() else 0.0 for c, m in zip(spread.T, moves.T, strict=True)])
+    rounded = np.minimum(typical, steps / np.sqrt(12))
     return np.maximum(out, np.where(rounded > 0.1 * steps, rounded, 0.0))
 
 
-def _upper_quartile(x: Array) -> Array:
-    out: Array = np.sort(x, axis=0)[(3 * len(x)) // 4]
-    return out
+def _upper_quartile(x: Array) -> float:
+    return float(np.sort(x)[(3 * len(x)) // 4])
 
 
 @dataclass(frozen=True)
@@ -108,7 +113,7 @@ class EffortErrors:
     deviation: Array
     """Standard deviation at the worst sample, N m or N."""
     peak: Array
-    """Largest effort."""
+    """Largest effort, but at least a hundredth of the joint's limit, and a thousandth of the largest of all: less doesn't matter."""
     cause: Array
     """Index of the coordinate whose noise is most of it."""
 
@@ -129,4 +134,8 @@ def effort_errors(model: Calls, q: Array, v: Array, a: Array, deviation: Array) 
     worst = np.argmax(effort, axis=0)
     rows = np.arange(model.nv)
     peak = np.abs(model.inverse_dynamics(q[some], v[some], a[some])).max(axis=0)
-    return EffortErrors(effort[worst, rows], np.maximum(peak, effort[worst, rows]), np.argmax(parts[worst, rows], axis=1))
+    for joint in model.joints:
+        if joint.nv == 1 and joint.effort:
+            peak[joint.v_index] = max(peak[joint.v_index], 0.01 * joint.effort)
+    peak = np.maximum(peak, np.maximum(1e-3 * peak.max(initial=0.0), effort[worst, rows]))
+    return EffortErrors(effort[worst, rows], peak, np.argmax(parts[worst, rows], axis=1))

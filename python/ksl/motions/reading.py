@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     pass
 
 
-def read_motion(model: Mechanism, path: str | os.PathLike[str]) -> Motion:
+def read_motion(model: Mechanism, path: str | os.PathLike[str], smooth: float | None = None) -> Motion:
     """Reads a CSV table with `time` and a column for each moving joint (rad or m); `NAME.v` and `NAME.a` if known.
 
     A floating joint has the columns NAME.x .y .z .qx .qy .qz .qw, and for its rates NAME.vx .vy .vz .wx .wy .wz and
     NAME.ax .ay .az .bx .by .bz: twist in the body's frame and its componentwise derivative.  `COLUMNS` has those of
     other joints with several coordinates.
-    What is missing is differentiated from a quintic spline; what is given is compared with it.  Raises MotionError with file, line or column, fault and mend.
+    What is missing is differentiated from a quintic spline; what is given is compared with it.  smooth: Hz, see `complete`.  Raises MotionError with file, line or column, fault and mend.
     """
     file = os.fspath(path)
     table = read_table(file)
@@ -34,7 +34,7 @@ def read_motion(model: Mechanism, path: str | os.PathLike[str]) -> Motion:
     joints = model.joints[: len(model.joint_names)]
     q = np.column_stack([table[c] for j in joints for c in columns_of(j)[0]]) if joints else np.empty((len(time), 0))
     given = [[np.column_stack([table[c] for c in group]) if group[0] in table else None for group in columns_of(j)[1:]] for j in joints]
-    return complete(model, time, q, given, file, 2)
+    return complete(model, time, q, given, file, 2, smooth)
 
 
 def _check_columns(model: Mechanism, file: str, table: dict[str, Array]) -> None:
