@@ -74,7 +74,7 @@ class Found:
     jumps: Jumps
     """Those at which a spline is split."""
     impossible: list[tuple[int, float, float]] = field(default_factory=list)
-    """(order, time, size) of jumps of lower derivatives, which no force can cause: 0 is the position itself."""
+    """(order, time, size) of jumps of lower derivatives, which no force can cause: 0 is the position itself, −1 a single sample that is off."""
 
 
 def normalised_differences(time: Array, x: Array, order: int) -> Array:
@@ -125,23 +125,28 @@ def find_jumps(time: Array, x: Array, order: int = 2, resolution: Array | None =
     nothing = [Found(Jumps(order, np.empty(0), np.empty(0))) for _ in range(x.shape[1])]
     if len(time) < 2 * SIDE + 2:
         return nothing
-    stand_out, background = _candidates(time, x, np.zeros(x.shape[1]) if resolution is None else resolution)
+    resolution = np.zeros(x.shape[1]) if resolution is None else resolution
+    stand_out, background, resolution = _candidates(time, x, resolution)
     for c in np.flatnonzero(stand_out.any(axis=0)):
         gaps = np.flatnonzero(stand_out[:, c])
         gaps = gaps[(gaps >= SIDE - 1) & (gaps < len(time) - SIDE)]
         if 0 < len(gaps) <= max(64, len(time) // 8):  # more is no motion with corners
-            nothing[c] = _tested(time, x[:, c], order, gaps, background[gaps, c])
+            nothing[c] = _tested(time, x[:, c], order, gaps, background[gaps, c], float(resolution[c]))
     return nothing
 
 
-def _candidates(time: Array, x: Array, resolution: Array) -> tuple[NDArray[np.bool_], Array]:
-    """Gaps between samples (n − 1, c) around which fourth differences stand out, and the standard deviation of noise that is like the rest."""
+def _candidates(time: Array, x: Array, resolution: Array) -> tuple[NDArray[np.bool_], Array, Array]:
+    """Gaps between samples (n − 1, c) around which fourth differences stand out, the standard deviation of noise that is like the rest, and
+    the resolution of the columns (c) that are rounded indeed."""
     size = np.abs(normalised_differences(time, x, 4))
     block = min(BLOCK, max(8, len(size) // 2))
     blocks = max(1, len(size) // block)
     whole = size[: blocks * block].reshape(blocks, block, -1)
     level = np.partition(whole, block // 4, axis=1)[:, block // 4] / QUARTILE
     wide = np.maximum(level, np.maximum(np.vstack([level[:1], level[:-1]]), np.vstack([level[1:], level[-1:]])))  # with both neighbours
+    # numbers may be multiples of a step without having been rounded: then hardly any difference is as large as rounding makes it
+    some = np.sort(size[:: max(1, len(size) // 2000)], axis=0)
+    resolution = np.where(some[(95 * len(some)) // 100] > 0.1 * resolution, resolution, 0.0)
     floor = np.maximum(4 * np.finfo(float).eps * np.abs(x).max(axis=0), resolution / np.sqrt(12))
     level.sort(axis=0)
     np.maximum(wide, np.maximum(floor, level[len(level) // 4]), out=wide)
@@ -150,10 +155,10 @@ def _candidates(time: Array, x: Array, resolution: Array) -> tuple[NDArray[np.bo
     at, column = np.nonzero(size > 3 * wide[where])
     for k in range(4):  # the difference m spans the gaps m … m + 3
         out[at + k, column] = True
-    return out, wide[np.minimum(np.maximum(np.arange(len(time) - 1) - 2, 0) // block, blocks - 1)]
+    return out, wide[np.minimum(np.maximum(np.arange(len(time) - 1) - 2, 0) // block, blocks - 1)], resolution
 
 
-def _tested(time: Array, x: Array, order: int, gaps: Indices, noise: Array) -> Found:
+def _tested(time: Array, x: Array, order: int, gaps: Indices, noise: Array, resolution: float) -> Found:
     """The jumps among candidate gaps: between samples gaps and gaps + 1, (k)."""
     middle, h = (time[gaps] + time[gaps + 1]) / 2, time[gaps + 1] - time[gaps]
     right, left = (one_sided(time, x, first, SIDE, middle) for first in (gaps + 1, gaps + 1 - SIDE))  # cubics
@@ -177,7 +182,7 @@ def _tested(time: Array, x: Array, order: int, gaps: Indices, noise: Array) -> F
     good &= slope < np.minimum(np.maximum(STEEP * np.abs(J), 3 * {1: 2.5, 2: 4.5}[order] * noise / h**order), 0.5 * np.abs(J))
     best = _best_of_neighbours(gaps, np.where(good, off + 1e-6 * np.abs(s) / h, np.inf))
     tau = _snapped(time, gaps[best], middle[best] + s[best], np.maximum(1e-3, 3 * rough_noise[best] / np.abs(J[best])))
-    return Found(Jumps(order, tau, J[best]), _impossible(order, gaps, middle, h, fine, rough, noise, best))
+    return Found(Jumps(order, tau, J[best]), _impossible(order, time, x, gaps, fine, rough, noise, resolution, best))
 
 
 def _polynomial(derivatives: Array, s: Array) -> Array:
@@ -207,21 +212,40 @@ def _snapped(time: Array, gaps: Indices, tau: Array, tolerance: Array) -> Array:
     return out
 
 
-def _impossible(order: int, gaps: Indices, middle: Array, h: Array, fine: Array, rough: Array, noise: Array, taken: Indices) -> list[tuple[int, float, float]]:
-    """Jumps of lower derivatives, which would need an infinite force: (order, time, size)."""
-    free = np.array([all(abs(g - gaps[k]) > 4 for k in taken) for g in gaps], dtype=bool)
-    found: list[tuple[int, float, float]] = []
+def _impossible(
+    order: int, time: Array, x: Array, gaps: Indices, fine: Array, rough: Array, noise: Array, resolution: float, taken: Indices
+) -> list[tuple[int, float, float]]:
+    """Single samples that are off, and jumps of lower derivatives, which would need an infinite force: (order, time, size)."""
+    found = _off_samples(time, x, gaps, noise)
+    apart = np.concatenate([gaps[taken], *([k - 1, k] for k, _ in found)]) if len(taken) or found else np.empty(0)
+    free = np.array([(np.abs(g - apart) > 4).all() for g in gaps], dtype=bool)
+    impossible = [(-1, float(time[k]), size) for k, size in found]
+    middle, h = (time[gaps] + time[gaps + 1]) / 2, time[gaps + 1] - time[gaps]
     for r in range(order - 1, -1, -1):
         J = rough[:, r]
         weight = {0: 3.9, 1: 2.7}[r]
         with np.errstate(divide="ignore", invalid="ignore"):
             s = -rough[:, r - 1] / J if r else np.zeros_like(J)
         good = free & (np.abs(J) > 2 * SIGNIFICANT * noise * weight / h**r) & (np.abs(fine[:, r] - J) <= 0.1 * np.abs(J)) & (np.abs(s) <= 0.6 * h)
+        good &= np.abs(J) * h**r > 3 * resolution  # slow motions that were rounded jump by one step
         good &= np.abs(J) > 5 * np.abs(rough[:, r + 1]) * h  # it is this derivative that jumps, and not the next one
         for k in _best_of_neighbours(gaps, np.where(good, np.abs(s) / h, np.inf)):
-            found.append((r, float(middle[k] + s[k]), float(J[k])))
+            impossible.append((r, float(middle[k] + s[k]), float(J[k])))
             free &= np.abs(gaps - gaps[k]) > 4
-    return sorted(found, key=lambda f: f[1])
+    return sorted(impossible, key=lambda f: f[1])
+
+
+def _off_samples(time: Array, x: Array, gaps: Indices, noise: Array) -> list[tuple[int, float]]:
+    """Samples that are off the cubic through their four neighbours, which are not, and by how much: fourth differences like 1 −4 6 −4 1."""
+    samples = gaps[(gaps >= 4) & (gaps < len(x) - 4)]
+    if not len(samples):
+        return []
+    around = samples[:, None] + np.arange(-4, 5)
+    difference = np.diff(x[around], 4, axis=1) / np.array([1, -4, 6, -4, 1])  # all are the same where one sample is off
+    size = difference[:, 2]
+    good = np.abs(difference - size[:, None]).max(axis=1) < 0.5 * np.abs(size)
+    good &= (np.abs(difference[:, 1:4] - size[:, None]).max(axis=1) < 0.1 * np.abs(size)) & (np.abs(size) > 2 * SIGNIFICANT * noise[np.searchsorted(gaps, samples)])
+    return [(int(samples[k]), float(size[k])) for k in np.flatnonzero(good)]
 
 
 def jumps_at(time: Array, x: Array, times: Array) -> list[Jumps]:

@@ -10,7 +10,7 @@ import numpy as np
 from ksl.calls import Calls
 from ksl.mechanism import Joint
 from ksl.motions.columns import METRES, columns_of
-from ksl.motions.corners import Found
+from ksl.motions.corners import Found, Jumps
 from ksl.motions.noise import LARGEST, SHARE, EffortErrors, effort_errors, first_derivative_noise, second_derivative_noise, step_of, white_noise
 from ksl.motions.smoothing import noise_after, suitable_cutoff
 from ksl.states import Array
@@ -56,13 +56,23 @@ def noise_of(measured: Measured) -> Noise:
             q = measured.q[:, joint.q_index : joint.q_index + joint.nq]
             curves[:, cols] = q if joint.quaternion is None else np.hstack([q[:, : joint.quaternion], 2 * q[:, -4:-1]])
         for k, column in enumerate(columns_of(joint)[0 if given_v is None else 1][: joint.nv]):
-            jumps = measured.found[column].jumps if column in measured.found else None
-            if jumps is not None and len(jumps.times):  # corners are no noise
-                curves[:, joint.v_index + k] -= jumps(measured.time)
+            if column in measured.found:  # corners are no noise
+                curves[:, joint.v_index + k] -= _all_jumps(measured.found[column], measured.time)
     steps = np.array([step_of(curves[:, c]) if used[c] else 0.0 for c in range(nv)])
     deviation = np.zeros(nv)
     deviation[used] = white_noise(measured.time, curves[:, used], steps[used])
     return Noise(deviation, steps, order, curves)
+
+
+def _all_jumps(found: Found, time: Array) -> Array:
+    """What jumps contribute to a curve, possible or not."""
+    total = found.jumps(time)
+    for order in (0, 1):
+        these = [(t, size) for r, t, size in found.impossible if r == order]
+        if these:
+            times, sizes = np.array(these).T
+            total = total + Jumps(order, times, sizes)(time)
+    return total
 
 
 def doubts_about_noise(model: Calls, measured: Measured, q: Array, v: Array, a: Array, smooth: float | None) -> list[str]:
@@ -137,15 +147,18 @@ def sentences_about_jumps(found: Mapping[str, Found], time: Array) -> tuple[list
         first = min(jumping, key=lambda c: jumping[c][0])
         of = first if len(jumping) == 1 else f"{first} and {len(jumping) - 1} more"
         often = "once" if len(times) == 1 else f"{len(times)} times, first"
-        notes = [f"accelerations of {of} jump {often} at {times[0]:.6g} s; splines are split there, and don't overshoot"]
+        notes = [f"accelerations of {of} jump {often} at {times[0]:.6g} s: splines are split there, so that they don't overshoot"]
     doubts = [_about_impossible(column, f.impossible) for column, f in found.items() if f.impossible]
     return notes, times, doubts
 
 
 def _about_impossible(column: str, jumps: list[tuple[int, float, float]]) -> str:
-    order, time, size = min(jumps, key=lambda j: j[0])
+    order, time, size = min(jumps, key=lambda j: abs(j[0]))
     often = f" ({len(jumps)} such jumps)" if len(jumps) > 1 else ""
     metres = column.rpartition(".")[2] in METRES
+    if order == -1:
+        many = f" ({len(jumps)} such samples)" if len(jumps) > 1 else ""
+        return f"the sample of {column} at {time:.6g} s is {size:.4g} off those around it{many}: efforts there are those of a bad sample. Remove or mend it"
     if order == 0 and not metres and abs(abs(size) - 2 * np.pi) < 0.01 * 2 * np.pi:
         return f"{column} jumps by {size:.4g} at {time:.6g} s{often}: a full turn. Unwrap the angle: give it without jumps"
     if order == 0:

@@ -65,7 +65,7 @@ def _about_time(joints: list[Joint], time: Array, v: Array) -> str | None:
     limit = "its limit" if next(j for j in joints if j.name == name).velocity else f"{USUAL_SPEED:g} rad/s or m/s"
     if 0 < share < SLOW and step > LONG_STEP:
         for unit, (word, option) in TIME_UNITS.items():
-            if SLOW < share / unit < 3 and step * unit < 1:
+            if 0.02 < share / unit <= 1 and step * unit < 1:
                 return (
                     f"samples are {step:.4g} s apart, and {name} is the fastest joint with {share:.2g} of {limit}: "
                     f"are times in {word}? Then add --time-unit {option}"
