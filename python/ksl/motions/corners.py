@@ -126,12 +126,12 @@ def find_jumps(time: Array, x: Array, order: int = 2, resolution: Array | None =
     if len(time) < 2 * SIDE + 2:
         return nothing
     resolution = np.zeros(x.shape[1]) if resolution is None else resolution
-    stand_out, background, resolution = _candidates(time, x, resolution)
+    stand_out, background, rounded = _candidates(time, x, resolution)
     for c in np.flatnonzero(stand_out.any(axis=0)):
         gaps = np.flatnonzero(stand_out[:, c])
         gaps = gaps[(gaps >= SIDE - 1) & (gaps < len(time) - SIDE)]
         if 0 < len(gaps) <= max(64, len(time) // 8):  # more is no motion with corners
-            nothing[c] = _tested(time, x[:, c], order, gaps, background[gaps, c], float(resolution[c]))
+            nothing[c] = _tested(time, x[:, c], order, gaps, background[gaps, c], resolution[c], rounded[c])
     return nothing
 
 
@@ -145,9 +145,11 @@ def _candidates(time: Array, x: Array, resolution: Array) -> tuple[NDArray[np.bo
     level = np.partition(whole, block // 4, axis=1)[:, block // 4] / QUARTILE
     wide = np.maximum(level, np.maximum(np.vstack([level[:1], level[:-1]]), np.vstack([level[1:], level[-1:]])))  # with both neighbours
     # numbers may be multiples of a step without having been rounded: then hardly any difference is as large as rounding makes it
-    some = np.sort(size[:: max(1, len(size) // 2000)], axis=0)
-    resolution = np.where(some[(95 * len(some)) // 100] > 0.1 * resolution, resolution, 0.0)
-    floor = np.maximum(4 * np.finfo(float).eps * np.abs(x).max(axis=0), resolution / np.sqrt(12))
+    every = max(1, len(size) // 2000)
+    moves = x[4::every] != x[: len(size) : every]
+    many = np.sum((size[::every] > 0.1 * resolution) & moves, axis=0) > 0.05 * np.sum(moves, axis=0)
+    rounded = np.where(many, resolution, 0.0)
+    floor = np.maximum(4 * np.finfo(float).eps * np.abs(x).max(axis=0), rounded / np.sqrt(12))
     level.sort(axis=0)
     np.maximum(wide, np.maximum(floor, level[len(level) // 4]), out=wide)
     out = np.zeros((len(time) - 1, x.shape[1]), dtype=bool)
@@ -155,10 +157,10 @@ def _candidates(time: Array, x: Array, resolution: Array) -> tuple[NDArray[np.bo
     at, column = np.nonzero(size > 3 * wide[where])
     for k in range(4):  # the difference m spans the gaps m … m + 3
         out[at + k, column] = True
-    return out, wide[np.minimum(np.maximum(np.arange(len(time) - 1) - 2, 0) // block, blocks - 1)], resolution
+    return out, wide[np.minimum(np.maximum(np.arange(len(time) - 1) - 2, 0) // block, blocks - 1)], rounded
 
 
-def _tested(time: Array, x: Array, order: int, gaps: Indices, noise: Array, resolution: float) -> Found:
+def _tested(time: Array, x: Array, order: int, gaps: Indices, noise: Array, resolution: float, rounded: float) -> Found:
     """The jumps among candidate gaps: between samples gaps and gaps + 1, (k)."""
     middle, h = (time[gaps] + time[gaps + 1]) / 2, time[gaps + 1] - time[gaps]
     right, left = (one_sided(time, x, first, SIDE, middle) for first in (gaps + 1, gaps + 1 - SIDE))  # cubics
@@ -182,7 +184,7 @@ def _tested(time: Array, x: Array, order: int, gaps: Indices, noise: Array, reso
     good &= slope < np.minimum(np.maximum(STEEP * np.abs(J), 3 * {1: 2.5, 2: 4.5}[order] * noise / h**order), 0.5 * np.abs(J))
     best = _best_of_neighbours(gaps, np.where(good, off + 1e-6 * np.abs(s) / h, np.inf))
     tau = _snapped(time, gaps[best], middle[best] + s[best], np.maximum(1e-3, 3 * rough_noise[best] / np.abs(J[best])))
-    return Found(Jumps(order, tau, J[best]), _impossible(order, time, x, gaps, fine, rough, noise, resolution, best))
+    return Found(Jumps(order, tau, J[best]), _impossible(order, time, x, gaps, fine, rough, noise, (resolution, rounded), best))
 
 
 def _polynomial(derivatives: Array, s: Array) -> Array:
@@ -213,9 +215,12 @@ def _snapped(time: Array, gaps: Indices, tau: Array, tolerance: Array) -> Array:
 
 
 def _impossible(
-    order: int, time: Array, x: Array, gaps: Indices, fine: Array, rough: Array, noise: Array, resolution: float, taken: Indices
+    order: int, time: Array, x: Array, gaps: Indices, fine: Array, rough: Array, noise: Array, steps: tuple[float, float], taken: Indices
 ) -> list[tuple[int, float, float]]:
-    """Single samples that are off, and jumps of lower derivatives, which would need an infinite force: (order, time, size)."""
+    """Single samples that are off, and jumps of lower derivatives, which would need an infinite force: (order, time, size).
+
+    steps: of which x may be multiples, and to which it was rounded indeed.
+    """
     found = _off_samples(time, x, gaps, noise)
     apart = np.concatenate([gaps[taken], *([k - 1, k] for k, _ in found)]) if len(taken) or found else np.empty(0)
     free = np.array([(np.abs(g - apart) > 4).all() for g in gaps], dtype=bool)
@@ -227,7 +232,7 @@ def _impossible(
         with np.errstate(divide="ignore", invalid="ignore"):
             s = -rough[:, r - 1] / J if r else np.zeros_like(J)
         good = free & (np.abs(J) > 2 * SIGNIFICANT * noise * weight / h**r) & (np.abs(fine[:, r] - J) <= 0.1 * np.abs(J)) & (np.abs(s) <= 0.6 * h)
-        good &= np.abs(J) * h**r > 3 * resolution  # slow motions that were rounded jump by one step
+        good &= np.abs(J) * h**r > 3 * steps[r]  # slow motions that were rounded jump by one step
         good &= np.abs(J) > 5 * np.abs(rough[:, r + 1]) * h  # it is this derivative that jumps, and not the next one
         for k in _best_of_neighbours(gaps, np.where(good, np.abs(s) / h, np.inf)):
             impossible.append((r, float(middle[k] + s[k]), float(J[k])))

@@ -99,7 +99,8 @@ def white_noise(time: Array, x: Array, steps: Array) -> Array:
     # a slow motion that was rounded stays where it is for many samples, and then jumps by a step: most differences are zero
     typical = np.array([_upper_quartile(c[m]) if m.any() else 0.0 for c, m in zip(spread.T, moves.T, strict=True)])
     rounded = np.minimum(typical, steps / np.sqrt(12))
-    return np.maximum(out, np.where(rounded > 0.1 * steps, rounded, 0.0))
+    deviation: Array = np.maximum(out, np.where(rounded > 0.1 * steps, rounded, 0.0))
+    return deviation
 
 
 def _upper_quartile(x: Array) -> float:
