@@ -144,10 +144,10 @@ def _candidates(time: Array, x: Array, resolution: Array) -> tuple[NDArray[np.bo
     whole = size[: blocks * block].reshape(blocks, block, -1)
     level = np.partition(whole, block // 4, axis=1)[:, block // 4] / QUARTILE
     wide = np.maximum(level, np.maximum(np.vstack([level[:1], level[:-1]]), np.vstack([level[1:], level[-1:]])))  # with both neighbours
-    # numbers may be multiples of a step without having been rounded: then hardly any difference is as large as rounding makes it
+    # numbers may be multiples of a step without having been rounded: then few differences are as large as rounding makes them
     every = max(1, len(size) // 2000)
     moves = x[4::every] != x[: len(size) : every]
-    many = np.sum((size[::every] > 0.1 * resolution) & moves, axis=0) > 0.05 * np.sum(moves, axis=0)
+    many = np.sum((size[::every] > 0.1 * resolution) & moves, axis=0) > 0.25 * np.sum(moves, axis=0)
     rounded = np.where(many, resolution, 0.0)
     floor = np.maximum(4 * np.finfo(float).eps * np.abs(x).max(axis=0), rounded / np.sqrt(12))
     level.sort(axis=0)

@@ -29,6 +29,9 @@ BLOCK, BLOCKS = 64, 200
 FEWEST = 16
 """With fewer differences than this, noise can't be told from a coarse motion."""
 
+ROUND_OFF = 20 * float(np.finfo(float).eps)
+"""What is smaller than this share of the numbers is their rounding in memory."""
+
 SHARE = 0.1
 """Noise matters if errors of an effort reach this share of its peak …"""
 
@@ -100,7 +103,7 @@ def white_noise(time: Array, x: Array, steps: Array) -> Array:
     typical = np.array([_upper_quartile(c[m]) if m.any() else 0.0 for c, m in zip(spread.T, moves.T, strict=True)])
     rounded = np.minimum(typical, steps / np.sqrt(12))
     deviation: Array = np.maximum(out, np.where(rounded > 0.1 * steps, rounded, 0.0))
-    return deviation
+    return np.where(deviation > ROUND_OFF * np.abs(x).max(axis=0), deviation, 0.0)
 
 
 def _upper_quartile(x: Array) -> float:
