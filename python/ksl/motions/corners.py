@@ -76,6 +76,10 @@ class Found:
     impossible: list[tuple[int, float, float]] = field(default_factory=list)
     """(order, time, size) of jumps of lower derivatives, which no force can cause: 0 is the position itself, −1 a single sample that is off."""
 
+    @classmethod
+    def nothing(cls, order: int) -> Found:
+        return cls(Jumps(order, np.empty(0), np.empty(0)))
+
 
 def normalised_differences(time: Array, x: Array, order: int) -> Array:
     """Differences of x (n, c) of that order, (n − order, c), whose standard deviation is that of white noise in x.
@@ -122,7 +126,7 @@ def find_jumps(time: Array, x: Array, order: int = 2, resolution: Array | None =
     on its right are compared: their difference is J (t − τ)²/2 where the acceleration jumps, which has a double root between two samples.
     Smooth motions don't have it, however coarse: quadratics and cubics then differ by different amounts.
     """
-    nothing = [Found(Jumps(order, np.empty(0), np.empty(0))) for _ in range(x.shape[1])]
+    nothing = [Found.nothing(order) for _ in range(x.shape[1])]
     if len(time) < 2 * SIDE + 2:
         return nothing
     resolution = np.zeros(x.shape[1]) if resolution is None else resolution

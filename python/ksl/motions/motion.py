@@ -17,7 +17,7 @@ from ksl.motions.columns import METRES, columns_of
 from ksl.motions.corners import Found
 from ksl.motions.csv_table import count
 from ksl.motions.quality import Measured, doubts_about_noise, sentences_about_jumps
-from ksl.motions.rates import SPLINE_SAMPLES, derivative, derivatives, rates
+from ksl.motions.rates import SPLINE_SAMPLES, derivative, derivatives, jumps_of, rates
 from ksl.motions.smoothing import smoothed
 from ksl.motions.suspicions import suspicions
 from ksl.states import Array
@@ -78,7 +78,8 @@ def complete(
         for joint, (joint_v, joint_a) in zip(joints, given, strict=True):
             rows, cols = _places(joint)
             contradictions += _contradictions(joint, time, q[:, rows], v[:, cols], joint_v, joint_a)
-    corners, corner_times, impossible = sentences_about_jumps(found, time)
+        given_jumps = _jumps_of_given_rates(joints, time, given)
+    corners, corner_times, impossible = sentences_about_jumps(found, given_jumps, time)
     doubts = [*suspicions(model, time, q, v), *impossible]
     if isinstance(model, Calls):
         doubts += doubts_about_noise(model, Measured(joints, time, raw_q, raw_given, found), q, v, a, smooth)
@@ -200,6 +201,15 @@ def _rates(
             if len(bad):
                 raise MotionError(f"{where(bad[0])}: the {rate} of {joint.name}, differentiated, is not finite; {mend}")
     return v, a, found
+
+
+def _jumps_of_given_rates(joints: tuple[Joint, ...], time: Array, given: list[list[Array | None]]) -> dict[str, Found]:
+    """What jumps in velocities that are given together with their accelerations: nothing is differentiated, but energies are later."""
+    columns = {c: x for joint, (v, a) in zip(joints, given, strict=True) if v is not None and a is not None
+               for c, x in zip(columns_of(joint)[1], v.T, strict=True)}  # fmt: skip
+    if not columns or len(time) < SPLINE_SAMPLES:
+        return {}
+    return dict(zip(columns, jumps_of(time, np.column_stack(list(columns.values())), 1), strict=True))
 
 
 def _contradictions(joint: Joint, time: Array, q: Array, v: Array, given_v: Array | None, given_a: Array | None) -> list[str]:

@@ -135,20 +135,26 @@ def _unit(joint: Joint, coordinate: int) -> str:
     return "m" if column in METRES else "rad"
 
 
-def sentences_about_jumps(found: Mapping[str, Found], time: Array) -> tuple[list[str], Array, list[str]]:
-    """A note on where splines are split; the times of all jumps, increasing; and doubts about jumps that can't be, columns by name."""
-    jumping = {column: f.jumps.times for column, f in found.items() if len(f.jumps.times)}
+def sentences_about_jumps(found: Mapping[str, Found], given: Mapping[str, Found], time: Array) -> tuple[list[str], Array, list[str]]:
+    """A note on where splines are split; the times of all jumps, increasing; and doubts about jumps that can't be.
+
+    found, given: by column, of what was differentiated, and of velocities whose accelerations are given.
+    """
+    both = {**found, **given}
+    jumping = {column: f.jumps.times for column, f in both.items() if len(f.jumps.times)}
     notes, times = [], np.empty(0)
     if jumping:
         all_times = np.unique(np.concatenate(list(jumping.values())))
         step = float(np.median(np.diff(time)))
         # joints that start together may be found a rounding error apart: these are one corner of the energy
         times = all_times[np.concatenate([[True], np.diff(all_times) > 0.2 * step])]
-        first = min(jumping, key=lambda c: jumping[c][0])
-        of = first if len(jumping) == 1 else f"{first} and {len(jumping) - 1} more"
+    split = {column: t for column, t in jumping.items() if column in found}
+    if split:
+        first = min(split, key=lambda c: split[c][0])
+        of = first if len(split) == 1 else f"{first} and {len(split) - 1} more"
         often = "once" if len(times) == 1 else f"{len(times)} times, first"
-        notes = [f"accelerations of {of} jump {often} at {times[0]:.6g} s: splines are split there, so that they don't overshoot"]
-    doubts = [_about_impossible(column, f.impossible) for column, f in found.items() if f.impossible]
+        notes = [f"accelerations of {of} jump {often} at {split[first][0]:.6g} s: splines are split there, so that they don't overshoot"]
+    doubts = [_about_impossible(column, f.impossible) for column, f in both.items() if f.impossible]
     return notes, times, doubts
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ksl.mechanism import Joint
-from ksl.motions.corners import Found, Jumps, find_jumps, jumps_at
+from ksl.motions.corners import Found, find_jumps, jumps_at
 from ksl.motions.noise import step_of
 from ksl.states import Array
 
@@ -45,9 +45,7 @@ def derivatives(time: Array, x: Array, order: int, split: bool = True) -> tuple[
     spline = make_interp_spline(time, x, k=5, check_finite=False)
     first: Array = spline(time, nu=1)
     second: Array = spline(time, nu=2) if order == 2 else first
-    found = [Found(Jumps(order, np.empty(0), np.empty(0))) for _ in range(x.shape[1])]
-    if split and np.abs(x).max(initial=0.0) < LARGEST:
-        found = find_jumps(time, x, order, np.array([step_of(column) for column in x.T]))
+    found = jumps_of(time, x, order) if split else [Found.nothing(order)] * x.shape[1]
     cut = [c for c, f in enumerate(found) if len(f.jumps.times)]
     if cut:
         jumps = [found[c].jumps for c in cut]
@@ -56,6 +54,13 @@ def derivatives(time: Array, x: Array, order: int, split: bool = True) -> tuple[
         if order == 2:
             second[:, cut] = spline(time, nu=2) + np.column_stack([j(time, 2) for j in jumps])
     return first, second, found
+
+
+def jumps_of(time: Array, x: Array, order: int) -> list[Found]:
+    """Jumps of the derivative `order` of each column of x (n, c); none where numbers are so large that squares would overflow."""
+    if not np.abs(x).max(initial=0.0) < LARGEST:
+        return [Found.nothing(order)] * x.shape[1]
+    return find_jumps(time, x, order, np.array([step_of(column) for column in x.T]))
 
 
 def rates(joint: Joint, time: Array, q: Array, v: Array | None, a: Array | None) -> tuple[Array, Array]:
