@@ -78,7 +78,7 @@ def two(tmp_path) -> tuple[Path, Path]:
 
 def summary(out: Path) -> dict[str, dict[str, str]]:
     with open(out / "summary.csv", newline="", encoding="utf-8") as f:
-        return {row["joint"]: row for row in csv.DictReader(f)}
+        return {row["joint"]: row for row in csv.DictReader(line for line in f if not line.startswith("# "))}
 
 
 # a good run
@@ -110,7 +110,8 @@ def test_the_table_is_what_python_gives(done, ur5, examples):
     table = pq.read_table(done[1] / "wrenches.parquet")
     assert table.num_rows == len(motion.time) * len(m.joints)
     expected = m.loads(motion.time, motion.q, motion.v, motion.a)
-    for name in expected.column_names:
+    assert table.column_names == expected.column_names and set(table["case"].to_pylist()) == {"ur5_pick"}
+    for name in expected.column_names[1:]:
         assert table[name].to_pylist() == expected[name].to_pylist(), name
     assert json.loads(table.schema.metadata[b"ksl"])["robot"] == "ur5"
 
@@ -224,7 +225,7 @@ def test_options_reach_the_table(ur5, tmp_path):
     p = run("loads", *ur5, "-o", tmp_path / "o", "--on", "parent", "--at", "0.1,0,-0.2", "--axes", "tool0", "--order", "ang_lin", "--gravity", "0,0,0")
     assert p.returncode == 0, p.stderr
     table = pq.read_table(tmp_path / "o" / "wrenches.parquet")
-    assert table.column_names[2:5] == ["tx", "ty", "tz"]
+    assert table.column_names[3:6] == ["tx", "ty", "tz"]
     assert (table["on"][0].as_py(), table["at"][0].as_py(), table["axes"][0].as_py()) == ("parent", "joint + 0.1 0 -0.2", "tool0")
     assert "Wrench on the parent side, moments about the point (0.1, 0, -0.2) m from the joint's origin, in its axes" in p.stdout
     still = [abs(x) for x in table["fz"].to_pylist()[:8]]
@@ -259,11 +260,12 @@ def test_effort_and_moment_at_a_point_off_the_axis_are_two_columns(tmp_path, opt
     assert p.returncode == 0, p.stderr
     torque = 1.5 * (a - 9.81 * np.cos(q))  # m (l² q̈ − g l cos q), x forward and the axis to the left
     peak, rms = np.abs(torque).max(), np.sqrt(np.sum((torque[1:] ** 2 + torque[:-1] ** 2) / 2 * np.diff(t)) / t[-1])
-    row = {k: float(x) for k, x in summary(tmp_path / "o")["hinge"].items() if k not in ("joint", "kind") and x}
+    row = {k: float(x) for k, x in summary(tmp_path / "o")["hinge"].items() if k not in ("case", "joint", "kind") and x}
     assert (row["effort_peak"], row["effort_rms"]) == pytest.approx((peak, rms), rel=1e-12)
     assert (row["axial_moment_peak"], row["axial_moment_rms"]) == pytest.approx((peak / 2, rms / 2), rel=1e-12)
-    effort, moment = p.stdout.index(f"{peak:.4g} ", p.stdout.index("\nDrive")), p.stdout.index(f"{peak / 2:.4g} ")
-    assert p.stdout.index("Wrench on the ") < p.stdout.index("about axis") < moment < p.stdout.index("\nDrive") < p.stdout.index("effort") < effort
+    printed = p.stdout[p.stdout.index("Wrench on the ") :]
+    effort, moment = printed.index(f"{peak:.4g} ", printed.index("\nDrive")), printed.index(f"{peak / 2:.4g} ")
+    assert printed.index("about axis") < moment < printed.index("\nDrive") < printed.index("effort") < effort
     table = pq.read_table(tmp_path / "o" / "wrenches.parquet").to_pydict()
     assert [x for x in table["effort"] if x is not None] == pytest.approx(torque.tolist(), rel=1e-12)
     page = (tmp_path / "o" / "report.html").read_text(encoding="utf-8")
@@ -626,7 +628,7 @@ def test_instruction_sets_agree(ur5, tmp_path):
     for isa, out in (("x86-64-v2" if os.uname().machine == "x86_64" else "", "low"), ("", "best")):
         p = run("loads", *ur5, "-o", tmp_path / out, KSL_ISA=isa)
         assert p.returncode == 0, p.stderr
-    low, best = (np.stack([x.to_numpy() for x in pq.read_table(tmp_path / out / "wrenches.parquet").columns[2:14]]) for out in ("low", "best"))
+    low, best = (np.stack([x.to_numpy() for x in pq.read_table(tmp_path / out / "wrenches.parquet").columns[3:15]]) for out in ("low", "best"))
     assert np.abs(low - best).max() < 1e-12 * np.abs(best).max()
 
 

@@ -10,13 +10,14 @@ import pytest
 
 import ksl
 from ksl.load_cases.curves import Curves
-from ksl.load_cases.limits import exceeded_limits
 from ksl.load_cases.load_case import BLOCK_ROWS, LoadCase, Placement
 from ksl.mechanism import Joint
 from ksl.motions.motion import Motion, complete
 from ksl.load_cases.quantities import integral, joint_loads, rms, summarise, unit, work
+from ksl.load_cases.verdict import uses_of
 
 COLUMNS = [
+    "case",
     "time",
     "joint",
     "fx",
@@ -32,7 +33,7 @@ COLUMNS = [
     "constraint_ty",
     "constraint_tz",
 ]
-TAIL = ["effort", "speed", "power", "on", "at", "axes"]
+TAIL = ["position", "speed", "acceleration", "effort", "power", "on", "at", "axes"]
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +56,7 @@ def test_columns_types_and_metadata(ur5):
     table = ur5.loads(*sines(ur5))
     assert table.column_names == COLUMNS + TAIL
     for name in table.column_names:
-        words = name in ("joint", "on", "at", "axes")
+        words = name in ("case", "joint", "on", "at", "axes")
         assert table.schema.field(name).type == (pa.dictionary(pa.int16(), pa.string()) if words else pa.float64()), name
     said = json.loads(table.schema.metadata[b"ksl"])
     assert {k: said[k] for k in ("version", "robot", "on", "at", "axes", "order")} == {
@@ -97,7 +98,7 @@ def test_wrenches_are_those_of_reactions(ur5, how):
     table = ur5.loads(t, *state, external=external, **how)
     names = [j.name for j in ur5.joints]
     order = ("fx", "fy", "fz", "tx", "ty", "tz") if how.get("order") != "ang_lin" else ("tx", "ty", "tz", "fx", "fy", "fz")
-    assert table.column_names[2:8] == list(order)
+    assert table.column_names[3:9] == list(order)
     for prefix, part in (("", "total"), ("constraint_", "constraint")):
         assert np.array_equal(wrenches(table, prefix, order, len(names)), ur5.reactions(*state, external, joints=names, part=part, **how)), part
     assert set(table["on"].to_pylist()) == {how.get("on", "child")}
@@ -112,10 +113,12 @@ def test_effort_speed_power_of_joints_with_one_coordinate(ur5):
     for i, name in enumerate(ur5.joint_names):
         rows = np.array(table["joint"].to_pylist()) == name
         column = lambda c: table[c].to_numpy()[rows]
-        assert np.array_equal(column("effort"), tau[:, i]) and np.array_equal(column("speed"), v[:, i])
+        assert np.array_equal(column("effort"), tau[:, i])
+        for of, x in (("position", q), ("speed", v), ("acceleration", a)):
+            assert np.array_equal(column(of), x[:, i]), of
         assert np.array_equal(column("power"), tau[:, i] * v[:, i])
     fixed = [r for r in table.to_pylist() if r["joint"] in ur5.fixed_joint_names]
-    assert fixed and all(r["effort"] is None and r["speed"] is None and r["power"] is None for r in fixed)
+    assert fixed and all(r[c] is None for r in fixed for c in ("position", "speed", "acceleration", "effort", "power"))
 
 
 def test_a_floating_base_has_no_effort_but_a_wrench(robot):
@@ -210,7 +213,7 @@ def test_pin_of_a_pendulum(robot):
     m = robot(PENDULUM)
     t = np.linspace(0, 2, 50)
     th, w, dw = 1.2 * np.sin(3 * t), 3.6 * np.cos(3 * t), -10.8 * np.sin(3 * t)
-    row = {name: x.to_numpy() for name, x in zip(COLUMNS[2:], m.loads(t, th[:, None], w[:, None], dw[:, None]).columns[2:14])}
+    row = {name: x.to_numpy() for name, x in zip(COLUMNS[3:], m.loads(t, th[:, None], w[:, None], dw[:, None]).columns[3:15])}
     row = {name: x[::2] for name, x in row.items()}  # the pin, without `base`
     pull, across = MASS * (G * np.cos(th) + LENGTH * w**2), MASS * (G * np.sin(th) + LENGTH * dw)
     assert row["fz"] == pytest.approx(pull, rel=1e-12, abs=1e-12)
@@ -221,22 +224,27 @@ def test_pin_of_a_pendulum(robot):
     assert np.abs(row["constraint_ty"]).max() == 0
 
 
+def exceeded_limits(m: ksl.Model, motion: Motion) -> list[str]:
+    loads = collected(LoadCase(m, motion)).loads
+    return [use.exceeded for l in loads for use in uses_of(l.joint, summarise(motion.time, l), motion.time, motion.q) if use.level == "red"]
+
+
 def test_limits_that_are_exceeded_are_said(robot):
     m = robot(PENDULUM)
     t = np.linspace(0, 2, 50)
     motion = Motion(t, 1.2 * np.sin(3 * t)[:, None], 3.6 * np.cos(3 * t)[:, None], -10.8 * np.sin(3 * t)[:, None])
-    lines = exceeded_limits(m, motion, collected(LoadCase(m, motion)).loads)
+    lines = exceeded_limits(m, motion)
     assert lines[0] == "pin: speed 3.6 rad/s is beyond the velocity limit 2 rad/s"
     assert lines[1].startswith("pin: effort ") and lines[1].endswith(" N m is beyond the effort limit 0.1 N m") and len(lines) == 2
     slow = Motion(t, 0 * motion.q, 0 * motion.v, 0 * motion.a)
-    assert exceeded_limits(m, slow, collected(LoadCase(m, slow)).loads) == []
+    assert exceeded_limits(m, slow) == []
 
 
 def test_positions_beyond_their_limits_are_said(robot):
     m = robot(PENDULUM.replace("continuous", "revolute").replace('effort="0.1"', 'lower="-1" upper="0.5" effort="500"'))
     t = np.linspace(0, 2, 50)
     motion = Motion(t, np.linspace(-2, 1, 50)[:, None], np.zeros((50, 1)), np.zeros((50, 1)))
-    assert exceeded_limits(m, motion, collected(LoadCase(m, motion)).loads) == [
+    assert exceeded_limits(m, motion) == [
         "pin: position -2 rad is beyond the lower limit -1 rad",
         "pin: position 1 rad is beyond the upper limit 0.5 rad",
     ]

@@ -1,6 +1,6 @@
 """The command line.  Each command is a file, whose import adds it to `app`."""
 
-from ksl.commands import info, loads, motion
+from ksl.commands import info, loads, motion, sweep
 from ksl.commands.app import app
 
-__all__ = ["app", "info", "loads", "motion"]
+__all__ = ["app", "info", "loads", "motion", "sweep"]

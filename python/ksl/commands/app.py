@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import signal
 import sys
 from types import FrameType
@@ -40,6 +41,11 @@ class Commands(TyperGroup):
 
 app = typer.Typer(cls=Commands, pretty_exceptions_enable=False, no_args_is_help=True, rich_markup_mode=None, help="Every wrench in a mechanism.")
 errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
+
+
+def command_line() -> str:
+    """As it was given, to be given again."""
+    return shlex.join(["ksl", *sys.argv[1:]])
 
 
 def console(width: int) -> Console:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
-from ksl.commands.app import app, console, discard_output, end_on_signals, fail, unwritable
+from ksl.commands.app import app, command_line, console, discard_output, end_on_signals, fail, unwritable
 from ksl.commands.options import FloatingBase, FrictionWidth, Gravity, Mimic, ModelName, Physics, Robot, Strict, in_options, numbers, read_model
 
 if TYPE_CHECKING:
@@ -28,6 +28,7 @@ def loads(
     on_link: Annotated[list[str], typer.Option(metavar="NAME", help="Link that carries the payload.")] = [],
     external: Annotated[Path | None, typer.Option(metavar="FILE.csv", help="Wrenches on links: `time` and LINK.fx … LINK.tz, at the link's origin, in its axes.")] = None,
     smooth: Annotated[float | None, typer.Option("--smooth", metavar="HZ", help="Low-pass measured positions at this frequency, without delay, before differentiating.")] = None,
+    fail_on: Annotated[str, typer.Option("--fail-on", metavar="limits", help="End with status 3 if a limit is exceeded; results are written.")] = "",
     floating_base: FloatingBase = False,
     mimic: Mimic = "coupled",
     strict: Strict = False,
@@ -45,18 +46,21 @@ def loads(
     the child's axes) and NAME.bx .by .bz (its componentwise derivative). docs/loads.md lists those of cylindrical, universal,
     planar and translation joints.
     """
-    from ksl.load_cases.load_case import LoadCase, Placement
+    from ksl.load_cases.load_case import LoadCase, Payload, Placement
     from ksl.load_cases.output import OutputError
+    from ksl.load_cases.provenance import input_file, provenance_of
     from ksl.load_cases.run import run_loads
     from ksl.motions.reading import read_external, read_motion
 
+    if fail_on not in ("", "limits"):
+        fail(f"--fail-on {fail_on}: expected limits")
     if len(payload) != len(on_link):
         fail(f"{len(payload)} --payload and {len(on_link)} --on-link; give one --on-link NAME for each --payload MASS[,X,Y,Z]")
     if len(set(on_link)) != len(on_link):
         fail(f"--on-link {max(on_link, key=on_link.count)} is given more than once; a link carries one payload")
     values = [numbers(p, "--payload", 1, 4) for p in payload]
     end_on_signals()
-    loaded = {link: (p[0], p[1:] or [0, 0, 0]) for link, p in zip(on_link, values)}
+    loaded = {link: (p[0], p[1:] or [0.0, 0.0, 0.0]) for link, p in zip(on_link, values)}
     model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, friction_width=friction_width)
     point = numbers(at, "--at", 3) if "," in at else at
     try:
@@ -67,7 +71,12 @@ def loads(
     try:
         moved = read_motion(model, motion, smooth)
         wrenches = read_external(model, external, moved.time) if external else {}
-        run_loads(LoadCase(model, moved, placement, wrenches), str(motion), output, csv, console(120))
+        carried = [Payload(link, kilograms, (x, y, z)) for link, (kilograms, (x, y, z)) in loaded.items()]
+        case = LoadCase(model, moved, placement, wrenches, motion.stem, str(motion), carried)
+        inputs = [input_file(role, file) for role, file in (("robot", robot), ("motion", motion), ("external", external)) if file]
+        options = {"on": on, "at": at, "axes": axes, "order": order, "floating_base": floating_base, "mimic": mimic, "strict": strict}
+        options |= {"gravity": gravity, "model": model_name, "physics": physics, "friction_width": friction_width if physics else None, "smooth": smooth}
+        verdict = run_loads(case, provenance_of([case], inputs, options, command_line()), output, csv, console(120))
     except BrokenPipeError:  # nobody reads what is printed: as any command
         raise
     except (ValueError, OutputError, RuntimeError) as e:  # RuntimeError: an unknown KSL_ISA
@@ -75,3 +84,5 @@ def loads(
     except OSError as e:
         discard_output()
         fail(f"{unwritable(e)}; results are in {output}")
+    if fail_on and verdict.exceeded:
+        raise typer.Exit(3)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,9 +10,6 @@ from ksl.load_cases.load_case import Block, LoadCase
 from ksl.load_cases.quantities import EFFORT_PARTS, JointLoads, PowerBalance, joint_loads, power_round_off
 from ksl.motions.rates import SPLINE_SAMPLES, derivative
 from ksl.states import Array
-
-if TYPE_CHECKING:
-    pass
 
 
 @dataclass
@@ -34,7 +30,9 @@ class Curves:
             effort = np.empty(n) if joint.one_coordinate and joint.leader is None else None
             coupling = np.empty(n) if joint.leader is not None else None
             parts: dict[str, Array] = {name: np.empty(n) for name in EFFORT_PARTS} if model.physics and effort is not None else {}
-            self.loads.append(JointLoads(joint, {name: np.empty(n) for name in empty.wrench}, speed, effort, coupling, parts))
+            position, acceleration = (model._position_of(joint, motion.q), model._velocity_of(joint, motion.a)) if joint.one_coordinate else (None, None)
+            wrench: dict[str, Array] = {name: np.empty(n) for name in empty.wrench}
+            self.loads.append(JointLoads(joint, wrench, speed, effort, coupling, parts, position, acceleration))
 
     def add(self, block: Block) -> None:
         """Adds the samples `block.rows`; each sample must be added once, in any order."""
@@ -63,5 +61,5 @@ class Curves:
         kinetic, potential = self.case.model.energy(motion.q, motion.v)
         energy = kinetic + potential
         supplied = self.case.model.external_power(motion.q, motion.v, external) if external else np.zeros(len(motion.time))
-        round_off = power_round_off(motion.time, energy, motion.q, self._largest_effort)
+        round_off = power_round_off(motion.time, kinetic, potential, motion.q, motion.v, self._largest_effort)
         return PowerBalance(self._drive, supplied, energy, derivative(motion.time, energy, 1, motion.corner_times), round_off, self._dissipation)

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ksl.calls import Calls
 from ksl.motions.motion import Motion
 from ksl.states import Array, Order, Point, Side
-
-if TYPE_CHECKING:
-    pass
 
 BLOCK_ROWS = 1 << 17
 """Rows of the table that are computed and written at a time."""
@@ -42,6 +38,20 @@ class Placement:
 
 
 @dataclass(frozen=True)
+class Payload:
+    """A body fixed to a link, which the model of a load case carries already."""
+
+    link: str
+    mass: float
+    """kg."""
+    center: tuple[float, float, float]
+    """In the link's frame, m."""
+
+    def __str__(self) -> str:
+        return f"{self.mass:g} kg on {self.link} at ({', '.join(f'{x:g}' for x in self.center)}) m"
+
+
+@dataclass(frozen=True)
 class LoadCase:
     """A motion of a model, with the wrenches that the environment exerts on its links: {link: (n, 6)}."""
 
@@ -49,14 +59,20 @@ class LoadCase:
     motion: Motion
     placement: Placement = Placement()
     external: Mapping[str, Array] = field(default_factory=dict)
+    name: str = "motion"
+    motion_file: str = ""
+    """Empty for a motion that is no file's."""
+    payloads: Sequence[Payload] = ()
+    """What `model` carries besides its links, for the record."""
 
     def blocks(self) -> Iterator[Block]:
         """All samples in order, in blocks of about BLOCK_ROWS rows of the table."""
         samples = max(1, BLOCK_ROWS // len(self.model.joints))
         for start in range(0, len(self.motion.time), samples):
-            yield self._block(slice(start, start + samples))
+            yield self.block(slice(start, start + samples))
 
-    def _block(self, rows: slice) -> Block:
+    def block(self, rows: slice, threads: int | None = None) -> Block:
+        """These samples.  threads: at most so many; None: all cores."""
         p, names = self.placement, [j.name for j in self.model.joints]
         request = self.model._request
         wanted = [request(p.on, p.at, p.axes, p.order, part, names) for part in ("total", "constraint")]
@@ -66,10 +82,10 @@ class LoadCase:
             wanted.append(request("child", "joint", "joint", "lin_ang", "coupling", self.model.follower_names))
         external = {link: w[rows] for link, w in self.external.items()}
         m = self.motion
-        tau, *wrenches = self.model._with_reactions(m.q[rows], m.v[rows], m.a[rows], external, tuple(wanted))
+        tau, *wrenches = self.model._with_reactions(m.q[rows], m.v[rows], m.a[rows], external, tuple(wanted), threads)
         coupling = self._coupling(wrenches.pop()) if self.model.follower_names else np.empty((len(m.time[rows]), 0))
-        parts = self.model.effort_parts(m.q[rows], m.v[rows], m.a[rows], external) if self.model.physics else None
-        return Block(rows, m.time[rows], m.v[rows], tau, wrenches[0], wrenches[1], wrenches[-1] if len(wrenches) > 2 else wrenches[0], coupling, parts)
+        parts = self.model.effort_parts(m.q[rows], m.v[rows], m.a[rows], external, threads=threads) if self.model.physics else None
+        return Block(rows, m.time[rows], m.q[rows], m.v[rows], m.a[rows], tau, wrenches[0], wrenches[1], wrenches[-1] if len(wrenches) > 2 else wrenches[0], coupling, parts)
 
     def _coupling(self, wrenches: Array) -> Array:
         """Efforts (n, followers) from the coupling part (n, followers, 6) of their wrenches, which is h* Sᵀ f."""
@@ -84,7 +100,9 @@ class Block:
 
     rows: slice
     time: Array
+    q: Array
     v: Array
+    a: Array
     tau: Array
     total: Array
     """(n, joints, 6), expressed as the placement says."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -11,13 +11,34 @@ from rich.text import Text
 
 from ksl.load_cases.load_case import Placement
 from ksl.load_cases.quantities import EFFORT_PARTS, JointLoads, SummaryRow, unit
+from ksl.load_cases.verdict import AMBER, Verdict, percent
 from ksl.mechanism import Joint
-
-if TYPE_CHECKING:
-    pass
 
 WRENCH = {"axial_force": "axial", "radial_force": "radial", "bending_moment": "bending", "axial_moment": "about axis"}
 """Columns and headings for the wrench of a joint with an axis."""
+
+
+STYLE = {"green": "green", "amber": "yellow", "red": "bold red"}
+
+
+def print_verdict(console: Console, verdict: Verdict, joints: Sequence[Joint]) -> None:
+    """The verdict in a line, the reasons that forbid green, and the shares of limits, worst joints first."""
+    level = verdict.level
+    console.print(Text.assemble(("verdict: ", "bold"), (level.upper(), STYLE[level]), f": {verdict.headline}"), soft_wrap=True)
+    for reason in verdict.reasons if level != "red" else ():  # below a red one they are notes
+        console.print(Text(f"  not green: {reason}"), soft_wrap=True)
+    console.print()
+    used = {joint.name: of for joint in joints if (of := verdict.of(joint.name))}
+    if not used:
+        return
+    table = Table(title=Text("Share of limits used", style="table.title"), title_justify="left", box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    table.add_column("joint", overflow="fold")
+    for quantity in AMBER:
+        table.add_column(quantity, justify="right", no_wrap=True)
+    for name in sorted(used, key=lambda name: -max(use.share for use in used[name].values())):
+        of = used[name]
+        table.add_row(Text(name), *(Text(percent(of[q].share), style=STYLE[of[q].level]) if q in of else Text("–") for q in AMBER))
+    console.print(table)
 
 
 def print_summary(console: Console, rows: list[SummaryRow], loads: list[JointLoads], placement: Placement) -> None:

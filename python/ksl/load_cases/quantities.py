@@ -21,15 +21,17 @@ UNITS = {
     "moment": "N m",
     "power": "W",
 }
-"""Units of all quantities but effort, its parts, coupling and speed, whose units depend on the kind of joint: see `unit`."""
+"""Units of all quantities but effort, its parts, coupling, position, speed and acceleration, which depend on the kind of joint: see `unit`."""
 
 
 def unit(quantity: str, joint: Joint) -> str:
     """Unit of a quantity for a joint."""
     if quantity in ("effort", "coupling", *EFFORT_PARTS):
         return "N m" if joint.has_angle else "N"
-    if quantity == "speed":
-        return f"{joint.unit}/s"
+    if quantity == "position":
+        return joint.unit
+    if quantity in ("speed", "acceleration"):
+        return f"{joint.unit}/s" if quantity == "speed" else f"{joint.unit}/s²"
     return UNITS[quantity]
 
 
@@ -51,6 +53,10 @@ class JointLoads:
     """Of mimic joints: the effort Sᵀ f, N m or N, by which the coupling with its leader moves the joint."""
     parts: dict[str, Array] = field(default_factory=dict)
     """What the effort consists of, by the names of `EFFORT_PARTS`; empty for models without physics of joints."""
+    position: Array | None = None
+    """Position of joints with one coordinate, rad or m."""
+    acceleration: Array | None = None
+    """rad/s² or m/s²."""
 
     @property
     def power(self) -> Array | None:
@@ -94,38 +100,65 @@ class PowerBalance:
         return self.largest_power <= self.round_off
 
     @property
+    def doubtful(self) -> bool:
+        """Whether the residual is so large that wrenches and motion can't belong together."""
+        return not self.at_rest and not self.relative_residual <= LARGE_RESIDUAL
+
+    @property
     def relative_residual(self) -> float:
         """Largest residual divided by the largest power that enters the balance, or by `round_off` if that is larger."""
         scale = max(self.largest_power, self.round_off)
         return float(np.max(np.abs(self.residual))) / scale if scale > 0 else 0.0
 
 
+LARGE_RESIDUAL = 1e-2
+"""Residual, relative to the largest power, from which on the numbers of a run are doubted."""
 ROUND_OFF_OF_ENERGY = 1e-12
 """Relative error of the energies, some thousand units in the last place: rounding of sums over bodies, amplified by the spline."""
 
 
-def power_round_off(time: Array, energy: Array, q: Array, largest_effort: float) -> float:
+ROUND_OFF_OF_POSITIONS = 3e-14
+"""The same of positions that are differentiated twice: some hundred units in the last place."""
+
+
+def power_round_off(time: Array, kinetic: Array, potential: Array, q: Array, v: Array, largest_effort: float) -> float:
     """Power, W, that rounding alone can cause in a power balance of samples at `time` (n).
 
-    An energy E (n) is rounded by u |E|, which differentiation divides by a time step; a position q (n, nq) by u |q|,
-    which makes a speed u |q| / dt, and against the largest effort a power.  E alone would not do: it may be zero by the
-    choice of the origin, where efforts are largest.
+    Kinetic and potential energies (n) are rounded by u |E| each, which differentiation divides by a time step; their sum
+    alone would not do, since it is constant in a free fall.  A position q (n, nq) is rounded by u |q|, which makes a speed
+    u |q| / dt, and against the largest effort a power; energy alone would not do, since it may be zero by the choice of the
+    origin, where efforts are largest.  It also makes an acceleration u |q| / dt², whose inertial effort acts along the speed
+    v (n, nv): with the momentum 2 K / v this is a power u |q| / dt² · 2 K / v.
     """
-    work = float(np.max(np.abs(energy))) + float(np.max(np.abs(q), initial=0.0)) * largest_effort
-    return ROUND_OFF_OF_ENERGY * work / float(np.min(np.diff(time)))
+    dt = float(np.min(np.diff(time)))
+    largest = [float(np.max(np.abs(x), initial=0.0)) for x in (kinetic, potential, q, v)]
+    momentum = 2 * largest[0] / largest[3] if largest[3] > 0 else 0.0
+    of_energies = ROUND_OFF_OF_ENERGY * (largest[0] + largest[1] + largest[2] * largest_effort) / dt
+    return of_energies + ROUND_OFF_OF_POSITIONS * largest[2] / dt**2 * momentum
+
+
+def along(x: Array, axis: Array) -> Array:
+    """Components (…) of vectors (…, 3) along an axis (…, 3): the same bits for any layout in memory, unlike a matrix product."""
+    component: Array = x[..., 0] * axis[..., 0] + x[..., 1] * axis[..., 1] + x[..., 2] * axis[..., 2]
+    return component
+
+
+def length(x: Array) -> Array:
+    """Lengths (…) of vectors (…, 3)."""
+    return np.sqrt(along(x, x))
 
 
 def joint_loads(joint: Joint, wrench: Array, speed: Array | None, effort: Array | None) -> JointLoads:
     """Curves of a joint from its wrench (n, 6), linear first, in the joint's axes."""
     force, moment = wrench[:, :3], wrench[:, 3:]
     if not joint.one_coordinate:
-        return JointLoads(joint, {"force": np.linalg.norm(force, axis=1), "moment": np.linalg.norm(moment, axis=1)}, None, None)
+        return JointLoads(joint, {"force": length(force), "moment": length(moment)}, None, None)
     axis = np.array(joint.axis)
-    axial, about_axis = force @ axis, moment @ axis
+    axial, about_axis = along(force, axis), along(moment, axis)
     curves = {
         "axial_force": axial,
-        "radial_force": np.linalg.norm(force - axial[:, None] * axis, axis=1),
-        "bending_moment": np.linalg.norm(moment - about_axis[:, None] * axis, axis=1),
+        "radial_force": length(force - axial[:, None] * axis),
+        "bending_moment": length(moment - about_axis[:, None] * axis),
         "axial_moment": about_axis,
     }
     return JointLoads(joint, curves, speed, effort)
@@ -174,9 +207,28 @@ def summarise(time: Array, loads: JointLoads) -> SummaryRow:
     if loads.coupling is not None and loads.speed is not None:
         row |= _peak(time, "coupling", loads.coupling) | {"coupling_rms": rms(time, loads.coupling)}
         row |= _peak(time, "speed", loads.speed)
+    if loads.position is not None:
+        lowest, highest = (first_extreme(sign * loads.position) for sign in (-1, 1))
+        row |= {"position_lowest": float(loads.position[lowest]), "position_lowest_time": float(time[lowest])}
+        row |= {"position_highest": float(loads.position[highest]), "position_highest_time": float(time[highest])}
+    if loads.acceleration is not None:
+        row |= _peak(time, "acceleration", loads.acceleration)
     return row
 
 
+CONSTANT = 1e-9
+"""A curve that varies by no more than this, relative to its size or in SI units, is constant: the rest is round-off."""
+
+
+def first_extreme(x: Array) -> int:
+    """Index of the largest x (n), and of the first sample if x is constant up to round-off, or reaches its largest value there."""
+    largest = float(x.max())
+    if largest - float(x.min()) <= CONSTANT * max(abs(largest), 1.0):
+        return 0
+    return int(np.argmax(x >= largest - 1e-14 * abs(largest)))
+
+
 def _peak(time: Array, name: str, x: Array) -> dict[str, float]:
-    k = int(np.argmax(np.abs(x)))
-    return {f"{name}_peak": float(abs(x[k])), f"{name}_peak_time": float(time[k])}
+    magnitude = np.abs(x)
+    k = first_extreme(magnitude)
+    return {f"{name}_peak": float(magnitude.max()), f"{name}_peak_time": float(time[k])}

@@ -13,14 +13,14 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.text import Text
 
-from ksl._core import __version__
 from ksl.errors import MotionError
 from ksl.load_cases.curves import Curves
-from ksl.load_cases.limits import exceeded_limits
 from ksl.load_cases.load_case import Block, LoadCase
 from ksl.load_cases.output import staged
-from ksl.load_cases.printing import print_summary
+from ksl.load_cases.printing import print_summary, print_verdict
+from ksl.load_cases.provenance import UNITS, Provenance
 from ksl.load_cases.quantities import EFFORT_PARTS, PowerBalance, SummaryRow, summarise
+from ksl.load_cases.verdict import Verdict, not_given, uses_of
 from ksl.load_cases.wrench_table import TableWriter
 from ksl.mechanism import Mechanism
 
@@ -31,35 +31,39 @@ RESULTS = ("wrenches.parquet", "wrenches.csv", "summary.csv", "report.html")
 """Files that a run may write.  Those that it doesn't write are removed, since they are from an earlier run."""
 
 
-def run_loads(case: LoadCase, motion_file: str, directory: Path, with_csv: bool, console: Console) -> None:
+def run_loads(case: LoadCase, provenance: Provenance, directory: Path, with_csv: bool, console: Console) -> Verdict:
     """Computes everything, writes wrenches.parquet (and .csv), summary.csv and report.html into `directory`, prints the summary."""
-    curves = Curves(case)
+    curves, motion_file = Curves(case), case.motion_file
     with staged(directory, RESULTS) as stage, np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused
         with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
             task = progress.add_task("wrenches", total=len(case.motion.time))
-            _write_wrenches(case, motion_file, curves, stage, with_csv, lambda n: progress.advance(task, n))
+            _write_wrenches(case, provenance, curves, stage, with_csv, lambda n: progress.advance(task, n))
         balance = curves.power_balance()
-        rows = [summarise(case.motion.time, loads) for loads in curves.loads]
+        rows: list[SummaryRow] = [{"case": case.name, **summarise(case.motion.time, loads)} for loads in curves.loads]
         _check_summary(motion_file, rows, balance)
-        _write_summary(stage / "summary.csv", rows)
-        notes = _notes(case, curves)
-        _write_report(stage / "report.html", case, motion_file, curves, balance, rows, notes)
+        _write_summary(stage / "summary.csv", rows, provenance)
+        uses = [use for joint, row in zip(case.model.joints, rows, strict=True) for use in uses_of(joint, row, case.motion.time, case.motion.q)]
+        verdict = Verdict(tuple(uses), (*_doubts(case, balance), *not_given(case.model.joints)))
+        notes = _notes(case, verdict)
+        _write_report(stage / "report.html", case, provenance, curves, balance, rows, notes, verdict)
         files = sorted(f.name for f in stage.iterdir())
+    print_verdict(console, verdict, case.model.joints)
     print_summary(console, rows, curves.loads, case.placement)
     for line in notes:
         console.print(Text(f"note: {line}"), soft_wrap=True)
     console.print(Text(_balance_line(balance)), soft_wrap=True)
     console.print(Text(f"written to {directory}: {', '.join(files)}"), soft_wrap=True)
     console.print(Text(f"report: {directory / 'report.html'}"), soft_wrap=True)
+    return verdict
 
 
-def _write_wrenches(case: LoadCase, motion_file: str, curves: Curves, stage: Path, with_csv: bool, advance: Callable[[int], None]) -> None:
+def _write_wrenches(case: LoadCase, provenance: Provenance, curves: Curves, stage: Path, with_csv: bool, advance: Callable[[int], None]) -> None:
     """Computes block after block, while a second thread writes the previous one."""
     import pyarrow.csv
     import pyarrow.parquet
 
-    writer = TableWriter(case.model, case.placement)
-    sinks = [pyarrow.parquet.ParquetWriter(stage / "wrenches.parquet", writer.schema, compression="zstd", use_dictionary=["joint", "on", "at", "axes"])]
+    writer = TableWriter(case.model, case.placement, provenance)
+    sinks = [pyarrow.parquet.ParquetWriter(stage / "wrenches.parquet", writer.schema, compression="zstd", use_dictionary=["case", "joint", "on", "at", "axes"])]
     if with_csv:
         sinks.append(pyarrow.csv.CSVWriter(stage / "wrenches.csv", _plain(writer.schema), write_options=pyarrow.csv.WriteOptions(quoting_style="needed")))
 
@@ -72,7 +76,7 @@ def _write_wrenches(case: LoadCase, motion_file: str, curves: Curves, stage: Pat
     with ThreadPoolExecutor(1) as pool:
         pending = None
         for block in case.blocks():
-            _check_block(case, motion_file, block)
+            _check_block(case, case.motion_file, block)
             if pending:
                 pending.result()
             pending = pool.submit(write, block)
@@ -123,18 +127,35 @@ def _plain(schema: pa.Schema) -> pa.Schema:
     return pa.schema([pa.field(f.name, pa.string() if pa.types.is_dictionary(f.type) else f.type) for f in schema])
 
 
-def _write_summary(path: Path, rows: list[SummaryRow]) -> None:
+def _write_summary(path: Path, rows: list[SummaryRow], provenance: Provenance) -> None:
+    """A row for each case and joint, below lines that begin with `# ` and say units and what made the numbers."""
     names = list(dict.fromkeys(name for row in rows for name in row))
+    head = [("KSL", f"summary of the joint loads of {provenance.robot}"), *provenance.lines()]
+    head += [("units", UNITS), ("peaks", "largest magnitudes, and the time of the first sample that has it; rms and mean are weighted by time")]
     with open(path, "w", newline="", encoding="utf-8") as f:
-        table = csv_module.DictWriter(f, names, restval="")
+        f.writelines(f"# {name}: {' '.join(text.split())}\n" for name, text in head)
+        table = csv_module.DictWriter(f, names, restval="", lineterminator="\n")
         table.writeheader()
         table.writerows(rows)
 
 
-def _notes(case: LoadCase, curves: Curves) -> list[str]:
-    """Notes for the user: rates that were differentiated or contradict, exceeded limits, impossible inertias, unused content."""
+def _doubts(case: LoadCase, balance: PowerBalance | None) -> list[str]:
+    """Why the numbers themselves are doubted, most important first: reasons that forbid a green verdict."""
+    lines = [*case.motion.doubts, *case.motion.contradictions]
+    if balance is not None and balance.doubtful:
+        lines.append(
+            f"power balance: the residual is {balance.relative_residual:.2g} of the largest power: positions, velocities and accelerations "
+            "of the motion disagree, or it jumps, or its samples are too far apart"
+        )
+    of_masses = [line for line in case.model.warnings if line.startswith(("link ", "none of the links"))]
+    return lines + of_masses
+
+
+def _notes(case: LoadCase, verdict: Verdict) -> list[str]:
+    """Lines for the user by weight: limits exceeded, doubts, other warnings, what was differentiated, and last what is not used."""
     unused = [f"in the file and not used: {line}" for line in case.model.unused]
-    return [*case.motion.differentiated, *case.motion.contradictions, *exceeded_limits(case.model, case.motion, curves.loads), *case.model.warnings, *unused]
+    lines = [*(use.exceeded for use in verdict.exceeded), *verdict.reasons, *case.model.warnings, *case.motion.differentiated, *unused]
+    return list(dict.fromkeys(lines))
 
 
 def _balance_line(balance: PowerBalance | None) -> str:
@@ -148,26 +169,36 @@ def _balance_line(balance: PowerBalance | None) -> str:
     )
 
 
+def _write_report(
+    path: Path, case: LoadCase, provenance: Provenance, curves: Curves, balance: PowerBalance | None, rows: list[SummaryRow], notes: list[str],
+    verdict: Verdict,
+) -> None:  # fmt: skip
+    from ksl.report.page import ReportInput, write_report
+
+    m = case.model
+    facts = [("robot", f"{m.name} ({m.file})"), *_scene(case)]
+    title = f"Joint loads of {m.name}"
+    shown = ReportInput(title, facts, notes, rows, case.motion.time, curves.loads, balance, provenance=provenance, verdict=verdict)
+    write_report(path, shown)
+
+
+def _scene(case: LoadCase) -> list[tuple[str, str]]:
+    """What was computed, for people: the load case, and how its wrenches are expressed."""
+    p, m, time = case.placement, case.model, case.motion.time
+    return [
+        ("motion", case.motion_file or "arrays"),
+        ("samples", f"{len(time)}, from {time[0]:.10g} s to {time[-1]:.10g} s"),
+        ("gravity", f"({', '.join(f'{g:g}' for g in m.gravity)}) m/s² in world axes"),
+        ("payloads", "; ".join(str(payload) for payload in case.payloads) or "none"),
+        ("wrenches", f"on the {p.on} side of the joint, moments about {p.about}; here resolved along and across each joint's axis"),
+        ("effort and power", "of each joint's drive, whatever point and side are chosen"),
+        *([("physics of joints", _physics(m))] if m.physics else []),
+        ("in the table", f"axes {p.axes}, order {p.order}"),
+        ("external wrenches", ", ".join(case.external) or "none"),
+    ]
+
+
 def _physics(model: Mechanism) -> str:
     """What is on, and the width of friction where its smooth law is."""
     width = f" (smooth, width {model.friction_width:g} rad/s or m/s unless the file gives another)" if "friction" in model.physics else ""
     return ", ".join(name + width if name == "friction" else name for name in model.physics) + ": the effort is the motor's"
-
-
-def _write_report(path: Path, case: LoadCase, motion_file: str, curves: Curves, balance: PowerBalance | None, rows: list[SummaryRow], notes: list[str]) -> None:
-    from ksl.report.page import ReportInput, write_report
-
-    p, m = case.placement, case.model
-    facts = [
-        ("robot", f"{m.name} ({m.file})"),
-        ("motion", motion_file),
-        ("samples", f"{len(case.motion.time)}, from {case.motion.time[0]:.10g} s to {case.motion.time[-1]:.10g} s"),
-        ("gravity", f"({', '.join(f'{g:g}' for g in m.gravity)}) m/s² in world axes"),
-        ("wrenches", f"on the {p.on} side of the joint, moments about {p.about}; here resolved along and across each joint's axis"),
-        ("effort and power", "of each joint's drive, whatever point and side are chosen"),
-        *([("physics of joints", _physics(case.model))] if case.model.physics else []),
-        ("in the table", f"axes {p.axes}, order {p.order}"),
-        ("external wrenches", ", ".join(case.external) or "none"),
-        ("made by", f"KSL {__version__}"),
-    ]
-    write_report(path, ReportInput(f"Joint loads of {m.name}", facts, notes, rows, case.motion.time, curves.loads, balance))

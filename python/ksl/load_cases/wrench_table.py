@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ksl._core import __version__
 from ksl.calls import Calls
 from ksl.errors import MotionError
 from ksl.load_cases.load_case import Block, LoadCase, Placement
 from ksl.load_cases.quantities import EFFORT_PARTS
-from ksl.mechanism import Mechanism
+from ksl.load_cases.provenance import Provenance, provenance_of
+from ksl.mechanism import Joint, Mechanism
 from ksl.motions.motion import complete
 from ksl.states import Array, Order, Point, Side, items_of
 
@@ -27,10 +27,11 @@ COMPONENTS = {"lin_ang": ("fx", "fy", "fz", "tx", "ty", "tz"), "ang_lin": ("tx",
 class TableWriter:
     """Converts blocks to columns of the table, with a row for each sample and joint."""
 
-    def __init__(self, model: Mechanism, placement: Placement) -> None:
+    def __init__(self, model: Mechanism, placement: Placement, provenance: Provenance) -> None:
         import pyarrow as pa
 
         self._pa, self._placement = pa, placement
+        self._cases = [case["name"] for case in provenance.cases]
         self._joints = model.joints
         self._driven = np.array([j.one_coordinate and j.leader is None for j in model.joints])
         self._follows = np.array([j.leader is not None for j in model.joints])
@@ -38,21 +39,20 @@ class TableWriter:
         self._following = [j for j in model.joints if j.leader is not None]
         self._mechanism = model
         names, parts = COMPONENTS[placement.order], EFFORT_PARTS if model.physics else ()
-        numbers = ["time", *names, *(f"constraint_{c}" for c in names), "effort", "speed", "power", *(["coupling"] if self._following else []), *parts]
+        motion = ("position", "speed", "acceleration")
+        numbers = ["time", *names, *(f"constraint_{c}" for c in names), *motion, "effort", "power", *(["coupling"] if self._following else []), *parts]
         words = pa.dictionary(pa.int16(), pa.string())
         self.schema = pa.schema(
-            [pa.field("time", pa.float64()), pa.field("joint", words)]
+            [pa.field("case", words), pa.field("time", pa.float64()), pa.field("joint", words)]
             + [pa.field(n, pa.float64()) for n in numbers[1:]]
             + [pa.field(n, words) for n in ("on", "at", "axes")],
-            metadata={"ksl": json.dumps(self._description(model))},
+            metadata={"ksl": json.dumps(provenance.metadata() | self._description(model))},
         )
 
     def _description(self, model: Mechanism) -> dict[str, str]:
         p = self._placement
         effort = "motor effort of the joint's drive, the sum of its parts" if model.physics else "transmitted effort of the joint's drive"
         return {
-            "version": __version__,
-            "robot": model.name,
             "wrench": f"exerted on the {p.on} side through the joint, about the point `at`, in the axes `axes`",
             "on": p.on,
             "at": p.point,
@@ -61,22 +61,20 @@ class TableWriter:
             "effort": f"{effort}, the same for every `on`, `at` and `axes`",
             **({"physics": ", ".join(model.physics)} if model.physics else {}),
             **({"coupling": "effort by which its leader moves a mimic joint, which has no drive"} if self._following else {}),
-            "units": "s, N, N m; effort N m or N, speed rad/s or m/s, power W",
         }
 
-    def table(self, block: Block) -> pa.Table:
-        """One block as a table; samples in order, and in each the joints in order."""
+    def table(self, block: Block, case: int = 0) -> pa.Table:
+        """One block of a load case, by its number, as a table; samples in order, and in each the joints in order."""
         pa, n, joints = self._pa, len(block.time), len(self._joints)
-        columns = [pa.array(np.repeat(block.time, joints)), self._words([j.name for j in self._joints], np.tile(np.arange(joints, dtype=np.int16), n))]
+        columns = [self._words(self._cases, np.full(n * joints, case, dtype=np.int16))]
+        columns += [pa.array(np.repeat(block.time, joints)), self._words([j.name for j in self._joints], np.tile(np.arange(joints, dtype=np.int16), n))]
         for wrench in (block.total, block.constraint):
             columns += [pa.array(np.ascontiguousarray(wrench[:, :, i]).reshape(-1)) for i in range(6)]
+        moving, movers = self._driven | self._follows, [j for j in self._joints if j.one_coordinate]
+        at = [(self._mechanism._position_of, block.q), (self._mechanism._velocity_of, block.v), (self._mechanism._velocity_of, block.a)]
+        columns += [self._of(moving, _columns(of, movers, x)) for of, x in at]
         effort, speed = block.tau[:, self._v_index], block.v[:, self._v_index]
-        speeds = np.empty((n, joints))
-        speeds[:, self._driven] = speed
-        if self._following:
-            speeds[:, self._follows] = np.column_stack([self._mechanism._velocity_of(j, block.v) for j in self._following])
-        moving = self._driven | self._follows
-        columns += [self._of(self._driven, effort), self._of(moving, speeds[:, moving]), self._of(self._driven, effort * speed)]
+        columns += [self._of(self._driven, effort), self._of(self._driven, effort * speed)]
         columns += [self._of(self._follows, block.coupling)] if self._following else []
         if block.parts is not None:
             columns += [self._of(self._driven, block.parts[:, i, self._v_index]) for i in range(len(EFFORT_PARTS))]
@@ -92,6 +90,11 @@ class TableWriter:
 
     def _words(self, words: list[str], indices: np.ndarray) -> pa.DictionaryArray:
         return self._pa.DictionaryArray.from_arrays(self._pa.array(indices), self._pa.array(words))
+
+
+def _columns(of: Callable[[Joint, Array], Array], joints: list[Joint], x: Array) -> Array:
+    """Positions or rates (n, joints) of joints with one coordinate, from x (n, …) of all."""
+    return np.column_stack([of(j, x) for j in joints]) if joints else np.empty((len(x), 0))
 
 
 def wrench_table(
@@ -111,10 +114,11 @@ def wrench_table(
 
     time (n), increasing, s; q (n, nq); v, a (n, nv), differentiated from a quintic spline where they are missing (at
     least 6 samples).  external: {link: (n, 6), or (6) for all samples}.  on, at, axes, order: as in `Model.reactions`.
-    Columns: time, joint, fx fy fz tx ty tz of the total and constraint_fx … of the constraint part (N, N m); effort,
-    speed, power of the drives of joints with one coordinate, the same for every on, at and axes; on, at, axes.  Robots with
-    mimic joints have a column `coupling` before these three: the effort by which its leader moves a mimic joint, which has no
+    Columns: case ("motion"), time, joint, fx fy fz tx ty tz of the total and constraint_fx … of the constraint part (N, N m);
+    position, speed and acceleration of joints with one coordinate; effort and power of their drives, the same for every on, at
+    and axes; on, at, axes.  Robots with mimic joints have a column `coupling` after these: the effort by which its leader moves a mimic joint, which has no
     drive.  Models with physics of joints have the parts of the effort there: transmitted, damping, friction, rotor, spring.
+    The metadata (key `ksl`, JSON) says robot, joints, load case, versions, date, units and conventions.
     Raises MotionError.
     """
     import pyarrow as pa
@@ -134,7 +138,7 @@ def wrench_table(
     motion = complete(model, t, positions, by_joint)
     wrenches = {link: _wrenches(link, w, len(t)) for link, w in items_of(external)}
     case = LoadCase(model, motion, Placement(on, at, axes, order), wrenches)
-    writer = TableWriter(model, case.placement)
+    writer = TableWriter(model, case.placement, provenance_of([case]))
     return pa.concat_tables([writer.table(block) for block in case.blocks()])
 
 

@@ -17,7 +17,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ksl.load_cases.provenance import Provenance
 from ksl.load_cases.quantities import EFFORT_PARTS, JointLoads, PowerBalance, unit
+from ksl.load_cases.verdict import Verdict
 from ksl.mechanism import Joint
 from ksl.states import Array
 
@@ -76,6 +78,10 @@ class ReportInput:
     joints: list[JointLoads]
     balance: PowerBalance | None
     """None if there are too few samples to differentiate the energy."""
+    provenance: Provenance | None = None
+    """Inputs with their hashes, versions, date, command line: what a signature needs."""
+    verdict: Verdict | None = None
+    """Red, amber or green, with the shares of limits and the reasons."""
 
 
 def write_report(path: str | os.PathLike[str], report: ReportInput) -> None:
@@ -147,8 +153,9 @@ class _Page:
         return f"{self._navigation()}<main>{header}{sections}</main>"
 
     def _facts(self) -> str:
-        rows = "".join(f'<tr><th scope="row">{escape(name)}</th><td>{escape(text)}</td></tr>' for name, text in self.report.facts)
-        return f'<table class="facts"><caption class="unseen">What was computed</caption><tbody>{rows}</tbody></table>{self._verdict()}'
+        facts = self.report.facts + _origin(self.report.provenance)
+        rows = "".join(f'<tr><th scope="row">{escape(name)}</th><td>{escape(text)}</td></tr>' for name, text in facts)
+        return f'<table class="facts"><caption class="unseen">What was computed</caption><tbody>{rows}</tbody></table>{_limits(self.report.verdict)}{self._verdict()}'
 
     def _notes(self) -> str:
         notes = self.report.notes
@@ -333,6 +340,23 @@ class _Panel:
     def packed(self, keep: Indices) -> dict[str, Any]:
         curves = [{"name": name, "data": _packed(x[keep])} for name, x in self.curves.items()]
         return {"label": self.label, "curves": curves, "limit": self.limit, "emphasis": self.emphasis}
+
+
+def _limits(verdict: Verdict | None) -> str:
+    """The verdict on limits, in a line at the head."""
+    if verdict is None:
+        return ""
+    reasons = "".join(f" Not green: {escape(reason)}." for reason in verdict.reasons)
+    bad = "" if verdict.level == "green" else " large"
+    return f'<p class="verdict{bad}"><strong>{verdict.level.upper()}</strong>: {escape(verdict.headline)}.{reasons}</p>'
+
+
+def _origin(provenance: Provenance | None) -> list[tuple[str, str]]:
+    """What made the results, without the load case, which is among the facts already."""
+    if provenance is None:
+        return []
+    in_facts = {"motion", "gravity", "payloads", "physics of joints", "external wrenches"}
+    return [(name, text) for name, text in provenance.lines() if name not in in_facts and not name.startswith("case ")]
 
 
 def _group(joint: Joint) -> str:

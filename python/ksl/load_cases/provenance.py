@@ -1,0 +1,150 @@
+"""What made a result: inputs with their hashes, load cases, options, versions, date and command line."""
+
+from __future__ import annotations
+
+import os
+import platform
+import stat
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from datetime import datetime, timezone
+from typing import Any
+
+import numpy as np
+
+from ksl._core import __version__
+from ksl.load_cases.load_case import LoadCase, Payload
+from ksl.mechanism import Joint
+
+CONVENTIONS = (
+    "vectors of the columns are in the axes `axes`, moments about the point `at`; a wrench acts on the side `on`; "
+    "constraint_… is what the structure carries, the rest acts along the joint's motion; effort is the drive's, the same for every on, at and axes"
+)
+UNITS = "s, N, N m; position rad or m, speed rad/s or m/s, acceleration rad/s² or m/s², effort N m or N, power W, work J"
+
+
+@dataclass(frozen=True)
+class InputFile:
+    """A file that a result depends on."""
+
+    role: str
+    """robot, motion, external or cases."""
+    file: str
+    sha256: str | None
+    """Of its bytes, in hexadecimal digits.  None for what can't be read twice, such as a pipe."""
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Says what made a result, so that two runs that differ look different."""
+
+    robot: str
+    joints: list[dict[str, Any]]
+    """A dict for each joint, in the order of `Model.joints`: name, kind, axis, parent, child, lower, upper, velocity, effort.  Limits that
+    the file doesn't give, or gives as zero, are None."""
+    cases: list[dict[str, Any]]
+    """A dict for each load case: name, motion, samples, gravity, payloads, physics, external."""
+    inputs: list[InputFile] = field(default_factory=list)
+    options: dict[str, Any] = field(default_factory=dict)
+    command: str = ""
+    """The command line, or empty if a program called."""
+    date: str = ""
+    """When the results were made, ISO 8601, UTC."""
+    versions: dict[str, str] = field(default_factory=dict)
+    directory: str = ""
+    """That the names of files are relative to."""
+
+    def metadata(self) -> dict[str, Any]:
+        """For the key `ksl` of Parquet files: values that JSON can hold."""
+        return {"version": __version__, **asdict(self), "units": UNITS, "conventions": CONVENTIONS}
+
+    def lines(self) -> list[tuple[str, str]]:
+        """The same for people: names and texts, most important first."""
+        several = len(self.cases) > 1
+        by_case = [(f"case {c['name']}" if several else name, text) for c in self.cases for name, text in _of_case(c, several)]
+        files = [(f"{f.role} file", f"{f.file}, SHA-256 {f.sha256 or 'unknown, since it is no regular file'}") for f in self.inputs]
+        said = {name: value for name, value in self.options.items() if value not in ("", None, False, [])}
+        return [
+            *by_case,
+            *files,
+            ("options", ", ".join(f"{name.replace('_', ' ')} {_shown(value)}".strip() for name, value in said.items()) or "none"),
+            *([("command", self.command)] if self.command else []),
+            *([("date", self.date)] if self.date else []),
+            ("versions", ", ".join(f"{name} {version}" for name, version in self.versions.items())),
+        ]
+
+
+def provenance_of(cases: Sequence[LoadCase], inputs: Sequence[InputFile] = (), options: Mapping[str, Any] | None = None, command: str = "") -> Provenance:
+    """What makes the results of these load cases, now."""
+    model = cases[0].model
+    return Provenance(
+        model.name,
+        [joint_description(j) for j in model.joints],
+        [_case_description(case) for case in cases],
+        list(inputs),
+        dict(options or {}),
+        command,
+        datetime.now(timezone.utc).isoformat(timespec="seconds").replace("+00:00", "Z"),
+        versions(),
+        os.getcwd(),
+    )
+
+
+def input_file(role: str, path: str | os.PathLike[str]) -> InputFile:
+    """Reads a file once more for its hash.  What is no regular file has none."""
+    import hashlib
+
+    file = os.fspath(path)
+    try:
+        if not stat.S_ISREG(os.stat(file).st_mode):
+            return InputFile(role, file, None)
+        digest = hashlib.sha256()
+        with open(file, "rb") as f:
+            while chunk := f.read(1 << 20):
+                digest.update(chunk)
+    except OSError:
+        return InputFile(role, file, None)
+    return InputFile(role, file, digest.hexdigest())
+
+
+def versions() -> dict[str, str]:
+    return {"KSL": __version__, "Python": platform.python_version(), "NumPy": np.__version__, "platform": f"{platform.system()} {platform.machine()}"}
+
+
+def joint_description(joint: Joint) -> dict[str, Any]:
+    """What readers of results need to know of a joint."""
+    lower, upper = joint.lower, joint.upper
+    axis = list(joint.axis) if joint.has_axis else None
+    given = {"lower": lower, "upper": upper, "velocity": joint.velocity or None, "effort": joint.effort or None}
+    return {"name": joint.name, "kind": joint.kind, "axis": axis, "parent": joint.parent, "child": joint.child, **given}
+
+
+def _case_description(case: LoadCase) -> dict[str, Any]:
+    time = case.motion.time
+    return {
+        "name": case.name,
+        "motion": case.motion_file,
+        "samples": len(time),
+        "start": float(time[0]),
+        "end": float(time[-1]),
+        "gravity": [float(g) for g in case.model.gravity],
+        "payloads": [{"link": p.link, "mass": p.mass, "center": list(p.center)} for p in case.payloads],
+        "physics": list(case.model.physics),
+        "external": list(case.external),
+    }
+
+
+def _of_case(case: Mapping[str, Any], several: bool) -> list[tuple[str, str]]:
+    """Lines of one load case; one line if there are several."""
+    parts = {
+        "motion": f"{case['motion'] or 'arrays'}, {case['samples']} samples, from {case['start']:.10g} s to {case['end']:.10g} s",
+        "gravity": f"({', '.join(f'{g:g}' for g in case['gravity'])}) m/s² in world axes",
+        "payloads": "; ".join(str(Payload(p["link"], p["mass"], tuple(p["center"]))) for p in case["payloads"]) or "none",
+        "physics of joints": ", ".join(case["physics"]) or "none",
+        "external wrenches": ", ".join(case["external"]) or "none",
+    }
+    return [("", "; ".join(f"{name} {text}" for name, text in parts.items()))] if several else list(parts.items())
+
+
+def _shown(value: object) -> str:
+    return "" if value is True else str(value)
