@@ -9,7 +9,7 @@ from ksl.load_cases.curves import Curves
 from ksl.load_cases.load_case import LoadCase
 from ksl.motions.corners import Jumps, find_jumps, jumps_at
 from ksl.motions.motion import complete
-from ksl.motions.rates import derivative
+from ksl.motions.rates import derivative, rates_beside_corners
 
 CORNERS = np.array([0.1, 0.35, 0.65, 0.9])
 INERTIA, ACCELERATION = 0.52, 10.0
@@ -159,7 +159,11 @@ def test_derivative_of_a_curve_that_is_split_at_known_times():
     t = np.linspace(0, 2, 201)
     x = np.cos(t) + np.where(t > 0.7031, 3 * (t - 0.7031) - (t - 0.7031) ** 2, 0)
     exact = -np.sin(t) + np.where(t > 0.7031, 3 - 2 * (t - 0.7031), 0)
-    assert derivative(t, x, 1, np.array([0.7031])) == pytest.approx(exact, abs=1e-5)
+    before, after = rates_beside_corners(t, x, np.array([0.7031]))
+    assert before == pytest.approx(exact, abs=1e-5) and np.array_equal(before, after)
+    at_sample = np.cos(t) + np.where(t > t[70], 3 * (t - t[70]), 0)
+    before, after = rates_beside_corners(t, at_sample, t[70:71])
+    assert (after - before)[70] == pytest.approx(3, abs=1e-5) and after[70] == pytest.approx(3 - np.sin(t[70]), abs=1e-5)
     assert np.abs(derivative(t, x) - exact).max() > 0.1
     slope, curvature = jumps_at(t, x, np.array([0.7031]))
     assert slope.sizes == pytest.approx([3], abs=1e-5) and curvature.sizes == pytest.approx([-2], abs=1e-3)

@@ -21,17 +21,29 @@ LARGEST = 1e100
 """Beyond this, squares overflow: jumps are not looked for."""
 
 
-def derivative(time: Array, x: Array, order: int = 1, corner_times: Array | None = None) -> Array:
-    """Derivative at the samples of the quintic not-a-knot spline through x (n, …).
-
-    corner_times: of a curve x (n), when its first and second derivatives may jump; the spline is split there, see `corners`.
-    """
+def derivative(time: Array, x: Array, order: int = 1) -> Array:
+    """Derivative at the samples of the quintic not-a-knot spline through x (n, …)."""
     from scipy.interpolate import make_interp_spline
 
-    jumps = jumps_at(time, x, corner_times) if corner_times is not None and len(corner_times) else []
-    smooth = x - sum(j(time) for j in jumps) if jumps else x
-    rates: Array = make_interp_spline(time, smooth, k=5, check_finite=False)(time, nu=order)
-    return rates + sum(j(time, order) for j in jumps if j.order >= order) if jumps else rates
+    rates: Array = make_interp_spline(time, x, k=5, check_finite=False)(time, nu=order)
+    return rates
+
+
+def rates_beside_corners(time: Array, x: Array, corner_times: Array) -> tuple[Array, Array]:
+    """First derivatives before and after each sample of a curve x (n), whose first and second derivatives may jump at the corner times.
+
+    They differ where a sample is at a corner.  The spline is split at all corners, see `corners`.
+    """
+    if not len(corner_times):
+        rate = derivative(time, x)
+        return rate, rate
+    slope, curvature = jumps_at(time, x, corner_times)
+    after = derivative(time, x - slope(time) - curvature(time)) + slope(time, 1) + curvature(time, 1)
+    before = after.copy()
+    index = np.minimum(np.searchsorted(time, corner_times), len(time) - 1)
+    at_sample = time[index] == corner_times
+    before[index[at_sample]] -= slope.sizes[at_sample]
+    return before, after
 
 
 def derivatives(time: Array, x: Array, order: int, split: bool = True) -> tuple[Array, Array, list[Found]]:

@@ -14,15 +14,15 @@ import numpy as np
 from ksl.base_parameters import structural
 from ksl.errors import MotionError
 from ksl.model import Model
-from ksl.motions.generate.generated import Generated, Limits, effort_stretch, limits_of, sample_times, whole_motion
+from ksl.motions.generate.generated import SHARE, Generated, Limits, effort_stretch, limits_of, sample_times, whole_motion
 from ksl.states import Array
 
 HARMONICS = 5
 SAMPLES = 100
 """Of a period, at which the regressor is evaluated during the search."""
 
-USED = 0.95
-"""Share of the limits that is used."""
+USED = 0.9
+"""Share of the range of positions that is used."""
 
 START = 40
 """Random motions, of which the best one is then improved."""
@@ -55,9 +55,9 @@ class Series:
         q, v, a = (s / w) @ A.T - (c / w) @ B.T, c @ A.T + s @ B.T, (-s * w) @ A.T + (c * w) @ B.T
         low, high = q.min(axis=0), q.max(axis=0)
         used = np.maximum.reduce(
-            [(high - low) / (2 * self.limits.half), np.abs(v).max(axis=0) / self.limits.velocity, np.abs(a).max(axis=0) / self.limits.acceleration]
+            [(high - low) / (2 * USED * self.limits.half), np.abs(v).max(axis=0) / (0.99 * SHARE * self.limits.velocity), np.abs(a).max(axis=0) / (0.99 * self.limits.acceleration)]
         )
-        share = USED / (1 + np.exp(-3 - numbers[:, -2]))  # between 0 and 1
+        share = 1 / (1 + np.exp(-3 - numbers[:, -2]))  # between 0 and 1
         scale = share / np.maximum(used, 1e-300)
         room = np.maximum(USED * self.limits.half - scale * (high - low) / 2, 0.0)
         middle = self.limits.middle + room * np.tanh(numbers[:, -1]) - scale * (high + low) / 2
@@ -99,7 +99,7 @@ def excitation(
         motion = whole_motion(model, limits, t, *series(x, t))
         W = base.regressor(model.inverse_dynamics_regressor(motion.q, motion.v, motion.a, links=base.links)).reshape(-1, len(base))
         roots = np.linalg.eigvalsh(W.T @ W)
-        tau = np.abs(model.inverse_dynamics(motion.q, motion.v, motion.a)[:, limits.v_index]).max(axis=0) / limits.effort
+        tau = np.abs(model.inverse_dynamics(motion.q, motion.v, motion.a)[:, limits.v_index]).max(axis=0) / (SHARE * limits.effort)
         condition = np.sqrt(roots[-1] / roots[0]) if roots[0] > 1e-14 * roots[-1] else 1e7
         return float(condition * (1 + 10 * max(0.0, float(tau.max()) - 1)))
 
@@ -124,7 +124,7 @@ def excitation(
         if progress is not None and k % 10 == 0:
             progress(min(1.0, done(k)), smallest)
     motion = whole_motion(model, limits, t_fine, *series(best, t_fine))
-    stretch, heavy = effort_stretch(model, limits, motion)
+    stretch, heavy = effort_stretch(model, limits, motion, SHARE)
     if stretch > 1:  # between the samples of the search, or where all candidates were beyond a limit
         t_fine, motion = t_fine * stretch, whole_motion(model, limits, t_fine * stretch, *_slower(series(best, t_fine), stretch))
     facts: dict[str, object] = {

@@ -15,6 +15,9 @@ from ksl.states import Array
 USUAL_SPEED = {"rad": 1.0, "m": 0.25}
 """rad/s and m/s, of joints whose speed the file doesn't limit."""
 
+SHARE = 0.8
+"""Of the limits of speed and effort that motions use where no time is given: the rest is the controller's."""
+
 ROUND_OFF = 1e-9
 
 
@@ -122,8 +125,8 @@ def excess(limits: Limits, q: Array, v: Array, a: Array) -> tuple[float, str]:
     return float(shares[what][worst]), f"{what} of {limits.joints[worst].name}"
 
 
-def effort_stretch(model: Model, limits: Limits, motion: Motion) -> tuple[float, list[str]]:
-    """By which factor a motion must be slowed down to keep to the limits of efforts, and notes on joints that can't hold still.
+def effort_stretch(model: Model, limits: Limits, motion: Motion, share: float = 1.0) -> tuple[float, list[str]]:
+    """By which factor a motion must be slowed down to keep to a share of the limits of efforts, and notes on joints that can't hold still.
 
     Slowed down by s, efforts are those of rest plus 1/s² of the others: speeds are divided by s, accelerations by s².
     """
@@ -132,11 +135,11 @@ def effort_stretch(model: Model, limits: Limits, motion: Motion) -> tuple[float,
     bare = model.with_physics(None) if model.physics else model
     still = bare.inverse_dynamics(q, 0 * v, 0 * a)[:, limits.v_index]
     moving = bare.inverse_dynamics(q, v, a)[:, limits.v_index] - still
-    bound = np.where(np.isfinite(limits.effort), limits.effort, 1e300)
+    bound = np.where(np.isfinite(limits.effort), share * limits.effort, 1e300)
     heavy = (np.abs(still) > bound).any(axis=0)
     room = np.where(moving > 0, bound - still, bound + still)  # in the direction of what is added
     with np.errstate(divide="ignore", invalid="ignore"):
         needed = np.where((moving != 0) & (room > 0), np.abs(moving) / room, 0.0)
     names = [limits.joints[k].name for k in np.flatnonzero(heavy)]
-    notes = [f"{', '.join(names)}: holding still takes more than the limit of the effort at some positions; choose other waypoints"] if names else []
+    notes = [f"{', '.join(names)}: holding still takes {100 * share:.0f} % of the limit of the effort or more at some positions, which no time mends"] if names else []
     return float(np.sqrt(max(1.0, needed[:, ~heavy].max(initial=0.0)))), notes

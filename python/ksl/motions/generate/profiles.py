@@ -8,7 +8,7 @@ import numpy as np
 
 from ksl.errors import MotionError
 from ksl.model import Model
-from ksl.motions.generate.generated import ROUND_OFF, Generated, Limits, effort_stretch, excess, limits_of, sample_times, whole_motion
+from ksl.motions.generate.generated import ROUND_OFF, SHARE, Generated, Limits, effort_stretch, excess, limits_of, sample_times, whole_motion
 from ksl.motions.generate.waypoints import Waypoints, between_limits
 from ksl.motions.motion import Motion
 from ksl.states import Array
@@ -43,7 +43,7 @@ def minimum_jerk(
 
     That is the quintic spline through the waypoints with zero velocity and acceleration at its ends (Flash, Hogan, The coordination of arm
     movements, J. Neuroscience 5, 1985, for one segment).
-    duration: s; otherwise the shortest within the limits of speed, of effort and of `acceleration`, if that is given (rad/s², m/s²).
+    duration: s; otherwise the shortest that uses 80 % of the limits of speed and effort, and keeps to `acceleration`, if that is given (rad/s², m/s²).
     waypoints: positions (k, m), with times or without: then durations are those of the joint that needs longest.
     Raises MotionError if the motion can't keep to the limits.
     """
@@ -97,7 +97,7 @@ def _relative_times(limits: Limits, points: Waypoints) -> Array:
 def _fastest(limits: Limits, points: Waypoints) -> tuple[Array, Array]:
     """Times of waypoints, and shares of acceleration, of the fastest trapezoids."""
     distance = np.maximum(np.abs(np.diff(points.positions, axis=0)), 1e-12)
-    speed = (limits.velocity / distance).min(axis=1)  # of the path from 0 to 1, 1/s
+    speed = (SHARE * limits.velocity / distance).min(axis=1)  # of the path from 0 to 1, 1/s
     acceleration = (limits.acceleration / distance).min(axis=1)
     speed = np.minimum(speed, np.sqrt(acceleration))  # a triangle where the speed isn't reached
     duration = 1 / speed + speed / acceleration
@@ -126,14 +126,14 @@ def _finished(
     given = duration if duration is not None else None if points.times is None else float(times[-1])
     if given is not None and not 0 < given < np.inf:
         raise MotionError(f"duration {given:g} s: expected a positive number")
-    shortest, notes = _shortest(model, limits, at)
+    shortest, notes = _shortest(model, limits, at, SHARE if given is None else 1.0)
     total = shortest if given is None else given
     # where positions alone are beyond limits, a longer time doesn't mend it
     q, v, a = at(total)(np.linspace(0, total, FINE))
     share, what = excess(limits, q, v, a)
     if what.startswith("position") and share > 1 + 1e-6:
         raise MotionError(f"{kind}: between waypoints the {what} goes {100 * (share - 1):.3g} % beyond its range; add waypoints, or move them away from the limits")
-    if given is not None and total < shortest * (1 - 1e-6):
+    if given is not None and total < shortest * (1 - 1e-5):
         reason = f"the {what} would be {share:.3g} of its limit" if share > 1 + ROUND_OFF else "efforts would be beyond their limits"
         raise MotionError(f"{kind}: in {total:.6g} s {reason}; the shortest time within all limits is {shortest:.4g} s")
     t = sample_times(total, rate)
@@ -141,10 +141,10 @@ def _finished(
     return Generated(motion, [*limits.notes, *points.notes, *notes], {"kind": kind, "duration": total, "rate": rate})
 
 
-def _shortest(model: Model, limits: Limits, at: Callable[[float], Curve]) -> tuple[float, list[str]]:
-    """The shortest duration within the limits of speed, acceleration and effort; peaks of speed are as 1/T, of acceleration as 1/T²."""
+def _shortest(model: Model, limits: Limits, at: Callable[[float], Curve], use: float) -> tuple[float, list[str]]:
+    """The shortest duration that uses that share of the limits of speed and effort, and keeps to that of acceleration; peaks of speed are as 1/T, of acceleration as 1/T²."""
     u = np.linspace(0, 1, FINE)
     q, v, a = at(1.0)(u)
-    total = max(float((np.abs(v).max(axis=0) / limits.velocity).max()), float(np.sqrt((np.abs(a).max(axis=0) / limits.acceleration).max())))
-    stretch, notes = effort_stretch(model, limits, whole_motion(model, limits, u * total, q, v / total, a / total**2))
-    return total * stretch * (1 + 1e-9), notes
+    total = max(float((np.abs(v).max(axis=0) / (use * limits.velocity)).max()), float(np.sqrt((np.abs(a).max(axis=0) / limits.acceleration).max())))
+    stretch, notes = effort_stretch(model, limits, whole_motion(model, limits, u * total, q, v / total, a / total**2), use)
+    return total * stretch * (1 + 1e-6), notes

@@ -6,7 +6,7 @@ import numpy as np
 
 from ksl.errors import MotionError
 from ksl.model import Model
-from ksl.motions.generate.generated import Generated, effort_stretch, excess, limits_of, sample_times, whole_motion
+from ksl.motions.generate.generated import SHARE, Generated, effort_stretch, excess, limits_of, sample_times, whole_motion
 from ksl.motions.rates import derivatives
 
 RAMP = 0.05
@@ -14,9 +14,6 @@ RAMP = 0.05
 
 SPREAD = 0.07
 """Each joint sweeps faster than the one before by this share, so that they don't move together."""
-
-USED = 0.8
-"""Share of the range of position, and of the speed, that is used."""
 
 
 def chirp(model: Model, duration: float = 20.0, low: float = 0.1, high: float = 2.0, rate: float = 250.0, acceleration: float | None = None) -> Generated:
@@ -37,16 +34,16 @@ def chirp(model: Model, duration: float = 20.0, low: float = 0.1, high: float = 
     envelope = (x**3 * (10 - 15 * x + 6 * x**2))[:, None]
     # the smallest of three amplitudes, rounded off where they meet
     amplitude = ((1 / limits.half) ** 4 + (omega / limits.velocity) ** 4 + (omega**2 / limits.acceleration) ** 4) ** -0.25
-    swing, notes, factor = envelope * amplitude * np.sin(phase), list(limits.notes), USED
+    swing, notes, factor = envelope * amplitude * np.sin(phase), list(limits.notes), SHARE
     for _ in range(40):
         q = limits.middle + factor * swing
         v, a, _ = derivatives(t, q, 2, split=False)
         motion = whole_motion(model, limits, t, q, v, a)
-        stretch, heavy = effort_stretch(model, limits, motion)
+        stretch, heavy = effort_stretch(model, limits, motion, SHARE)
         share, _ = excess(limits, q, v, a)
-        if share <= 1 and stretch <= 1:
+        if share <= SHARE * (1 + 1e-9) and stretch <= 1:
             break
-        factor *= min(0.95, 1 / max(share, 1.0))
+        factor *= SHARE / share if share > SHARE else 0.95
     else:
         raise MotionError("chirp: efforts are beyond their limits even at small amplitudes; lower the frequencies, or the payload")
     return Generated(motion, [*notes, *heavy], {"kind": "chirp", "duration": duration, "rate": rate, "low": low, "high": high, "share": factor})
