@@ -143,7 +143,7 @@ def _candidates(time: Array, x: Array, resolution: Array) -> tuple[NDArray[np.bo
     """Gaps between samples (n − 1, c) around which fourth differences stand out, the standard deviation of noise that is like the rest, and
     the resolution of the columns (c) that are rounded indeed."""
     size = np.abs(normalised_differences(time, x, 4))
-    block = min(BLOCK, max(8, len(size) // 2))
+    block = min(BLOCK, max(8, len(size) // 2), len(size))
     blocks = max(1, len(size) // block)
     whole = size[: blocks * block].reshape(blocks, block, -1)
     level = np.partition(whole, block // 4, axis=1)[:, block // 4] / QUARTILE

@@ -15,9 +15,9 @@ from ksl.errors import MotionError
 from ksl.mechanism import Joint, Mechanism
 from ksl.motions.columns import METRES, columns_of
 from ksl.motions.corners import Found
-from ksl.motions.csv_table import count
-from ksl.motions.quality import Measured, doubts_about_noise, sentences_about_jumps
+from ksl.motions.quality import Samples, doubts_about_noise, sentences_about_jumps
 from ksl.motions.rates import SPLINE_SAMPLES, derivative, derivatives, jumps_of, rates
+from ksl.motions.recorded import count
 from ksl.motions.smoothing import smoothed
 from ksl.motions.suspicions import suspicions
 from ksl.states import Array
@@ -27,6 +27,24 @@ if TYPE_CHECKING:
 
 CONTRADICTION = 0.05
 """Given rates contradict the samples if they differ from the derivative by more than this share of the largest rate."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a motion came from."""
+
+    file: str
+    format: str
+    """`CSV (semicolons, decimal commas)`, `ROS 1 bag`"""
+    samples: int
+    """As used: after a window or resampling."""
+    step: float
+    """Median, s."""
+    notes: list[str] = field(default_factory=list)
+    """What was converted, renamed, merged or left out in reading, a line each."""
+
+    def __str__(self) -> str:
+        return f"{self.file}, {self.format}, {count(self.samples, 'sample')}, median step {self.step:.6g} s"
 
 
 @dataclass(frozen=True)
@@ -49,6 +67,8 @@ class Motion:
     """The frequency, Hz, at which positions were smoothed."""
     corner_times: Array = field(default_factory=lambda: np.empty(0))
     """When the acceleration of any joint jumps, s, increasing: splines over time are split there."""
+    source: Source | None = None
+    """The file that it was read from, if it was."""
 
 
 def complete(
@@ -57,16 +77,18 @@ def complete(
     q: Array,
     given: list[list[Array | None]],
     name: str = "motion",
-    first_line: int | None = None,
+    place: Callable[[int], str] | None = None,
     smooth: float | None = None,
+    measured: Samples | None = None,
 ) -> Motion:
     """Computes missing velocities and accelerations.  `given` has [v, a] for each moving joint, each (n, nv) or None.
 
-    name, first_line: what errors call the motion, and the line of its first sample where it is a file.
+    name, place: what errors call the motion, and the sample k, if it is read from a file.
     smooth: Hz; positions, and rates that are given, are low-passed at that frequency first, without delay.
+    measured: samples as they were before resampling, in which noise is looked for.
     Accelerations that jump are found, and splines are split there; what is doubtful about the samples is in `doubts`.
     """
-    where = lambda k: f"{name}: sample {k + 1}" if first_line is None else f"{name}:{k + first_line}"
+    where = place or (lambda k: f"{name}: sample {k + 1}")
     joints = model.joints[: len(model.joint_names)]
     _check_count(name, time, joints, given)
     q, contradictions = _with_unit_quaternions(where, joints, q)
@@ -82,7 +104,8 @@ def complete(
     corners, corner_times, impossible = sentences_about_jumps(found, given_jumps, time)
     doubts = [*suspicions(model, time, q, v), *impossible]
     if isinstance(model, Calls):
-        doubts += doubts_about_noise(model, Measured(joints, time, raw_q, raw_given, found), q, v, a, smooth)
+        as_given = measured or Samples(time, raw_q, raw_given)
+        doubts += doubts_about_noise(model, joints, as_given, found, (q, v, a), smooth)
     return Motion(
         time, q, v, a, _differentiated(joints, given, smooth) + corners, contradictions, doubts, None if smooth is None else raw_q, smooth, corner_times
     )  # fmt: skip
@@ -113,7 +136,7 @@ def _with_unit_quaternions(where: Callable[[int], str], joints: tuple[Joint, ...
             continue
         rows, _ = _places(joint)
         off = np.abs(np.linalg.norm(q[:, rows][:, -4:], axis=1) - 1)
-        q[:, rows] = _continuous_unit(where, joint, q[:, rows])
+        q[:, rows] = continuous_unit(where, joint, q[:, rows])
         if (off > QUATERNION_ROUNDING).any():
             lines.append(f"quaternions of {joint.name} differ from unit length by up to {off.max():.2g}, and were normalised")
     return q, lines
@@ -258,7 +281,7 @@ def _largest_contradiction(time: Array, given: Array, found: Array, in_metres: N
     return int(start) + int(np.argmax(np.abs(off[start : start + width + 1, column]))), int(column)
 
 
-def _continuous_unit(where: Callable[[int], str], joint: Joint, q: Array) -> Array:
+def continuous_unit(where: Callable[[int], str], joint: Joint, q: Array) -> Array:
     """Quaternions of unit length and without jumps between q and −q."""
     position, quaternion = np.hsplit(q, [-4])
     length = np.linalg.norm(quaternion, axis=1)

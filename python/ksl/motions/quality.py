@@ -17,15 +17,12 @@ from ksl.states import Array
 
 
 @dataclass(frozen=True)
-class Measured:
-    """A motion as it was given, before it was smoothed."""
+class Samples:
+    """A motion as it was given, before it was resampled or smoothed: time (n), q (n, nq), and [v, a] of each moving joint, (n, nv) or None."""
 
-    joints: tuple[Joint, ...]
     time: Array
     q: Array
     given: list[list[Array | None]]
-    found: Mapping[str, Found]
-    """By column: where the derivative jumps."""
 
 
 @dataclass(frozen=True)
@@ -42,12 +39,15 @@ class Noise:
     """What is differentiated (n, nv); of quaternions, twice the vector part."""
 
 
-def noise_of(measured: Measured) -> Noise:
-    """Noise of positions, or of velocities where those are given and accelerations are not."""
-    nv = sum(j.nv for j in measured.joints)
+def noise_of(joints: tuple[Joint, ...], measured: Samples, found: Mapping[str, Found]) -> Noise:
+    """Noise of positions, or of velocities where those are given and accelerations are not.
+
+    found: by column, the jumps that are not noise.
+    """
+    nv = sum(j.nv for j in joints)
     curves, order = np.zeros((len(measured.time), nv)), np.full(nv, 2)
     used = np.zeros(nv, dtype=bool)
-    for joint, (given_v, given_a) in zip(measured.joints, measured.given, strict=True):
+    for joint, (given_v, given_a) in zip(joints, measured.given, strict=True):
         cols = slice(joint.v_index, joint.v_index + joint.nv)
         used[cols] = given_a is None
         if given_v is not None:
@@ -56,8 +56,8 @@ def noise_of(measured: Measured) -> Noise:
             q = measured.q[:, joint.q_index : joint.q_index + joint.nq]
             curves[:, cols] = q if joint.quaternion is None else np.hstack([q[:, : joint.quaternion], 2 * q[:, -4:-1]])
         for k, column in enumerate(columns_of(joint)[0 if given_v is None else 1][: joint.nv]):
-            if column in measured.found:  # corners are no noise
-                curves[:, joint.v_index + k] -= _all_jumps(measured.found[column], measured.time)
+            if column in found:
+                curves[:, joint.v_index + k] -= _all_jumps(found[column], measured.time)
     steps = np.array([step_of(curves[:, c]) if used[c] else 0.0 for c in range(nv)])
     deviation = np.zeros(nv)
     deviation[used] = white_noise(measured.time, curves[:, used], steps[used])
@@ -75,14 +75,17 @@ def _all_jumps(found: Found, time: Array) -> Array:
     return total
 
 
-def doubts_about_noise(model: Calls, measured: Measured, q: Array, v: Array, a: Array, smooth: float | None) -> list[str]:
+def doubts_about_noise(
+    model: Calls, joints: tuple[Joint, ...], measured: Samples, found: Mapping[str, Found], motion: tuple[Array, Array, Array], smooth: float | None
+) -> list[str]:
     """One sentence if noise of the samples may change an effort by a tenth of its peak; otherwise none.
 
-    q (n, nq), v, a (n, nv): the motion, smoothed at `smooth` Hz unless that is None.
+    motion: q (n, nq), v, a (n, nv), smoothed at `smooth` Hz unless that is None.
     """
+    q, v, a = motion
     if model.nv == 0 or max(np.abs(x).max(initial=0.0) for x in (q, v, a)) > 1e100:
         return []
-    noise = noise_of(measured)
+    noise = noise_of(joints, measured, found)
     if not noise.deviation.any():
         return []
     h = float(np.median(np.diff(measured.time)))
@@ -97,7 +100,7 @@ def doubts_about_noise(model: Calls, measured: Measured, q: Array, v: Array, a: 
     weight = np.sqrt(np.mean(np.sum(model.mass_matrix(q[:: max(1, len(q) // 50)]) ** 2, axis=1), axis=0))
     positions = np.flatnonzero((noise.order == 2) & (noise.deviation > 0))
     proposed = suitable_cutoff(measured.time, noise.curves[:, positions], noise.deviation[positions], weight[positions]) if len(positions) else None
-    return [_sentence(measured.joints, noise, of_acceleration, errors, smooth, proposed)]
+    return [_sentence(joints, noise, of_acceleration, errors, smooth, proposed)]
 
 
 def _sentence(

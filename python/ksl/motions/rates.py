@@ -72,7 +72,10 @@ def jumps_of(time: Array, x: Array, order: int) -> list[Found]:
     """Jumps of the derivative `order` of each column of x (n, c); none where numbers are so large that squares would overflow."""
     if not np.abs(x).max(initial=0.0) < LARGEST:
         return [Found.nothing(order)] * x.shape[1]
-    return find_jumps(time, x, order, np.array([step_of(column) for column in x.T]))
+    try:
+        return find_jumps(time, x, order, np.array([step_of(column) for column in x.T]))
+    except np.linalg.LinAlgError:  # times so close that polynomials are not determined
+        return [Found.nothing(order)] * x.shape[1]
 
 
 def rates(joint: Joint, time: Array, q: Array, v: Array | None, a: Array | None) -> tuple[Array, Array]:

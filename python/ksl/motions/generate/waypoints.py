@@ -10,7 +10,8 @@ import numpy as np
 from ksl.errors import MotionError, unknown_name
 from ksl.mechanism import Mechanism
 from ksl.motions.columns import columns_of
-from ksl.motions.csv_table import check_finite, read_table
+from ksl.motions.recognise import open_table
+from ksl.motions.recorded import check_finite
 from ksl.motions.generate.generated import ROUND_OFF, Limits
 from ksl.states import Array
 
@@ -39,8 +40,11 @@ def read_waypoints(model: Mechanism, limits: Limits, path: str | os.PathLike[str
     Joints without a column stay where they are in the neutral position.  Raises MotionError.
     """
     file = os.fspath(path)
-    table = read_table(file)
-    check_finite(file, table)
+    opened = open_table(file)
+    if opened.is_recording:
+        raise MotionError(f"{file}: is a bag; give waypoints as CSV, Parquet or NPZ, a column for each joint")
+    table = opened.read(list(opened.names))
+    check_finite(opened, table)
     names = [j.name for j in limits.joints]
     others = [c for j in model.joints[: len(model.joint_names)] if j.nv > 1 for c in columns_of(j)[0]]
     for column in table:
