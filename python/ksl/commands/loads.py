@@ -34,6 +34,7 @@ from ksl.commands.options import (
 )
 
 if TYPE_CHECKING:
+    from ksl.report.pdf import Paper
     from ksl.states import Order, Side
 
 
@@ -43,6 +44,9 @@ def loads(
     motion: MotionFile,
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the results.")] = Path("loads"),
     csv: Annotated[bool, typer.Option("--csv", help="Write wrenches.csv beside wrenches.parquet.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Write report.json, everything that the report says in numbers.")] = False,
+    pdf: Annotated[bool, typer.Option("--pdf", help="Write report.pdf, printed by Chromium or Chrome.")] = False,
+    paper: Annotated[str, typer.Option(metavar="A4|letter", help="Paper of the PDF.")] = "A4",
     on: Annotated[str, typer.Option(metavar="child|parent", help="Side that the wrench acts on.")] = "child",
     at: Annotated[str, typer.Option(metavar="POINT", help="Point of the moments: joint, world, a link's name, or X,Y,Z from the joint's origin in its axes.")] = "joint",
     axes: Annotated[str, typer.Option(metavar="AXES", help="joint, world, or a link's name.")] = "joint",
@@ -79,6 +83,7 @@ def loads(
     from ksl.load_cases.provenance import input_file, provenance_of
     from ksl.load_cases.run import run_loads
     from ksl.motions.reading import read_external, read_motion
+    from ksl.report.files import ReportFiles
 
     if fail_on not in ("", "limits"):
         fail(f"--fail-on {fail_on}: expected limits")
@@ -86,6 +91,8 @@ def loads(
         fail(f"{len(payload)} --payload and {len(on_link)} --on-link; give one --on-link NAME for each --payload MASS[,X,Y,Z]")
     if len(set(on_link)) != len(on_link):
         fail(f"--on-link {max(on_link, key=on_link.count)} is given more than once; a link carries one payload")
+    if paper not in ("A4", "letter"):
+        fail(f"--paper {paper}: expected A4 or letter")
     values = [numbers(p, "--payload", 1, 4) for p in payload]
     end_on_signals()
     check_order(robot, motion)
@@ -98,6 +105,7 @@ def loads(
         fail(in_options(e, on=on, at=at, axes=axes, order=order))
     placement = Placement(cast("Side", on), point, axes, cast("Order", order))  # the request was not refused
     try:
+        report = ReportFiles.wanted(json, cast("Paper", paper) if pdf else None)
         moved = read_motion(
             model, motion, map=columns, degrees=degrees, time_unit=time_unit, resample=resample, start=start, stop=stop,
             ignore_extra=ignore_extra, topic=topic, positions_only=positions_only, smooth=smooth,
@@ -108,7 +116,7 @@ def loads(
         inputs = [input_file(role, file) for role, file in (("robot", robot), ("motion", motion), ("external", external)) if file]
         options = {"on": on, "at": at, "axes": axes, "order": order, "floating_base": floating_base, "mimic": mimic, "strict": strict}
         options |= {"gravity": gravity, "model": model_name, "physics": physics, "friction_width": friction_width if physics else None, "smooth": smooth}
-        verdict = run_loads(case, provenance_of([case], inputs, options, command_line()), output, csv, console(120))
+        verdict = run_loads(case, provenance_of([case], inputs, options, command_line()), output, csv, console(120), report)
     except BrokenPipeError:  # nobody reads what is printed: as any command
         raise
     except (ValueError, OutputError, RuntimeError) as e:  # RuntimeError: an unknown KSL_ISA
