@@ -30,7 +30,8 @@ REPAIRABLE = {
 @pytest.fixture
 def written(tmp_path):
     (tmp_path / "meshes").mkdir()
-    for file in ("cube.stl", "meshes/cube.stl"):
+    (tmp_path / "sub").mkdir()
+    for file in ("cube.stl", "meshes/cube.stl", "sub/cube.stl"):
         (tmp_path / file).write_bytes(stl())
 
     def write(text):
