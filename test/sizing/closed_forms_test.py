@@ -248,3 +248,38 @@ def test_a_joint_that_never_turns_has_no_life_and_a_static_safety(robot):
     sizing = ksl.size(results_table(m, {"hold": held(m, 0.0)}), component("pivot", "crossed roller bearing", pitch_diameter=0.1, C=1e4, C0=1e4))
     assert [f.figure for f in sizing.figures] == ["static safety"]
     assert "does not turn in the cycle" in str(sizing.left_out[0])
+
+
+def test_the_rms_is_that_of_the_summary(examples):
+    """A direct drive without inertia: its rms and peak torque are the numbers that `ksl loads` summarises."""
+    from ksl.load_cases.quantities import rms
+
+    m = ksl.load(examples / "robots/ur5.urdf")
+    t = np.sort(np.random.default_rng(1).uniform(0, 3, 200))
+    w = np.arange(1, 7)
+    motion = (t, np.sin(np.outer(t, w)), w * np.cos(np.outer(t, w)), -w * w * np.sin(np.outer(t, w)))
+    tau = m.inverse_dynamics(*motion[1:])[:, m.joint("elbow").v_index]
+    f = figures(ksl.size(m.loads(*motion), component("elbow", "motor", gear_ratio=1.0, rotor_inertia=0.0)))
+    assert f["rms torque"].value == pytest.approx(rms(t, tau), rel=1e-13) and f["peak torque"].value == np.abs(tau).max()
+
+
+def test_the_rotor_that_the_robot_file_gives_is_not_counted_twice(robot):
+    m = robot(PENDULUM.replace("</joint>", '<dynamics rotor_inertia="0.0001" gear_ratio="50" friction="0.3"/></joint>'), physics=["rotor", "exact friction"])
+    t = np.linspace(0, 1, 11)
+    table = m.loads(t, t[:, None] ** 2, 2 * t[:, None], np.full((11, 1), 2.0))
+    own = figures(ksl.size(table, component("pivot", "motor", gear_ratio=50, rotor_inertia=1e-4)))
+    assert own["peak torque"].value == pytest.approx(np.abs(np.array(table.filter(table["joint"].to_numpy() == "pivot")["effort"])).max() / 50, rel=1e-12)
+
+
+def test_poses_alone_have_peaks_and_no_cycle(robot):
+    m = robot(PENDULUM)
+    pose = m.loads(*held(m, 0.0)).slice(0, len(m.joints))
+    parts = [component("pivot", kind, **numbers)["component"][0] for kind, numbers in {
+        "motor": dict(gear_ratio=50, rotor_inertia=1e-4, brake_torque=1.0), "strain wave gear": dict(ratio=50, momentary_peak_torque=20.0, rated_torque=10.0),
+        "planetary gear": dict(ratio=50, emergency_torque=20.0), "crossed roller bearing": dict(pitch_diameter=0.1, C=1e4, C0=1e4),
+        "fatigue": dict(stress={"fx": 1.0}, k=5, knee_amplitude=1.0, knee_cycles=1e6), "bolted flange": dict(bolts=4, circle_diameter=0.1, load_factor=0.1, preload=1e3)}.items()]  # fmt: skip
+    sizing = ksl.size(pose, {"component": parts})
+    f = figures(sizing)
+    assert f["holding torque"].value == pytest.approx(2 * G * 0.5 / 50) and f["momentary peak torque"].value == pytest.approx(2 * G * 0.5)
+    assert f["static safety"].value == pytest.approx(1e4 / (2 * G)) and "rms torque" not in f and "fatigue life" not in f
+    assert {x.figure for x in sizing.left_out} >= {"rms torque and regenerated energy", "repeated peak torque", "life", "damage and life"}

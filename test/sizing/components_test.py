@@ -170,6 +170,12 @@ def test_tables_of_a_program_are_the_same_as_a_file(file, table):
         components_of({"component": [{"joint": "a", "kind": "limits", "torqe": 5}]})
 
 
+def test_tables_may_hold_tuples_and_arrays():
+    points = np.array([[0.1, 0], [0, 0.1], [-0.1, 0]])
+    parts = components_of({"component": ({"joint": "a", "kind": "bolted flange", "points": points, "at": (0, 0, 1), "preload": np.float32(500), "required_clamp": np.int64(3)},)}).parts
+    assert parts[0].get("points") == points.tolist() and parts[0].get("preload") == 500 and parts[0].get("at") == [0, 0, 1]
+
+
 def test_lines_of_keys():
     text = 'a = 1\n[b]\n"c d" = 2\n[[e]]\nf = 3\n[e.g]\nh = 4\n[[e]]\n  f=5\ni.j = 6\n'
     lines = toml_lines(text)

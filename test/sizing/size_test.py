@@ -196,6 +196,12 @@ def test_bad_arguments(loads, tmp_path, monkeypatch, arguments, words):
     assert done.stderr.count("\n") == 1
 
 
+def test_a_missing_package_is_named(loads, monkeypatch):
+    monkeypatch.setitem(sys.modules, "rainflow", None)
+    done = command(loads, PANDA)
+    assert done.exit_code == 2 and "needs the package rainflow; install it with: pip install 'ksl[size]'" in done.stderr
+
+
 def test_the_example_is_printed(tmp_path):
     done = command("--example")
     assert done.exit_code == 0 and done.stdout == example_file()

@@ -33,8 +33,6 @@ def size(
     from ksl.errors import SizingError
     from ksl.load_cases.output import OutputError
     from ksl.sizing.example import example_file
-    from ksl.sizing.printing import print_sizing
-    from ksl.sizing.run import size as size_components
 
     if example:
         print(example_file(), end="")
@@ -46,6 +44,9 @@ def size(
             fail(f"--fail-on {word}: expected utilisation or left-out")
     points = _points(at)
     try:
+        from ksl.sizing.printing import print_sizing
+        from ksl.sizing.run import size as size_components
+
         chosen = [name.strip() for name in joints.split(",")] if joints else None
         sizing = size_components(results, components, joints=chosen, at=points)
         written = sizing.write(output, force) if output else []

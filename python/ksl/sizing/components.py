@@ -70,7 +70,7 @@ def read_components(path: str | os.PathLike[str]) -> Components:
 
 def components_of(tables: Mapping[str, Any], file: str = "components") -> Components:
     """The same from tables that a program has: {"component": [{"joint": …, "kind": …}, …], …}."""
-    return _Reader(file, tables, {}).components()
+    return _Reader(file, _as_toml(tables), {}).components()
 
 
 class _Reader:
@@ -243,6 +243,15 @@ class _Reader:
             raise self.fail("contact_angle_deg must be 20, 25, 30, 35, 40 or 45", *path)
         if kind.name == "opposed angular contact bearings" and values.get("contact_angle_deg", 40.0) not in (20, 25, 30, 35, 40, 45):
             raise self.fail(f"contact_angle_deg = {values['contact_angle_deg']:g}: expected 20, 25, 30, 35, 40 or 45", *path, "contact_angle_deg")
+
+
+def _as_toml(x: Any) -> Any:
+    """Tuples and NumPy's arrays and numbers as a TOML file would have them."""
+    if isinstance(x, Mapping):
+        return {k: _as_toml(v) for k, v in x.items()}
+    if isinstance(x, (list, tuple)):
+        return [_as_toml(v) for v in x]
+    return x.tolist() if hasattr(x, "tolist") else x
 
 
 def _is_number(x: object) -> bool:

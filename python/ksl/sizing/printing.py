@@ -14,9 +14,6 @@ from ksl.sizing.peaks import PeakRow
 from ksl.sizing.sizing import Sizing
 
 WORST_SHOWN = 15
-NEAR = 0.8
-"""Utilisations from here on are marked."""
-
 HEADINGS = {
     "axial_force": "axial N",
     "radial_force": "radial N",
@@ -48,7 +45,7 @@ def print_sizing(sizing: Sizing, console: Console, brief: bool = False, peaks: b
     if not sizing.figures and not sizing.left_out:
         _wrapped(console, "`ksl size --example` prints a components file; with it, motors, gears, bearings and bolts are checked against these loads.", "")
         return
-    _wrapped(console, sizing.verdict, "  ", _style(sizing.worst.utilisation if sizing.worst else None) or "bold")
+    _wrapped(console, sizing.verdict, "  ", _style(sizing.worst) or "bold")
 
 
 def _references(figures: Iterable[Figure]) -> dict[tuple[str, str], int]:
@@ -67,7 +64,7 @@ def _print_joint(console: Console, figures: Sequence[Figure], references: dict[t
             limit = "" if f.limit is None else f"limit {significant(f.limit)}"
             marks = f"[{references[f.formula, f.source]}]" + (f" ({notes[f.note]})" if f.note else "")
             line = f"  {_use(f.utilisation)}  {f.figure:<{names}}  {_value(f):>{values}}  {limit:<12} {marks}"
-            console.print(Text(line, style=_style(f.utilisation)), soft_wrap=True)
+            console.print(Text(line, style=_style(f)), soft_wrap=True)
             where = [f"at {significant(f.time, 6)} s"] if f.time is not None else []
             where += [f"in {f.case}" if f.time is not None else f"mostly {f.case}"] if several and f.case else []
             _wrapped(console, "; ".join(filter(None, [f.inputs, " ".join(where)])), " " * 10, "dim", first=" " * 10)
@@ -109,7 +106,7 @@ def _print_worst(console: Console, figures: Sequence[Figure], most: int | None) 
         # The value is left to the sheets above where there is no room, and figures have lines of their own where names are long.
         lines = [names + "  " + figure + (value if room >= len(value) else "")] if room >= 0 else [names, " " * 10 + figure + value]
         for line in lines:
-            console.print(Text(line.rstrip(), style=_style(f.utilisation)), soft_wrap=True)
+            console.print(Text(line.rstrip(), style=_style(f)), soft_wrap=True)
     if len(compared) > len(shown):
         console.print(f"          and {len(compared) - len(shown)} more, of at most {_use(compared[len(shown)].utilisation).strip()}")
 
@@ -154,10 +151,8 @@ def _number(x: object, digits: int = 4) -> str:
     return significant(x, digits) if isinstance(x, float) else ""
 
 
-def _style(utilisation: float | None) -> str:
-    if utilisation is None or utilisation < NEAR:
-        return ""
-    return "red" if utilisation > 1 else "yellow"
+def _style(f: Figure | None) -> str:
+    return {"over": "red", "near": "yellow"}.get(f.verdict if f else "", "")
 
 
 def _wrapped(console: Console, text: str, indent: str, style: str = "", first: str = "") -> None:

@@ -56,7 +56,7 @@ class Sizing:
     @property
     def exceeded(self) -> tuple[Figure, ...]:
         """Figures with a utilisation above 1."""
-        return tuple(f for f in self.figures if f.utilisation is not None and f.utilisation > 1)
+        return tuple(f for f in self.figures if f.verdict == "over")
 
     @property
     def verdict(self) -> str:
