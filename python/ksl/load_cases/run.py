@@ -23,15 +23,21 @@ from ksl.load_cases.quantities import EFFORT_PARTS, PowerBalance, SummaryRow, su
 from ksl.load_cases.verdict import Verdict, not_given, uses_of
 from ksl.load_cases.wrench_table import TableWriter
 from ksl.mechanism import Mechanism
+from ksl.report.files import NAMES as REPORT_FILES
+from ksl.report.files import ReportFiles
+from ksl.report.input import CaseCurves, ReportInput
+from ksl.report.stills import stills_of
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-RESULTS = ("wrenches.parquet", "wrenches.csv", "summary.csv", "report.html")
+RESULTS = ("wrenches.parquet", "wrenches.csv", "summary.csv", *REPORT_FILES)
 """Files that a run may write.  Those that it doesn't write are removed, since they are from an earlier run."""
 
 
-def run_loads(case: LoadCase, provenance: Provenance, directory: Path, with_csv: bool, console: Console) -> Verdict:
+def run_loads(
+    case: LoadCase, provenance: Provenance, directory: Path, with_csv: bool, console: Console, report: ReportFiles = ReportFiles()
+) -> Verdict:
     """Computes everything, writes wrenches.parquet (and .csv), summary.csv and report.html into `directory`, prints the summary."""
     curves, motion_file = Curves(case), case.motion_file
     with staged(directory, RESULTS) as stage, np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused
@@ -45,7 +51,7 @@ def run_loads(case: LoadCase, provenance: Provenance, directory: Path, with_csv:
         uses = [use for joint, row in zip(case.model.joints, rows, strict=True) for use in uses_of(joint, row, case.motion.time, case.motion.q)]
         verdict = Verdict(tuple(uses), (*_doubts(case, balance), *not_given(case.model.joints)))
         notes = _notes(case, verdict)
-        _write_report(stage / "report.html", case, provenance, curves, balance, rows, notes, verdict)
+        report.write(stage, _report_input(case, provenance, curves, balance, rows, notes, verdict))
         files = sorted(f.name for f in stage.iterdir())
     print_verdict(console, verdict, case.model.joints)
     print_summary(console, rows, curves.loads, case.placement)
@@ -154,7 +160,8 @@ def _doubts(case: LoadCase, balance: PowerBalance | None) -> list[str]:
 def _notes(case: LoadCase, verdict: Verdict) -> list[str]:
     """Lines for the user by weight: limits exceeded, doubts, other warnings, what was differentiated, and last what is not used."""
     unused = [f"in the file and not used: {line}" for line in case.model.unused]
-    lines = [*(use.exceeded for use in verdict.exceeded), *verdict.reasons, *case.model.warnings, *case.motion.differentiated, *unused]
+    read = case.motion.source.notes if case.motion.source else []
+    lines = [*(use.exceeded for use in verdict.exceeded), *verdict.reasons, *read, *case.model.warnings, *case.motion.differentiated, *unused]
     return list(dict.fromkeys(lines))
 
 
@@ -169,17 +176,15 @@ def _balance_line(balance: PowerBalance | None) -> str:
     )
 
 
-def _write_report(
-    path: Path, case: LoadCase, provenance: Provenance, curves: Curves, balance: PowerBalance | None, rows: list[SummaryRow], notes: list[str],
+def _report_input(
+    case: LoadCase, provenance: Provenance, curves: Curves, balance: PowerBalance | None, rows: list[SummaryRow], notes: list[str],
     verdict: Verdict,
-) -> None:  # fmt: skip
-    from ksl.report.page import ReportInput, write_report
-
+) -> ReportInput:  # fmt: skip
     m = case.model
     facts = [("robot", f"{m.name} ({m.file})"), *_scene(case)]
     title = f"Joint loads of {m.name}"
-    shown = ReportInput(title, facts, notes, rows, case.motion.time, curves.loads, balance, provenance=provenance, verdict=verdict)
-    write_report(path, shown)
+    shown = CaseCurves(case.name, case.motion.time, curves.loads, balance, stills=stills_of(case, curves.loads))
+    return ReportInput(title, facts, notes, rows, [shown], provenance, verdict)
 
 
 def _scene(case: LoadCase) -> list[tuple[str, str]]:
