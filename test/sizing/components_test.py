@@ -1,11 +1,13 @@
 """The components file: what is refused, with its line; what is left out, and that it is said."""
 
+import copy
 import re
 
 import numpy as np
 import pytest
 
 import ksl
+import ksl.sizing.results
 from ksl.errors import SizingError
 from ksl.sizing.catalogue import KINDS
 from ksl.sizing.components import components_of, read_components
@@ -13,6 +15,7 @@ from ksl.sizing.example import example_file
 from ksl.toml_lines import line_of, toml_lines
 from tables import results_table
 
+ABSENT = object()
 HEAD = 'robot = "panda"\n\n[[component]]\njoint = "panda_joint2"\n'
 
 
@@ -155,6 +158,25 @@ def test_the_example_has_every_kind_and_key_and_can_be_used(file, table):
             assert key.name in part.values or key.name in ("points", "load_factor"), (part.name, key.name)
     sizing = ksl.size(table, file(used))
     assert {f.kind for f in sizing.figures} == set(KINDS) and not sizing.left_out
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_any_wrong_value_is_a_sentence(table, kind):
+    """Every key of every kind with values of all types: a SizingError or a result, and nothing else."""
+    tomllib = pytest.importorskip("tomllib")
+    whole = next(c for c in tomllib.loads(example_file("panda_joint2"))["component"] if c["kind"] == kind)
+    results = ksl.sizing.results.Results(table)
+    for path in [(k,) for k in whole] + [(k, sub) for k, x in whole.items() if isinstance(x, dict) for sub in x]:
+        for wrong in ("x", -1, 0, float("nan"), 1e308, 10**400, [], {}, True, [[1, 2]], ABSENT):
+            tables = copy.deepcopy(whole)
+            inner = tables if len(path) == 1 else tables[path[0]]
+            inner[path[-1]] = wrong
+            if wrong is ABSENT:
+                del inner[path[-1]]
+            try:
+                ksl.size(results, {"component": [tables]}, joints=["panda_joint2"]).as_dict()
+            except SizingError as error:
+                assert len(str(error)) > 20
 
 
 def test_the_pandas_components_fit_the_panda(examples, table):

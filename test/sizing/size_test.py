@@ -90,6 +90,14 @@ def test_repr_and_verdict(sizing):
     assert nothing.worst is None and nothing.verdict == "panda: no components" and nothing.peaks
 
 
+def test_a_notebook_shows_a_table(sizing):
+    from xml.etree import ElementTree
+
+    page = ElementTree.fromstring(f"<div>{sizing._repr_html_()}</div>")
+    assert len(page.findall(".//tbody/tr")) == sum(f.utilisation is not None for f in sizing.figures)
+    assert "ISO 281" in "".join(row.get("title") for row in page.findall(".//tbody/tr"))
+
+
 def test_clouds_are_all_samples(sizing):
     cloud = next(c for c in sizing.clouds if c.joint == "panda_joint2")
     f = next(f for f in sizing.figures if (f.joint, f.figure) == ("panda_joint2", "peak torque"))
@@ -202,9 +210,13 @@ def test_a_missing_package_is_named(loads, monkeypatch):
     assert done.exit_code == 2 and "needs the package rainflow; install it with: pip install 'ksl[size]'" in done.stderr
 
 
-def test_the_example_is_printed(tmp_path):
+def test_the_example_is_printed_and_fits_the_results(loads, tmp_path):
     done = command("--example")
     assert done.exit_code == 0 and done.stdout == example_file()
+    own = tmp_path / "components.toml"
+    own.write_text(command(loads, "--example").stdout, encoding="utf-8")
+    done = command(loads, own)
+    assert done.exit_code == 0 and "panda_joint1" in done.stdout and "Left out" not in done.stdout
 
 
 def test_results_over_a_closed_pipe(loads):
