@@ -318,3 +318,12 @@ def test_poses_alone_have_peaks_and_no_cycle(robot):
     assert f["holding torque"].value == pytest.approx(2 * G * 0.5 / 50) and f["momentary peak torque"].value == pytest.approx(2 * G * 0.5)
     assert f["static safety"].value == pytest.approx(1e4 / (2 * G)) and "rms torque" not in f and "fatigue life" not in f
     assert {x.figure for x in sizing.left_out} >= {"rms torque and regenerated energy", "repeated peak torque", "life", "damage and life"}
+
+
+def test_the_envelope_of_a_drive():
+    """Flat, falling to half at the last speed, beyond it by how much the speed is too high; the sign does not matter."""
+    from ksl.sizing.motor import envelope_share
+
+    share = envelope_share([1, -2, 1, 0, 3], [0, 1500, -2000, 2200, 3000], [1000, 2000], [2, 1])
+    np.testing.assert_allclose(share, [0.5, 2 / 1.5, 1, 1.1, 3])
+    assert envelope_share([1.0], [10], [0, 10], [1, 0])[0] == np.inf

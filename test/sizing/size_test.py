@@ -75,7 +75,7 @@ def test_peaks_are_those_of_the_loads(sizing, loads):
 def test_the_table_says_units_and_conventions(sizing):
     table = sizing.table
     assert table.num_rows == len(sizing.figures)
-    assert table.column_names == ["joint", "component", "kind", "figure", "value", "unit", "limit", "utilisation", "formula", "inputs", "source", "case", "time", "note"]
+    assert table.column_names == ["joint", "component", "kind", "figure", "value", "unit", "limit", "utilisation", "formula", "inputs", "source", "case", "time", "note", "bound"]
     said = json.loads(table.schema.metadata[b"ksl"])
     assert said["robot"] == "panda" and said["version"] == ksl.__version__ and said["cases"] == {"panda_pick": 1.0, "slow": 1.0}
     assert [len(i["sha256"]) for i in said["inputs"]] == [64, 64] and "1 is at the limit" in said["utilisation"]

@@ -41,6 +41,8 @@ class Figure:
     time: float | None
     """When in that case, s; None for means, lives and sums."""
     note: str = ""
+    bound: str = ""
+    """≤ where the limit is the largest value allowed, ≥ where it is the smallest; empty without a limit."""
 
     @property
     def verdict(self) -> Literal["over", "near", "within", ""]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from rich.console import Console
 from rich.text import Text
@@ -61,9 +61,9 @@ def _print_joint(console: Console, figures: Sequence[Figure], references: dict[t
     for name, kind in dict.fromkeys((f.component, f.kind) for f in figures):
         console.print(Text(f"  {name}" + (f" ({kind})" if kind != name else "")), soft_wrap=True)
         for f in (f for f in figures if (f.component, f.kind) == (name, kind)):
-            limit = "" if f.limit is None else f"limit {significant(f.limit)}"
+            limit = _limit(f)
             marks = f"[{references[f.formula, f.source]}]" + (f" ({notes[f.note]})" if f.note else "")
-            line = f"  {_use(f.utilisation)}  {f.figure:<{names}}  {_value(f):>{values}}  {limit:<12} {marks}"
+            line = f"  {_use(f.utilisation)}  {f.figure:<{names}}  {_value(f):>{values}}  {limit:<9} {marks}"
             console.print(Text(line, style=_style(f)), soft_wrap=True)
             where = [f"at {significant(f.time, 6)} s"] if f.time is not None else []
             where += [f"in {f.case}" if f.time is not None else f"mostly {f.case}"] if several and f.case else []
@@ -97,18 +97,21 @@ def _print_worst(console: Console, figures: Sequence[Figure], most: int | None) 
     if not shown:
         return
     console.print(Text("\nUtilisation, worst first: 1 is at the limit", style="bold"))
-    widths = [max(len(x(f)) for f in shown) for x in (lambda f: f.joint, lambda f: f.component, lambda f: f.figure, _value)]
-    room = console.width - 8 - sum(widths[:3]) - 4
+    columns: list[Callable[[Figure], str]] = [lambda f: f.joint, lambda f: f.component, lambda f: f.figure, _value, _limit]
+    widths = [max(len(text(f)) for f in shown) for text in columns]
+    # Values and limits are left to the sheets above where there is no room; long names have a line of their own.
+    fitting = next((k for k in (5, 4, 3) if 8 + sum(widths[:k]) + 2 * k <= console.width + 2), 2)
     for f in shown:
-        names = f"  {_use(f.utilisation)}  {f.joint:<{widths[0]}}  {f.component:<{widths[1]}}"
-        figure = f"{f.figure:<{widths[2]}}"
-        value = f"  {_value(f):>{widths[3]}}"
-        # The value is left to the sheets above where there is no room, and figures have lines of their own where names are long.
-        lines = [names + "  " + figure + (value if room >= len(value) else "")] if room >= 0 else [names, " " * 10 + figure + value]
+        cells = [f"{text(f):>{w}}" if k == 3 else f"{text(f):<{w}}" for k, (text, w) in enumerate(zip(columns, widths, strict=True))]
+        lines = [f"  {_use(f.utilisation)}  " + "  ".join(cells[:fitting])] + ([" " * 10 + "  ".join(cells[2:])] if fitting == 2 else [])
         for line in lines:
             console.print(Text(line.rstrip(), style=_style(f)), soft_wrap=True)
     if len(compared) > len(shown):
         console.print(f"          and {len(compared) - len(shown)} more, of at most {_use(compared[len(shown)].utilisation).strip()}")
+
+
+def _limit(f: Figure) -> str:
+    return "" if f.limit is None else f"{f.bound} {significant(f.limit)}"
 
 
 def _use(utilisation: float | None) -> str:
@@ -124,12 +127,13 @@ def _value(f: Figure) -> str:
 
 def print_peaks(rows: Sequence[PeakRow], console: Console) -> None:
     """The simultaneous sets of each joint: a row for each extreme, with everything that acts in that sample."""
-    several = len({row["case"] for row in rows}) > 1
     for joint in dict.fromkeys(str(row["joint"]) for row in rows):
         own = [row for row in rows if row["joint"] == joint]
+        cases = {str(row["case"]) for row in own}
+        several = len(cases) > 1
         about = "its origin" if own[0]["point"] == "0 0 0" else f"({', '.join(str(own[0]['point']).split())}) m from it"
         console.print()
-        _wrapped(console, f"{joint}: what acts together at each peak, on the child, about {about}", "  ", "bold")
+        _wrapped(console, f"{joint}: what acts together at each peak, on the child, about {about}" + ("" if several else f"; case {cases.pop()}"), "  ", "bold")
         columns = [name for name in HEADINGS if any(row[name] is not None for row in own)]
         if all(row["effort"] == row["axial_moment"] for row in own):  # the drive supplies what is about the axis, nothing else
             columns = [name for name in columns if name != "effort"]

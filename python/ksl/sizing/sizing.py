@@ -68,7 +68,7 @@ class Sizing:
         w = self.worst
         over = f"{len(self.exceeded)} of {compared} figures {'is over its' if len(self.exceeded) == 1 else 'are over their'} limit" if self.exceeded else f"all {compared} figures with a limit are within it"
         missing = f"; {len(self.left_out)} left out" if self.left_out else ""
-        return f"{self.robot}: {over}{missing}; worst: {w.joint}, {w.component}, {w.figure}, {significant(w.utilisation, 3)} of the limit"
+        return f"{self.robot}: {over}{missing}; worst: {w.joint}, {w.component}, {w.figure}, utilisation {significant(w.utilisation, 3)}"
 
     def of_joint(self, joint: str) -> tuple[Figure, ...]:
         """The figures of one joint, as they are computed."""
@@ -155,7 +155,7 @@ class Sizing:
         rows = []
         for f in (f for f in self.figures if f.utilisation is not None):
             when = f.case if f.time is None else f"{f.case}, {significant(f.time, 6)} s"
-            limit = "" if f.limit is None else significant(f.limit)
+            limit = "" if f.limit is None else f"{f.bound} {significant(f.limit)}"
             cells = (significant(f.utilisation, 3), f.joint, f.component, f.figure, f"{significant(f.value)} {f.unit}".strip(), limit, when)
             style = f' style="color:{colours[f.verdict]}"' if f.verdict in colours else ""
             rows.append(f"<tr{style} title={quoteattr(f'{f.formula}; {f.inputs}; {f.source}')}>" + "".join(f"<td>{escape(c)}</td>" for c in cells) + "</tr>")
