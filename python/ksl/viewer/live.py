@@ -72,7 +72,7 @@ class Viewer:
 
     def update(self, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None, external: External | None = None) -> None:
         """Shows another state (nq), at rest unless v and a (nv) are given; external wrenches stay those of the scene unless given."""
-        wrenches = {name: w[self.sample if self.scene is self._recorded else 0] for name, w in self.scene.external.items()} if external is None else external
+        wrenches: External = {name: w[self.sample if self.scene is self._recorded else 0] for name, w in self.scene.external.items()} if external is None else external
         self.playing = False
         self.show(0, make_scene(self._recorded.model, q, v, a, external=wrenches, look=self._recorded.look))
 
@@ -385,10 +385,25 @@ def show(
     browser: bool | None = None,
 ) -> Viewer:
     """Opens a page that shows a model; see `Model.show`."""
+    if time is not None and q is not None and (v is None or a is None):
+        v, a = _differentiated(model, np.asarray(time, dtype=float), np.asarray(q, dtype=float), v, a)
     viewer = Viewer(make_scene(model, q, v, a, time, external, package_paths=package_paths), port, joint)
     if browser or (browser is None and not _in_notebook()):
         viewer.open()
     return viewer
+
+
+def _differentiated(model: Calls, time: Array, q: Array, v: ArrayLike | None, a: ArrayLike | None) -> tuple[Array, Array]:
+    """Velocities and accelerations of a motion, the missing ones from splines as in `Model.loads`."""
+    from ksl.errors import MotionError
+    from ksl.motions.motion import complete
+
+    if time.ndim != 1 or q.shape != (len(time), model.nq):
+        raise MotionError(f"time has shape {time.shape}, and q {q.shape}; expected (n) and (n, {model.nq})")
+    given = [None if x is None else np.broadcast_to(np.asarray(x, dtype=float), (len(time), model.nv)) for x in (v, a)]
+    joints = model.joints[: len(model.joint_names)]
+    motion = complete(model, time, q, [[None if x is None else x[:, j.v_index : j.v_index + j.nv] for x in given] for j in joints])
+    return motion.v, motion.a
 
 
 def _in_notebook() -> bool:
