@@ -73,7 +73,7 @@ class Viewer:
         """Shows another state (nq), at rest unless v and a (nv) are given; external wrenches stay those of the scene unless given."""
         wrenches: External = {name: w[self.sample if self.scene is self._recorded else 0] for name, w in self.scene.external.items()} if external is None else external
         self.playing = False
-        self.show(0, make_scene(self._recorded.model, np.asarray(q, dtype=float), v, a, external=wrenches, look=self._recorded.look))
+        self.show(0, make_scene(self._recorded.model, q, v, a, external=wrenches, look=self._recorded.look))
 
     def play(self, speed: float | None = None) -> None:
         """Plays the motion from the state that is shown, or from the start if that is the last; speed 1 is real time."""
