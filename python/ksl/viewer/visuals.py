@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ksl.mechanism import Link, Mechanism
-from ksl.mesh_files import find_mesh
+from ksl.mesh_files import find_mesh, mesh_fault
 from ksl.states import Array
 from ksl.viewer.shapes import GREY, Colour, Shape, box, cylinder, ellipsoid, simplified
 
@@ -196,6 +196,9 @@ def _primitive(element: ET.Element) -> list[Shape]:
 
 def read_mesh(path: Path) -> tuple[list[Shape], str | None]:
     """The surfaces of a mesh file, one for each colour, and what went wrong if there are none."""
+    known = mesh_fault(path)
+    if known:
+        return [], f"mesh {path} {known}"
     try:
         import trimesh
     except ImportError:
