@@ -108,6 +108,8 @@ class Viewer:
         """Stops the server; pages that are open stay without one."""
         if not self._closed.is_set():
             self._closed.set()
+            if threading.current_thread() is not self._thread:
+                self._thread.join(2.0)  # it may be about to move something
             stop_server(self.server)
 
     def __enter__(self) -> Viewer:
