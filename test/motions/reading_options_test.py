@@ -44,7 +44,7 @@ def test_maps_from_files(leg, written, time, form):
     assert m.source.notes == [
         "column 't_ms' is taken as the time",
         "times were converted from ms to s",
-        f"columns by the map {written(form, 'map.toml')}: 'Axis 1 (deg)' is hip (- in deg), 'counts' is slide (× 0.001 -2)",
+        f"columns by the map {written(form, 'map.toml')}: 'Axis 1 (deg)' is hip (× -1 in deg), 'counts' is slide (× 0.001 -2)",
         "converted from deg to rad: hip",
         "columns that are not used: 'mode'",
     ]
@@ -212,6 +212,11 @@ def test_units_of_times(leg, written, time, unit, factor):
     m = read_motion(leg, written(text({"time": time * factor, "hip": time, "slide": time})), time_unit=unit)
     assert m.time == pytest.approx(time, abs=1e-12)
     assert m.source.notes == ([f"times were converted from {unit} to s"] if unit != "s" else [])
+
+
+def test_clock_times_have_their_unit(leg, written, time):
+    rows = "".join(f"0:00:{t:05.2f},{t},{t}\n" for t in time)
+    assert read_motion(leg, written("time,hip,slide\n" + rows), time_unit="ms").time == pytest.approx(time, abs=1e-12)
 
 
 def test_units_of_times_that_are_refused(leg, written, time, refusal):

@@ -3,12 +3,31 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from ksl.commands.app import app, end_on_signals, errors, fail
-from ksl.commands.options import FloatingBase, FrictionWidth, Gravity, Mimic, ModelName, Physics, Robot, read_model
+from ksl.commands.options import (
+    ColumnMapFile,
+    Degrees,
+    FloatingBase,
+    FrictionWidth,
+    From,
+    Gravity,
+    IgnoreExtra,
+    Mimic,
+    ModelName,
+    Physics,
+    PositionsOnly,
+    Resample,
+    Robot,
+    TimeUnit,
+    To,
+    Topic,
+    check_order,
+    read_model,
+)
 
 if TYPE_CHECKING:
     from ksl.model import Model
@@ -33,6 +52,15 @@ def view(
     model_name: ModelName = "",
     physics: Physics = "",
     friction_width: FrictionWidth = 0.01,
+    columns: ColumnMapFile = None,
+    degrees: Degrees = False,
+    time_unit: TimeUnit = None,
+    resample: Resample = None,
+    start: From = None,
+    stop: To = None,
+    ignore_extra: IgnoreExtra = False,
+    topic: Topic = None,
+    positions_only: PositionsOnly = False,
 ) -> None:
     """Show a robot, a motion or results of `ksl loads` with the wrenches at the joints, in a page on this machine or in a file.
 
@@ -47,6 +75,12 @@ def view(
         if not folder.is_dir():
             fail(f"--package-path {folder}: no such folder")
     end_on_signals()
+    if motion is not None:
+        check_order(robot, motion)
+    reading: dict[str, Any] = {
+        "map": columns, "degrees": degrees, "time_unit": time_unit, "resample": resample, "start": start, "stop": stop,
+        "ignore_extra": ignore_extra, "topic": topic, "positions_only": positions_only,
+    }  # fmt: skip
     results: Results | None = None
     try:
         if motion is not None and is_results(motion):
@@ -56,7 +90,7 @@ def view(
         physics = physics or ",".join(made.get("physics", []))
         payloads = {p["link"]: (float(p["mass"]), p["center"]) for p in made.get("payloads", [])}
         model = read_model(robot, floating_base, mimic, False, gravity, payloads, name=model_name, physics=physics, friction_width=friction_width)
-        scene = _scene(model, motion, results, external, package_path)
+        scene = _scene(model, motion, results, external, package_path, reading)
         if joint:
             scene.joint_index(joint)
     except (ValueError, RuntimeError) as e:  # RuntimeError: an unknown KSL_ISA
@@ -75,7 +109,9 @@ def view(
         fail(e)
 
 
-def _scene(model: Model, motion: Path | None, results: Results | None, external: Path | None, package_path: list[Path]) -> Scene:
+def _scene(
+    model: Model, motion: Path | None, results: Results | None, external: Path | None, package_path: list[Path], reading: dict[str, Any]
+) -> Scene:
     from ksl.motions.reading import read_external, read_motion
     from ksl.viewer.recorded import scene_of_motion, scene_of_results
     from ksl.viewer.scene import make_scene
@@ -88,7 +124,7 @@ def _scene(model: Model, motion: Path | None, results: Results | None, external:
         if external is not None:
             fail(f"--external {external}: needs a motion, whose times it has")
         return make_scene(model, package_paths=package_path)
-    moved = read_motion(model, motion)
+    moved = read_motion(model, motion, **reading)
     wrenches = dict(read_external(model, external, moved.time)) if external else {}
     return scene_of_motion(model, moved.time, moved.q, moved.v, moved.a, wrenches, package_path)
 

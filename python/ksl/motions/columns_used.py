@@ -63,7 +63,8 @@ def quantities(table: Recorded, model: Mechanism) -> dict[str, Quantity]:
                 metres = joint.unit == "m" if joint.one_coordinate else c.removeprefix(f"{joint.name}.") in METRES
                 quantity = Quantity(joint, order, "plain" if is_quaternion else "length" if metres else "angle")
                 if c in known and c in in_file:
-                    raise MotionError(f"{table.head}: column {c!r} could be {known[c].what} or {quantity.what}; rename one of these joints in the robot's file")
+                    both = f"{known[c].what} or {quantity.what}"
+                    raise MotionError(f"{table.head}: column {c!r} could be {both}; rename one of these joints in the robot's file")
                 known[c] = quantity
     return known
 
@@ -207,7 +208,7 @@ def _check_complete(table: Recorded, model: Mechanism, choice: Choice, columns: 
             hint = f"did you mean {near[0]!r}?" if near else f"the moving joints of {model.name} are {listed(model.joint_names)}"
             raise MotionError(f"{columns.file}: [constants] names {name!r}, which no joint of {model.name} has; {hint}")
         if columns is not None and name in choice.used:
-            raise MotionError(f"{columns.file}: {name!r} is a constant, but {table.file} has it, too; remove it from [constants], or put the column into `ignore`")
+            raise MotionError(f"{columns.file}: {name!r} is a constant, but {table.file} has it; remove it from [constants], or put the column into `ignore`")
     for joint in joints:
         position, *rates = columns_of(joint)
         for c in position:
@@ -219,7 +220,8 @@ def _check_complete(table: Recorded, model: Mechanism, choice: Choice, columns: 
         for group in rates:
             if any(c in choice.used for c in group) and not all(c in choice.used for c in group):
                 absent_column = next(c for c in group if c not in choice.used)
-                raise MotionError(f"{table.head}: no column {absent_column!r}, though others of its group are there; give all of {', '.join(group)} or none")
+                others = f"though others of its group are there; give all of {', '.join(group)} or none"
+                raise MotionError(f"{table.head}: no column {absent_column!r}, {others}")
 
 
 def _not_recorded(table: Recorded, joint: Joint) -> str:

@@ -82,6 +82,7 @@ class CsvTable(Recorded):
 
             columns[text_time], note = seconds_of_text(found[text_time].slice(0, rows), text_time, self.place)
             self.notes.append(note)
+            self.times_are_seconds = True
         return columns
 
     def _parsed(self, types: dict[str, pa.DataType]) -> pa.Table:
@@ -113,7 +114,10 @@ class CsvTable(Recorded):
             return csv.read_csv(
                 pa.BufferReader(data),
                 read_options=csv.ReadOptions(
-                    column_names=[_numbered(i) for i in range(len(self.form.names))], skip_rows=self._skipped, use_threads=threads, block_size=max(1 << 20, 4 * self._widest)
+                    column_names=[_numbered(i) for i in range(len(self.form.names))],
+                    skip_rows=self._skipped,
+                    use_threads=threads,
+                    block_size=max(1 << 20, 4 * self._widest),
                 ),
                 parse_options=csv.ParseOptions(delimiter=separator, ignore_empty_lines=False),
                 convert_options=csv.ConvertOptions(

@@ -39,7 +39,8 @@ class JointStates:
                 continue
             names = tuple(m.name)
             if len(names) != len(m.position):
-                raise MotionError(f"{file}: a message of {topic} names {count(len(names), 'joint')}, but has {count(len(m.position), 'position')}; record it again")
+                both = f"names {count(len(names), 'joint')}, but has {count(len(m.position), 'position')}"
+                raise MotionError(f"{file}: a message of {topic} {both}; record it again")
             stamp = m.header.stamp
             self.groups.setdefault(names, []).append((log, int(stamp.sec) * SECOND + int(stamp.nanosec), m.position, m.velocity))
             self.has_efforts |= len(m.effort) > 0
@@ -71,6 +72,8 @@ class JointStateTable(Recorded):
             if s.velocity is not None and not positions_only:
                 names += [f"{joint}.v" for joint in s.joints]
         super().__init__(states.file, f"{format}, topic {states.topic}", names, notes=notes + said, is_recording=True)
+        if positions_only and any(s.velocity is not None for s in self._series):
+            self.notes.append("velocities in the messages are not used, as wished")
         if states.has_efforts:
             self.notes.append("efforts in the messages are not used")
         if states.without_positions:

@@ -75,12 +75,14 @@ class ParquetTable(Recorded):
             raise MotionError(f"{self.file}: {count(column.null_count, 'time')} in column {name!r} missing; every sample needs one")
         if t.is_timestamp(column.type) or t.is_duration(column.type):
             to = pa.timestamp("ns", column.type.tz) if t.is_timestamp(column.type) else pa.duration("ns")
+            self.times_are_seconds = True
             ticks = column.cast(to).cast(pa.int64()).to_numpy()
             if t.is_timestamp(column.type):
                 self.notes.append(f"times in column {name!r} are dates; time 0 is {column[0].as_py()}" if len(ticks) else "no times")
                 ticks = ticks - ticks[:1]
             return np.asarray(ticks * 1e-9, dtype=float)
         if t.is_string(column.type) or t.is_large_string(column.type):
+            self.times_are_seconds = True
             seconds, note = seconds_of_text(column.cast(pa.string()), name, self.place)
             self.notes.append(note)
             return seconds

@@ -129,8 +129,8 @@ def _check_plausible(model: Mechanism, q: Array, place: Place) -> None:
         bad = np.flatnonzero(angle > max(IMPOSSIBLE_ANGLE, IMPOSSIBLE_SHARE * limit))
         if len(bad):
             raise MotionError(
-                f"{place(int(bad[0]))}: joint {joint.name} is at {q[bad[0], joint.q_index]:.6g} rad, where its limit is {limit:.4g} rad; did you mean --degrees "
-                "(degrees=True)? Otherwise check their units (rad), or convert the column by a map (--map FILE)"
+                f"{place(int(bad[0]))}: joint {joint.name} is at {q[bad[0], joint.q_index]:.6g} rad, where its limit is {limit:.4g} rad; "
+                "did you mean --degrees (degrees=True)? Otherwise check their units (rad), or convert the column by a map (--map FILE)"
             )
 
 
@@ -153,7 +153,7 @@ def read_external(model: Mechanism, path: str | os.PathLike[str], time: Array) -
         if name != column.name and (link not in links or component not in WRENCH_COLUMNS):
             raise MotionError(f"{table.head}: unknown column {name!r}; expected LINK.fx … LINK.tz with a link of {listed(model.link_names)}")
     values = table.read(list(table.names), column.name)
-    times, _ = in_seconds(table, column, values.pop(column.name))
+    times, _ = in_seconds(table, with_unit(table, column, None), values.pop(column.name))
     check_finite(table, {"time": times} | values)
     if times.shape != time.shape or np.abs(times - time).max(initial=0.0) > 1e-9 * max(1.0, np.abs(time).max(initial=0.0)):
         raise MotionError(f"{table.file}: its times are not those of the motion; give one line for each sample of the motion")
