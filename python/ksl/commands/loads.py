@@ -54,6 +54,7 @@ def loads(
     payload: Annotated[list[str], typer.Option(metavar="MASS[,X,Y,Z]", help="Point mass, kg, at a point of the link's frame, m; with --on-link.")] = [],
     on_link: Annotated[list[str], typer.Option(metavar="NAME", help="Link that carries the payload.")] = [],
     external: Annotated[Path | None, typer.Option(metavar="FILE.csv", help="Wrenches on links: `time` and LINK.fx … LINK.tz, at the link's origin, in its axes.")] = None,
+    smooth: Annotated[float | None, typer.Option("--smooth", metavar="HZ", help="Low-pass measured positions at this frequency, without delay, before differentiating.")] = None,
     fail_on: Annotated[str, typer.Option("--fail-on", metavar="limits", help="End with status 3 if a limit is exceeded; results are written.")] = "",
     floating_base: FloatingBase = False,
     mimic: Mimic = "coupled",
@@ -111,7 +112,7 @@ def loads(
     placement = Placement(cast("Side", on), point, axes, cast("Order", order))  # the request was not refused
     reading: dict[str, Any] = {
         "map": columns, "degrees": degrees, "time_unit": time_unit, "resample": resample, "start": start, "stop": stop,
-        "ignore_extra": ignore_extra, "topic": topic, "positions_only": positions_only,
+        "ignore_extra": ignore_extra, "topic": topic, "positions_only": positions_only, "smooth": smooth,
     }  # fmt: skip
     try:
         report = ReportFiles.wanted(json, cast("Paper", paper) if pdf else None)

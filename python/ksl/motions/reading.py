@@ -10,11 +10,12 @@ import numpy as np
 
 from ksl.errors import MotionError
 from ksl.mechanism import Mechanism
-from ksl.motions.column_map import read_map
+from ksl.motions.column_map import ColumnMap, read_map
 from ksl.motions.columns import columns_of
-from ksl.motions.columns_used import Choice, choose_columns, sources, unused_in
+from ksl.motions.columns_used import Choice, choose_columns, with_unused_together
 from ksl.motions.motion import Motion, Source, complete
 from ksl.motions.npz_table import NpzTable, with_matrices
+from ksl.motions.quality import Samples
 from ksl.motions.recognise import open_table
 from ksl.motions.recorded import Recorded, check_finite, listed
 from ksl.motions.resampling import resampled
@@ -39,6 +40,7 @@ def read_motion(
     ignore_extra: bool = False,
     topic: str | None = None,
     positions_only: bool = False,
+    smooth: float | None = None,
 ) -> Motion:
     """Reads a motion of the model: `time` and a column for each moving joint (rad or m); `NAME.v` and `NAME.a` if known.
 
@@ -53,6 +55,7 @@ def read_motion(
     ignore_extra: columns that belong to no joint are left out; otherwise they are refused.
     topic: which one of the topics of a bag; needed where several have joint states.
     positions_only: velocities and accelerations in the file are not used.
+    smooth: Hz, at which positions and given rates are low-passed without delay, after resampling; see docs/measured.md.
 
     What is missing is differentiated from a quintic spline; what is given is compared with it.  `Motion.source` says what was done.
     Raises MotionError with file, line or column, fault and mend.  100,000 samples of 7 joints take about 50 ms, and half a second to differentiate.
@@ -60,18 +63,17 @@ def read_motion(
     table = open_table(path, topic, positions_only)
     if isinstance(table, NpzTable):
         table = with_matrices(table, model)
-    columns = read_map(map) if map is not None else None
+    columns = read_map(map) if map is not None else ColumnMap("")
     choice = choose_columns(table, model, columns, degrees, ignore_extra, positions_only)
     values = _values(table, choice)
     time, time_notes = in_seconds(table, with_unit(table, choice.time, time_unit), values.pop(TIME))
     rows = _checked_rows(table, time, start, stop)
     time, values = time[rows], {n: x[rows] for n, x in values.items()}
     check_finite(table, {choice.used[n].source: x for n, x in values.items()}, rows)
-    constants = columns.constants if columns else {}
-    values |= {n: np.full(len(time), x) for n, x in constants.items()}
+    values |= {n: np.full(len(time), x) for n, x in columns.constants.items()}
     joints = model.joints[: len(model.joint_names)]
     q = np.column_stack([values[c] for j in joints for c in columns_of(j)[0]]) if joints else np.empty((len(time), 0))
-    at_rest = {c: np.zeros(len(time)) for j in joints if j.one_coordinate and j.name in constants for group in columns_of(j)[1:] for c in group}
+    at_rest = {c: np.zeros(len(time)) for j in joints if j.one_coordinate and j.name in columns.constants for group in columns_of(j)[1:] for c in group}
     rates = at_rest | values
     given = [[np.column_stack([rates[c] for c in group]) if group[0] in rates else None for group in columns_of(j)[1:]] for j in joints]
     place: Place = lambda k: table.place(k + rows.start)
@@ -79,17 +81,18 @@ def read_motion(
     notes = [*table.notes, *time_notes, *choice.notes]
     if (rows.start, rows.stop) != (0, None):
         notes.append(f"used is the part from {time[0]:.9g} s to {time[-1]:.9g} s")
+    measured = Samples(time, q, given)
     if resample is not None:
         time, q, given, note = resampled(table.file, joints, time, q, given, resample, place)
         notes.append(note)
         place = lambda k: f"{table.file}: sample {k + 1} after resampling"
-    motion = complete(model, time, q, given, table.file, place)
-    return replace(motion, source=Source(table.file, table.format, len(time), float(np.median(np.diff(time))), unused_in(notes)))
+    motion = complete(model, time, q, given, table.file, place, smooth, measured)
+    return replace(motion, source=Source(table.file, table.format, len(time), float(np.median(np.diff(time))), with_unused_together(notes)))
 
 
 def _values(table: Recorded, choice: Choice) -> dict[str, Array]:
     """Numbers of the columns that are used, and `time` as the file has it."""
-    found = table.read(sources(choice), choice.time.name)
+    found = table.read(choice.sources, choice.time.name)
     values = {TIME: found[choice.time.name]}
     for column, used in choice.used.items():
         x = found[used.source]
