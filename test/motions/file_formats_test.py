@@ -46,11 +46,18 @@ SAME = {
     "pandas with an index": (lambda r: frame(r, index=True), "Parquet", None),
     "pandas, indexed by dates": (indexed_by_dates, "Parquet", "times in column 'time' are dates; time 0 is 2025-10-09 08:53:20"),
     "durations": (lambda r: parquet(pa.table(columns(r) | {"time": pa.array((r[:, 0] * 1e6).round().astype("timedelta64[us]"))})), "Parquet", None),
-    "dates as text": (lambda r: parquet(pa.table(columns(r) | {"time": [f"2026-03-01 12:00:0{t:.1f}" for t in r[:, 0]]})), "Parquet", "time 0 is 2026-03-01 12:00:00.0"),
+    "dates as text": (
+        lambda r: parquet(pa.table(columns(r) | {"time": [f"2026-03-01 12:00:0{t:.1f}" for t in r[:, 0]]})),
+        "Parquet",
+        "time 0 is 2026-03-01 12:00:00.0",
+    ),
     "integers and single precision": (lambda r: parquet(pa.table(columns(r) | {"hip": r[:, 1].astype(np.float32)})), "Parquet", None),
     "units in the schema": (
         lambda r: parquet(
-            pa.table(list(columns(r * [1, 180 / np.pi, 1]).values()), pa.schema([("time", pa.float64()), pa.field("hip", pa.float64(), metadata={"unit": "deg"}), ("slide", pa.float64())]))
+            pa.table(
+                list(columns(r * [1, 180 / np.pi, 1]).values()),
+                pa.schema([("time", pa.float64()), pa.field("hip", pa.float64(), metadata={"unit": "deg"}), ("slide", pa.float64())]),
+            )
         ),
         "Parquet",
         "converted from deg to rad: hip",
@@ -96,7 +103,10 @@ REFUSED = {
     "results": (results(), ": holds the wrenches that `ksl loads` has computed, not a motion"),
     "text": (parquet(pa.table(ROW | {"mode": ["auto"]})), ": unknown column 'mode', which holds text ('string')"),
     "a joint as text": (parquet(pa.table(ROW | {"hip": ["0"]})), ": column 'hip' holds string; expected numbers"),
-    "a gap": (parquet(pa.table({n: x * 3 for n, x in ROW.items()} | {"hip": [0.0, None, 1.0], "time": [0.0, 1.0, 2.0]})), ": sample 2: column 'hip' is not a number or missing"),
+    "a gap": (
+        parquet(pa.table({n: x * 3 for n, x in ROW.items()} | {"hip": [0.0, None, 1.0], "time": [0.0, 1.0, 2.0]})),
+        ": sample 2: column 'hip' is not a number or missing",
+    ),
     "a date is missing": (parquet(pa.table(ROW | {"time": pa.array([None], pa.timestamp("ns"))})), ": 1 time in column 'time' missing"),
     "NPZ, truncated": (npz(**ROW)[:-40], ": is an NPZ file or another zip archive, but truncated or damaged"),
     "objects": (npz(time=[0.0], q=np.array([None], dtype=object)), ": array 'q' holds Python objects; save numbers only"),

@@ -183,7 +183,9 @@ def test_bags_without_joint_states(leg, tmp_path, refusal):
     path = with_topics(tmp_path, other="nav_msgs/msg/Odometry")
     assert refusal(leg, path).startswith(": holds no messages of the type sensor_msgs/JointState; its topics: /other (nav_msgs/Odometry). Poses from")
     empty = [(log, s, names, [], v, []) for log, s, names, _, v, _ in leg_messages(3)]
-    assert refusal(leg, write(tmp_path, "mcap", empty)) == ": topic /joint_states has 3 messages, none with positions; give a recording of the joints' positions"
+    assert (
+        refusal(leg, write(tmp_path, "mcap", empty)) == ": topic /joint_states has 3 messages, none with positions; give a recording of the joints' positions"
+    )
 
 
 @pytest.mark.parametrize("kind", KINDS)

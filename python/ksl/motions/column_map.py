@@ -86,7 +86,7 @@ def _of_tables(file: str, table: Mapping[str, object]) -> ColumnMap:
     if not isinstance(rules, Mapping) or not isinstance(constants, Mapping):
         raise MotionError(f"{file}: [columns] and [constants] are tables, with lines `name = …`")
     if not isinstance(ignored, list) or not all(isinstance(n, str) for n in ignored):
-        raise MotionError(f"{file}: ignore is a list of columns: ignore = [\"name\", …]")
+        raise MotionError(f'{file}: ignore is a list of columns: ignore = ["name", …]')
     for joint, value in constants.items():
         if not _is_number(value):
             raise MotionError(f"{file}: constants.{joint} is {value!r}; expected a position, a number in rad or m")

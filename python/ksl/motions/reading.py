@@ -106,9 +106,7 @@ def _checked_rows(table: Recorded, time: Array, start: float | None, stop: float
     bad = np.flatnonzero(np.diff(time) <= 0)
     if len(bad):
         k = int(bad[0]) + 1
-        raise MotionError(
-            f"{table.place(k)}: time {time[k]:.9g} after {time[k - 1]:.9g}; times must increase: sort the samples and remove repeated ones"
-        )
+        raise MotionError(f"{table.place(k)}: time {time[k]:.9g} after {time[k - 1]:.9g}; times must increase: sort the samples and remove repeated ones")
     for name, value in (("--from (start=)", start), ("--to (stop=)", stop)):
         if value is not None and not np.isfinite(value):
             raise MotionError(f"{table.file}: {name} is {value}; expected a time in s")

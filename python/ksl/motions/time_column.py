@@ -45,7 +45,7 @@ def find_time(table: Recorded, of_joints: Collection[str]) -> TimeColumn:
     if len(found) > 1:
         raise MotionError(
             f"{table.head}: columns {' and '.join(map(repr, found))} could all be the time; rename one to `time`, or say which by a map "
-            f"(--map FILE with the line {next(iter(found))!r} = \"time\") and leave out the others (--ignore-extra)"
+            f'(--map FILE with the line {next(iter(found))!r} = "time") and leave out the others (--ignore-extra)'
         )
     name, match = next(iter(found.items()))
     return TimeColumn(name, table.units.get(name) or match[1] or "")
