@@ -8,6 +8,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
+import ksl
 from ksl.motions.reading import read_motion
 
 
@@ -125,6 +126,26 @@ def test_files_that_are_refused(leg, written, refusal, what):
     content, sentence = REFUSED[what]
     found = refusal(leg, written(content))
     assert found.startswith(sentence), found
+
+
+@pytest.mark.parametrize("form", ["pyarrow", "arrays by name", "CSV", "CSV of a spreadsheet"])
+def test_damaged_files_are_refused_in_one_sentence_or_read(leg, written, rows, form):
+    """Bytes that are changed, inserted or removed anywhere: never another error than MotionError."""
+    text = "time,hip,slide\n" + "".join(",".join(f"{x:.6g}" for x in row) + "\n" for row in rows)
+    seeds = {"CSV": text.encode(), "CSV of a spreadsheet": text.replace(",", ";").replace(".", ",").replace("\n", "\r\n").encode()}
+    content = seeds[form] if form in seeds else SAME[form][0](rows)
+    rng = np.random.default_rng(7)
+    refused = 0
+    for _ in range(60):
+        at, size, kind = rng.integers(len(content)), rng.integers(1, 12), rng.integers(3)
+        junk = rng.bytes(size) if rng.integers(2) else bytes(rng.choice(list(b',;."#\n\r0 n-'), size).tolist())
+        damaged = content[:at] + (b"" if kind == 0 else junk) + content[at + (0 if kind == 1 else size) :]
+        try:
+            read_motion(leg, written(damaged), ignore_extra=True)
+        except ksl.MotionError as e:
+            refused += 1
+            assert "\n" not in str(e) and len(str(e)) < 800
+    assert refused > 10
 
 
 def test_spreadsheets_are_refused(leg, tmp_path, refusal):

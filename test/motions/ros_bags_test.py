@@ -30,6 +30,7 @@ bag = load_example()
 def write(folder: Path, kind: str, messages) -> Path:
     """messages: log time, stamp, names, positions, velocities, efforts."""
     states = [(log, stamp, names, *(np.asarray(x, dtype=float) for x in rest)) for log, stamp, names, *rest in messages]
+    folder.mkdir(exist_ok=True)
     path = folder / f"recording_{kind.replace(' ', '_')}"
     if kind == "ros1":
         bag.write_ros1(path, states)
@@ -212,6 +213,13 @@ def test_never_at_the_same_time(leg, tmp_path, refusal):
     early = [(t, t, ["hip"], [0.0], [], []) for t in range(START, START + 10 * MS, MS)]
     late = [(t, t, ["slide"], [0.0], [], []) for t in range(START + 10 * MS, START + 20 * MS, MS)]
     assert refusal(leg, write(tmp_path, "mcap", early + late)) == ": hip and slide are never recorded at the same time; record them together"
+
+
+def test_the_folder_of_a_bag_has_a_hash(tmp_path):
+    from ksl.load_cases.provenance import input_file
+
+    one, other = (input_file("motion", write(tmp_path / name, "ros2", leg_messages(n))).sha256 for name, n in (("a", 3), ("b", 4)))
+    assert one and other and one != other
 
 
 def test_missing_packages_are_named(leg, tmp_path, refusal, monkeypatch):

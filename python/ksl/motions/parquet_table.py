@@ -49,6 +49,7 @@ class ParquetTable(Recorded):
 
         try:
             table = self._parquet.read(columns=list(names))
+            self._parquet.close()
         except (pa.ArrowInvalid, OSError):
             raise MotionError(f"{self.file}: is a Parquet file, but truncated or damaged; copy or write it again") from None
         return {n: self._times(table.column(n), n) if n == time else self._numbers(table.column(n), n) for n in names}
