@@ -211,6 +211,11 @@ def test_the_robot_and_the_motion_in_the_wrong_order(leg, written, tmp_path):
     assert not swapped(leg.file, tmp_path / "absent.csv") and not swapped(leg.file, "-")
 
 
+def test_a_missing_package_is_named(leg, written, refusal, monkeypatch):
+    monkeypatch.setattr("ksl.motions.recognise.find_spec", lambda name: None)
+    assert refusal(leg, written(HEAD)) == ": reading motions needs the package pyarrow; install it: pip install 'ksl[loads]'"
+
+
 def test_a_source_says_what_was_read(leg, written, rows):
     path = written(HEAD + table(rows))
     source = read_motion(leg, path).source

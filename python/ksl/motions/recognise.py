@@ -12,6 +12,7 @@ import zipfile
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
 from typing import BinaryIO
@@ -73,6 +74,9 @@ def open_table(path: str | os.PathLike[str], topic: str | None = None, positions
     Raises MotionError with the file, what it is, and what to give instead.
     """
     file = os.fspath(path)
+    for package in ("pyarrow", "scipy"):
+        if find_spec(package) is None:
+            raise MotionError(f"{file}: reading motions needs the package {package}; install it: pip install 'ksl[loads]'")
     try:
         if file != STANDARD_INPUT and os.path.isdir(file):
             from ksl.motions.bags import bag_in_folder
