@@ -133,6 +133,15 @@ def test_times_of_the_log_where_stamps_are_of_no_use(leg, tmp_path, stamp, why):
     assert m.source.notes[-1].endswith("of the log")
 
 
+def test_a_simulation_that_was_started_again(leg, tmp_path):
+    """Its stamps begin again: sorted, two motions would be mixed."""
+    messages = list(leg_messages(100))
+    again = [(log + 1000 * MS, s, names, [x + 5 for x in q], v, e) for log, s, names, q, v, e in messages]
+    m = read_motion(leg, write(tmp_path, "ros1", messages + again))
+    assert len(m.time) == 200 and m.q[99, 0] < 1 and m.q[100, 0] == 5
+    assert "times are those of the log, since header stamps of slide, hip jump back by 0.99 s" in m.source.notes
+
+
 def test_velocities_that_were_not_measured_are_not_used(leg, tmp_path):
     for kind, fill in (("mcap", 0.0), ("ros1", np.nan)):
         m = read_motion(leg, write(tmp_path, kind, [(log, s, names, q, [fill] * 2, []) for log, s, names, q, _, _ in leg_messages(60)]))

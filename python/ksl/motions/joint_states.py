@@ -18,6 +18,8 @@ from ksl.states import Array
 Nanoseconds = NDArray[np.int64]
 GAP = 5.0
 """A step that is longer than this many median steps is a gap, which is said."""
+RESTART = 0.5
+"""Messages that overtake each other are sorted by their stamps; stamps that jump back by more than this, s, have another reason."""
 FILLED_IN = 1e-3
 """Velocities that are all zero, while positions change by more than this (rad or m), were not measured."""
 SECOND = 1_000_000_000
@@ -156,6 +158,9 @@ def _clock(states: JointStates) -> tuple[str, list[str]]:
     for names, group in states.groups.items():
         if len(group) > 2 and len({m[1] for m in group}) <= len(group) / 2:
             return "log", [f"times are those of the {log}of {listed(names, 4)} stand still"]
+        back = -int(np.diff([m[1] for m in group]).min(initial=0))
+        if back > RESTART * SECOND:  # a simulation that was started again, or a clock that was set: sorting would mix two motions
+            return "log", [f"times are those of the {log}of {listed(names, 4)} jump back by {back / SECOND:.4g} s"]
     return "header stamps", []
 
 
