@@ -156,11 +156,11 @@ def _clock(states: JointStates) -> tuple[str, list[str]]:
         missing = "are zero" if zero == len(stamps) else f"of {zero} of {len(stamps)} messages are zero"
         return "log", [f"times are those of the {log}{missing}"]
     for names, group in states.groups.items():
-        if len(group) > 2 and len({m[1] for m in group}) <= len(group) / 2:
-            return "log", [f"times are those of the {log}of {listed(names, 4)} stand still"]
         back = -int(np.diff([m[1] for m in group]).min(initial=0))
         if back > RESTART * SECOND:  # a simulation that was started again, or a clock that was set: sorting would mix two motions
             return "log", [f"times are those of the {log}of {listed(names, 4)} jump back by {back / SECOND:.4g} s"]
+        if len(group) > 2 and len({m[1] for m in group}) <= len(group) / 2:
+            return "log", [f"times are those of the {log}of {listed(names, 4)} stand still"]
     return "header stamps", []
 
 
