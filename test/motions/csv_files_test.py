@@ -127,6 +127,7 @@ REFUSED = {
     "gap after comments": ("# a\n" + HEAD + "# b\n0,0,0\n# c\n1,,0\n", ":6: column 'hip' is not a number or missing"),
     "numbers alone": ("0,0,0\n1,0,0\n", ":1: no names of columns, but numbers"),
     "degrees": (HEAD + "".join(f"{k},{k * 600},0\n" for k in range(8)), ":4: joint hip is at 1200 rad, where its limit is 9 rad; did you mean --degrees"),
+    "open quotation mark": (HEAD + '0,0,"0\n1,0,0\n', ":2: column 'slide' holds several lines, from '0\\n1,0,0\\n' on; a quotation mark is not closed"),
     "clock that stops": ("Time,hip,slide\n0:00:01,0,0\nnoon,0,0\n", ":3: column 'Time' holds 'noon'; expected a number with a decimal point, a clock time"),
     "JSON": ('{"time": 0}', ": is JSON; save the motion as CSV, Parquet or NPZ"),
     "robot": ("<?xml version='1.0'?>\n<robot name='r'/>", ": is a robot file, not a motion"),
