@@ -72,6 +72,8 @@ GEAR = 'kind = "strain wave gear"\nratio = 100\n'
         (HEAD + 'kind = "bearing pair"\n[component.locating]\ntype = "deep groove"\nposition = 0\n[component.floating]\ntype = "deep groove"\nposition = 0\n', ":11: locating and floating are at the same position"),
         (HEAD + 'kind = "bearing pair"\n[component.locating]\ntype = "deep grove"\n', ":7: locating.type = 'deep grove': did you mean 'deep groove'"),
         (HEAD + 'kind = "bearing pair"\n[component.locating]\ntype = "deep groove"\n[component.floating]\ntype = "deep groove"\nposition = 0\n', ":6: locating without position"),
+        (HEAD + 'kind = "crossed roller bearing"\npitch_diameter = 90\n', ":6: pitch_diameter = 90: lengths are in metres; 90 mm are 0.09"),
+        (HEAD + 'kind = "crossed roller bearing"\nposition = -30.5\n', ":6: position = -30.5: lengths are in metres; 30.5 mm are 0.0305"),
         (HEAD + 'kind = "fatigue"\nk = 5\n', "fatigue without stress"),
         (HEAD + 'kind = "fatigue"\nstress = { mx = 3.0 }\n', ":6: no stress key named 'mx'"),
         (HEAD + GEAR + "\n[cases]\npick = -1\n", ":9: cases.pick = -1: expected a number, 0 or more"),

@@ -21,6 +21,8 @@ TOP = ("robot", "required_life_h", "reliability", "iso_281", "cases", "shares", 
 LARGEST = 1e30
 """Magnitudes beyond this one, or below its inverse, are no catalogue numbers, and their powers would overflow."""
 LARGEST_EXPONENT = 100.0
+LARGEST_DIAMETER, FARTHEST = 3.0, 10.0
+"""Metres.  What is larger was most likely meant in millimetres, as catalogues have it."""
 AT_MOST_1 = ("gear_efficiency", "efficiency", "load_introduction", "load_factor")
 GEOMETRY = ("bolts", "circle_diameter", "points", "contact_angle_deg")
 
@@ -195,6 +197,9 @@ class _Reader:
             wrong = f"is out of range: magnitudes are between {1 / LARGEST:g} and {LARGEST:g}"
         elif name in ("k", "torque_exponent") and numbers[0] > LARGEST_EXPONENT:
             wrong = f"must be at most {LARGEST_EXPONENT:g}"
+        if not wrong and key.unit == "m" and max(map(abs, numbers)) >= (LARGEST_DIAMETER if "diameter" in key.name else FARTHEST):
+            largest = max(map(abs, numbers))
+            raise self.fail(f"{name} = {x!r}: lengths are in metres; {largest:g} mm are {largest / 1000:g}", *path)
         if wrong and (key.sign == "any" or key.name in GEOMETRY):  # without these nothing could be said of the component
             raise self.fail(f"{name} = {x!r} {wrong}", *path)
         if wrong:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Callable, Iterable, Sequence
 
@@ -14,6 +15,9 @@ from ksl.sizing.peaks import PeakRow
 from ksl.sizing.sizing import Sizing
 
 WORST_SHOWN = 15
+KEPT_TOGETHER = re.compile(r"(?<=\d) (?=[A-Za-zµ%(·])|(?<=\bN) (?=m\b)|(?<=kg) (?=m²)| (?==)|(?<==) ")
+"""Spaces at which no line is broken: between numbers and units, and around equality signs."""
+
 HEADINGS = {
     "axial_force": "axial N",
     "radial_force": "radial N",
@@ -160,5 +164,7 @@ def _style(f: Figure | None) -> str:
 
 
 def _wrapped(console: Console, text: str, indent: str, style: str = "", first: str = "") -> None:
-    for line in textwrap.wrap(text, max(console.width, 40), initial_indent=first, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False):
-        console.print(Text(line, style=style), soft_wrap=True)
+    """Lines of the console's width; a number stays with its name and its unit."""
+    together = KEPT_TOGETHER.sub("\xa0", text)
+    for line in textwrap.wrap(together, max(console.width, 40), initial_indent=first, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False):
+        console.print(Text(line.replace("\xa0", " "), style=style), soft_wrap=True)
