@@ -15,7 +15,7 @@ from ksl.sizing.peaks import PeakRow
 from ksl.sizing.sizing import Sizing
 
 WORST_SHOWN = 15
-KEPT_TOGETHER = re.compile(r"(?<=\d) (?=[A-Za-zµ%(·])|(?<=\bN) (?=m\b)|(?<=kg) (?=m²)| (?==)|(?<==) ")
+KEPT_TOGETHER = re.compile(r"(?<=Σ) |(?<=\d) (?=[A-Za-zµ%(·])|(?<=\bN) (?=m\b)|(?<=kg) (?=m²)| (?==)|(?<==) ")
 """Spaces at which no line is broken: between numbers and units, and around equality signs."""
 
 HEADINGS = {
