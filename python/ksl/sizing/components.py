@@ -101,7 +101,10 @@ class _Reader:
         self.known(t, TOP, "top-level")
         entries = t.get("component", [])
         if not isinstance(entries, list) or not entries:
-            raise self.fail("holds no components; write a table [[component]] with joint and kind for each, `ksl size --example` prints some", "component")
+            raise self.fail(
+                "holds no components; write a table [[component]] with joint and kind for each, `ksl size --example` prints some",
+                "component",
+            )
         life = self.optional_number(t.get("required_life_h"), "required_life_h")
         reliability = self.optional_number(t.get("reliability", 90.0), "reliability") or 90.0
         edition = t.get("iso_281", 2007)
@@ -112,7 +115,16 @@ class _Reader:
         if robot is not None and not isinstance(robot, str):
             raise self.fail(f"robot = {robot!r}: expected the robot's name in quotes", "robot")
         parts = tuple(self.part(k, entry, edition) for k, entry in enumerate(entries))
-        return Components(self.file, parts, robot, life, reliability, edition, self.spectrum(), {c: line_of(self.lines, w, c) for w in ("cases", "shares") for c in t.get(w, {})})
+        return Components(
+            self.file,
+            parts,
+            robot,
+            life,
+            reliability,
+            edition,
+            self.spectrum(),
+            {c: line_of(self.lines, w, c) for w in ("cases", "shares") for c in t.get(w, {})},
+        )
 
     def reliability(self, value: float, edition: int, *path: str | int) -> None:
         if value not in RELIABILITY[edition]:
@@ -161,17 +173,44 @@ class _Reader:
         if "reliability" in values:
             self.reliability(values["reliability"], edition, *path, "reliability")
         self.whole(kind, values, path)
-        return Part(kind, name, self.part_joints(entry, path), values, refused, self.at(*path, "joints" if "joints" in entry else "joint"))
+        return Part(
+            kind,
+            name,
+            self.part_joints(entry, path),
+            values,
+            refused,
+            self.at(*path, "joints" if "joints" in entry else "joint"),
+        )
 
     def part_joints(self, entry: Mapping[str, Any], path: tuple[str | int, ...]) -> tuple[str, ...]:
         given = entry.get("joints", entry.get("joint"))
         joints = [given] if isinstance(given, str) else given
-        if ("joint" in entry) == ("joints" in entry) or not isinstance(joints, list) or not joints or not all(isinstance(j, str) for j in joints):
-            raise self.fail('expected joint = "NAME", or joints = ["NAME", "NAME"]', *path, "joints" if "joints" in entry else "joint")
+        if (
+            ("joint" in entry) == ("joints" in entry)
+            or not isinstance(joints, list)
+            or not joints
+            or not all(isinstance(j, str) for j in joints)
+        ):
+            raise self.fail(
+                'expected joint = "NAME", or joints = ["NAME", "NAME"]',
+                *path,
+                "joints" if "joints" in entry else "joint",
+            )
         return tuple(dict.fromkeys(joints))
 
-    def values(self, entry: Mapping[str, Any], keys: Iterable[Key], path: tuple[str | int, ...], table: str, refused: dict[str, str]) -> dict[str, Any]:
-        return {key.name: self.value(key, entry[key.name], (*path, key.name), table + key.name, refused) for key in keys if key.name in entry}
+    def values(
+        self,
+        entry: Mapping[str, Any],
+        keys: Iterable[Key],
+        path: tuple[str | int, ...],
+        table: str,
+        refused: dict[str, str],
+    ) -> dict[str, Any]:
+        return {
+            key.name: self.value(key, entry[key.name], (*path, key.name), table + key.name, refused)
+            for key in keys
+            if key.name in entry
+        }
 
     def value(self, key: Key, x: Any, path: tuple[str | int, ...], name: str, refused: dict[str, str]) -> Any:
         """A checked value.  One of the wrong type is an error, one of the wrong sign is noted in `refused`."""
@@ -183,13 +222,19 @@ class _Reader:
         if key.shape == "word":
             if not isinstance(x, str) or (key.choices and x not in key.choices):
                 near = near_names(x, key.choices)
-                raise self.fail(f"{name} = {x!r}: {near}expected {' or '.join(map(repr, key.choices)) or 'text in quotes'}", *path)
+                raise self.fail(
+                    f"{name} = {x!r}: {near}expected {' or '.join(map(repr, key.choices)) or 'text in quotes'}", *path
+                )
             return x
         numbers = self.numbers_of(key, x, name, path)
         wrong = ""
         if not all(math.isfinite(v) for v in numbers):
             wrong = "must be finite"
-        elif key.sign != "any" and any(v < 0 or (v == 0 and key.sign == "positive") for v in numbers) and key.shape != "curve":
+        elif (
+            key.sign != "any"
+            and any(v < 0 or (v == 0 and key.sign == "positive") for v in numbers)
+            and key.shape != "curve"
+        ):
             wrong = "must be positive" if key.sign == "positive" else "must be 0 or more"
         elif name in AT_MOST_1 and numbers[0] > 1 and key.meaning[:2] != "fw":
             wrong = "must be at most 1"
@@ -197,10 +242,16 @@ class _Reader:
             wrong = f"is out of range: magnitudes are between {1 / LARGEST:g} and {LARGEST:g}"
         elif name in ("k", "torque_exponent") and numbers[0] > LARGEST_EXPONENT:
             wrong = f"must be at most {LARGEST_EXPONENT:g}"
-        if not wrong and key.unit == "m" and max(map(abs, numbers)) >= (LARGEST_DIAMETER if "diameter" in key.name else FARTHEST):
+        if (
+            not wrong
+            and key.unit == "m"
+            and max(map(abs, numbers)) >= (LARGEST_DIAMETER if "diameter" in key.name else FARTHEST)
+        ):
             largest = max(map(abs, numbers))
             raise self.fail(f"{name} = {x!r}: lengths are in metres; {largest:g} mm are {largest / 1000:g}", *path)
-        if wrong and (key.sign == "any" or key.name in GEOMETRY):  # without these nothing could be said of the component
+        if wrong and (
+            key.sign == "any" or key.name in GEOMETRY
+        ):  # without these nothing could be said of the component
             raise self.fail(f"{name} = {x!r} {wrong}", *path)
         if wrong:
             refused[name] = f"{self.at(*path)}: {name} = {x!r} {wrong}"
@@ -218,23 +269,44 @@ class _Reader:
             if found is not None:
                 self.known(x, allowed, name, *path)
         elif key.shape in ("points", "curve"):
-            pairs = x if isinstance(x, list) and len(x) > 0 and all(isinstance(p, list) and len(p) == 2 for p in x) else None
+            pairs = (
+                x
+                if isinstance(x, list) and len(x) > 0 and all(isinstance(p, list) and len(p) == 2 for p in x)
+                else None
+            )
             found = None if pairs is None else [v for p in pairs for v in p]
         else:
-            found = x if isinstance(x, list) and key.shape == "vector" and len(x) == 3 else [x] if key.shape in ("number", "count") else None
+            found = (
+                x
+                if isinstance(x, list) and key.shape == "vector" and len(x) == 3
+                else [x]
+                if key.shape in ("number", "count")
+                else None
+            )
         right = found is not None and all(_is_number(v) for v in found) and (key.shape != "count" or isinstance(x, int))
         if right and key.shape == "curve":
             speeds = [p[0] for p in x]
-            right = speeds[0] >= 0 and all(a < b for a, b in zip(speeds, speeds[1:], strict=False)) and all(p[1] >= 0 for p in x)
+            right = (
+                speeds[0] >= 0
+                and all(a < b for a, b in zip(speeds, speeds[1:], strict=False))
+                and all(p[1] >= 0 for p in x)
+            )
         if not right or found is None:
-            raise self.fail(f"{name} = {x!r}: expected {form}" + (f", {key.unit}" if key.unit and key.shape == "number" else ""), *path)
+            raise self.fail(
+                f"{name} = {x!r}: expected {form}" + (f", {key.unit}" if key.unit and key.shape == "number" else ""),
+                *path,
+            )
         return [float(v) for v in found]
 
     def whole(self, kind: Kind, values: Mapping[str, Any], path: tuple[str | int, ...]) -> None:
         """What must be there for a component to mean anything, and what contradicts itself."""
         if kind.name == "bolted flange" and ("points" in values) == ("bolts" in values or "circle_diameter" in values):
             raise self.fail("a bolted flange needs bolts and circle_diameter, or points", *path)
-        if kind.name == "bolted flange" and "points" not in values and not {"bolts", "circle_diameter"} <= values.keys():
+        if (
+            kind.name == "bolted flange"
+            and "points" not in values
+            and not {"bolts", "circle_diameter"} <= values.keys()
+        ):
             raise self.fail("a bolt circle needs both bolts and circle_diameter", *path)
         if kind.name == "bolted flange" and (len(values["points"]) if "points" in values else values["bolts"]) < 3:
             raise self.fail("a flange needs at least three bolts", *path)
@@ -247,14 +319,34 @@ class _Reader:
                     raise self.fail(f"{table.name} without {needed}", *path, table.name)
         for a, b in (("locating", "floating"), ("a", "b")):
             if kind.name != "motor" and a in values and b in values and values[a]["position"] == values[b]["position"]:
-                raise self.fail(f"{a} and {b} are at the same position, where they carry no moment; give both positions on the axis, m", *path, b, "position")
+                raise self.fail(
+                    f"{a} and {b} are at the same position, where they carry no moment; give both positions on the axis, m",
+                    *path,
+                    b,
+                    "position",
+                )
         for needed, of in (("arrangement", "opposed angular contact bearings"), ("stress", "fatigue")):
             if kind.name == of and needed not in values:
                 raise self.fail(f"{of} without {needed}", *path)
-        if kind.name in ("bearing pair",) and any(values[t].get("type") == "angular contact pair" and values[t].get("contact_angle_deg", 40.0) not in (20, 25, 30, 35, 40, 45) for t in ("locating", "floating")):
+        if kind.name in ("bearing pair",) and any(
+            values[t].get("type") == "angular contact pair"
+            and values[t].get("contact_angle_deg", 40.0) not in (20, 25, 30, 35, 40, 45)
+            for t in ("locating", "floating")
+        ):
             raise self.fail("contact_angle_deg must be 20, 25, 30, 35, 40 or 45", *path)
-        if kind.name == "opposed angular contact bearings" and values.get("contact_angle_deg", 40.0) not in (20, 25, 30, 35, 40, 45):
-            raise self.fail(f"contact_angle_deg = {values['contact_angle_deg']:g}: expected 20, 25, 30, 35, 40 or 45", *path, "contact_angle_deg")
+        if kind.name == "opposed angular contact bearings" and values.get("contact_angle_deg", 40.0) not in (
+            20,
+            25,
+            30,
+            35,
+            40,
+            45,
+        ):
+            raise self.fail(
+                f"contact_angle_deg = {values['contact_angle_deg']:g}: expected 20, 25, 30, 35, 40 or 45",
+                *path,
+                "contact_angle_deg",
+            )
 
 
 def _as_toml(x: Any) -> Any:
