@@ -4,10 +4,9 @@ import json
 import math
 from pathlib import Path
 
+import ksl
 import numpy as np
 import pytest
-
-import ksl
 from tables import results_table
 
 G = 9.81

@@ -3,11 +3,10 @@
 import copy
 import re
 
-import numpy as np
-import pytest
-
 import ksl
 import ksl.sizing.results
+import numpy as np
+import pytest
 from ksl.errors import SizingError
 from ksl.sizing.catalogue import KINDS
 from ksl.sizing.components import components_of, read_components

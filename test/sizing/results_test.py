@@ -2,14 +2,14 @@
 
 import json
 
+import ksl
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-
-import ksl
 from ksl.errors import SizingError
-from ksl.sizing.results import Results, Spectrum, read_results
+from ksl.sizing.results import Results, read_results
+from ksl.sizing.samples import Spectrum
 from tables import results_table
 
 

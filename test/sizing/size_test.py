@@ -7,11 +7,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import ksl
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-
-import ksl
 from ksl.errors import SizingError
 from ksl.sizing.example import example_file
 from tables import results_table
@@ -40,9 +39,8 @@ def sizing(loads):
 
 def command(*arguments):
     """The command in this process, which spares the imports; test_results_over_a_closed_pipe runs it as a user does."""
-    from typer.testing import CliRunner
-
     from ksl.commands import app
+    from typer.testing import CliRunner
 
     return CliRunner().invoke(app, ["size", *map(str, arguments)])
 

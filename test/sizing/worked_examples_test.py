@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from ksl.sizing import bearings, bolts, fatigue, gears, life, motor
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "reference" / "sizing"

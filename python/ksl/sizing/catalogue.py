@@ -26,6 +26,17 @@ class Key:
     choices: tuple[str, ...] = ()
     keys: tuple[Key, ...] = ()
     """Of tables inside of the component."""
+    largest: float | None = None
+    one_of: tuple[float, ...] = ()
+    needed: bool = False
+    """Whether nothing can be said of the component without it."""
+    alternative: bool = False
+    """Whether it, or other keys in its place, is needed: a circle of bolts, or points."""
+
+    @property
+    def essential(self) -> bool:
+        """Whether a number that can't be is an error; otherwise it leaves out the figures that need it."""
+        return self.needed or self.alternative or self.sign == "any" or bool(self.one_of)
 
 
 @dataclass(frozen=True)
@@ -52,9 +63,9 @@ RATINGS = (
     Key("C0", "N", "basic static load rating", "9000"),
 )
 DEEP_GROOVE_KEYS = (Key("f0", "", "factor of the relative axial load; of deep-groove bearings", "13"),)
-ANGLES = tuple(str(a) for a in ANGULAR_CONTACT)
-CONTACT = Key("contact_angle_deg", "°", f"{', '.join(ANGLES)}", "40", default=40.0)
-POSITION = Key("position", "m", "on the joint's axis, from its origin", "0.02", sign="any")
+ANGLES = tuple(float(a) for a in ANGULAR_CONTACT)
+CONTACT = Key("contact_angle_deg", "°", "20, 25, 30, 35, 40 or 45", "40", default=40.0, one_of=ANGLES)
+POSITION = Key("position", "m", "on the joint's axis, from its origin", "0.02", sign="any", needed=True)
 SAFETY = Key("required_static_safety", "", "smallest C0/P0 that is accepted", "1.5", default=1.0)
 
 BEARING = (
@@ -65,6 +76,7 @@ BEARING = (
         '"deep groove"',
         "word",
         choices=("deep groove", "angular contact pair"),
+        needed=True,
     ),
     POSITION,
     *RATINGS,
@@ -73,7 +85,14 @@ BEARING = (
     SAFETY,
 )
 ROW = (
-    Key("position", "m", "where its contact lines meet the joint's axis, from the joint's origin", "0.02", sign="any"),
+    Key(
+        "position",
+        "m",
+        "where its contact lines meet the joint's axis, from the joint's origin",
+        "0.02",
+        sign="any",
+        needed=True,
+    ),
     *RATINGS,
     SAFETY,
 )
@@ -90,7 +109,7 @@ MOTOR = Kind(
             "turns of the rotor for each of the joint (rad/m where it slides); otherwise that of the gear on the joint",
             "100",
         ),
-        Key("gear_efficiency", "", "0 to 1; otherwise that of the gear on the joint, or 1", "0.8"),
+        Key("gear_efficiency", "", "0 to 1; otherwise that of the gear on the joint, or 1", "0.8", largest=1.0),
         Key("rated_torque", "N m", "continuous (S1) torque, compared with the rms torque", "0.45"),
         Key("peak_torque", "N m", "of motor and drive together", "1.6"),
         Key("max_speed_rpm", "r/min", "", "6000"),
@@ -119,7 +138,7 @@ STRAIN_WAVE = Kind(
     "turning",
     (
         Key("ratio", "", "", "100"),
-        Key("efficiency", "", "0 to 1, for the motor on the same joint", "0.75"),
+        Key("efficiency", "", "0 to 1, for the motor on the same joint", "0.75", largest=1.0),
         Key("rated_torque", "N m", "at the rated input speed", "67"),
         Key("rated_input_rpm", "r/min", "", "2000", default=2000.0),
         Key("rated_life_h", "h", "L10 at the rated torque: 7000 (CSF, SHF), 10000 (CSG, SHG)", "7000", default=7000.0),
@@ -137,13 +156,15 @@ PLANETARY = Kind(
     "turning",
     (
         Key("ratio", "", "", "50"),
-        Key("efficiency", "", "0 to 1, for the motor on the same joint", "0.94"),
+        Key("efficiency", "", "0 to 1, for the motor on the same joint", "0.94", largest=1.0),
         Key("nominal_torque", "N m", "T2N, compared with the mean torque", "40"),
         Key("acceleration_torque", "N m", "T2B, for the peaks of the cycle", "80"),
         Key("emergency_torque", "N m", "T2Not, for emergencies", "120"),
         Key("nominal_input_rpm", "r/min", "n1N, compared with the mean speed", "3000"),
         Key("max_input_rpm", "r/min", "", "6000"),
-        Key("torque_exponent", "", "of the mean torque, as the gear's catalogue has it", "3", default=3.0),
+        Key(
+            "torque_exponent", "", "of the mean torque, as the gear's catalogue has it", "3", default=3.0, largest=100.0
+        ),
     ),
 )
 CROSSED_ROLLER = Kind(
@@ -164,8 +185,8 @@ PAIR = Kind(
     "two bearings on the joint's axis; the locating one carries the axial force",
     "turning",
     (
-        Key("locating", "", "the bearing that carries the axial force", "", "table", keys=BEARING),
-        Key("floating", "", "the bearing that can move along the axis", "", "table", keys=BEARING),
+        Key("locating", "", "the bearing that carries the axial force", "", "table", keys=BEARING, needed=True),
+        Key("floating", "", "the bearing that can move along the axis", "", "table", keys=BEARING, needed=True),
         *LIFE,
     ),
 )
@@ -181,6 +202,7 @@ OPPOSED = Kind(
             '"back-to-back"',
             "word",
             choices=("back-to-back", "face-to-face"),
+            needed=True,
         ),
         Key(
             "shaft",
@@ -192,8 +214,8 @@ OPPOSED = Kind(
             choices=("child", "parent"),
         ),
         CONTACT,
-        Key("a", "", "one of the two", "", "table", keys=ROW),
-        Key("b", "", "the other one", "", "table", keys=ROW),
+        Key("a", "", "one of the two", "", "table", keys=ROW, needed=True),
+        Key("b", "", "the other one", "", "table", keys=ROW, needed=True),
         *LIFE,
     ),
 )
@@ -202,8 +224,8 @@ FLANGE = Kind(
     "of a fixed joint, of `base`, or between a gear and a link; preloaded bolts by VDI 2230",
     "any",
     (
-        Key("bolts", "", "number of bolts on a circle", "8", "count"),
-        Key("circle_diameter", "m", "of the bolt circle", "0.125"),
+        Key("bolts", "", "number of bolts on a circle", "8", "count", alternative=True),
+        Key("circle_diameter", "m", "of the bolt circle", "0.125", alternative=True),
         Key("first_angle_deg", "°", "of the first bolt, from x_axis", "0", sign="any", default=0.0),
         Key(
             "points",
@@ -236,8 +258,8 @@ FLANGE = Kind(
         Key("embedding_loss", "N", "F_Z", "800", sign="not negative", default=0.0),
         Key("bolt_resilience", "m/N", "δ_S", "4.2e-9"),
         Key("plate_resilience", "m/N", "δ_P", "1.1e-9"),
-        Key("load_introduction", "", "n, at most 1", "0.5", default=1.0),
-        Key("load_factor", "", "Φ itself, instead of the three above", "0.1"),
+        Key("load_introduction", "", "n, at most 1", "0.5", default=1.0, largest=1.0),
+        Key("load_factor", "", "Φ itself, instead of the three above", "0.1", largest=1.0),
         Key("yield_force", "N", "of one bolt, F_0.2 with the share that tightening leaves", "16000"),
         Key("amplitude_limit", "N", "fatigue: largest force amplitude of one bolt", "800"),
         Key(
@@ -264,6 +286,7 @@ FATIGUE = Kind(
             "{ tx = 2.1e5, fz = 900 }",
             "numbers by name",
             sign="any",
+            needed=True,
         ),
         Key("unit", "", "of the stress", '"Pa"', "word", default="Pa"),
         Key(
@@ -275,7 +298,7 @@ FATIGUE = Kind(
             sign="any",
             default=[0.0, 0.0, 0.0],
         ),
-        Key("k", "", "slope of the S–N line", "5"),
+        Key("k", "", "slope of the S–N line", "5", largest=100.0),
         Key("knee_amplitude", "the stress's", "S_k", "60e6"),
         Key("knee_cycles", "", "N_k", "2e6"),
         Key(

@@ -8,7 +8,8 @@ import numpy as np
 
 from ksl.sizing import fatigue
 from ksl.sizing.figures import Formula, significant
-from ksl.sizing.results import WRENCH, JointSamples
+from ksl.sizing.results import WRENCH
+from ksl.sizing.samples import JointSamples
 from ksl.sizing.sheet import Sheet
 from ksl.states import Array
 

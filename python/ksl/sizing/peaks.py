@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ksl.sizing.results import JointSamples
+from ksl.sizing.samples import JointSamples
 from ksl.states import Array
 
 QUANTITIES = {

@@ -13,7 +13,11 @@ from typing import Any
 from ksl._core import __version__
 from ksl.errors import SizingError, unknown_name
 from ksl.load_cases.provenance import input_file, versions
-from ksl.sizing.bearing_figures import crossed_roller_figures, opposed_figures, pair_figures
+from ksl.sizing.bearing_figures import (
+    crossed_roller_figures,
+    opposed_figures,
+    pair_figures,
+)
 from ksl.sizing.bolt_figures import flange_figures
 from ksl.sizing.components import Components, Part, components_of, read_components
 from ksl.sizing.fatigue_figures import fatigue_figures
@@ -22,7 +26,8 @@ from ksl.sizing.gear_figures import planetary_figures, strain_wave_figures
 from ksl.sizing.limit_figures import limit_figures
 from ksl.sizing.motor_figures import Cloud, motor_figures
 from ksl.sizing.peaks import simultaneous_sets
-from ksl.sizing.results import JointSamples, Results, read_results
+from ksl.sizing.results import Results, read_results
+from ksl.sizing.samples import JointSamples
 from ksl.sizing.sheet import Demands, Sheet
 from ksl.sizing.sizing import Sizing
 

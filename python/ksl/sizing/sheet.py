@@ -10,9 +10,19 @@ import numpy as np
 
 from ksl.sizing.components import Part
 from ksl.sizing.figures import Figure, Formula, LeftOut, significant
-from ksl.sizing.life import hours, mean_load, mean_speed, rating_life, reliability_factor
-from ksl.sizing.life import LIFE_HOURS, MEAN_LOAD, RATING_LIFE, ROLLER, SLOW
-from ksl.sizing.results import JointSamples
+from ksl.sizing.life import (
+    LIFE_HOURS,
+    MEAN_LOAD,
+    RATING_LIFE,
+    ROLLER,
+    SLOW,
+    hours,
+    mean_load,
+    mean_speed,
+    rating_life,
+    reliability_factor,
+)
+from ksl.sizing.samples import JointSamples
 from ksl.states import Array
 
 RPM = 60.0 / (2.0 * math.pi)
