@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ksl.errors import MotionError
 from ksl.mechanism import Joint
-from ksl.states import Array, External, items_of
+from ksl.states import Array, External, argument, items_of
 from ksl.viewer.visuals import Appearance, appearance
 
 if TYPE_CHECKING:
@@ -176,13 +176,14 @@ def make_scene(
     """The scene of one state, or of the states of a motion.
 
     q (nq) or (n, nq), by default a pose within the limits; v and a (nv) or (n, nv), zero where they are missing: at rest.  time (n), s.
-    external: {link: (6) or (n, 6)}, at the link's origin, in its axes, or {link: ksl.Wrench}.
+    external: {link: (6) or (n, 6)}, at the link's origin, in its axes.
     package_paths, triangles: as in `visuals.appearance`.  look: appearance of an earlier scene of the same robot, which is not read again.
     Raises ValueError for shapes that don't fit.  O(n · (bodies + links)), besides reading meshes.
     """
-    positions = np.atleast_2d(np.asarray(resting_position(model) if q is None else q, dtype=float))
+    positions = np.atleast_2d(np.asarray(resting_position(model) if q is None else argument(q, "q", model.nq, model._core), dtype=float))
     n = len(positions)
-    velocity, acceleration = (np.zeros((n, model.nv)) if x is None else np.broadcast_to(np.asarray(x, dtype=float), (n, model.nv)) for x in (v, a))
+    rates = (np.zeros(model.nv) if x is None else np.asarray(argument(x, name, model.nv, model._core), dtype=float) for x, name in ((v, "v"), (a, "a")))
+    velocity, acceleration = (np.broadcast_to(x, (n, model.nv)) for x in rates)
     times = np.zeros(n) if time is None else np.atleast_1d(np.asarray(time, dtype=float))
     if times.shape != (n,):
         raise MotionError(f"time has shape {times.shape}, and q {positions.shape}; expected a time for each position")
