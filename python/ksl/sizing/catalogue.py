@@ -112,7 +112,7 @@ MOTOR = Kind(
         Key("gear_efficiency", "", "0 to 1; otherwise that of the gear on the joint, or 1", "0.8", largest=1.0),
         Key("rated_torque", "N m", "continuous (S1) torque, compared with the rms torque", "0.45"),
         Key("peak_torque", "N m", "of motor and drive together", "1.6"),
-        Key("max_speed_rpm", "r/min", "", "6000"),
+        Key("max_speed_rpm", "r/min", "of motor and drive", "6000"),
         Key("max_power", "W", "of the drive, positive or negative", "400"),
         Key(
             "torque_speed",
@@ -137,16 +137,16 @@ STRAIN_WAVE = Kind(
     "harmonic drive; torques at the output, speeds at the input",
     "turning",
     (
-        Key("ratio", "", "", "100"),
+        Key("ratio", "", "turns of the input for one of the output", "100"),
         Key("efficiency", "", "0 to 1, for the motor on the same joint", "0.75", largest=1.0),
         Key("rated_torque", "N m", "at the rated input speed", "67"),
-        Key("rated_input_rpm", "r/min", "", "2000", default=2000.0),
+        Key("rated_input_rpm", "r/min", "input speed of the rated torque", "2000", default=2000.0),
         Key("rated_life_h", "h", "L10 at the rated torque: 7000 (CSF, SHF), 10000 (CSG, SHG)", "7000", default=7000.0),
         Key("average_torque", "N m", "limit of the average torque", "108"),
         Key("repeated_peak_torque", "N m", "limit for starts and stops of the cycle", "157"),
         Key("momentary_peak_torque", "N m", "limit for emergencies", "284"),
-        Key("max_input_rpm", "r/min", "", "5600"),
-        Key("max_average_input_rpm", "r/min", "", "3500"),
+        Key("max_input_rpm", "r/min", "limit of the input speed, with the lubricant that is used", "5600"),
+        Key("max_average_input_rpm", "r/min", "limit of the average input speed", "3500"),
         LIFE[0],
     ),
 )
@@ -155,13 +155,13 @@ PLANETARY = Kind(
     "torques at the output, speeds at the input",
     "turning",
     (
-        Key("ratio", "", "", "50"),
+        Key("ratio", "", "turns of the input for one of the output", "50"),
         Key("efficiency", "", "0 to 1, for the motor on the same joint", "0.94", largest=1.0),
         Key("nominal_torque", "N m", "T2N, compared with the mean torque", "40"),
         Key("acceleration_torque", "N m", "T2B, for the peaks of the cycle", "80"),
         Key("emergency_torque", "N m", "T2Not, for emergencies", "120"),
         Key("nominal_input_rpm", "r/min", "n1N, compared with the mean speed", "3000"),
-        Key("max_input_rpm", "r/min", "", "6000"),
+        Key("max_input_rpm", "r/min", "limit of the input speed", "6000"),
         Key(
             "torque_exponent", "", "of the mean torque, as the gear's catalogue has it", "3", default=3.0, largest=100.0
         ),

@@ -18,7 +18,6 @@ RESIDUES, MEAN_STRESSES, BELOW_KNEES = get_args(Residue), get_args(MeanStress), 
 
 RAINFLOW = "rainflow count of ASTM E1049-85 (2023)"
 DAMAGE = Formula("D = Σ c/N, N = N_k (S_k/S_a)^k, S_a = range/2", RAINFLOW + ", 5.4; Palmgren–Miner")
-REPETITIONS = Formula("1/D", "Palmgren–Miner, failure at D = 1")
 EQUIVALENT = Formula("S_eq = (Σ c S_a^k / N_k)^(1/k), which does the same damage N_k times", "Palmgren–Miner")
 GOODMAN = "S_a/(1 − S_m/S_u) (Goodman)"
 

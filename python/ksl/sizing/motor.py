@@ -30,7 +30,6 @@ BRAKE = Formula(
     "statics of the brake on the rotor's shaft; the gear's friction, which helps, is left out",
 )
 REFLECTED = Formula("J N²", "inertia of the rotor as the joint feels it")
-HEAT = Formula("Σ T² Δt / Σ Δt", "copper loss is proportional to the mean square")
 
 
 def rotor_torque(

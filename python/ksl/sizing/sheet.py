@@ -68,9 +68,9 @@ class Sheet:
             self.leave_out(figure, "; ".join(self.part.why_absent(key) for key in absent))
         return not absent
 
-    def given(self, *keys: str, of: Part | None = None) -> dict[str, str]:
+    def given(self, *keys: str) -> dict[str, str]:
         """Catalogue numbers as inputs of a figure: {key: number and unit}."""
-        part = of or self.part
+        part = self.part
         inputs = {}
         for key in keys:
             table, _, name = key.rpartition(".")
