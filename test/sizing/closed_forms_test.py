@@ -7,7 +7,7 @@ from pathlib import Path
 import ksl
 import numpy as np
 import pytest
-from tables import results_table
+from results_tables import results_table
 
 G = 9.81
 

@@ -12,7 +12,7 @@ from ksl.sizing.catalogue import KINDS
 from ksl.sizing.components import components_of, read_components
 from ksl.sizing.example import example_file
 from ksl.toml_lines import line_of, toml_lines
-from tables import results_table
+from results_tables import results_table
 
 ABSENT = object()
 HEAD = 'robot = "panda"\n\n[[component]]\njoint = "panda_joint2"\n'

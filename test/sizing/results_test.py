@@ -10,7 +10,7 @@ import pytest
 from ksl.errors import SizingError
 from ksl.sizing.results import Results, read_results
 from ksl.sizing.samples import Spectrum
-from tables import results_table
+from results_tables import results_table
 
 
 @pytest.fixture(scope="module")

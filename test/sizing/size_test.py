@@ -13,7 +13,7 @@ import pyarrow.parquet as pq
 import pytest
 from ksl.errors import SizingError
 from ksl.sizing.example import example_file
-from tables import results_table
+from results_tables import results_table
 
 ROOT = Path(__file__).resolve().parents[2]
 PANDA = ROOT / "examples/components/panda.toml"
