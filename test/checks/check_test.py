@@ -179,6 +179,21 @@ def test_names_in_the_way_of_patterns(check):
     assert check(more(link("[a](b)*&lt;"), hinge("[bold]j", "fore", "[a](b)*&lt;", '<dynamics damping="-1"/>'))).rules == {"dynamics-negative": 1}
 
 
+@pytest.mark.parametrize(
+    "centroid, cause", [("0 0 -0.2", "The sign of z"), ("0 0 200", "millimetres"), ("0 0 0.8", "in other axes")]
+)
+def test_causes_of_a_centroid_outside(check, centroid, cause):
+    (finding,) = check(changed(('<origin xyz="0 0 0.2"/>\n      <mass', f'<origin xyz="{centroid}"/>\n      <mass')))
+    assert finding.rule == "centroid-outside" and cause in finding.cause
+    assert finding.found.endswith("; the geometry has z from 0 to 0.4 m")
+
+
+def test_without_lxml_one_sentence(check, monkeypatch):
+    monkeypatch.setitem(sys.modules, "lxml", None)
+    with pytest.raises(ksl.DescriptionError, match=r"needs lxml; install it with: pip install 'ksl\[check\]'"):
+        check(ARM)
+
+
 def test_the_second_moment_bound_by_hand():
     """Half the mass at each end of a rod of length 2 is the extreme that a body in its box can have: variance 1 = (1 − 0)(0 + 1)."""
     from ksl.checks.fit_rules import Fit

@@ -118,7 +118,7 @@ def _of_size(size: Array) -> str:
     condition="The centroid lies within the link's geometry, or near it.",
     cause="The centroid is in millimetres, in other axes or from another origin than the link's.",
     repair="Give the centroid in m, in the link's axes, from its origin.",
-    accept="multiplies a centroid by 0.001 that then lies in the geometry",
+    accept="multiplies a centroid by 0.001 that then lies in the geometry (other causes are left)",
 )
 def centroid_outside(robot: RobotFile) -> Iterator[Broken]:
     for fit in _fits(robot):
@@ -126,10 +126,13 @@ def centroid_outside(robot: RobotFile) -> Iterator[Broken]:
             c = fit.inertial.centroid
             away = float(np.linalg.norm(np.maximum(np.maximum(fit.box[0] - c, c - fit.box[1]), 0)))
             millimetres = away > 50 * float(fit.size.max())
-            cause = "The centroid is in millimetres." if millimetres else None
+            cause = "The centroid is in millimetres." if millimetres else _cause_outside(fit)
             inside = bool((c / 1000 >= fit.box[0]).all() and (c / 1000 <= fit.box[1]).all())
             guess = _set_centroid(fit.inertial, c / 1000) if millimetres and inside and robot.format == "urdf" else None
-            found = f"centroid {' '.join(shown(x) for x in c)} m, {_of_size(fit.size)}"
+            out = [i for i in range(3) if not fit.box[0, i] <= c[i] <= fit.box[1, i]]
+            middle = fit.box.mean(axis=0)
+            ends = ", ".join(f"{'xyz'[i]} from {shown(middle[i] - fit.size[i] / 2)} to {shown(middle[i] + fit.size[i] / 2)} m" for i in out)
+            found = f"centroid {' '.join(shown(x) for x in c)} m; the geometry has {ends}"
             yield Broken(found, fit.inertial.line, "link", fit.link.name, away, cause=cause, guess=guess)
 
 
@@ -245,6 +248,19 @@ def mass_units(robot: RobotFile) -> Iterator[Broken]:
         elif density < LIGHTEST and volume > SMALLEST:
             cause = "The mass is in tonnes, a placeholder, or that of another part, or the geometry is in mm."
             yield Broken(found, fit.inertial.line, "link", fit.link.name, density, cause=cause)
+
+
+def _cause_outside(fit: Fit) -> str | None:
+    """Why a centroid may be outside: left at the origin, or with a wrong sign."""
+    c = fit.inertial.centroid
+    if not c.any():
+        return "<origin> of <inertial> was left out or at zero: the centroid of this link is not at its origin."
+    for axis, name in enumerate("xyz"):
+        mirrored = c.copy()
+        mirrored[axis] *= -1
+        if (mirrored >= fit.box[0]).all() and (mirrored <= fit.box[1]).all():
+            return f"The sign of {name} is wrong, or the mesh is mirrored and the centroid is not: with the other sign it lies within."
+    return None
 
 
 def _set_centroid(inertial: Inertial, centroid: Array) -> Repair:
