@@ -18,7 +18,9 @@ TWO = changed(('axis xyz="0 1 0"', 'axis xyz="0 0 0"'), ('effort="80"', 'effort=
 
 def run(*arguments):
     env = {k: v for k, v in os.environ.items() if k not in ("FORCE_COLOR", "COLUMNS")}
-    return subprocess.run([sys.executable, "-m", "ksl", "check", *map(str, arguments)], capture_output=True, text=True, env=env)
+    return subprocess.run(
+        [sys.executable, "-m", "ksl", "check", *map(str, arguments)], capture_output=True, text=True, env=env
+    )
 
 
 @pytest.fixture
@@ -33,12 +35,30 @@ def file(tmp_path):
 
 def test_findings_in_python(check):
     findings = check(TWO)
-    assert isinstance(findings, ksl.Findings) and len(findings) == 2 and findings.status == 2 and findings.summary == "1 error, 1 warning"
+    assert (
+        isinstance(findings, ksl.Findings)
+        and len(findings) == 2
+        and findings.status == 2
+        and findings.summary == "1 error, 1 warning"
+    )
     error, warning = findings
-    assert (error.rule, error.severity, error.line, error.kind, error.name, error.value) == ("axis-zero", "error", 36 - 3, "joint", "elbow", 0)
-    assert (warning.rule, warning.name, warning.place) == ("effort-zero", "shoulder", f"{findings.file}:27: joint shoulder")
+    assert (error.rule, error.severity, error.line, error.kind, error.name, error.value) == (
+        "axis-zero",
+        "error",
+        36 - 3,
+        "joint",
+        "elbow",
+        0,
+    )
+    assert (warning.rule, warning.name, warning.place) == (
+        "effort-zero",
+        "shoulder",
+        f"{findings.file}:27: joint shoulder",
+    )
     assert findings.errors == [error] and findings.warnings == [warning]
-    assert repr(findings).splitlines()[0] == "<robot.urdf: 1 error, 1 warning>" and "axis 0 0 0 (axis-zero)" in repr(findings)
+    assert repr(findings).splitlines()[0] == "<robot.urdf: 1 error, 1 warning>" and "axis 0 0 0 (axis-zero)" in repr(
+        findings
+    )
     assert findings[:1] == [error] and error in findings
 
 
@@ -71,7 +91,13 @@ def test_ignored_rules(check):
 def test_rules_are_declared_in_full():
     assert sum(len(rules) for rules in TOPICS.values()) == len(RULES)
     for name, rule in RULES.items():
-        assert name == name.lower() and rule.condition.endswith(".") and rule.cause.endswith(".") and rule.repair.endswith(".") and rule.severity in ("error", "warning")
+        assert (
+            name == name.lower()
+            and rule.condition.endswith(".")
+            and rule.cause.endswith(".")
+            and rule.repair.endswith(".")
+            and rule.severity in ("error", "warning")
+        )
 
 
 def test_exit_status(file):
@@ -99,14 +125,20 @@ def test_json(file):
     value = json.loads(done.stdout)
     assert done.returncode == value["status"] == 2 and value["errors"] == 1 and value["ignored"] == ["effort-zero"]
     (finding,) = value["findings"]
-    assert finding["rule"] == "axis-zero" and finding["line"] == 33 and set(finding) >= {"severity", "found", "condition", "cause", "repair", "value", "fixable"}
+    assert (
+        finding["rule"] == "axis-zero"
+        and finding["line"] == 33
+        and set(finding) >= {"severity", "found", "condition", "cause", "repair", "value", "fixable"}
+    )
 
 
 def test_fix_on_the_command_line(file, tmp_path):
     path = file(changed(('axis xyz="0 1 0"', 'axis xyz="0 0 5"'), ('effort="80"', 'effort="0"')))
     out = tmp_path / "new" / "out.urdf"
     done = run(path, "--fix", out)
-    assert done.returncode == 1 and 'joint elbow: <axis> xyz: "0 0 5" is now "0 0 1" (axis-not-unit)' in " ".join(done.stdout.split())
+    assert done.returncode == 1 and 'joint elbow: <axis> xyz: "0 0 5" is now "0 0 1" (axis-not-unit)' in " ".join(
+        done.stdout.split()
+    )
     assert "Left for you to decide:" in done.stdout and "effort-zero" in done.stdout
     again = run(path, "--fix", out)
     assert again.returncode == 2 and "--force" in again.stderr and again.stdout == ""
@@ -136,7 +168,11 @@ def test_sdf_with_lines(check):
 <joint name="j" type="revolute"><parent>a</parent><child>b</child><axis><xyz>0 0 1</xyz>
 <limit><lower>2</lower><upper>1</upper><effort>-1</effort></limit></axis></joint></model></sdf>"""
     findings = check(text, "robot.sdf")
-    assert {(f.rule, f.line) for f in findings} == {("inertia-triangle", 2), ("mass-negative", 3), ("limit-reversed", 5)}
+    assert {(f.rule, f.line) for f in findings} == {
+        ("inertia-triangle", 2),
+        ("mass-negative", 3),
+        ("limit-reversed", 5),
+    }
     assert findings.not_checked and not any(f.fixable for f in findings)
 
 
@@ -164,7 +200,9 @@ def test_processor_time_is_linear_in_links(tmp_path):
 
     def seconds(n):
         path = tmp_path / f"{n}.urdf"
-        chain = "".join(link(f"l{i}") + hinge(f"j{i}", f"l{i - 1}" if i else "fore", f"l{i}") for i in reversed(range(n)))
+        chain = "".join(
+            link(f"l{i}") + hinge(f"j{i}", f"l{i - 1}" if i else "fore", f"l{i}") for i in reversed(range(n))
+        )
         path.write_text(more(chain))
         start = time.process_time()
         assert not ksl.check(path)
@@ -176,7 +214,9 @@ def test_processor_time_is_linear_in_links(tmp_path):
 
 def test_names_in_the_way_of_patterns(check):
     """Names with regular expressions, markup and quotes."""
-    assert check(more(link("[a](b)*&lt;"), hinge("[bold]j", "fore", "[a](b)*&lt;", '<dynamics damping="-1"/>'))).rules == {"dynamics-negative": 1}
+    assert check(
+        more(link("[a](b)*&lt;"), hinge("[bold]j", "fore", "[a](b)*&lt;", '<dynamics damping="-1"/>'))
+    ).rules == {"dynamics-negative": 1}
 
 
 @pytest.mark.parametrize(
