@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ksl.checks.robot import Array, Inertial, Joint, Link, Mimic, RobotFile, Shape
-from ksl.checks.xml_file import Numbers, children, half_unit, line_of, rotation_of
+from ksl.checks.xml_file import Numbers, children, half_unit, line_of, rotation_of, rotation_of_quaternion
 
 if TYPE_CHECKING:
     from lxml.etree import _Element
@@ -54,9 +54,7 @@ def _pose(numbers: Numbers, parent: _Element) -> tuple[Array, Array] | None:
     if values is None:
         return np.eye(3), np.zeros(3)
     if quaternion:
-        x, y, z, w = values[3:] / (np.linalg.norm(values[3:]) or 1.0)
-        S = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-        return np.eye(3) + 2 * w * S + 2 * S @ S, values[:3]
+        return rotation_of_quaternion(values[3:]), values[:3]
     return rotation_of(np.radians(values[3:]) if pose.get("degrees") == "true" else values[3:]), values[:3]
 
 
@@ -89,13 +87,17 @@ def _inertial(numbers: Numbers, element: _Element) -> Inertial:
     rounding = 0.0
     if inertia is not None:
         given = {name: numbers.text(inertia, name) for name in MOMENTS}
-        xx, yy, zz = (1.0 if given[name] is None else float(given[name][0]) for name in MOMENTS[:3])  # type: ignore[index]
-        xy, yz, xz = (0.0 if given[name] is None else float(given[name][0]) for name in MOMENTS[3:])  # type: ignore[index]
+        xx, yy, zz = (_one(given[name], 1.0) for name in MOMENTS[:3])
+        xy, yz, xz = (_one(given[name], 0.0) for name in MOMENTS[3:])
         moments = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         rounding = sum(half_unit(inertia.findtext(name, "")) for name in MOMENTS[:3])
     return Inertial(
         line_of(element), element, 1.0 if mass is None else float(mass[0]), centroid, rotation, moments, rounding
     )
+
+
+def _one(value: Array | None, otherwise: float) -> float:
+    return otherwise if value is None else float(value[0])
 
 
 def _shape(numbers: Numbers, element: _Element, role: str) -> Shape | None:

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ksl.checks.robot import Array, Inertial, Joint, Link, Mimic, Note, RobotFile, Shape
-from ksl.checks.xml_file import Numbers, children, half_unit, line_of, rotation_of
+from ksl.checks.robot import Array, Inertial, Joint, Kind, Link, Mimic, Note, RobotFile, Shape
+from ksl.checks.xml_file import Numbers, children, half_unit, line_of, rotation_of, rotation_of_quaternion
 
 if TYPE_CHECKING:
     from lxml.etree import _Element
@@ -32,13 +32,13 @@ def read_urdf(robot: RobotFile) -> None:
             robot.joints.append(_joint(robot, element))
 
 
-def _once(robot: RobotFile, parent: _Element, kind: str, name: str, tags: tuple[str, ...]) -> None:
+def _once(robot: RobotFile, parent: _Element, kind: Kind, name: str, tags: tuple[str, ...]) -> None:
     for tag in tags:
         found = children(parent, tag)
         if len(found) > 1:
             robot.repeated.append(
                 Note(line_of(found[1]), f"<{tag}> stands {len(found)} times in <{parent.tag}>", kind, name)
-            )  # type: ignore[arg-type]
+            )
 
 
 def _origin(numbers: Numbers, parent: _Element) -> tuple[Array, Array]:
@@ -51,10 +51,8 @@ def _origin(numbers: Numbers, parent: _Element) -> tuple[Array, Array]:
         if origin is None or origin.get("quat_xyzw") is None
         else numbers.several(origin.get("quat_xyzw"), 4, line_of(origin), "quat_xyzw")
     )
-    if quaternion is not None and quaternion.any():
-        x, y, z, w = quaternion / np.linalg.norm(quaternion)
-        S = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-        rotation = np.eye(3) + 2 * w * S + 2 * S @ S
+    if quaternion is not None:
+        rotation = rotation_of_quaternion(quaternion)
     return rotation, np.zeros(3) if t is None else t
 
 

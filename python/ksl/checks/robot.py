@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Format = Literal["urdf", "sdf", "mjcf", "unknown"]
+Kind = Literal["link", "joint", ""]
+"""Of what a finding is about; empty for the file."""
 
 MOVING = {
     "revolute",
@@ -150,7 +152,7 @@ class Note:
 
     line: int | None
     found: str
-    kind: Literal["link", "joint", ""] = ""
+    kind: Kind = ""
     name: str = ""
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ksl.checks.robot import Array, Note, RobotFile
+from ksl.checks.robot import Array, Kind, Note, RobotFile
 from ksl.checks.tags import balanced
 from ksl.checks.vocabulary import ELEMENTS
 from ksl.errors import DescriptionError
@@ -129,11 +129,11 @@ def half_unit(text: str) -> float:
 class Numbers:
     """Reads numbers for one link or joint, and notes those that can't be read."""
 
-    def __init__(self, robot: RobotFile, kind: str, name: str) -> None:
+    def __init__(self, robot: RobotFile, kind: Kind, name: str) -> None:
         self.robot, self.kind, self.name = robot, kind, name
 
     def note(self, line: int | None, found: str) -> None:
-        self.robot.unreadable.append(Note(line, found, self.kind, self.name))  # type: ignore[arg-type]
+        self.robot.unreadable.append(Note(line, found, self.kind, self.name))
 
     def several(self, text: str | None, count: int, line: int | None, what: str) -> Array | None:
         """`count` finite numbers separated by spaces; None, with a note, where they are not that."""
@@ -177,3 +177,13 @@ def rotation_of(rpy: Array) -> Array:
             [-sp, cp * sr, cp * cr],
         ]
     )
+
+
+def rotation_of_quaternion(xyzw: Array) -> Array:
+    """The rotation of a quaternion of any length; none for zero."""
+    length = float(np.linalg.norm(xyzw))
+    if length == 0:
+        return np.eye(3)
+    x, y, z, w = xyzw / length
+    S = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.asarray(np.eye(3) + 2 * w * S + 2 * S @ S)
