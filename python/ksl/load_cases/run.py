@@ -147,7 +147,7 @@ def _write_summary(path: Path, rows: list[SummaryRow], provenance: Provenance) -
 
 def _doubts(case: LoadCase, balance: PowerBalance | None) -> list[str]:
     """Why the numbers themselves are doubted, most important first: reasons that forbid a green verdict."""
-    lines = list(case.motion.contradictions)
+    lines = [*case.motion.doubts, *case.motion.contradictions]
     if balance is not None and balance.doubtful:
         lines.append(
             f"power balance: the residual is {balance.relative_residual:.2g} of the largest power: positions, velocities and accelerations "
