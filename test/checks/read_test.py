@@ -54,6 +54,21 @@ def test_the_same_robot_as_urdf_sdf_and_mjcf(tmp_path):
         assert (joint.lower, joint.upper, joint.kind) == (-1, 2, "revolute"), name
 
 
+NUMBERS = [*"1. .5 +1 1e5 1E+5 -0 inf nan 1d0 1f 0x10 1_0 1,5 ٣ --1 1e 1e400 1e-5".split(), "", " 1 ", "1 2"]
+
+
+@pytest.mark.filterwarnings("ignore::ksl.DescriptionWarning")
+@pytest.mark.parametrize("text", NUMBERS)
+def test_what_is_a_number_is_what_the_loader_reads(check, tmp_path, text):
+    findings = check(changed(('mass value="1"', f'mass value="{text}"')), ignore="not-loaded")
+    try:
+        ksl.load(tmp_path / "robot.urdf", masses="optional")
+        loaded = True
+    except ksl.DescriptionError:
+        loaded = False
+    assert ("number-unreadable" in findings.rules) != loaded
+
+
 @pytest.mark.parametrize(
     "text, half", [("0.12", 0.005), ("3", 0.5), ("1.20e-3", 5e-6), ("-4.5", 0.05), ("x", 0.5), ("1e400", 0.0)]
 )

@@ -75,6 +75,10 @@ CASES = {
         changed(('"elbow" type="revolute"', '"elbow" type="hinge"')),
         changed(('"elbow" type="revolute"', '"elbow" type="continuous"')),
     ),
+    "joint-type-extension": (
+        more(link("x"), hinge("j", "fore", "x", kind="spherical")),
+        more(link("x"), hinge("j", "fore", "x", kind="floating")),
+    ),
     "link-undefined": (
         more(hinge("j", "fore", "gripper", kind="fixed")),
         more(hinge("j", "fore", "gripper", kind="fixed"), '<link name="gripper"/>'),
@@ -149,7 +153,7 @@ CASES = {
         more(*FINGERS[:1], follower("j1", "fore", "f1", "elbow")),
     ),
     "mimic-kind": (
-        more(link("a"), link("b"), hinge("j1", "fore", "a", kind="spherical"), follower("j2", "fore", "b", "j1")),
+        more(link("a"), link("b"), hinge("j1", "fore", "a", kind="planar"), follower("j2", "fore", "b", "j1")),
         more(link("a"), link("b"), hinge("j1", "fore", "a", kind="continuous"), follower("j2", "fore", "b", "j1")),
     ),
     "mimic-fixed": (

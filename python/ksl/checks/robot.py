@@ -41,6 +41,7 @@ ONE_COORDINATE = {"revolute", "continuous", "prismatic", "helical", "screw"}
 WITH_AXIS = ONE_COORDINATE | {"cylindrical", "universal", "revolute2", "planar"}
 NEGLIGIBLE = 0.05
 """Share of a body's mass and moments below which one of the links that it is welded of doesn't matter."""
+URDF_TYPES = ("fixed", "revolute", "continuous", "prismatic", "floating", "planar")
 TYPES = sorted(MOVING - {"revolute2"} | {"fixed"})
 
 

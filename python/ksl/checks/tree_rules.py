@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from itertools import dropwhile
 
 from ksl.checks.repair import set_attribute, suggest
-from ksl.checks.robot import TYPES, Joint, RobotFile
+from ksl.checks.robot import TYPES, URDF_TYPES, Joint, RobotFile
 from ksl.checks.rule import Broken, rule
 
 
@@ -54,6 +54,20 @@ def joint_type(robot: RobotFile) -> Iterator[Broken]:
             fix = set_attribute(joint.element, "type", small) if small in TYPES else None
             repair = near or f"Write one of {', '.join(TYPES)}."
             yield Broken(f'type "{joint.kind}"', joint.line, "joint", joint.name, repair=repair, fix=fix)
+
+
+@rule(
+    "joint-type-extension",
+    "warning",
+    condition="The type of a joint is fixed, revolute, continuous, prismatic, floating or planar.",
+    cause="A type that KSL reads and URDF doesn't have.",
+    repair="Keep it if only KSL reads the file. Otherwise describe the joint by several joints with massless links between them.",
+    formats=("urdf",),
+)
+def joint_type_extension(robot: RobotFile) -> Iterator[Broken]:
+    for joint in robot.joints:
+        if joint.kind in TYPES and joint.kind not in URDF_TYPES:
+            yield Broken(f'type "{joint.kind}"', joint.line, "joint", joint.name)
 
 
 @rule(
@@ -171,4 +185,13 @@ def no_link(robot: RobotFile) -> Iterator[Broken]:
         yield Broken("no link in the file", robot.root.sourceline, value=0.0)
 
 
-RULES = [no_link, joint_incomplete, joint_type, link_undefined, link_two_parents, joint_cycle, link_unreachable]
+RULES = [
+    no_link,
+    joint_incomplete,
+    joint_type,
+    joint_type_extension,
+    link_undefined,
+    link_two_parents,
+    joint_cycle,
+    link_unreachable,
+]

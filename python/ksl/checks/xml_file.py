@@ -24,7 +24,7 @@ LARGEST = 64 << 20
 LARGEST_MENDED = 4 << 20
 """Bytes up to which tags that are not closed are looked for."""
 
-NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$|[-+]?(inf|infinity|nan)$", re.IGNORECASE)
+NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$|[-+]?(inf|infinity|nan)$", re.ASCII | re.IGNORECASE)
 
 
 def contents(path: Path) -> bytes:
