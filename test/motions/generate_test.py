@@ -167,6 +167,24 @@ def test_gravity_that_joints_cannot_hold_is_said(robot):
     assert any("j: holding still takes 80 % of the limit of the effort or more" in n for n in minimum_jerk(weak).notes)
 
 
+def test_examples_of_the_page(examples, tmp_path, monkeypatch):
+    page = (examples.parent / "docs/generating.md").read_text()
+    (tmp_path / "examples").symlink_to(examples)
+    monkeypatch.chdir(tmp_path)
+    lines = [line.split() for line in page.splitlines() if line.startswith("ksl motion examples")]
+    assert len(lines) == 4
+    from typer.testing import CliRunner
+
+    from ksl.commands import app
+
+    for line in lines:
+        run = CliRunner().invoke(app, line[1:])
+        assert run.exit_code == 0, run.output
+        assert (tmp_path / line[-1]).exists()
+    exec(page.split("```python")[1].split("```")[0], {})
+    assert (tmp_path / "pick.csv").exists()
+
+
 def command(*arguments):
     return subprocess.run([sys.executable, "-m", "ksl", "motion", *map(str, arguments)], capture_output=True, text=True)
 
