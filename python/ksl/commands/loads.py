@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, cast
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
@@ -75,8 +75,14 @@ def loads(
 ) -> None:
     """Compute the wrench through every joint along a motion and write wrenches.parquet, summary.csv and report.html.
 
-    A table has `time` and a column for each moving joint (rad, m); NAME.v and NAME.a if known. docs/motions.md lists the columns of
-    joints with several coordinates and of a floating base, and what each format may hold.
+    A table has `time` and a column for each moving joint (rad, m), and NAME.v and NAME.a if its rates are known.
+
+    A floating base has the columns floating_base.x .y .z .qx .qy .qz .qw (pose in the world) and, if its rates are known,
+    floating_base.vx .vy .vz .wx .wy .wz and .ax .ay .az .bx .by .bz (twist in the body's frame and its componentwise derivative).
+
+    A spherical joint has the columns NAME.qx .qy .qz .qw (a unit quaternion) and, if known, NAME.wx .wy .wz (angular velocity in
+    the child's axes) and NAME.bx .by .bz (its componentwise derivative). docs/motions.md lists those of cylindrical, universal,
+    planar and translation joints, and what each format of motions may hold.
     """
     from ksl.load_cases.load_case import LoadCase, Payload, Placement
     from ksl.load_cases.output import OutputError
@@ -104,18 +110,20 @@ def loads(
     except ValueError as e:
         fail(in_options(e, on=on, at=at, axes=axes, order=order))
     placement = Placement(cast("Side", on), point, axes, cast("Order", order))  # the request was not refused
+    reading: dict[str, Any] = {
+        "map": columns, "degrees": degrees, "time_unit": time_unit, "resample": resample, "start": start, "stop": stop,
+        "ignore_extra": ignore_extra, "topic": topic, "positions_only": positions_only, "smooth": smooth,
+    }  # fmt: skip
     try:
         report = ReportFiles.wanted(json, cast("Paper", paper) if pdf else None)
-        moved = read_motion(
-            model, motion, map=columns, degrees=degrees, time_unit=time_unit, resample=resample, start=start, stop=stop,
-            ignore_extra=ignore_extra, topic=topic, positions_only=positions_only, smooth=smooth,
-        )
+        moved = read_motion(model, motion, **reading)
         wrenches = read_external(model, external, moved.time) if external else {}
         carried = [Payload(link, kilograms, (x, y, z)) for link, (kilograms, (x, y, z)) in loaded.items()]
         case = LoadCase(model, moved, placement, wrenches, motion.stem, str(motion), carried)
-        inputs = [input_file(role, file) for role, file in (("robot", robot), ("motion", motion), ("external", external)) if file]
+        inputs = [input_file(role, file) for role, file in (("robot", robot), ("motion", motion), ("map", columns), ("external", external)) if file]
         options = {"on": on, "at": at, "axes": axes, "order": order, "floating_base": floating_base, "mimic": mimic, "strict": strict}
-        options |= {"gravity": gravity, "model": model_name, "physics": physics, "friction_width": friction_width if physics else None, "smooth": smooth}
+        options |= {"gravity": gravity, "model": model_name, "physics": physics, "friction_width": friction_width if physics else None}
+        options |= {name: str(value) if name == "map" else value for name, value in reading.items() if value not in (None, False)}
         verdict = run_loads(case, provenance_of([case], inputs, options, command_line()), output, csv, console(120), report)
     except BrokenPipeError:  # nobody reads what is printed: as any command
         raise
