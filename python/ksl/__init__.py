@@ -18,6 +18,8 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl.errors import FrameError as FrameError
     from ksl.errors import MotionError as MotionError
     from ksl.errors import QuaternionWarning as QuaternionWarning
+    from ksl.load_cases.run import Run as Run
+    from ksl.load_cases.run import loads as loads
     from ksl.loading import load as load
     from ksl.mechanism import Joint as Joint
     from ksl.mechanism import Link as Link
@@ -43,10 +45,12 @@ _MODULE_OF = {
     "MotionError": "ksl.errors",
     "Pose": "ksl.spatial",
     "QuaternionWarning": "ksl.errors",
+    "Run": "ksl.load_cases.run",
     "Twist": "ksl.spatial",
     "Wrench": "ksl.spatial",
     "__version__": "ksl._core",
     "load": "ksl.loading",
+    "loads": "ksl.load_cases.run",
 }
 """Public names, and the modules that are imported when they are first used.  `import ksl` alone imports not even NumPy: the help of the
 command line needs none of it, and NumPy takes longer to import than the help to print.  A public name has a line here and one above."""

@@ -8,9 +8,14 @@ from typing import TYPE_CHECKING, Annotated, cast
 import typer
 
 from ksl.commands.app import app, command_line, console, discard_output, end_on_signals, fail, unwritable
-from ksl.commands.options import FloatingBase, FrictionWidth, Gravity, Mimic, ModelName, Physics, Robot, Strict, in_options, numbers, read_model
+from ksl.commands.options import FloatingBase, FrictionWidth, Gravity, Mimic, ModelName, Physics, Robot, Strict, in_options, numbers, read_model, suggestion
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
+    from ksl.load_cases.load_case import Placement
+    from ksl.load_cases.run import Run
+    from ksl.model import Model
     from ksl.states import Order, Side
 
 
@@ -21,13 +26,15 @@ def loads(
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the results.")] = Path("loads"),
     csv: Annotated[bool, typer.Option("--csv", help="Write wrenches.csv beside wrenches.parquet.")] = False,
     on: Annotated[str, typer.Option(metavar="child|parent", help="Side that the wrench acts on.")] = "child",
-    at: Annotated[str, typer.Option(metavar="POINT", help="Point of the moments: joint, world, a link's name, or X,Y,Z from the joint's origin in its axes.")] = "joint",
+    at: Annotated[list[str], typer.Option(metavar="POINT", help="Point of the moments: joint, world, a link's name, or X,Y,Z from the joint's origin in its axes; JOINT=X,Y,Z for one joint (repeatable).")] = [],
     axes: Annotated[str, typer.Option(metavar="AXES", help="joint, world, or a link's name.")] = "joint",
     order: Annotated[str, typer.Option(metavar="lin_ang|ang_lin", help="Force or moment first.")] = "lin_ang",
+    joints: Annotated[str, typer.Option(metavar="NAMES", help="Joints whose wrenches are wanted, separated by commas; otherwise all.")] = "",
     payload: Annotated[list[str], typer.Option(metavar="MASS[,X,Y,Z]", help="Point mass, kg, at a point of the link's frame, m; with --on-link.")] = [],
     on_link: Annotated[list[str], typer.Option(metavar="NAME", help="Link that carries the payload.")] = [],
     external: Annotated[Path | None, typer.Option(metavar="FILE.csv", help="Wrenches on links: `time` and LINK.fx … LINK.tz, at the link's origin, in its axes.")] = None,
     fail_on: Annotated[str, typer.Option("--fail-on", metavar="limits", help="End with status 3 if a limit is exceeded; results are written.")] = "",
+    force: Annotated[bool, typer.Option("--force", help="Replace results of another robot in DIR.")] = False,
     floating_base: FloatingBase = False,
     mimic: Mimic = "coupled",
     strict: Strict = False,
@@ -47,8 +54,9 @@ def loads(
     """
     from ksl.load_cases.load_case import LoadCase, Payload, Placement
     from ksl.load_cases.output import OutputError
+    from ksl.load_cases.printing import print_run
     from ksl.load_cases.provenance import input_file, provenance_of
-    from ksl.load_cases.run import run_loads
+    from ksl.load_cases.run import Run
     from ksl.motions.reading import read_external, read_motion
 
     if fail_on not in ("", "limits"):
@@ -61,21 +69,21 @@ def loads(
     end_on_signals()
     loaded = {link: (p[0], p[1:] or [0.0, 0.0, 0.0]) for link, p in zip(on_link, values)}
     model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, friction_width=friction_width)
-    point = numbers(at, "--at", 3) if "," in at else at
-    try:
-        model._request(on, point, axes, order, "total", [])
-    except ValueError as e:
-        fail(in_options(e, on=on, at=at, axes=axes, order=order))
-    placement = Placement(cast("Side", on), point, axes, cast("Order", order))  # the request was not refused
+    placement = _placement(model, on, at, axes, order, joints)
     try:
         moved = read_motion(model, motion)
         wrenches = read_external(model, external, moved.time) if external else {}
         carried = [Payload(link, kilograms, (x, y, z)) for link, (kilograms, (x, y, z)) in loaded.items()]
         case = LoadCase(model, moved, placement, wrenches, motion.stem, str(motion), carried)
         inputs = [input_file(role, file) for role, file in (("robot", robot), ("motion", motion), ("external", external)) if file]
-        options = {"on": on, "at": at, "axes": axes, "order": order, "floating_base": floating_base, "mimic": mimic, "strict": strict}
-        options |= {"gravity": gravity, "model": model_name, "physics": physics, "friction_width": friction_width if physics else None}
-        verdict = run_loads(case, provenance_of([case], inputs, options, command_line()), output, csv, console(120))
+        options = {"on": on, "at": at, "axes": axes, "order": order, "joints": joints, "floating_base": floating_base, "mimic": mimic}
+        options |= {"strict": strict, "gravity": gravity, "model": model_name, "physics": physics, "friction_width": friction_width if physics else None}
+        run = Run([case], provenance_of([case], inputs, options, command_line()))
+        out = console(120)
+        files = _written(run, output, csv, force, out)
+        print_run(out, run)
+        for line in (f"written to {output}: {', '.join(files)}", f"report: {output / 'report.html'}"):
+            out.print(line, markup=False, soft_wrap=True)
     except BrokenPipeError:  # nobody reads what is printed: as any command
         raise
     except (ValueError, OutputError, RuntimeError) as e:  # RuntimeError: an unknown KSL_ISA
@@ -83,5 +91,45 @@ def loads(
     except OSError as e:
         discard_output()
         fail(f"{unwritable(e)}; results are in {output}")
-    if fail_on and verdict.exceeded:
+    if fail_on and run.verdict.exceeded:
         raise typer.Exit(3)
+
+
+def _placement(model: Model, on: str, at: list[str], axes: str, order: str, joints: str) -> Placement:
+    """Where and how wrenches are expressed.  `at` holds one common point, and JOINT=X,Y,Z of single joints."""
+    from ksl.load_cases.load_case import Placement
+
+    common = [point for point in at if "=" not in point]
+    if len(common) > 1:
+        fail(f"--at {common[1]}: the second point for all joints; give JOINT=X,Y,Z for single joints")
+    text = common[0] if common else "joint"
+    point = numbers(text, "--at", 3) if "," in text else text
+    points: dict[str, list[float]] = {}
+    for name, _, xyz in (one.rpartition("=") for one in at if "=" in one):
+        _known(model, name, f"--at {name}={xyz}")
+        points[name] = numbers(xyz, f"--at {name}=", 3)
+    chosen = [name.strip() for name in joints.split(",")] if joints else []
+    for name in chosen:
+        _known(model, name, f"--joints {joints}")
+    try:
+        model._request(on, point, axes, order, "total", [])
+    except ValueError as e:
+        fail(in_options(e, on=on, at=text, axes=axes, order=order))
+    return Placement(cast("Side", on), point, axes, cast("Order", order), points, chosen)  # the request was not refused
+
+
+def _known(model: Model, joint: str, option: str) -> None:
+    names = [j.name for j in model.joints]
+    if joint not in names:
+        fail(f"{option}: no joint {joint!r}; {suggestion(joint, names, f'the joints of {model.name} are')}")
+
+
+def _written(run: Run, output: Path, csv: bool, force: bool, out: Console) -> list[str]:
+    """Writes the files, and shows how far it is where a person watches."""
+    if not out.is_terminal:
+        return run.write(output, csv, force)
+    from rich.progress import Progress
+
+    with Progress(console=out, transient=True) as progress:
+        task = progress.add_task("wrenches", total=sum(len(case.motion.time) for case in run.cases))
+        return run.write(output, csv, force, lambda samples: progress.advance(task, samples))

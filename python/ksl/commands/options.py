@@ -32,7 +32,7 @@ def numbers(text: str, option: str, *counts: int) -> list[float]:
     except ValueError:
         values = []
     if len(values) not in counts or not all(math.isfinite(x) for x in values):
-        fail(f"{option} {text}: expected {' or '.join(str(c) for c in counts)} finite numbers separated by commas")
+        fail(f"{option}{'' if option.endswith('=') else ' '}{text}: expected {' or '.join(str(c) for c in counts)} finite numbers separated by commas")
     return values
 
 

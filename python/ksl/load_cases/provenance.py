@@ -123,6 +123,8 @@ def _case_description(case: LoadCase) -> dict[str, Any]:
     time = case.motion.time
     return {
         "name": case.name,
+        "kind": case.kind,
+        "brake": case.brake,
         "motion": case.motion_file,
         "samples": len(time),
         "start": float(time[0]),
@@ -137,6 +139,7 @@ def _case_description(case: LoadCase) -> dict[str, Any]:
 def _of_case(case: Mapping[str, Any], several: bool) -> list[tuple[str, str]]:
     """Lines of one load case; one line if there are several."""
     parts = {
+        **({"what": case["kind"]} if case["kind"] != "motion" else {}),
         "motion": f"{case['motion'] or 'arrays'}, {case['samples']} samples, from {case['start']:.10g} s to {case['end']:.10g} s",
         "gravity": f"({', '.join(f'{g:g}' for g in case['gravity'])}) m/s² in world axes",
         "payloads": "; ".join(str(Payload(p["link"], p["mass"], tuple(p["center"]))) for p in case["payloads"]) or "none",
