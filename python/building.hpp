@@ -148,6 +148,7 @@ inline void add_surgery(nb::class_<ksl::model> &model) {
           },
           "name"_a, "link"_a, "pose"_a)
       .def("with_inertias", &with_inertias, "inertias"_a)
+      .def("with_gravity", &ksl::model::with_gravity, "gravity"_a)
       .def(
           "with_physics",
           [](const ksl::model &m, const physics_given &physics) {

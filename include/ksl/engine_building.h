@@ -104,6 +104,9 @@ KSL_EXPORT ksl_status_t ksl_model_with_physics(const ksl_model_t *model, const k
 KSL_EXPORT ksl_status_t ksl_model_with_parameters(const ksl_model_t *model, int n, const int *links,
                                                   const double *parameters, ksl_model_t **made);
 
+/** The same robot under another gravity (3), m/s² in world axes. The structure is copied, not built again. */
+KSL_EXPORT ksl_status_t ksl_model_with_gravity(const ksl_model_t *model, const double *gravity, ksl_model_t **made);
+
 /** The robot as a URDF file. */
 KSL_EXPORT ksl_status_t ksl_model_write_urdf(const ksl_model_t *model, const char *path);
 

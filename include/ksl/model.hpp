@@ -76,6 +76,10 @@ public:
   /// description_error for a mass that is negative or a number that is not finite.  O(links).
   model with_inertias(const std::vector<link_inertia> &inertias) const;
 
+  /// The same mechanism under another gravity, m/s² in world axes: on a wall, or on another planet.  Throws description_error for
+  /// numbers that are not finite.  The structure is copied, not built again.
+  model with_gravity(const std::array<double, 3> &gravity) const;
+
   int nq() const { return nq_; }
   int nv() const { return nv_; }
 

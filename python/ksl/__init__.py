@@ -18,6 +18,7 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl.errors import FrameError as FrameError
     from ksl.errors import MotionError as MotionError
     from ksl.errors import QuaternionWarning as QuaternionWarning
+    from ksl.errors import SweepError as SweepError
     from ksl.load_cases.run import Run as Run
     from ksl.load_cases.run import loads as loads
     from ksl.loading import load as load
@@ -30,6 +31,7 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl.spatial import Pose as Pose
     from ksl.spatial import Twist as Twist
     from ksl.spatial import Wrench as Wrench
+    from ksl.sweeps.run import sweep as sweep
 
 _MODULE_OF = {
     "Acceleration": "ksl.spatial",
@@ -46,11 +48,13 @@ _MODULE_OF = {
     "Pose": "ksl.spatial",
     "QuaternionWarning": "ksl.errors",
     "Run": "ksl.load_cases.run",
+    "SweepError": "ksl.errors",
     "Twist": "ksl.spatial",
     "Wrench": "ksl.spatial",
     "__version__": "ksl._core",
     "load": "ksl.loading",
     "loads": "ksl.load_cases.run",
+    "sweep": "ksl.sweeps.run",
 }
 """Public names, and the modules that are imported when they are first used.  `import ksl` alone imports not even NumPy: the help of the
 command line needs none of it, and NumPy takes longer to import than the help to print.  A public name has a line here and one above."""

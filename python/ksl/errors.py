@@ -13,6 +13,10 @@ class MotionError(ValueError):
     """A motion can't be used.  Names the file, the line or column, what is wrong and how to mend it."""
 
 
+class SweepError(ValueError):
+    """A sweep can't be run.  Names its file and key, what is wrong and how to mend it."""
+
+
 class DescriptionWarning(UserWarning):
     """Suspicious content of a robot file that is used all the same: an impossible inertia, a moving link without mass, a guessed encoding."""
 

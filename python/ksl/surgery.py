@@ -96,6 +96,19 @@ class Surgery(Calls):
         inertias = [(self._index(self._link_index, link, "link"), _ten_numbers(link, of)) for link, of in others]
         return self._with_core(self._core.with_inertias(inertias))
 
+    def with_gravity(self: S, gravity: ArrayLike) -> S:
+        """The same robot under another gravity (3), m/s² in world axes: on a wall or a ceiling, or on another planet.
+
+        The structure is copied, not built again: some microseconds.
+        """
+        g = given.numbers(gravity, "gravity")
+        if g.shape != (3,):
+            raise ValueError(f"gravity has shape {g.shape}; expected three numbers, m/s² in world axes")
+        other = self._with_core(self._core.with_gravity(g.tolist()))
+        other.__dict__["gravity"] = g.astype(float)
+        other.gravity.setflags(write=False)
+        return other
+
     def _with_core(self: S, core: _core.Model) -> S:
         """A model of the same structure, which shares all tables of names and requests."""
         other = object.__new__(type(self))

@@ -116,9 +116,11 @@ from ksl.states import Acceleration, Array, Expressed, External, ExternalAxes, O
 class Calls(Requests):
     """A method for each algorithm."""
 
-    def _with_reactions(self, q: ArrayLike, v: ArrayLike, a: ArrayLike, external: External | None, requests: tuple[_core.Request, ...]) -> tuple[Array, ...]:
+    def _with_reactions(
+        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, external: External | None, requests: tuple[_core.Request, ...], threads: int | None = None
+    ) -> tuple[Array, ...]:
         """Efforts and, for each request, reactions, in one pass over the states."""
-        return self._core.inverse_dynamics_with_reactions(q, v, a, None, external, requests, None, None)
+        return self._core.inverse_dynamics_with_reactions(q, v, a, None, external, requests, None, threads)
 
 {methods}
 {aliases}

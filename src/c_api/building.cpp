@@ -204,6 +204,13 @@ ksl_status_t ksl_model_with_parameters(const ksl_model_t *model, int n, const in
   });
 }
 
+ksl_status_t ksl_model_with_gravity(const ksl_model_t *model, const double *gravity, ksl_model_t **made) {
+  return made_from(model, made, [&] {
+    require(gravity, "gravity must not be null");
+    return model->model.with_gravity({gravity[0], gravity[1], gravity[2]});
+  });
+}
+
 ksl_status_t ksl_model_write_urdf(const ksl_model_t *model, const char *path) {
   return guarded([&] {
     require(model && path, "model and path must not be null");

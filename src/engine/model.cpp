@@ -10,6 +10,7 @@
 #include "load/words.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace ksl {
@@ -64,6 +65,17 @@ model model::with_inertias(const std::vector<link_inertia> &inertias) const {
     m.description_.links[i].has_inertial = link.has_inertial;
   }
   model_builder(m).add_inertias();
+  return m;
+}
+
+model model::with_gravity(const std::array<double, 3> &gravity) const {
+  for (const double x : gravity)
+    if (!std::isfinite(x))
+      throw description_error("gravity must have three finite numbers, m/s² in world axes");
+  model m = *this;
+  m.description_.gravity = gravity;
+  m.double_.gravity = {gravity[0], gravity[1], gravity[2]};
+  m.single_.gravity = {static_cast<float>(gravity[0]), static_cast<float>(gravity[1]), static_cast<float>(gravity[2])};
   return m;
 }
 

@@ -119,6 +119,12 @@ static void test_models_from_models(ksl_model_t *m, const char *folder) {
   CHECK(close_to(held(made, q), 2 * moment));
   ksl_model_free(made);
 
+  const double moon[3] = {0, 0, -1.62}, odd[3] = {0, 0, NAN};
+  CHECK(ksl_model_with_gravity(m, moon, &made) == KSL_OK);
+  CHECK(close_to(held(made, q), moment * 1.62 / g));
+  ksl_model_free(made);
+  CHECK(ksl_model_with_gravity(m, odd, &made) != KSL_OK && ksl_model_with_gravity(m, NULL, &made) != KSL_OK);
+
   CHECK(ksl_model_with_frozen_joints(m, 1, &hinge, &q, &made) == KSL_OK);
   CHECK(ksl_model_nv(made) == 0 && ksl_model_links(made) == 2);
   ksl_model_free(made);

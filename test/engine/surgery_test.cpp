@@ -147,6 +147,15 @@ TEST_CASE("surgery: other inertias, the same structure") {
       {"link tool", "negative"});
 }
 
+TEST_CASE("surgery: another gravity, the same structure") {
+  ksl::model_options sideways;
+  sideways.gravity = {{-3, 4, 5}};
+  const ksl::model made = every_kind().with_gravity({-3, 4, 5}), loaded = ksl::load(KSL_EVERY_KIND, sideways);
+  check_same(loaded, made);
+  check_same(loaded, ksl::model(made.description()));
+  check_refused([] { every_kind().with_gravity({0, 0, std::nan("")}); }, {"gravity", "finite"});
+}
+
 TEST_CASE("queries: supports, subtrees, masses") {
   const ksl::model &m = every_kind();
   std::string joints, links;

@@ -90,9 +90,10 @@ class LoadCase:
         """All samples in order, in blocks of about BLOCK_ROWS rows of the table."""
         samples = max(1, BLOCK_ROWS // len(self.model.joints))
         for start in range(0, len(self.motion.time), samples):
-            yield self._block(slice(start, start + samples))
+            yield self.block(slice(start, start + samples))
 
-    def _block(self, rows: slice) -> Block:
+    def block(self, rows: slice, threads: int | None = None) -> Block:
+        """These samples.  threads: at most so many; None: all cores."""
         p = self.placement
         external = {link: w[rows] for link, w in self.external.items()}
         m, in_joint_axes = self.motion, p.axes == "joint" and p.order == "lin_ang"
@@ -100,11 +101,11 @@ class LoadCase:
         wanted += [] if in_joint_axes else self._requests("total", "joint", "lin_ang")
         if self.model.follower_names:
             wanted.append(self.model._request("child", "joint", "joint", "lin_ang", "coupling", self.model.follower_names))
-        tau, *found = self.model._with_reactions(m.q[rows], m.v[rows], m.a[rows], external, tuple(wanted))
+        tau, *found = self.model._with_reactions(m.q[rows], m.v[rows], m.a[rows], external, tuple(wanted), threads)
         coupling = self._coupling(found.pop()) if self.model.follower_names else np.empty((len(m.time[rows]), 0))
         each = 1 + len(p.points)
         total, constraint, *others = [self._merged(found[i : i + each]) for i in range(0, len(found), each)]
-        parts = self.model.effort_parts(m.q[rows], m.v[rows], m.a[rows], external) if self.model.physics and not self.brake else None
+        parts = self.model.effort_parts(m.q[rows], m.v[rows], m.a[rows], external, threads=threads) if self.model.physics and not self.brake else None
         return Block(rows, m.time[rows], m.q[rows], m.v[rows], m.a[rows], tau, total, constraint, others[0] if others else total, coupling, parts, self.brake)
 
     def _requests(self, part: str, axes: str, order: str) -> list[_core.Request]:

@@ -139,17 +139,28 @@ def power_round_off(time: Array, kinetic: Array, potential: Array, q: Array, v: 
     return of_energies + ROUND_OFF_OF_POSITIONS * largest[2] / dt**2 * momentum
 
 
+def along(x: Array, axis: Array) -> Array:
+    """Components (…) of vectors (…, 3) along an axis (…, 3): the same bits for any layout in memory, unlike a matrix product."""
+    component: Array = x[..., 0] * axis[..., 0] + x[..., 1] * axis[..., 1] + x[..., 2] * axis[..., 2]
+    return component
+
+
+def length(x: Array) -> Array:
+    """Lengths (…) of vectors (…, 3)."""
+    return np.sqrt(along(x, x))
+
+
 def joint_loads(joint: Joint, wrench: Array, speed: Array | None, effort: Array | None) -> JointLoads:
     """Curves of a joint from its wrench (n, 6), linear first, in the joint's axes."""
     force, moment = wrench[:, :3], wrench[:, 3:]
     if not joint.one_coordinate:
-        return JointLoads(joint, {"force": np.linalg.norm(force, axis=1), "moment": np.linalg.norm(moment, axis=1)}, None, None)
+        return JointLoads(joint, {"force": length(force), "moment": length(moment)}, None, None)
     axis = np.array(joint.axis)
-    axial, about_axis = force @ axis, moment @ axis
+    axial, about_axis = along(force, axis), along(moment, axis)
     curves = {
         "axial_force": axial,
-        "radial_force": np.linalg.norm(force - axial[:, None] * axis, axis=1),
-        "bending_moment": np.linalg.norm(moment - about_axis[:, None] * axis, axis=1),
+        "radial_force": length(force - axial[:, None] * axis),
+        "bending_moment": length(moment - about_axis[:, None] * axis),
         "axial_moment": about_axis,
     }
     return JointLoads(joint, curves, speed, effort)

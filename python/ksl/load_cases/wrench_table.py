@@ -27,19 +27,20 @@ COMPONENTS = {"lin_ang": ("fx", "fy", "fz", "tx", "ty", "tz"), "ang_lin": ("tx",
 class TableWriter:
     """Converts blocks to columns of the table, with a row for each sample and joint."""
 
-    def __init__(self, model: Mechanism, placement: Placement, provenance: Provenance) -> None:
+    def __init__(self, model: Mechanism, placement: Placement, provenance: Provenance | None = None) -> None:
         import pyarrow as pa
 
         self._pa, self._placement = pa, placement
-        self._cases = [case["name"] for case in provenance.cases]
+        cases = provenance.cases if provenance else [{"name": "motion", "physics": model.physics, "brake": False}]
+        self._cases = [str(case["name"]) for case in cases]
         self._joints = [j for j in model.joints if placement.wanted(j.name)]
         self._chosen = [i for i, j in enumerate(model.joints) if placement.wanted(j.name)]
         self._driven = np.array([j.one_coordinate and j.leader is None for j in self._joints])
         self._follows = np.array([j.leader is not None for j in self._joints])
         self._v_index = np.array([j.v_index for j in self._joints])[self._driven]
         self._following = [model.follower_names.index(j.name) for j in self._joints if j.leader is not None]
-        self._with_parts = any(case["physics"] for case in provenance.cases)
-        self._with_brake = any(case["brake"] for case in provenance.cases)
+        self._with_parts = any(case["physics"] for case in cases)
+        self._with_brake = any(case["brake"] for case in cases)
         self._mechanism = model
         names, parts = COMPONENTS[placement.order], EFFORT_PARTS if self._with_parts else ()
         motion = ("position", "speed", "acceleration")
@@ -49,7 +50,7 @@ class TableWriter:
             [pa.field("case", words), pa.field("time", pa.float64()), pa.field("joint", words)]
             + [pa.field(n, pa.float64()) for n in numbers[1:]]
             + [pa.field(n, words) for n in ("on", "at", "axes")],
-            metadata={"ksl": json.dumps(provenance.metadata() | self._description(model))},
+            metadata={"ksl": json.dumps((provenance.metadata() if provenance else {"robot": model.name}) | self._description(model))},
         )
 
     def _description(self, model: Mechanism) -> dict[str, str]:

@@ -1,0 +1,82 @@
+"""`ksl sweep`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal, cast
+
+import typer
+
+from ksl.commands.app import app, console, end_on_signals, errors, fail
+from ksl.commands.options import Robot
+
+
+@app.command()
+def sweep(
+    robot: Robot,
+    description: Annotated[Path, typer.Argument(metavar="SWEEP.toml", help="What is varied, and between what.")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the results; a run that was stopped goes on there.")] = Path("sweep"),
+    engine: Annotated[str, typer.Option(metavar="local|ray", help="Processes of this machine, or a Ray cluster.")] = "local",
+    workers: Annotated[int, typer.Option(metavar="N", help="Processes; 0: one for each core.")] = 0,
+    address: Annotated[str, typer.Option("--ray-address", metavar="ADDRESS", help="Of an existing Ray cluster; otherwise RAY_ADDRESS, or a new one here.")] = "",
+    wrenches: Annotated[bool, typer.Option("--wrenches", help="Every wrench at every sample too: large.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace the results of another sweep in DIR.")] = False,
+) -> None:
+    """Compute thousands of variants of a load case: payloads, speeds, mountings, motions, uncertain masses.
+
+    Writes cases/part-….parquet, a row for each case and joint, and worst.csv. A run that was interrupted goes on where it stopped.
+    """
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+    from ksl.load_cases.output import OutputError
+    from ksl.sweeps.run import sweep as run_sweep
+
+    if workers < 0:
+        fail(f"--workers {workers}: expected a number of processes, or 0")
+    end_on_signals()
+    out = console(120)
+    columns = (TextColumn("cases"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("to go"), TimeRemainingColumn())
+    try:
+        with Progress(*columns, console=out, transient=True, disable=not out.is_terminal) as progress:
+            task = progress.add_task("cases", total=None)
+            results = run_sweep(
+                robot,
+                description,
+                output,
+                engine=cast(Literal["local", "ray"], engine),
+                workers=workers or None,
+                address=address or None,
+                wrenches=wrenches,
+                force=force,
+                progress=lambda done, cases: progress.update(task, completed=done, total=cases),
+            )
+    except KeyboardInterrupt:
+        errors.print(f"ksl: interrupted; what is complete is in {output}: the same command goes on from there")
+        raise typer.Exit(130) from None
+    except (ValueError, OutputError) as e:
+        fail(str(e).replace("engine=", "--engine ", 1) if str(e).startswith("engine=") else e)
+    print_results(results)
+
+
+def print_results(results: object) -> None:
+    """The largest shares of limits, and how long it took."""
+    from rich.text import Text
+
+    from ksl.report.page import format_number
+    from ksl.sweeps.run import SweepResults
+
+    assert isinstance(results, SweepResults)
+    out = console(80)
+    shares = sorted((row for row in results.worst if row["quantity"].endswith("_share")), key=lambda row: -row["value"])[:8]
+    rest = [row for row in results.worst if row["quantity"] in ("effort_peak", "moment_peak", "bending_moment_peak")]
+    chosen = shares or sorted(rest, key=lambda row: -row["value"])[:8]
+    parameters = [key for key in (chosen[0] if chosen else ()) if key not in ("joint", "quantity", "value", "case")]
+    for row in chosen:
+        share = row["quantity"].endswith("_share")
+        value = f"{100 * row['value']:.4g} %" if share else format_number(row["value"])
+        what = row["quantity"].replace("_share", " limit").replace("_", " ")
+        at = ", ".join(f"{name} {format_number(row[name])}" for name in parameters)
+        out.print(Text(f"{row['joint']}: {value} of the {what}" if share else f"{row['joint']}: {what} {value}"), Text(f"(case {row['case']}: {at})", style="dim"), soft_wrap=True)
+    rate = f", {results.computed / results.seconds:.0f} a second; {100 * results.share_of_dynamics:.0f} % of the workers' time was dynamics" if results.computed else ""
+    out.print(Text(f"{results.computed} cases computed in {results.seconds:.1f} s{rate}"), soft_wrap=True)
+    out.print(Text(f"written to {results.directory}: cases/part-….parquet, worst.csv, sweep.json"), soft_wrap=True)

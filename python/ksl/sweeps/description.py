@@ -1,0 +1,196 @@
+"""What a sweep varies: its TOML file, checked."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ksl.errors import SweepError, near_names
+from ksl.toml_files import read_toml
+
+KINDS = {
+    "payload": ("kg", "mass of a body on the link `link`, its centre of mass at `center` in the link's frame"),
+    "speed": ("", "factor of the motion's speed: the same path in 1/factor of the time"),
+    "tilt": ("deg", "angle by which the mounting is turned about `axis`, an axis of the world through the base"),
+    "mass": ("", "factor of mass and inertia of the link `link`; of all links without it"),
+    "center": ("m", "shift of the centre of mass of the link `link` along `axis` of the link"),
+    "motion": ("", "file of the motion"),
+}
+"""{kind: (unit, what it varies)}."""
+NEEDS = {"payload": ("link",), "tilt": ("axis",), "center": ("link", "axis")}
+TAKES = {"payload": ("link", "center"), "speed": (), "tilt": ("axis",), "mass": ("link",), "center": ("link", "axis"), "motion": ()}
+AT_MOST = 10_000_000
+"""Cases of one sweep."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """Something that a sweep varies, and between what."""
+
+    name: str
+    """Of its column in the results."""
+    kind: str
+    """One of `KINDS`."""
+    values: tuple[float | str, ...] = ()
+    """Of a grid, or the choices of a Latin hypercube; empty if a range is given."""
+    lower: float = 0.0
+    upper: float = 0.0
+    link: str | None = None
+    center: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    axis: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    @property
+    def unit(self) -> str:
+        """Of its values; empty for factors and files."""
+        return KINDS[self.kind][0]
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A sweep as its file describes it."""
+
+    file: str
+    parameters: tuple[Parameter, ...]
+    sampling: str = "grid"
+    """"grid": each value with each; "latin hypercube": `cases` points, spread evenly over every range."""
+    cases: int = 0
+    """Of a Latin hypercube."""
+    seed: int = 0
+    motion: str | None = None
+    """File of the motion, if no parameter names some."""
+    base: Mapping[str, Any] = field(default_factory=dict)
+    """What all cases share besides: gravity, physics, friction_width, floating_base, mimic, model."""
+    partition: int = 0
+    """Cases of one partition of the results; 0 is chosen by the sweep."""
+
+
+def read_sweep(path: str | os.PathLike[str]) -> Sweep:
+    """Reads a sweep from a TOML file.  Paths in it are relative to the file.  Raises SweepError, which names the file and the key."""
+    file = os.fspath(path)
+    return sweep_from(read_toml(file, SweepError, "a sweep"), file)
+
+
+def sweep_from(tables: Mapping[str, Any], file: str = "<sweep>") -> Sweep:
+    """A sweep from the tables of such a file."""
+    _known(tables, ("sweep", "base", "vary"), file, "")
+    head, base = _table(tables, "sweep", file), dict(_table(tables, "base", file))
+    _known(head, ("sampling", "cases", "seed", "partition"), file, "[sweep] ")
+    _known(base, ("motion", "gravity", "physics", "friction_width", "floating_base", "mimic", "model"), file, "[base] ")
+    folder = Path(file).parent
+    vary = tables.get("vary", [])
+    if not isinstance(vary, list) or not vary or not all(isinstance(v, Mapping) for v in vary):
+        raise SweepError(f"{file}: nothing to vary; add a table [[vary]] with `kind` and `values`, or `from`, `to` and `steps`")
+    sampling = head.get("sampling", "grid")
+    if sampling not in ("grid", "latin hypercube"):
+        raise SweepError(f'{file}: [sweep] sampling = {sampling!r}; expected "grid" or "latin hypercube"')
+    latin = sampling != "grid"
+    parameters = tuple(_parameter(v, i, latin, folder, file) for i, v in enumerate(vary, 1))
+    for i, p in enumerate(parameters):
+        if p.name in [other.name for other in parameters[:i]]:
+            raise SweepError(f"{file}: two parameters are named {p.name!r}; give one of them another `name`")
+    motion = base.pop("motion", None)
+    if (motion is None) == all(p.kind != "motion" for p in parameters):
+        raise SweepError(f'{file}: give the motion once: `motion` in [base], or a parameter of kind "motion"')
+    if motion is not None and not isinstance(motion, str):
+        raise SweepError(f"{file}: [base] motion = {motion!r}; expected the name of a file")
+    cases = _count(head, "cases", 0, file)
+    if latin and not cases:
+        raise SweepError(f"{file}: a Latin hypercube needs `cases` in [sweep]: how many points it has")
+    if not latin:
+        cases = math.prod(len(p.values) for p in parameters)
+    if cases > AT_MOST:
+        raise SweepError(f"{file}: {cases:,} cases; at most {AT_MOST:,}: give fewer values, or split the sweep")
+    found = None if motion is None else str(folder / motion)
+    return Sweep(file, parameters, sampling, cases, _count(head, "seed", 0, file), found, base, _count(head, "partition", 0, file))
+
+
+def _parameter(given: Mapping[str, Any], number: int, latin: bool, folder: Path, file: str) -> Parameter:
+    where = f"{file}: [[vary]] {number}"
+    kind = given.get("kind")
+    if kind not in KINDS:
+        raise SweepError(f"{where}: kind = {kind!r}; {near_names(kind, KINDS)}expected one of {', '.join(KINDS)}")
+    _known(given, ("kind", "name", "values", "from", "to", "steps", *TAKES[kind]), where, "")
+    for key in NEEDS.get(kind, ()):
+        if key not in given:
+            raise SweepError(f"{where}: `{key}` is missing; {kind} is the {KINDS[kind][1]}")
+    name = given.get("name", kind if not given.get("link") else f"{kind}_{given['link']}")
+    if not isinstance(name, str) or not name or name in ("case", "joint", "kind"):
+        raise SweepError(f"{where}: name = {name!r}; expected a name for its column, other than case, joint and kind")
+    center, axis = _vector(given, "center", where), _vector(given, "axis", where)
+    if "axis" in TAKES[kind] and not any(axis):
+        raise SweepError(f"{where}: axis has no direction; give three numbers, for instance [1, 0, 0]")
+    values, lower, upper = _values(given, kind, latin, folder, where)
+    return Parameter(name, kind, values, lower, upper, given.get("link"), center, axis)
+
+
+def _values(given: Mapping[str, Any], kind: str, latin: bool, folder: Path, where: str) -> tuple[tuple[float | str, ...], float, float]:
+    """Values to choose from; or none, and the range of a Latin hypercube."""
+    if "values" in given:
+        if any(key in given for key in ("from", "to", "steps")):
+            raise SweepError(f"{where}: has `values` and a range; give one of them")
+        values = given["values"]
+        if not isinstance(values, list) or not values:
+            raise SweepError(f"{where}: values = {values!r}; expected a list")
+        if kind == "motion":
+            if not all(isinstance(v, str) for v in values):
+                raise SweepError(f"{where}: values of a motion are names of files")
+            return tuple(str(folder / v) for v in values), 0.0, 0.0
+        return tuple(_number(v, kind, "values", where) for v in values), 0.0, 0.0
+    if kind == "motion":
+        raise SweepError(f"{where}: a motion has `values`: the names of the files")
+    absent = [key for key in ("from", "to") if key not in given]
+    if absent:
+        raise SweepError(f"{where}: neither `values` nor a range; `{absent[0]}` is missing")
+    lower, upper = _number(given["from"], kind, "from", where), _number(given["to"], kind, "to", where)
+    if latin:
+        if "steps" in given:
+            raise SweepError(f"{where}: a Latin hypercube has no steps; leave `steps` out")
+        if not lower < upper:
+            raise SweepError(f"{where}: from {lower:g} to {upper:g} is no range; `from` must be below `to`")
+        return (), lower, upper
+    steps = _count(given, "steps", 0, where)
+    if not 1 <= steps <= AT_MOST:
+        raise SweepError(f"{where}: a range on a grid needs `steps`, how many values it has; at most {AT_MOST:,}")
+    return tuple(lower + (upper - lower) * i / max(1, steps - 1) for i in range(steps)), 0.0, 0.0
+
+
+def _number(x: Any, kind: str, key: str, where: str) -> float:
+    if isinstance(x, bool) or not isinstance(x, (int, float)) or not math.isfinite(x):
+        raise SweepError(f"{where}: {key} has {x!r}; expected finite numbers")
+    if kind == "speed" and x <= 0:
+        raise SweepError(f"{where}: {key} has the speed factor {x:g}; expected more than 0")
+    if kind in ("payload", "mass") and x < 0:
+        raise SweepError(f"{where}: {key} has {x:g}; a mass can't be negative")
+    return float(x)
+
+
+def _vector(given: Mapping[str, Any], key: str, where: str) -> tuple[float, float, float]:
+    x = given.get(key, [0.0, 0.0, 0.0])
+    numbers: Sequence[Any] = x if isinstance(x, list) else ()
+    if len(numbers) != 3 or any(isinstance(c, bool) or not isinstance(c, (int, float)) or not math.isfinite(c) for c in numbers):
+        raise SweepError(f"{where}: {key} = {x!r}; expected three finite numbers")
+    return (float(numbers[0]), float(numbers[1]), float(numbers[2]))
+
+
+def _count(given: Mapping[str, Any], key: str, otherwise: int, where: str) -> int:
+    x = given.get(key, otherwise)
+    if isinstance(x, bool) or not isinstance(x, int) or x < 0:
+        raise SweepError(f"{where}: {key} = {x!r}; expected a whole number")
+    return x
+
+
+def _table(tables: Mapping[str, Any], key: str, file: str) -> Mapping[str, Any]:
+    table = tables.get(key, {})
+    if not isinstance(table, Mapping):
+        raise SweepError(f"{file}: {key} = {table!r}; expected a table [{key}]")
+    return table
+
+
+def _known(given: Mapping[str, Any], known: Sequence[str], file: str, where: str) -> None:
+    for key in given:
+        if key not in known:
+            raise SweepError(f"{file}: {where}unknown key {key!r}; {near_names(key, known)}expected {', '.join(known)}")

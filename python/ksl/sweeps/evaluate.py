@@ -1,0 +1,139 @@
+"""Computes partitions of a sweep.  What a worker does, in whichever engine."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ksl.errors import SweepError
+from ksl.load_cases.load_case import Block, LoadCase
+from ksl.sweeps.description import Sweep
+from ksl.sweeps.peaks import Peaks
+from ksl.sweeps.sampling import sample
+from ksl.sweeps.variants import Variants
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+
+@dataclass(frozen=True)
+class Plan:
+    """All that a worker needs to know, on any machine that has the files."""
+
+    robot: str
+    sweep: Sweep
+    size: int
+    """Cases of a partition."""
+    with_wrenches: bool = False
+
+    @property
+    def key(self) -> str:
+        """The same for equal plans."""
+        return repr(self)
+
+    @property
+    def partitions(self) -> int:
+        return -(-self.sweep.cases // self.size)
+
+    def cases(self, partition: int) -> range:
+        """The cases of a partition."""
+        return range(partition * self.size, min(self.sweep.cases, (partition + 1) * self.size))
+
+
+@dataclass(frozen=True)
+class Result:
+    """A partition, computed."""
+
+    partition: int
+    files: dict[str, bytes]
+    """{name of a data set: the contents of its Parquet file}."""
+    seconds: float
+    """Time of the worker, and what of it was spent in the dynamics."""
+    seconds_of_dynamics: float
+
+
+class Evaluator:
+    """Computes any partition of a plan: the same bits in any order, on any worker."""
+
+    def __init__(self, plan: Plan) -> None:
+        self.plan = plan
+        self._variants = Variants(plan.robot, plan.sweep)
+        self._values = sample(plan.sweep)
+        self._peaks = Peaks(self._variants.model)
+        self._dynamics = 0.0
+
+    def extent(self) -> tuple[int, int]:
+        """Joints, and samples of the longest motion."""
+        return len(self._variants.model.joints), max(len(m.time) for m in self._variants.motions.values())
+
+    def partition(self, index: int) -> Result:
+        """Raises SweepError, with the case, where results are not finite."""
+        start, self._dynamics = time.perf_counter(), 0.0
+        cases = self.plan.cases(index)
+        tables: dict[str, list[pa.Table]] = {}
+        rows: list[dict[str, Any]] = []
+        for case in cases:
+            values = {name: x[case].item() for name, x in self._values.items()}
+            try:
+                with np.errstate(over="ignore", invalid="ignore"):
+                    load_case, block = self._block(values)
+                    row = self._peaks.of(load_case.motion, block)
+                if not (np.isfinite(block.tau).all() and np.isfinite(block.in_joint_axes).all()):
+                    raise ValueError("results are not finite; check the values, and the units of the motion")
+            except ValueError as error:
+                raise SweepError(f"{self.plan.sweep.file}: case {case}: {_listed(values)}: {error}") from None
+            rows.append(row)
+            if self.plan.with_wrenches:
+                tables.setdefault("wrenches", []).append(self._wrenches(case, load_case, block))
+        tables["cases"] = [self._table(cases, rows)]
+        files = {name: _parquet(parts) for name, parts in tables.items()}
+        return Result(index, files, time.perf_counter() - start, self._dynamics)
+
+    def _block(self, values: dict[str, Any]) -> tuple[LoadCase, Block]:
+        model, motion = self._variants.case(values)
+        case = LoadCase(model, motion)
+        start = time.perf_counter()
+        block = case.block(slice(0, len(motion.time)), threads=1)
+        self._dynamics += time.perf_counter() - start
+        return case, block
+
+    def _table(self, cases: range, rows: list[dict[str, Any]]) -> pa.Table:
+        """A row for each case and joint."""
+        import pyarrow as pa
+
+        joints = self._variants.model.joints
+        count = len(joints)
+        columns: dict[str, Any] = {"case": pa.array(np.repeat(np.arange(cases.start, cases.stop), count))}
+        columns |= {name: pa.array(np.repeat(x[cases.start : cases.stop], count)) for name, x in self._values.items()}
+        columns["joint"] = pa.array([j.name for j in joints] * len(cases))
+        columns["kind"] = pa.array([j.kind for j in joints] * len(cases))
+        for name in self._peaks.names():
+            values = np.concatenate([row[name] for row in rows])
+            columns[name] = pa.array(values, mask=np.isnan(values))
+        return pa.table(columns)
+
+    def _wrenches(self, case: int, load_case: LoadCase, block: Block) -> pa.Table:
+        import pyarrow as pa
+
+        from ksl.load_cases.wrench_table import TableWriter
+
+        table = TableWriter(load_case.model, load_case.placement).table(block)
+        number = pa.array(np.full(len(table), case))
+        return table.append_column("case", number) if "case" not in table.column_names else table.set_column(0, "case", number)
+
+
+def _parquet(tables: list[pa.Table]) -> bytes:
+    import pyarrow as pa
+    import pyarrow.parquet
+
+    sink = pa.BufferOutputStream()
+    pyarrow.parquet.write_table(pa.concat_tables(tables), sink, compression="zstd")
+    contents: bytes = sink.getvalue().to_pybytes()
+    return contents
+
+
+def _listed(values: dict[str, Any]) -> str:
+    return ", ".join(f"{name} = {value}" for name, value in values.items())

@@ -1,0 +1,128 @@
+"""The summary of all joints at once: what `load_cases.quantities.summarise` says of each, to the bit, for thousands of cases."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ksl.load_cases.load_case import Block
+from ksl.load_cases.quantities import EFFORT_PARTS, along, length
+from ksl.mechanism import Mechanism
+from ksl.motions.motion import Motion
+from ksl.states import Array
+
+WRENCH = ("axial_force", "radial_force", "bending_moment", "axial_moment", "force", "moment")
+
+
+class Peaks:
+    """Peaks, means and shares of limits of the joints of a robot.  Joints that don't have a quantity have NaN there."""
+
+    def __init__(self, model: Mechanism) -> None:
+        joints = model.joints
+        self._joints = joints
+        self._axial = np.array([j.one_coordinate for j in joints])
+        self._axes = np.array([j.axis for j in joints])[self._axial]
+        self._driven = np.array([j.one_coordinate and j.leader is None for j in joints])
+        self._v = np.array([j.v_index for j in joints])[self._driven]
+        self._q = np.array([j.q_index for j in joints])[self._driven]
+        self._follows = np.array([j.leader is not None for j in joints])
+        self._followers = [j for j in joints if j.leader is not None]
+        self._model = model
+        self._lower, self._upper, self._speed, self._effort = (
+            np.array([_given(getattr(j, name), name) for j in joints])[self._driven] for name in ("lower", "upper", "velocity", "effort")
+        )
+
+    def names(self) -> list[str]:
+        """The quantities of :meth:`of`, in order."""
+        names = [f"{q}_{part}" for q in WRENCH for part in ("peak", "peak_time", "rms")]
+        names += ["effort_peak", "effort_peak_time", "effort_rms"]
+        if self._model.physics:
+            names += [f"{q}_{part}" for q in EFFORT_PARTS for part in ("peak", "peak_time", "rms")]
+        names += [f"{q}_{part}" for q in ("speed", "power") for part in ("peak", "peak_time")]
+        names += ["power_mean", "work_positive", "work_negative"]
+        if self._followers:
+            names += [f"coupling_{part}" for part in ("peak", "peak_time", "rms")]
+        return [*names, "position_share", "speed_share", "effort_share"]
+
+    def of(self, motion: Motion, block: Block) -> dict[str, Array]:
+        """{quantity: its value for each joint (joints)} of one case, all of whose samples are in `block`."""
+        rows: dict[str, Array] = dict.fromkeys(self.names(), np.empty(0))
+        time = block.time
+        steps, duration = np.diff(time), time[-1] - time[0]
+        by_joint = np.ascontiguousarray(np.moveaxis(block.in_joint_axes, 0, 1))  # samples of a joint are neighbours
+
+        def put(name: str, chosen: Array, x: Array, mean: bool = True) -> None:
+            """Peak, its time and the root mean square of curves x (chosen joints, samples)."""
+            size = np.abs(x)
+            k = np.argmax(size, axis=1)
+            rows[f"{name}_peak"] = self._of(chosen, np.take_along_axis(size, k[:, None], 1)[:, 0])
+            rows[f"{name}_peak_time"] = self._of(chosen, time[k])
+            if mean:
+                rows[f"{name}_rms"] = self._of(chosen, np.sqrt(_integral(steps, x * x) / duration))
+
+        forces, moments = by_joint[self._axial, :, :3], by_joint[self._axial, :, 3:]
+        axes = self._axes[:, None]
+        axial, about_axis = along(forces, axes), along(moments, axes)
+        put("axial_force", self._axial, axial)
+        put("radial_force", self._axial, length(forces - axial[..., None] * axes))
+        put("bending_moment", self._axial, length(moments - about_axis[..., None] * axes))
+        put("axial_moment", self._axial, about_axis)
+        put("force", ~self._axial, length(by_joint[~self._axial, :, :3]))
+        put("moment", ~self._axial, length(by_joint[~self._axial, :, 3:]))
+
+        effort, speed = np.ascontiguousarray(block.tau[:, self._v].T), np.ascontiguousarray(block.v[:, self._v].T)
+        power = effort * speed
+        put("effort", self._driven, effort)
+        put("speed", self._driven, speed, mean=False)
+        put("power", self._driven, power, mean=False)
+        if block.parts is not None:
+            for i, name in enumerate(EFFORT_PARTS):
+                put(name, self._driven, np.ascontiguousarray(block.parts[:, i, self._v].T))
+        positive, negative = _work(steps, power)
+        rows["power_mean"] = self._of(self._driven, (positive + negative) / duration)
+        rows["work_positive"], rows["work_negative"] = self._of(self._driven, positive), self._of(self._driven, negative)
+        if self._followers:
+            put("coupling", self._follows, np.ascontiguousarray(block.coupling.T))
+            self._add_speeds_of_followers(rows, time, block.v)
+        self._add_shares(rows, motion)
+        return rows
+
+    def _add_speeds_of_followers(self, rows: dict[str, Array], time: Array, v: Array) -> None:
+        speeds = np.abs([self._model._velocity_of(j, v) for j in self._followers])
+        k = np.argmax(speeds, axis=1)
+        rows["speed_peak"][self._follows] = np.take_along_axis(speeds, k[:, None], 1)[:, 0]
+        rows["speed_peak_time"][self._follows] = time[k]
+
+    def _add_shares(self, rows: dict[str, Array], motion: Motion) -> None:
+        """Shares of the limits of the robot's file: 1 is at the limit.  NaN where it gives none."""
+        q = np.ascontiguousarray(motion.q[:, self._q].T)
+        middle, half = (self._upper + self._lower) / 2, (self._upper - self._lower) / 2
+        with np.errstate(divide="ignore", invalid="ignore"):
+            rows["position_share"] = self._of(self._driven, np.max(np.abs(q - middle[:, None]), axis=1) / half)
+            rows["speed_share"] = self._of(self._driven, rows["speed_peak"][self._driven] / self._speed)
+            rows["effort_share"] = self._of(self._driven, rows["effort_peak"][self._driven] / self._effort)
+
+    def _of(self, chosen: Array, x: Array) -> Array:
+        """Values of the chosen joints among those of all."""
+        values = np.full(len(self._joints), np.nan)
+        values[chosen] = x
+        return values
+
+
+def _given(limit: float | None, name: str) -> float:
+    """A limit; NaN where none is given, as effort and velocity 0 mean."""
+    return np.nan if limit is None or (limit == 0 and name in ("velocity", "effort")) else limit
+
+
+def _integral(steps: Array, x: Array) -> Array:
+    """∫ x dt by trapezoids along the last axis."""
+    sums: Array = np.sum((x[:, :-1] + x[:, 1:]) / 2 * steps, axis=1)
+    return sums
+
+
+def _work(steps: Array, power: Array) -> tuple[Array, Array]:
+    """Positive and negative work of powers (joints, samples) that are linear between samples."""
+    p0, p1 = power[:, :-1], power[:, 1:]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        triangle = np.maximum(p0, p1) ** 2 / np.abs(p1 - p0) / 2  # where the sign changes between two samples
+    positive = np.sum(np.where(p0 * p1 < 0, triangle, np.maximum((p0 + p1) / 2, 0)) * steps, axis=1)
+    return positive, _integral(steps, power) - positive

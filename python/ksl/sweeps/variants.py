@@ -1,0 +1,114 @@
+"""The model and the motion of one case of a sweep."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ksl.errors import SweepError
+from ksl.loading import load
+from ksl.model import Model
+from ksl.motions.motion import Motion
+from ksl.motions.reading import read_motion
+from ksl.states import Array
+from ksl.sweeps.description import Parameter, Sweep
+
+
+class Variants:
+    """Makes the variants of a robot and of its motions.  Files are read once; a variant takes some microseconds."""
+
+    def __init__(self, robot: str | os.PathLike[str], sweep: Sweep) -> None:
+        self.sweep = sweep
+        self.model = _base(robot, sweep)
+        files = [sweep.motion] if sweep.motion is not None else []
+        files += [str(v) for p in sweep.parameters if p.kind == "motion" for v in p.values]
+        self.motions = {file: read_motion(self.model, file) for file in files}
+        for p in sweep.parameters:
+            if p.link is not None and p.link not in self.model.link_names:
+                _no_link(sweep, p, self.model)
+
+    def case(self, values: Mapping[str, Any]) -> tuple[Model, Motion]:
+        """Model and motion for these values of the parameters."""
+        model, file, factor = self.model, self.sweep.motion, 1.0
+        changed: dict[str, Array] = {}
+        for p in self.sweep.parameters:
+            value = values[p.name]
+            if p.kind == "motion":
+                file = str(value)
+            elif p.kind == "speed":
+                factor = float(value)
+            elif p.kind == "tilt":
+                model = model.with_gravity(_turned(model.gravity, p.axis, -math.radians(float(value))))
+            else:
+                _change(changed, self.model, p, float(value))
+        if changed:
+            model = model.with_parameters(changed)
+        assert file is not None  # sweep_from has refused what has none
+        return model, _faster(self.motions[file], factor)
+
+
+def _base(robot: str | os.PathLike[str], sweep: Sweep) -> Model:
+    try:
+        return load(robot, **sweep.base)
+    except (TypeError, ValueError) as error:
+        raise SweepError(f"{sweep.file}: the robot can't be loaded as [base] says: {error}") from None
+
+
+def _no_link(sweep: Sweep, p: Parameter, model: Model) -> None:
+    try:
+        model.link(str(p.link))
+    except ValueError as error:
+        raise SweepError(f"{sweep.file}: parameter {p.name}: {error}") from None
+
+
+def _change(changed: dict[str, Array], model: Model, p: Parameter, value: float) -> None:
+    """Changes the ten numbers of links, as parameters of the kinds payload, mass and center say."""
+    for link in model.links if p.link is None else (model.link(p.link),):
+        ten = changed.get(link.name)
+        ten = np.array(link.parameters) if ten is None else ten
+        if p.kind == "payload":
+            ten = ten + point_mass(value, p.center)
+        elif p.kind == "mass":
+            ten = ten * value
+        else:
+            ten = shifted(ten, value * np.array(p.axis) / np.linalg.norm(p.axis))
+        changed[link.name] = ten
+
+
+def point_mass(mass: float, at: tuple[float, float, float]) -> Array:
+    """The ten numbers of a point mass: m, m c, Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the origin."""
+    x, y, z = at
+    return mass * np.array([1, x, y, z, y * y + z * z, -x * y, x * x + z * z, -x * z, -y * z, x * x + y * y])
+
+
+def shifted(ten: Array, by: Array) -> Array:
+    """A body's ten numbers after it was moved by a vector (3), m, without turning (parallel axes, Steiner)."""
+    mass, first = ten[0], ten[1:4]
+    x, y, z = by
+    # of -(m [c+s]² − m [c]²) = −([h][s] + [s][h] + m [s]²), [.] being the matrix of a cross product
+    hx, hy, hz = 2 * first + mass * by
+    cx, cy, cz = first + mass * by / 2
+    inertia = np.array(
+        [hy * y + hz * z, -(cx * y + cy * x), hx * x + hz * z, -(cx * z + cz * x), -(cy * z + cz * y), hx * x + hy * y],
+    )
+    return np.concatenate([[mass], first + mass * by, ten[4:] + inertia])
+
+
+def _turned(vector: Array, axis: tuple[float, float, float], angle: float) -> Array:
+    """A vector turned about an axis by an angle (Rodrigues)."""
+    e = np.array(axis) / np.linalg.norm(axis)
+    turned: Array = vector * math.cos(angle) + np.cross(e, vector) * math.sin(angle) + e * (e @ vector) * (1 - math.cos(angle))
+    return turned
+
+
+def _faster(motion: Motion, factor: float) -> Motion:
+    """The same path in 1/factor of the time."""
+    if factor == 1.0:
+        return motion
+    with np.errstate(over="ignore", invalid="ignore"):  # results that are not finite are refused
+        return replace(motion, time=motion.time / factor, v=motion.v * factor, a=motion.a * factor * factor)

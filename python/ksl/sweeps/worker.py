@@ -1,0 +1,40 @@
+"""A worker of the local engine: a process that computes partitions.  `python -m ksl.sweeps.worker`; the sweep starts it.
+
+Messages are pickles on standard input and output: first the plan, then numbers of partitions.  The answer is a Result or an error."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+import sys
+
+from ksl.errors import SweepError
+from ksl.sweeps.evaluate import Evaluator
+
+
+def main() -> None:
+    """Answers until the input ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # a Ctrl-C in the terminal reaches all processes; the sweep ends its workers
+    answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what libraries print must not mix with the answers
+    requests = sys.stdin.buffer
+    evaluator = None
+    while True:
+        try:
+            request = pickle.load(requests)
+        except EOFError:
+            return
+        try:
+            if evaluator is None:
+                evaluator = Evaluator(request)
+                continue
+            answer: object = evaluator.partition(request)
+        except ValueError as error:  # of the robot, the motion or a case; others are faults, and end the worker with a traceback
+            answer = SweepError(str(error))
+        pickle.dump(answer, answers, pickle.HIGHEST_PROTOCOL)
+        answers.flush()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,329 @@
+"""ksl.sweep: the cases are what the description says, each equals a load case of its own, and nothing that is complete is lost."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as parquet
+import pytest
+
+import ksl
+from ksl.load_cases.curves import Curves
+from ksl.load_cases.load_case import LoadCase
+from ksl.load_cases.quantities import summarise
+from ksl.motions.reading import read_motion
+from ksl.sweeps.description import sweep_from
+from ksl.sweeps.sampling import sample
+from ksl.sweeps.variants import Variants, shifted
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+PANDA, PICK = str(EXAMPLES / "robots" / "panda.urdf"), str(EXAMPLES / "motions" / "panda_pick.csv")
+TOOL = "panda_flange"
+PAYLOAD = {"kind": "payload", "link": TOOL, "center": [0, 0, 0.1], "values": [0, 1.5, 3]}
+SPEED = {"kind": "speed", "values": [0.5, 1.0]}
+
+
+def described(*vary, **head) -> dict:
+    return {"sweep": head, "base": {"motion": PICK}, "vary": list(vary)}
+
+
+def variants(*vary) -> Variants:
+    return Variants(PANDA, sweep_from(described(*vary)))
+
+
+def efforts(case) -> np.ndarray:
+    model, motion = case
+    return model.inverse_dynamics(motion.q, motion.v, motion.a)
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {f.name: f.read_bytes() for f in sorted((folder / "cases").iterdir())}
+
+
+# ------------------------------------------------------------------------------------------------------------ the cases
+
+
+def test_a_grid_has_each_value_with_each():
+    cases = sample(sweep_from(described(PAYLOAD, SPEED)))
+    assert cases["speed"].tolist() == [0.5, 1.0] * 3
+    assert cases[f"payload_{TOOL}"].tolist() == [0, 0, 1.5, 1.5, 3, 3]
+
+
+def test_a_latin_hypercube_uses_each_part_of_a_range_once():
+    vary = ({"kind": "speed", "from": 0.5, "to": 1.5}, {"kind": "mass", "from": 0.9, "to": 1.1}, PAYLOAD)
+    cases = sample(sweep_from(described(*vary, sampling="latin hypercube", cases=30, seed=7)))
+    for name, lower, upper in (("speed", 0.5, 1.5), ("mass", 0.9, 1.1)):
+        assert sorted(((cases[name] - lower) / (upper - lower) * 30).astype(int)) == list(range(30))
+    assert [int((cases[f"payload_{TOOL}"] == m).sum()) for m in (0, 1.5, 3)] == [10, 10, 10]
+    again = sample(sweep_from(described(*vary, sampling="latin hypercube", cases=30, seed=7)))
+    other = sample(sweep_from(described(*vary, sampling="latin hypercube", cases=30, seed=8)))
+    assert (again["speed"] == cases["speed"]).all() and (other["speed"] != cases["speed"]).any()
+
+
+def test_speed_leaves_the_path_and_scales_what_motion_adds_with_its_square():
+    v = variants({"kind": "speed", "values": [1.0, 2.0]})
+    slow, fast = v.case({"speed": 1.0}), v.case({"speed": 2.0})
+    assert (fast[1].q == slow[1].q).all() and (fast[1].time == slow[1].time / 2).all()
+    held = slow[0].gravity_torque(slow[1].q)
+    np.testing.assert_allclose(efforts(fast) - held, 4 * (efforts(slow) - held), atol=1e-11)
+    by_spline = np.gradient(fast[1].q[:, 1], fast[1].time, edge_order=2)
+    np.testing.assert_allclose(fast[1].v[:, 1], by_spline, atol=2e-3)
+
+
+def test_a_payload_is_that_of_with_payload():
+    _, motion = variants(PAYLOAD).case({f"payload_{TOOL}": 1.5})
+    found = efforts(variants(PAYLOAD).case({f"payload_{TOOL}": 1.5}))
+    expected = ksl.load(PANDA).with_payload(TOOL, 1.5, [0, 0, 0.1]).inverse_dynamics(motion.q, motion.v, motion.a)
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+
+
+def test_a_tilt_is_gravity_seen_from_the_turned_base():
+    case = variants({"kind": "tilt", "axis": [1, 0, 0], "values": [90]}).case({"tilt": 90})
+    # the base turned by +90° about x: its z axis points along −y of the room, and gravity (room −z) along its −y
+    expected = ksl.load(PANDA, gravity=[0, -9.81, 0])
+    np.testing.assert_allclose(efforts(case), expected.inverse_dynamics(case[1].q, case[1].v, case[1].a), atol=1e-12)
+
+
+def test_a_factor_of_all_masses_is_one_of_all_efforts():
+    v = variants({"kind": "mass", "values": [1.0, 1.25]})
+    np.testing.assert_allclose(efforts(v.case({"mass": 1.25})), 1.25 * efforts(v.case({"mass": 1.0})), rtol=1e-12, atol=1e-12)
+
+
+def test_a_shifted_centre_keeps_the_inertia_about_itself():
+    model = ksl.load(PANDA)
+    link = model.link("panda_link3")
+    found = shifted(np.array(link.parameters), np.array([0.01, -0.02, 0.03]))
+    m, c = link.mass, np.array(link.first_moment) / link.mass
+    xx, yy, zz, xy, yz, zx = link.inertia
+    about_origin = np.array([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]])
+    about_center = about_origin - m * (c @ c * np.eye(3) - np.outer(c, c))
+    moved = model.with_parameters({link.name: (m, c + [0.01, -0.02, 0.03], about_center)}).link(link.name)
+    np.testing.assert_allclose(found, moved.parameters, rtol=1e-12, atol=1e-14)
+
+
+def test_rows_are_those_of_the_summary_to_the_bit(tmp_path):
+    """Of a robot with mimic, fixed and sliding joints, with physics of joints: every number is that of `ksl loads`."""
+    robot = tmp_path / "robot.urdf"
+    robot.write_text(GRIPPER)
+    motion = tmp_path / "close.csv"
+    t = np.linspace(0, 1, 50)
+    rows = np.column_stack([t, np.sin(3 * t), 0.02 * np.cos(5 * t)])
+    motion.write_text("time,swing,finger\n" + "\n".join(",".join(map(repr, map(float, row))) for row in rows))
+    tables = {"base": {"motion": str(motion), "physics": ["damping", "friction"]}, "vary": [{"kind": "speed", "values": [1.0, 1.7]}]}
+    results = ksl.sweep(robot, tables, tmp_path / "out", workers=1)
+    table = results.cases.to_table()
+    assert table.num_rows == 2 * 5
+    for number, factor in enumerate((1.0, 1.7)):
+        model, moved = Variants(str(robot), sweep_from(tables)).case({"speed": factor})
+        curves = Curves(LoadCase(model, moved))
+        for block in curves.case.blocks():
+            curves.add(block)
+        found = [row for row in table.to_pylist() if row["case"] == number]
+        for loads, row in zip(curves.loads, found, strict=True):
+            expected = summarise(moved.time, loads)
+            assert {name: row[name] for name in expected} == expected
+            absent = {name for name, value in row.items() if value is None}
+            assert not absent & expected.keys() and all(row[n] is not None for n in ("case", "speed", "joint", "kind"))
+
+
+GRIPPER = """<robot name="gripper"><link name="base_link"/>
+<link name="arm"><inertial><origin xyz="0.3 0 0.1"/><mass value="2"/><inertia ixx="0.01" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="left"><inertial><mass value="0.2"/><inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="right"><inertial><mass value="0.2"/><inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="pad"><inertial><mass value="0.1"/><inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="swing" type="revolute"><parent link="base_link"/><child link="arm"/><axis xyz="0 0.6 0.8"/><dynamics damping="0.3" friction="0.5"/>
+  <limit lower="-2" upper="1" effort="40" velocity="3"/></joint>
+<joint name="finger" type="prismatic"><parent link="arm"/><child link="left"/><origin xyz="0.5 0 0"/><axis xyz="0 1 0"/>
+  <limit lower="0" upper="0.04" effort="0" velocity="0.2"/></joint>
+<joint name="follower" type="prismatic"><parent link="arm"/><child link="right"/><origin xyz="0.5 0 0"/><axis xyz="0 -1 0"/><mimic joint="finger" multiplier="0.8"/>
+  <limit lower="0" upper="0.04" effort="10" velocity="0.2"/></joint>
+<joint name="glue" type="fixed"><parent link="left"/><child link="pad"/><origin xyz="0.05 0 0"/></joint>
+</robot>"""
+
+
+def test_shares_of_limits(tmp_path):
+    """A limit of 0 is one that the file doesn't give."""
+    robot = tmp_path / "robot.urdf"
+    robot.write_text(GRIPPER)
+    motion = tmp_path / "still.csv"
+    motion.write_text("time,swing,finger\n" + "".join(f"{0.1 * i},-1.5,0.03\n" for i in range(8)))
+    table = ksl.sweep(robot, {"base": {"motion": str(motion)}, "vary": [{"kind": "mass", "values": [1.0]}]}, tmp_path / "out", workers=1).cases.to_table()
+    swing, finger = table.to_pylist()[:2]
+    assert swing["position_share"] == pytest.approx(1.0 / 1.5) and finger["position_share"] == pytest.approx(0.5)
+    assert swing["effort_share"] == swing["effort_peak"] / 40 and finger["effort_share"] is None
+
+
+# ------------------------------------------------------------------------------------------ engines, resuming, lost workers
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory) -> dict[str, bytes]:
+    folder = tmp_path_factory.mktemp("undisturbed")
+    ksl.sweep(PANDA, many(), folder, workers=2)
+    return contents(folder)
+
+
+def many(steps: int = 8, partition: int = 4) -> dict:
+    return described({**PAYLOAD, "values": [0.0, 0.5, 1.0, 1.5, 2.0]}, {"kind": "speed", "from": 0.5, "to": 1.2, "steps": steps}, partition=partition)
+
+
+def workers(words: str) -> list[int]:
+    """Processes whose command line has these words, and this test's own mark in their environment: nobody else's."""
+    found = []
+    for entry in Path("/proc").iterdir():
+        try:
+            if words in (entry / "cmdline").read_text().replace("\0", " ") and MARK in (entry / "environ").read_bytes().decode(errors="replace"):
+                found.append(int(entry.name))
+        except (OSError, ValueError):  # it has ended, or is no process
+            continue
+    return found
+
+
+MARK = f"KSL_TEST_OF={os.getpid()}."
+
+
+@pytest.fixture(autouse=True)
+def marked(monkeypatch):
+    monkeypatch.setenv(*MARK.split("="))
+
+
+def killing(words: str):
+    """A progress that kills one worker at work, after the first partition."""
+    killed = []
+
+    def progress(done: int, cases: int) -> None:
+        until = time.monotonic() + 5
+        while done and not killed and time.monotonic() < until:
+            if found := workers(words):
+                os.kill(found[0], signal.SIGKILL)
+                killed.append(found[0])
+
+    return progress, killed
+
+
+def test_one_worker_more_or_less_changes_no_bit(tmp_path, undisturbed):
+    results = ksl.sweep(PANDA, many(), tmp_path, workers=1)
+    assert results.computed == 40 and contents(tmp_path) == undisturbed and len(undisturbed) == 10
+
+
+def test_a_worker_that_dies_costs_its_partition_only(tmp_path, undisturbed):
+    progress, killed = killing("ksl.sweeps.worker")
+    results = ksl.sweep(PANDA, many(), tmp_path, workers=2, progress=progress)
+    assert killed and results.computed == 40 and contents(tmp_path) == undisturbed
+    assert not workers("ksl.sweeps.worker")
+
+
+def test_on_ray_the_bits_are_the_same_and_a_lost_worker_costs_its_partition_only(tmp_path):
+    pytest.importorskip("ray")
+    tables = many(steps=80, partition=50)
+    ksl.sweep(PANDA, tables, tmp_path / "local", workers=2)
+    progress, killed = killing("ray::evaluate")
+    results = ksl.sweep(PANDA, tables, tmp_path / "ray", workers=2, engine="ray", progress=progress)
+    assert killed and results.computed == 400 and contents(tmp_path / "ray") == contents(tmp_path / "local")
+
+
+def test_what_was_interrupted_goes_on(tmp_path, undisturbed):
+    def interrupt(done: int, cases: int) -> None:
+        if done >= 8:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        ksl.sweep(PANDA, many(), tmp_path, workers=2, progress=interrupt)
+    complete = contents(tmp_path)
+    assert len(complete) == 2 and not (tmp_path / "worst.csv").exists() and not workers("ksl.sweeps.worker")
+    (tmp_path / "cases" / ".part-000009.parquet.part").write_bytes(b"of a run that was killed")
+    results = ksl.sweep(PANDA, many(), tmp_path, workers=1)
+    assert results.computed == 32 and contents(tmp_path) == undisturbed
+
+
+def test_the_worst_cases_are_those_of_the_table(tmp_path):
+    results = ksl.sweep(PANDA, many(), tmp_path, workers=1)
+    table = results.cases.to_table()
+    rows = {(row["joint"], row["quantity"]): row for row in results.worst}
+    of_joint = [row for row in table.to_pylist() if row["joint"] == "panda_joint2"]
+    worst = max(of_joint, key=lambda row: row["effort_peak"])
+    found = rows["panda_joint2", "effort_peak"]
+    assert (found["value"], found["case"], found["speed"]) == (worst["effort_peak"], worst["case"], worst["speed"])
+    assert (tmp_path / "worst.csv").read_text().startswith("joint,quantity,value,case,payload_panda_flange,speed\n")
+
+
+def test_wrenches_on_request(tmp_path):
+    results = ksl.sweep(PANDA, described(SPEED), tmp_path, workers=1, wrenches=True)
+    table = parquet.read_table(tmp_path / "wrenches" / "part-000000.parquet")
+    samples = len(read_motion(ksl.load(PANDA), PICK).time)
+    assert table.num_rows == 2 * samples * len(ksl.load(PANDA).joints) and results.computed == 2
+    rows = zip(table["effort"].to_pylist(), table["joint"].to_pylist(), table["case"].to_pylist())
+    effort = np.array([e for e, joint, case in rows if joint == "panda_joint4" and case == 0])
+    assert np.abs(effort).max() == results.cases.to_table().to_pylist()[3]["effort_peak"]
+
+
+# -------------------------------------------------------------------------------------------------------------- mistakes
+
+
+def test_results_of_another_sweep_are_kept_unless_forced(tmp_path):
+    ksl.sweep(PANDA, described(SPEED), tmp_path, workers=1)
+    before = contents(tmp_path)
+    with pytest.raises(ksl.SweepError, match=r"holds another sweep \(.*--force to replace"):
+        ksl.sweep(PANDA, described(PAYLOAD), tmp_path, workers=1)
+    assert contents(tmp_path) == before
+    assert ksl.sweep(PANDA, described(PAYLOAD), tmp_path, workers=1, force=True).computed == 3
+
+
+@pytest.mark.parametrize(
+    ("tables", "words"),
+    [
+        ({"vary": [SPEED]}, "give the motion once"),
+        (described(), "nothing to vary"),
+        (described({"kind": "sped", "values": [1]}), "did you mean 'speed'"),
+        (described({**SPEED, "value": [1]}), "unknown key 'value'; did you mean 'values'"),
+        (described({"kind": "speed", "values": [0]}), "speed factor 0"),
+        (described({"kind": "speed", "from": 1, "to": 2}), "`steps`"),
+        (described({"kind": "speed", "from": 1}), "`to` is missing"),
+        (described({"kind": "speed", "from": 2, "to": 1}, sampling="latin hypercube", cases=3), "no range"),
+        (described(SPEED, sampling="latin hypercube"), "needs `cases`"),
+        (described(SPEED, sampling="random"), "sampling = 'random'"),
+        (described(SPEED, SPEED), "two parameters are named 'speed'"),
+        (described({"kind": "payload", "values": [1]}), "`link` is missing"),
+        (described({"kind": "payload", "link": "panda_flang", "values": [1]}), "did you mean 'panda_flange'"),
+        (described({"kind": "payload", "link": TOOL, "values": [-1]}), "can't be negative"),
+        (described({"kind": "tilt", "values": [1]}), "`axis` is missing"),
+        (described({"kind": "tilt", "axis": [0, 0, 0], "values": [1]}), "no direction"),
+        (described({"kind": "mass", "values": ["heavy"]}), "finite numbers"),
+        (described({"kind": "speed", "from": 1, "to": 2, "steps": 20_000_000}), "at most 10,000,000"),
+        (described({"kind": "motion", "values": ["nowhere.csv"]}), "give the motion once"),
+        ({"vary": [{"kind": "motion", "values": ["nowhere.csv"]}]}, "nowhere.csv"),
+        (described({"kind": "speed", "values": [1e200]}), "case 0: speed = 1e"),
+        ({**described(SPEED), "base": {"motion": PICK, "gravety": [0, 0, 0]}}, "did you mean 'gravity'"),
+        ({**described(SPEED), "base": {"motion": PICK, "physics": ["dampin"]}}, r"\[base\]"),
+    ],
+)
+def test_mistakes_are_named_before_anything_is_written(tmp_path, tables, words):
+    with pytest.raises(ValueError, match=words):
+        ksl.sweep(PANDA, tables, tmp_path / "out", workers=1)
+    assert not (tmp_path / "out").exists()
+
+
+def command(*arguments) -> subprocess.CompletedProcess:
+    return subprocess.run([sys.executable, "-m", "ksl", "sweep", *map(str, arguments)], capture_output=True, text=True, timeout=120)
+
+
+def test_the_command(tmp_path):
+    (tmp_path / "sweep.toml").write_text(f'[base]\nmotion = "{PICK}"\n[[vary]]\nkind = "speed"\nvalues = [0.5, 1.0]\n')
+    done = command(PANDA, tmp_path / "sweep.toml", "-o", tmp_path / "out", "--workers", 1)
+    assert done.returncode == 0, done.stderr
+    assert "of the effort limit" in done.stdout and "2 cases computed" in done.stdout and max(map(len, done.stdout.splitlines())) < 140
+    broken = tmp_path / "broken.toml"
+    broken.write_text("[base\n")
+    for arguments, words in (((PANDA, broken), "is not TOML"), ((PANDA, tmp_path / "none.toml"), "can't be read"), ((PANDA, tmp_path / "sweep.toml", "--engine", "slurm"), "local")):
+        done = command(*arguments, "-o", tmp_path / "other")
+        assert done.returncode == 2 and words in done.stderr and done.stderr.count("\n") == 1 and not (tmp_path / "other").exists()
+
+
+def test_a_ray_cluster_out_of_reach(tmp_path):
+    pytest.importorskip("ray")
+    with pytest.raises(ksl.SweepError, match="out of reach"):
+        ksl.sweep(PANDA, described(SPEED), tmp_path, workers=1, engine="ray", address="127.0.0.1:1")
