@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,7 +31,7 @@ class TableWriter:
         import pyarrow as pa
 
         self._pa, self._placement = pa, placement
-        cases = provenance.cases if provenance else [{"name": "motion", "physics": model.physics, "brake": False}]
+        cases: list[dict[str, Any]] = provenance.cases if provenance else [{"name": "motion"}]
         self._cases = [str(case["name"]) for case in cases]
         self._joints = [j for j in model.joints if placement.wanted(j.name)]
         self._chosen = [i for i, j in enumerate(model.joints) if placement.wanted(j.name)]
@@ -39,8 +39,8 @@ class TableWriter:
         self._follows = np.array([j.leader is not None for j in self._joints])
         self._v_index = np.array([j.v_index for j in self._joints])[self._driven]
         self._following = [model.follower_names.index(j.name) for j in self._joints if j.leader is not None]
-        self._with_parts = any(case["physics"] for case in cases)
-        self._with_brake = any(case["brake"] for case in cases)
+        self._with_parts = any(case.get("physics", model.physics) for case in cases)
+        self._with_brake = any(case.get("brake") for case in cases)
         self._mechanism = model
         names, parts = COMPONENTS[placement.order], EFFORT_PARTS if self._with_parts else ()
         motion = ("position", "speed", "acceleration")
