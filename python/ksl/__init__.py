@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl._core import __version__ as __version__
     from ksl.builder import Builder as Builder
+    from ksl.errors import CaseError as CaseError
     from ksl.errors import DescriptionError as DescriptionError
     from ksl.errors import DescriptionWarning as DescriptionWarning
     from ksl.errors import FrameError as FrameError
@@ -36,6 +37,7 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
 _MODULE_OF = {
     "Acceleration": "ksl.spatial",
     "Builder": "ksl.builder",
+    "CaseError": "ksl.errors",
     "DescriptionError": "ksl.errors",
     "DescriptionWarning": "ksl.errors",
     "FrameError": "ksl.errors",

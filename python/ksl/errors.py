@@ -17,6 +17,10 @@ class SweepError(ValueError):
     """A sweep can't be run.  Names its file and key, what is wrong and how to mend it."""
 
 
+class CaseError(ValueError):
+    """A file of load cases can't be used.  Names the file, the case, the key, what is wrong and how to mend it."""
+
+
 class DescriptionWarning(UserWarning):
     """Suspicious content of a robot file that is used all the same: an impossible inertia, a moving link without mass, a guessed encoding."""
 

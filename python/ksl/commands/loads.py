@@ -13,7 +13,8 @@ from ksl.commands.options import FloatingBase, FrictionWidth, Gravity, Mimic, Mo
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from ksl.load_cases.load_case import Placement
+    from ksl.load_cases.load_case import LoadCase, Payload, Placement
+    from ksl.load_cases.provenance import InputFile
     from ksl.load_cases.run import Run
     from ksl.model import Model
     from ksl.states import Order, Side
@@ -22,7 +23,8 @@ if TYPE_CHECKING:
 @app.command()
 def loads(
     robot: Robot,
-    motion: Annotated[Path, typer.Argument(metavar="MOTION.csv", help="`time` and a column per moving joint (rad, m); NAME.v, NAME.a if known.")],
+    motion: Annotated[Path | None, typer.Argument(metavar="[MOTION.csv]", help="`time` and a column per moving joint (rad, m); NAME.v, NAME.a if known.")] = None,
+    cases: Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Load cases: docs/cases.md. MOTION is then that of cases that name none.")] = None,
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the results.")] = Path("loads"),
     csv: Annotated[bool, typer.Option("--csv", help="Write wrenches.csv beside wrenches.parquet.")] = False,
     on: Annotated[str, typer.Option(metavar="child|parent", help="Side that the wrench acts on.")] = "child",
@@ -52,12 +54,11 @@ def loads(
     the child's axes) and NAME.bx .by .bz (its componentwise derivative). docs/loads.md lists those of cylindrical, universal,
     planar and translation joints.
     """
-    from ksl.load_cases.load_case import LoadCase, Payload, Placement
+    from ksl.load_cases.load_case import Payload
     from ksl.load_cases.output import OutputError
     from ksl.load_cases.printing import print_run
     from ksl.load_cases.provenance import input_file, provenance_of
     from ksl.load_cases.run import Run
-    from ksl.motions.reading import read_external, read_motion
 
     if fail_on not in ("", "limits"):
         fail(f"--fail-on {fail_on}: expected limits")
@@ -65,24 +66,26 @@ def loads(
         fail(f"{len(payload)} --payload and {len(on_link)} --on-link; give one --on-link NAME for each --payload MASS[,X,Y,Z]")
     if len(set(on_link)) != len(on_link):
         fail(f"--on-link {max(on_link, key=on_link.count)} is given more than once; a link carries one payload")
+    if motion is None and cases is None:
+        fail("loads needs a motion: ksl loads ROBOT MOTION.csv, or ksl loads ROBOT --cases FILE.toml")
+    if cases is not None and external is not None:
+        fail("--external and --cases: external wrenches of load cases are in their file, as external = [...]")
     values = [numbers(p, "--payload", 1, 4) for p in payload]
     end_on_signals()
     loaded = {link: (p[0], p[1:] or [0.0, 0.0, 0.0]) for link, p in zip(on_link, values)}
     model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, friction_width=friction_width)
     placement = _placement(model, on, at, axes, order, joints)
     try:
-        moved = read_motion(model, motion)
-        wrenches = read_external(model, external, moved.time) if external else {}
         carried = [Payload(link, kilograms, (x, y, z)) for link, (kilograms, (x, y, z)) in loaded.items()]
-        case = LoadCase(model, moved, placement, wrenches, motion.stem, str(motion), carried)
-        inputs = [input_file(role, file) for role, file in (("robot", robot), ("motion", motion), ("external", external)) if file]
+        found, files = _cases(model, motion, cases, external, placement, carried)
+        inputs = [input_file("robot", robot), *files]
         options = {"on": on, "at": at, "axes": axes, "order": order, "joints": joints, "floating_base": floating_base, "mimic": mimic}
         options |= {"strict": strict, "gravity": gravity, "model": model_name, "physics": physics, "friction_width": friction_width if physics else None}
-        run = Run([case], provenance_of([case], inputs, options, command_line()))
+        run = Run(found, provenance_of(found, inputs, options, command_line()))
         out = console(120)
-        files = _written(run, output, csv, force, out)
+        written = _written(run, output, csv, force, out)
         print_run(out, run)
-        for line in (f"written to {output}: {', '.join(files)}", f"report: {output / 'report.html'}"):
+        for line in (f"written to {output}: {', '.join(written)}", f"report: {output / 'report.html'}"):
             out.print(line, markup=False, soft_wrap=True)
     except BrokenPipeError:  # nobody reads what is printed: as any command
         raise
@@ -93,6 +96,24 @@ def loads(
         fail(f"{unwritable(e)}; results are in {output}")
     if fail_on and run.verdict.exceeded:
         raise typer.Exit(3)
+
+
+def _cases(
+    model: Model, motion: Path | None, cases: Path | None, external: Path | None, placement: Placement, carried: list[Payload]
+) -> tuple[list[LoadCase], list[InputFile]]:
+    """The load cases, and the files that they come from."""
+    from ksl.load_cases.case_file import read_cases
+    from ksl.load_cases.load_case import LoadCase
+    from ksl.load_cases.provenance import input_file
+    from ksl.motions.reading import read_external, read_motion
+
+    if cases is not None:
+        return read_cases(model, cases, placement, motion, carried)
+    assert motion is not None
+    moved = read_motion(model, motion)
+    wrenches = read_external(model, external, moved.time) if external else {}
+    inputs = [input_file(role, file) for role, file in (("motion", motion), ("external", external)) if file]
+    return [LoadCase(model, moved, placement, wrenches, motion.stem, str(motion), carried)], inputs
 
 
 def _placement(model: Model, on: str, at: list[str], axes: str, order: str, joints: str) -> Placement:

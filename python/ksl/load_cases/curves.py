@@ -60,6 +60,9 @@ class Curves:
         motion, external = self.case.motion, self.case.external
         if len(motion.time) < SPLINE_SAMPLES:
             return None
+        if self.case.static:
+            none = np.zeros(len(motion.time))
+            return PowerBalance(none, none, none, none)
         kinetic, potential = self.case.model.energy(motion.q, motion.v)
         energy = kinetic + potential
         supplied = self.case.model.external_power(motion.q, motion.v, external) if external else np.zeros(len(motion.time))

@@ -62,7 +62,9 @@ class Payload:
     mass: float
     """kg."""
     center: tuple[float, float, float]
-    """In the link's frame, m."""
+    """Of mass, in the link's frame, m."""
+    inertia: tuple[float, ...] | None = None
+    """About the centre of mass, in the link's axes, kg m²: nine numbers, by rows; None for a point mass."""
 
     def __str__(self) -> str:
         return f"{self.mass:g} kg on {self.link} at ({', '.join(f'{x:g}' for x in self.center)}) m"
@@ -84,7 +86,9 @@ class LoadCase:
     brake: bool = False
     """Whether brakes supply the efforts; those of the drives are then zero."""
     kind: str = "motion"
-    """What the samples are, in words: motion, holding, emergency stop …"""
+    """What the samples are, in words: motion, held at rest, emergency stop …"""
+    static: bool = False
+    """Whether samples are positions at rest, one after the other, and no motion: power balances don't apply."""
 
     def blocks(self) -> Iterator[Block]:
         """All samples in order, in blocks of about BLOCK_ROWS rows of the table."""

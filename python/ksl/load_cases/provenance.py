@@ -130,7 +130,7 @@ def _case_description(case: LoadCase) -> dict[str, Any]:
         "start": float(time[0]),
         "end": float(time[-1]),
         "gravity": [float(g) for g in case.model.gravity],
-        "payloads": [{"link": p.link, "mass": p.mass, "center": list(p.center)} for p in case.payloads],
+        "payloads": [{"link": p.link, "mass": p.mass, "center": list(p.center), **({"inertia": list(p.inertia)} if p.inertia else {})} for p in case.payloads],
         "physics": list(case.model.physics),
         "external": list(case.external),
     }
