@@ -302,7 +302,7 @@ def test_the_example(example):
     assert [c["name"] for c in said["cases"]] == names and {f["role"] for f in said["inputs"]} == {"robot", "cases", "motion", "external"}
     assert all(f["sha256"] for f in said["inputs"]) and "emergency stop from" in said["cases"][-1]["kind"]
     assert all(name in p.stdout for name in names) and p.stdout.startswith("verdict: GREEN: ")
-    assert len(list(out.glob("report*.html"))) == len(names)
+    assert (out / "report.html").stat().st_size < 8e6
 
 
 def test_other_programs_read_the_data_set(example, examples):
@@ -333,7 +333,7 @@ def test_the_motion_of_the_command_is_that_of_cases_without_one(arm):
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        ([], "ksl: loads needs a motion: ksl loads ROBOT MOTION.csv, or ksl loads ROBOT --cases FILE.toml"),
+        ([], "ksl: loads needs a motion: ksl loads ROBOT MOTION, or ksl loads ROBOT --cases FILE.toml"),
         (["--cases", "none.toml"], "ksl: none.toml: can't be read (No such file or directory); give a TOML file that describes load cases"),
         (["--cases", "c.toml", "--external", "e.csv"], "ksl: --external and --cases: external wrenches of load cases are in their file"),
     ],

@@ -1,5 +1,6 @@
 """The physics of joints as users ask for it: options, fields, files, models made from models, refusals, the loads table."""
 
+import json
 import pickle
 
 import numpy as np
@@ -211,11 +212,25 @@ def test_the_table_splits_the_effort_and_the_power_balances(physics):
 def test_a_table_without_physics_is_as_ever():
     m, t = arm().build(), np.linspace(0, 1, 20)
     table = m.loads(t, np.sin(np.outer(t, [1, 2])))
-    assert table.column_names[-7:] == ["constraint_tz", "effort", "speed", "power", "on", "at", "axes"]
-    assert "physics" not in str(table.schema.metadata[b"ksl"])
+    assert table.column_names[-7:] == ["speed", "acceleration", "effort", "power", "on", "at", "axes"]
+    assert json.loads(table.schema.metadata[b"ksl"])["cases"][0]["physics"] == []
 
 
 def test_what_hangs_on_a_rotor_is_not_left_without_a_link():
     m = arm().build(physics="rotor bodies").with_frame("tip", "shoulder_rotor")
     with pytest.raises(ksl.DescriptionError, match='its parent link "shoulder_rotor" is a rotor, which .* put the joint on another link'):
         m.with_physics(None)
+
+
+def test_rotors_cause_no_warning_of_their_own():
+    m = arm().build(physics="rotor bodies")
+    assert [name for name in m.link_names if name.endswith("_rotor")], "there are some"
+    assert m.subtree(m.root).warnings == m.warnings == ()
+
+
+@pytest.mark.parametrize(("plain", "refined"), [("friction", "exact friction"), ("rotor", "rotor bodies")])
+def test_two_laws_for_the_same_are_refused(plain, refined):
+    for names in ([plain, refined], [refined, "damping", plain]):
+        with pytest.raises(ksl.DescriptionError, match=f'physics names both "{plain}" and "{refined}", two laws for the same thing; keep one'):
+            arm().build(physics=names)
+    assert refined in arm().build(physics=["all", refined]).physics

@@ -3,12 +3,36 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, cast
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
 from ksl.commands.app import app, command_line, console, discard_output, end_on_signals, fail, unwritable
-from ksl.commands.options import FloatingBase, FrictionWidth, Gravity, Mimic, ModelName, Physics, Robot, Strict, in_options, numbers, read_model, suggestion
+from ksl.commands.options import (
+    ColumnMapFile,
+    Degrees,
+    FloatingBase,
+    FrictionWidth,
+    From,
+    Gravity,
+    MOTION_HELP,
+    IgnoreExtra,
+    Mimic,
+    ModelName,
+    Physics,
+    PositionsOnly,
+    Resample,
+    Robot,
+    Strict,
+    TimeUnit,
+    To,
+    Topic,
+    check_order,
+    in_options,
+    numbers,
+    read_model,
+    suggestion,
+)
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -17,16 +41,21 @@ if TYPE_CHECKING:
     from ksl.load_cases.provenance import InputFile
     from ksl.load_cases.run import Run
     from ksl.model import Model
+    from ksl.report.files import ReportFiles
+    from ksl.report.pdf import Paper
     from ksl.states import Order, Side
 
 
 @app.command()
 def loads(
     robot: Robot,
-    motion: Annotated[Path | None, typer.Argument(metavar="[MOTION.csv]", help="`time` and a column per moving joint (rad, m); NAME.v, NAME.a if known.")] = None,
+    motion: Annotated[Path | None, typer.Argument(metavar="[MOTION]", help=MOTION_HELP)] = None,
     cases: Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Load cases: docs/cases.md. MOTION is then that of cases that name none.")] = None,
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the results.")] = Path("loads"),
     csv: Annotated[bool, typer.Option("--csv", help="Write wrenches.csv beside wrenches.parquet.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Write report.json, everything that the report says in numbers.")] = False,
+    pdf: Annotated[bool, typer.Option("--pdf", help="Write report.pdf, printed by Chromium or Chrome.")] = False,
+    paper: Annotated[str, typer.Option(metavar="A4|letter", help="Paper of the PDF.")] = "A4",
     on: Annotated[str, typer.Option(metavar="child|parent", help="Side that the wrench acts on.")] = "child",
     at: Annotated[list[str], typer.Option(metavar="POINT", help="Point of the moments: joint, world, a link's name, or X,Y,Z from the joint's origin in its axes; JOINT=X,Y,Z for one joint (repeatable).")] = [],
     axes: Annotated[str, typer.Option(metavar="AXES", help="joint, world, or a link's name.")] = "joint",
@@ -35,6 +64,7 @@ def loads(
     payload: Annotated[list[str], typer.Option(metavar="MASS[,X,Y,Z]", help="Point mass, kg, at a point of the link's frame, m; with --on-link.")] = [],
     on_link: Annotated[list[str], typer.Option(metavar="NAME", help="Link that carries the payload.")] = [],
     external: Annotated[Path | None, typer.Option(metavar="FILE.csv", help="Wrenches on links: `time` and LINK.fx … LINK.tz, at the link's origin, in its axes.")] = None,
+    smooth: Annotated[float | None, typer.Option("--smooth", metavar="HZ", help="Low-pass measured positions at this frequency, without delay, before differentiating.")] = None,
     fail_on: Annotated[str, typer.Option("--fail-on", metavar="limits", help="End with status 3 if a limit is exceeded; results are written.")] = "",
     force: Annotated[bool, typer.Option("--force", help="Replace results of another robot in DIR.")] = False,
     floating_base: FloatingBase = False,
@@ -44,21 +74,33 @@ def loads(
     model_name: ModelName = "",
     physics: Physics = "",
     friction_width: FrictionWidth = 0.01,
+    columns: ColumnMapFile = None,
+    degrees: Degrees = False,
+    time_unit: TimeUnit = None,
+    resample: Resample = None,
+    start: From = None,
+    stop: To = None,
+    ignore_extra: IgnoreExtra = False,
+    topic: Topic = None,
+    positions_only: PositionsOnly = False,
 ) -> None:
     """Compute the wrench through every joint along a motion and write wrenches.parquet, summary.csv and report.html.
+
+    A table has `time` and a column for each moving joint (rad, m), and NAME.v and NAME.a if its rates are known.
 
     A floating base has the columns floating_base.x .y .z .qx .qy .qz .qw (pose in the world) and, if its rates are known,
     floating_base.vx .vy .vz .wx .wy .wz and .ax .ay .az .bx .by .bz (twist in the body's frame and its componentwise derivative).
 
     A spherical joint has the columns NAME.qx .qy .qz .qw (a unit quaternion) and, if known, NAME.wx .wy .wz (angular velocity in
-    the child's axes) and NAME.bx .by .bz (its componentwise derivative). docs/loads.md lists those of cylindrical, universal,
-    planar and translation joints.
+    the child's axes) and NAME.bx .by .bz (its componentwise derivative). docs/motions.md lists those of cylindrical, universal,
+    planar and translation joints, and what each format of motions may hold.
     """
     from ksl.load_cases.load_case import Payload
     from ksl.load_cases.output import OutputError
     from ksl.load_cases.printing import print_run
     from ksl.load_cases.provenance import input_file, provenance_of
     from ksl.load_cases.run import Run
+    from ksl.report.files import ReportFiles
 
     if fail_on not in ("", "limits"):
         fail(f"--fail-on {fail_on}: expected limits")
@@ -67,23 +109,33 @@ def loads(
     if len(set(on_link)) != len(on_link):
         fail(f"--on-link {max(on_link, key=on_link.count)} is given more than once; a link carries one payload")
     if motion is None and cases is None:
-        fail("loads needs a motion: ksl loads ROBOT MOTION.csv, or ksl loads ROBOT --cases FILE.toml")
+        fail("loads needs a motion: ksl loads ROBOT MOTION, or ksl loads ROBOT --cases FILE.toml")
     if cases is not None and external is not None:
         fail("--external and --cases: external wrenches of load cases are in their file, as external = [...]")
+    if paper not in ("A4", "letter"):
+        fail(f"--paper {paper}: expected A4 or letter")
     values = [numbers(p, "--payload", 1, 4) for p in payload]
     end_on_signals()
+    if motion is not None:
+        check_order(robot, motion)
     loaded = {link: (p[0], p[1:] or [0.0, 0.0, 0.0]) for link, p in zip(on_link, values)}
     model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, friction_width=friction_width)
     placement = _placement(model, on, at, axes, order, joints)
+    reading: dict[str, Any] = {
+        "map": columns, "degrees": degrees, "time_unit": time_unit, "resample": resample, "start": start, "stop": stop,
+        "ignore_extra": ignore_extra, "topic": topic, "positions_only": positions_only, "smooth": smooth,
+    }  # fmt: skip
     try:
+        report = ReportFiles.wanted(json, cast("Paper", paper) if pdf else None)
         carried = [Payload(link, kilograms, (x, y, z)) for link, (kilograms, (x, y, z)) in loaded.items()]
-        found, files = _cases(model, motion, cases, external, placement, carried)
-        inputs = [input_file("robot", robot), *files]
+        found, files = _cases(model, motion, cases, external, placement, carried, reading)
+        inputs = [input_file("robot", robot), *([input_file("map", columns)] if columns else []), *files]
         options = {"on": on, "at": at, "axes": axes, "order": order, "joints": joints, "floating_base": floating_base, "mimic": mimic}
         options |= {"strict": strict, "gravity": gravity, "model": model_name, "physics": physics, "friction_width": friction_width if physics else None}
+        options |= {name: str(value) if name == "map" else value for name, value in reading.items() if value not in (None, False)}
         run = Run(found, provenance_of(found, inputs, options, command_line()))
         out = console(120)
-        written = _written(run, output, csv, force, out)
+        written = _written(run, output, csv, force, out, report)
         print_run(out, run)
         for line in (f"written to {output}: {', '.join(written)}", f"report: {output / 'report.html'}"):
             out.print(line, markup=False, soft_wrap=True)
@@ -99,21 +151,22 @@ def loads(
 
 
 def _cases(
-    model: Model, motion: Path | None, cases: Path | None, external: Path | None, placement: Placement, carried: list[Payload]
-) -> tuple[list[LoadCase], list[InputFile]]:
-    """The load cases, and the files that they come from."""
+    model: Model, motion: Path | None, cases: Path | None, external: Path | None, placement: Placement, carried: list[Payload],
+    reading: dict[str, Any],
+) -> tuple[list[LoadCase], list[InputFile]]:  # fmt: skip
+    """The load cases, and the files that they come from.  reading: how motions are read, in a file of cases those without options."""
     from ksl.load_cases.case_file import read_cases
     from ksl.load_cases.load_case import LoadCase
     from ksl.load_cases.provenance import input_file
     from ksl.motions.reading import read_external, read_motion
 
     if cases is not None:
-        return read_cases(model, cases, placement, motion, carried)
+        return read_cases(model, cases, placement, motion, carried, reading)
     assert motion is not None
-    moved = read_motion(model, motion)
+    moved = read_motion(model, motion, **reading)
     wrenches = read_external(model, external, moved.time) if external else {}
     inputs = [input_file(role, file) for role, file in (("motion", motion), ("external", external)) if file]
-    return [LoadCase(model, moved, placement, wrenches, motion.stem, str(motion), carried)], inputs
+    return [LoadCase(model, moved, placement, wrenches, "standard input" if str(motion) == "-" else motion.stem, str(motion), carried)], inputs
 
 
 def _placement(model: Model, on: str, at: list[str], axes: str, order: str, joints: str) -> Placement:
@@ -145,12 +198,12 @@ def _known(model: Model, joint: str, option: str) -> None:
         fail(f"{option}: no joint {joint!r}; {suggestion(joint, names, f'the joints of {model.name} are')}")
 
 
-def _written(run: Run, output: Path, csv: bool, force: bool, out: Console) -> list[str]:
+def _written(run: Run, output: Path, csv: bool, force: bool, out: Console, report: ReportFiles) -> list[str]:
     """Writes the files, and shows how far it is where a person watches."""
     if not out.is_terminal:
-        return run.write(output, csv, force)
+        return run.write(output, csv, force, report=report)
     from rich.progress import Progress
 
     with Progress(console=out, transient=True) as progress:
         task = progress.add_task("wrenches", total=sum(len(case.motion.time) for case in run.cases))
-        return run.write(output, csv, force, lambda samples: progress.advance(task, samples))
+        return run.write(output, csv, force, lambda samples: progress.advance(task, samples), report)

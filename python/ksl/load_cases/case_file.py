@@ -36,18 +36,21 @@ MOST_STOPS = 1000
 
 def read_cases(
     model: Model, path: str | os.PathLike[str], placement: Placement | None = None, motion: str | os.PathLike[str] | None = None,
-    payloads: Sequence[Payload] = (),
+    payloads: Sequence[Payload] = (), reading: Mapping[str, Any] | None = None,
 ) -> tuple[list[LoadCase], list[InputFile]]:  # fmt: skip
     """The load cases of a TOML file, and the files that they come from, itself the first.
 
     Files in it are relative to its folder.  placement: of the wrenches of all cases.  motion: of cases that name none.
-    payloads: what the model carries already, for the record.  Raises CaseError with the file, the case and the key; MotionError.
+    payloads: what the model carries already, for the record.  reading: arguments of `read_motion`, unless a case gives its own.  Raises CaseError with the file, the case and the key; MotionError.
     """
-    return _Reader(model, os.fspath(path), placement or Placement(), motion, payloads).read()
+    return _Reader(model, os.fspath(path), placement or Placement(), motion, payloads, reading or {}).read()
 
 
 class _Reader:
-    def __init__(self, model: Model, file: str, placement: Placement, motion: str | os.PathLike[str] | None, payloads: Sequence[Payload]) -> None:
+    def __init__(
+        self, model: Model, file: str, placement: Placement, motion: str | os.PathLike[str] | None, payloads: Sequence[Payload], reading: Mapping[str, Any]
+    ) -> None:
+        self._reading = reading
         self._model, self._file, self._placement, self._motion, self._payloads = model, file, placement, motion, payloads
         self._folder = Path(file).parent
         self._motions: dict[str, Motion] = {}
@@ -107,7 +110,7 @@ class _Reader:
             file = self.path(f"{where}: motion", spec)
         key = repr((file, sorted(options.items())))
         if key not in self._motions:
-            self._motions[key] = read_motion(self._model, file, **options)
+            self._motions[key] = read_motion(self._model, file, **{**self._reading, **options})
             self._input("motion", file)
         return self._motions[key], file
 
@@ -367,16 +370,21 @@ def _motion_options() -> tuple[str, ...]:
 
 def _read_wrench(file: str) -> tuple[Array, Array]:
     """Times (n) and wrenches (n, 6) of a table with `time` and some of fx … tz; missing components are zero."""
-    from ksl.motions.csv_table import check_finite, read_table
+    from ksl.motions.recognise import open_table
+    from ksl.motions.recorded import check_finite
+    from ksl.motions.time_column import find_time, in_seconds
 
-    table = read_table(file)
-    check_finite(file, table)
-    if "time" not in table:
-        raise CaseError(f"{file}:1: no column `time`; found {', '.join(table)}")
-    for name in table:
-        if name not in ("time", *WRENCH_COLUMNS):
-            raise CaseError(f"{file}:1: unknown column {name!r}; {near_names(name, WRENCH_COLUMNS)}expected time and some of {' '.join(WRENCH_COLUMNS)}")
-    time = table["time"]
+    table = open_table(file)
+    if table.is_recording:
+        raise CaseError(f"{file}: is a bag; give wrenches as CSV, Parquet or NPZ, with the columns time and some of {' '.join(WRENCH_COLUMNS)}")
+    column = find_time(table, ())
+    for name in table.names:
+        if name != column.name and name not in WRENCH_COLUMNS:
+            near = near_names(name, WRENCH_COLUMNS)
+            raise CaseError(f"{table.head}: unknown column {name!r}; {near}expected {column.name} and some of {' '.join(WRENCH_COLUMNS)}")
+    values = table.read(list(table.names), column.name)
+    time, _ = in_seconds(table, column, values.pop(column.name))
+    check_finite(table, {"time": time} | values)
     if len(time) == 0 or (np.diff(time) <= 0).any():
         raise CaseError(f"{file}: times must increase: sort the samples and remove repeated ones")
-    return time, np.column_stack([table.get(c, np.zeros(len(time))) for c in WRENCH_COLUMNS])
+    return time, np.column_stack([values.get(c, np.zeros(len(time))) for c in WRENCH_COLUMNS])

@@ -56,7 +56,7 @@ def compute(case: LoadCase, sink: Callable[[Block], None] | None = None, advance
 
 
 def _doubts(case: LoadCase, balance: PowerBalance | None) -> list[str]:
-    lines = list(case.motion.contradictions)
+    lines = [*case.motion.doubts, *case.motion.contradictions]
     if balance is not None and balance.doubtful:
         lines.append(
             f"power balance: the residual is {balance.relative_residual:.2g} of the largest power: positions, velocities and accelerations "

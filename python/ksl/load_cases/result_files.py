@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
@@ -12,32 +11,24 @@ from ksl.load_cases.load_case import Block
 from ksl.load_cases.output import OutputError
 from ksl.load_cases.provenance import Provenance
 from ksl.load_cases.wrench_table import TableWriter
+from ksl.report.files import NAMES as REPORT_FILES
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-RESULTS = ("wrenches.parquet", "wrenches.csv", "summary.csv", "report.html")
+RESULTS = ("wrenches.parquet", "wrenches.csv", "summary.csv", *REPORT_FILES)
 """Files that a run may write.  Those that it doesn't write are removed, since they are from an earlier run."""
 
 
-def report_name(case: str) -> str:
-    """File of the report of a load case that is not the worst one."""
-    return f"report-{re.sub(r'[^0-9A-Za-z_.-]+', '_', case)}.html"
-
-
-def earlier_results(directory: Path, provenance: Provenance, force: bool) -> list[str]:
-    """Names of files that an earlier run in this folder may have written, besides RESULTS.
-
-    Raises OutputError if it was another robot's run, unless `force` says that it may be replaced.
-    """
+def refuse_other_robot(directory: Path, provenance: Provenance) -> None:
+    """Raises OutputError if the folder holds results of another robot."""
     earlier = _metadata(directory / "wrenches.parquet")
     if earlier is None:
-        return []
+        return
     names = [j["name"] for j in earlier.get("joints", [])]
-    if not force and (earlier.get("robot") != provenance.robot or names not in ([], [j["name"] for j in provenance.joints])):
+    if earlier.get("robot") != provenance.robot or names not in ([], [j["name"] for j in provenance.joints]):
         which = f"of another robot, {earlier.get('robot')}" if earlier.get("robot") != provenance.robot else "of a robot of this name with other joints"
         raise OutputError(f"{directory}: holds results {which}; give another folder with -o, or replace them with --force")
-    return [report_name(case["name"]) for case in earlier.get("cases", [])]
 
 
 def _metadata(path: Path) -> dict[str, Any] | None:

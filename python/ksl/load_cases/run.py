@@ -17,19 +17,22 @@ from ksl.load_cases.case_result import CaseResult, compute
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
 from ksl.load_cases.output import staged
 from ksl.load_cases.provenance import InputFile, Provenance, input_file, provenance_of
-from ksl.load_cases.result_files import RESULTS, WrenchFiles, earlier_results, report_name
+from ksl.load_cases.result_files import RESULTS, WrenchFiles, refuse_other_robot
 from ksl.load_cases.summary_table import summary_table, worst_rows, write_summary
 from ksl.load_cases.verdict import Verdict, not_given
 from ksl.load_cases.wrench_table import TableWriter, motion_of_arrays, wrenches_of_arrays
 from ksl.model import Model
 from ksl.motions.motion import Motion
+from ksl.report.files import ReportFiles
 from ksl.states import External, Order, Point, Side
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-KEPT_CASES = 10
-"""Up to this number of load cases all have a report; of more the worst alone, whose curves are kept."""
+    from ksl.report.input import ReportInput
+
+KEPT_CASES, KEPT_CURVES = 5, 24
+"""The report has the curves of the worst load cases: of so many at most, and of so many joints in all of them together, but of one at least."""
 LEVELS = ("green", "amber", "red")
 
 MotionGiven = str | os.PathLike[str] | Motion | Sequence[ArrayLike]
@@ -95,9 +98,10 @@ class Run:
         """Lines by weight: limits exceeded, doubts, other warnings, what was differentiated, and last what is not used."""
         verdict, several = self.verdict, len(self.cases) > 1
         differentiated = [f"{c.name}: {line}" if several else line for c in self.cases for line in c.motion.differentiated]
+        read = [f"{c.name}: {line}" if several else line for c in self.cases if c.motion.source for line in c.motion.source.notes]
         unused = [f"in the file and not used: {line}" for line in self.model.unused]
         exceeded = [f"{use.case}: {use.exceeded}" if several else use.exceeded for use in verdict.exceeded]
-        return list(dict.fromkeys([*exceeded, *verdict.reasons, *self.model.warnings, *differentiated, *unused]))
+        return list(dict.fromkeys([*exceeded, *verdict.reasons, *read, *self.model.warnings, *differentiated, *unused]))
 
     @property
     def governing(self) -> CaseResult:
@@ -105,33 +109,42 @@ class Run:
         return max(self.results, key=_severity)
 
     def write(
-        self, directory: str | os.PathLike[str], csv: bool = False, force: bool = False, advance: Callable[[int], None] | None = None
-    ) -> list[str]:
-        """Writes wrenches.parquet, summary.csv and report.html, and report-CASE.html of the other load cases if they are few.
+        self, directory: str | os.PathLike[str], csv: bool = False, force: bool = False, advance: Callable[[int], None] | None = None,
+        report: ReportFiles = ReportFiles(),
+    ) -> list[str]:  # fmt: skip
+        """Writes wrenches.parquet, summary.csv and report.html.
 
         csv: wrenches.csv too.  force: results of another robot in that folder are replaced, and not refused.  advance: is told the
-        number of samples of each block that is done.  Returns the names of the files.  All are written, or none: see :func:`staged`.
+        number of samples of each block that is done.  report: whether there shall be report.json and report.pdf.  Returns the names of the files.  All are written, or none: see :func:`staged`.
         Raises MotionError where results are not finite, and OutputError.
         """
         folder = Path(directory)
-        earlier = earlier_results(folder, self.provenance, force)
-        with staged(folder, (*RESULTS, *earlier)) as stage:
+        if not force:
+            refuse_other_robot(folder, self.provenance)
+        with staged(folder, RESULTS) as stage:
             with WrenchFiles(stage, self._writer(), csv) as files:
                 self._compute(files, advance)
             write_summary(stage / "summary.csv", self.rows, self.provenance)
-            governing = self.governing
-            self._write_report(stage / "report.html", governing)
-            for result in self.results if 1 < len(self.cases) <= KEPT_CASES else []:
-                if result is not governing:
-                    self._write_report(stage / report_name(result.case.name), result)
+            report.write(stage, self._report_input(self._shown()))
             return sorted(f.name for f in stage.iterdir())
 
     def report(self, path: str | os.PathLike[str], case: str | None = None) -> None:
-        """Writes the report of a load case, of the worst one if none is named."""
+        """Writes the report as one HTML file: of the worst load cases, or of one that is named."""
+        from ksl.report.page import write_report
+
         by_name = {r.case.name: r for r in self.results}
         if case is not None and case not in by_name:
             raise ValueError(unknown_name("report", "load case", case, by_name))
-        self._write_report(Path(path), self.governing if case is None else by_name[case])
+        write_report(path, self._report_input(self._shown() if case is None else [by_name[case]]))
+
+    def _shown(self) -> list[CaseResult]:
+        """The results whose curves are kept, worst first."""
+        return sorted((r for r in self.results if r.loads is not None), key=_severity, reverse=True)
+
+    def _report_input(self, shown: Sequence[CaseResult]) -> ReportInput:
+        from ksl.load_cases.report_input import report_input
+
+        return report_input([r if r.loads is not None else compute(r.case) for r in shown], self.rows, self.provenance, self.verdict, self.notes)
 
     def _writer(self) -> TableWriter:
         return TableWriter(self.model, self.cases[0].placement, self.provenance)
@@ -139,24 +152,17 @@ class Run:
     def _compute(self, files: WrenchFiles | None = None, advance: Callable[[int], None] | None = None) -> None:
         """Computes all load cases, one after the other, and writes their wrenches.  Of many, only the curves of the worst are kept."""
         results: list[CaseResult] = []
-        worst = 0
+        kept: list[int] = []  # the worst so far, worst first
+        wanted = sum(self.cases[0].placement.wanted(j.name) for j in self.model.joints)
+        most = max(1, min(KEPT_CASES, KEPT_CURVES // max(1, wanted)))
         for i, case in enumerate(self.cases):
             sink = partial(files.write, case=i) if files else None
             results.append(compute(case, sink, advance))
-            milder = worst if _severity(results[i]) > _severity(results[worst]) else i
-            worst = i if milder == worst else worst
-            if len(self.cases) > KEPT_CASES and i:
-                results[milder] = replace(results[milder], loads=None)
+            kept = sorted([*kept, i], key=lambda k: _severity(results[k]), reverse=True)
+            if len(kept) > most:
+                k = kept.pop()
+                results[k] = replace(results[k], loads=None)
         self._results = results
-
-    def _write_report(self, path: Path, result: CaseResult) -> None:
-        from ksl.load_cases.report_input import report_input
-        from ksl.report.page import write_report
-
-        if result.loads is None:
-            result = compute(result.case)
-        others = [c.name for c in self.cases if c.name != result.case.name] if len(self.cases) <= KEPT_CASES else []
-        write_report(path, report_input(result, self.provenance, self.verdict, self.notes, others))
 
     def __repr__(self) -> str:
         cases = f"{len(self.cases)} load cases" if len(self.cases) > 1 else f"load case {self.cases[0].name}"

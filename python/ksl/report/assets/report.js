@@ -1,16 +1,14 @@
-// Draws the charts of a report with Plotly, each when it comes near the window, all before printing.
+// Draws the charts of a report with Plotly, each when it comes near the window, and all of them before printing.
 "use strict";
 
 (() => {
   const data = JSON.parse(document.getElementById("data").textContent);
+  const root = document.documentElement;
   const divs = [...document.querySelectorAll(".chart")];
 
-  const colours = ["#0b5cad", "#d0650b", "#2f7d4f", "#1b2027"];
-  const broad = "#c3cad4"; // for a curve that others lie upon
-  const ink = "#1b2027";
-  const rule = "#d5d9df";
-  const dashed = { color: "#a11212", width: 1.2, dash: "dash" };
-  const printed = { width: 470, height: 265 }; // two columns on a landscape page
+  const colour = (name) => getComputedStyle(root).getPropertyValue("--" + name).trim(); // of light or dark, as the style sheet has it
+  const curveColour = (i) => colour("curve-" + (1 + (i % 5)));
+  const paper = { width: 334, height: 205 }; // two columns on a page, as in report.css
   const config = { displaylogo: false, responsive: true, modeBarButtons: [["zoom2d", "pan2d", "resetScale2d", "toImage"]], toImageButtonOptions: { format: "svg" } };
 
   const numbers = (text) => new Float32Array(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer);
@@ -18,12 +16,12 @@
 
   // the curves of a chart: over time, or over chart.x with the time of each point at hand
   const traces = (chart) => {
-    const time = Float64Array.from(numbers(chart.time), (t) => data.start + t);
+    const time = Float64Array.from(numbers(chart.time), (t) => chart.start + t);
     const x = chart.x ? numbers(chart.x.data) : time;
     const before = (row) => chart.panels.slice(0, row).reduce((n, panel) => n + panel.curves.length, 0); // curves above: one colour each
     return chart.panels.flatMap((panel, row) =>
       panel.curves.map((curve, i) => {
-        const line = panel.emphasis && i === 0 ? { color: broad, width: 6 } : { color: colours[panel.emphasis ? i - 1 : i + before(row)], width: 1.3 };
+        const line = panel.emphasis && i === 0 ? { color: colour("broad"), width: 6 } : { color: curveColour(panel.emphasis ? i - 1 : i + before(row)), width: 1.3 };
         const over = { customdata: time, hovertemplate: `%{y:.4g} ${unit(panel.label)} at %{x:.4g} ${chart.x && unit(chart.x.label)}, t = %{customdata:.6~r} s<extra></extra>` };
         const along = { hovertemplate: `%{y:.5g} ${unit(panel.label)}` };
         return { type: "scatter", mode: time.length > 1 ? "lines" : "markers", name: curve.name, x, y: numbers(curve.data), yaxis: row ? "y2" : "y", line, ...(chart.x ? over : along) };
@@ -31,40 +29,52 @@
     );
   };
 
-  // dashed lines at the limits on both sides of zero: a rectangle where both coordinates have one
+  // Dashed lines at limits, each with its number: a line that no text explains would be one curve more.
   const limits = (chart) => {
-    const u = chart.x ? chart.x.limit : null;
-    if (u && chart.panels[0].limit) {
-      const v = chart.panels[0].limit;
-      return [{ type: "rect", x0: -u, x1: u, y0: -v, y1: v, line: dashed }];
+    const line = { color: colour("over"), width: 1.2, dash: "dash" };
+    const text = (limit) => `limit ${Number(limit.toPrecision(5))}`;
+    const font = { size: printing ? 7 : 10, color: colour("over") };
+    const shapes = [];
+    const annotations = [];
+    for (const x of chart.x ? chart.x.limits : []) {
+      shapes.push({ type: "line", x0: x, x1: x, yref: "paper", y0: 0, y1: 1, line });
+      annotations.push({ x, yref: "paper", y: 1, yanchor: "top", xanchor: x > 0 ? "right" : "left", textangle: -90, text: text(x), font, showarrow: false });
     }
-    const upright = u ? [-u, u].map((x) => ({ type: "line", x0: x, x1: x, yref: "paper", y0: 0, y1: 1, line: dashed })) : [];
-    const level = chart.panels.flatMap((panel, row) =>
-      panel.limit ? [-panel.limit, panel.limit].map((y) => ({ type: "line", xref: "paper", x0: 0, x1: 1, yref: row ? "y2" : "y", y0: y, y1: y, line: dashed })) : []
-    );
-    return [...upright, ...level];
+    chart.panels.forEach((panel, row) => {
+      const yref = row ? "y2" : "y";
+      for (const y of panel.limits) {
+        shapes.push({ type: "line", xref: "paper", x0: 0, x1: 1, yref, y0: y, y1: y, line });
+        annotations.push({ xref: "paper", x: 0.995, xanchor: "right", yref, y, yanchor: y > 0 ? "bottom" : "top", text: text(y), font, showarrow: false });
+      }
+    });
+    return { shapes, annotations };
   };
 
   const layout = (chart) => {
-    const axis = { gridcolor: "#e8eaee", linecolor: rule, zerolinecolor: "#9aa3ae", exponentformat: "power", minexponent: 4, automargin: true };
-    const titled = (label) => ({ ...axis, title: { text: label, font: { size: 12 }, standoff: 6 } });
+    const size = printing ? 8 : 12;
+    const ink = colour("ink");
+    const axis = { gridcolor: colour("grid"), linecolor: colour("rule"), zerolinecolor: colour("zero"), exponentformat: "power", minexponent: 4, automargin: true };
+    const titled = (label) => ({ ...axis, title: { text: label, font: { size }, standoff: printing ? 3 : 6 } });
     const stacked = chart.panels.length > 1;
     const named = chart.panels.some((panel) => panel.curves.length > 1);
     const x = { ...titled(chart.x ? chart.x.label : "Time, s"), anchor: stacked ? "y2" : "y" };
     return {
-      autosize: true,
-      margin: { l: 60, r: 12, t: named ? 48 : 28, b: 44 },
-      font: { family: "system-ui, sans-serif", size: 12, color: ink },
-      paper_bgcolor: "#fff",
-      plot_bgcolor: "#fff",
+      autosize: !printing,
+      ...(printing && paper),
+      margin: printing ? { l: 38, r: 6, t: named ? 24 : 8, b: 26 } : { l: 60, r: 12, t: named ? 48 : 28, b: 44 },
+      font: { family: "system-ui, sans-serif", size, color: ink },
+      paper_bgcolor: colour("page"),
+      plot_bgcolor: colour("page"),
+      modebar: { bgcolor: "rgba(0,0,0,0)", color: colour("zero"), activecolor: ink },
+      hoverlabel: { bgcolor: colour("pale"), bordercolor: colour("rule"), font: { color: ink } },
       hovermode: chart.x ? "closest" : "x unified",
       hoversubplots: "axis",
       showlegend: named,
-      legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom" },
+      legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom", bgcolor: "rgba(0,0,0,0)" },
       xaxis: chart.x ? x : { ...x, exponentformat: "none" },
       yaxis: { ...titled(chart.panels[0].label), domain: stacked ? [0.56, 1] : [0, 1] },
       ...(stacked && { yaxis2: { ...titled(chart.panels[1].label), domain: [0, 0.44] } }),
-      shapes: limits(chart),
+      ...limits(chart),
     };
   };
 
@@ -83,24 +93,113 @@
 
   const drawn = new Set();
   const chartOf = (div) => data.charts[Number(div.dataset.chart)];
+  let printing = false;
 
-  const draw = (div, size) => {
+  const draw = (div) => {
     if (drawn.has(div)) return;
     drawn.add(div);
     const chart = chartOf(div);
-    Plotly.newPlot(div, traces(chart), { ...layout(chart), ...size }, config);
+    Plotly.newPlot(div, traces(chart), layout(chart), config);
     if (chart.x) return;
     div.on("plotly_relayout", follow(div));
     const range = shown.get(div.closest("section"));
     if (range) show(div, range);
   };
 
-  const watch = new IntersectionObserver((entries) => entries.forEach((entry) => entry.isIntersecting && draw(entry.target)), { rootMargin: "600px" });
-  divs.forEach((div) => watch.observe(div));
+  // One load case is shown at a time; links to another one choose it.  On paper all are shown.
+  const choice = document.getElementById("choice");
+  const articles = [...document.querySelectorAll("article.case")];
+  const showCase = (number) => {
+    articles.forEach((article, i) => (article.hidden = number !== null && i !== number));
+    document.querySelectorAll("nav [data-case]").forEach((part) => (part.hidden = Number(part.dataset.case) !== (number ?? 0)));
+    if (choice && number !== null) choice.value = number;
+    for (const div of drawn) if (!div.closest("[hidden]")) Plotly.Plots.resize(div);
+  };
+  const followLink = () => {
+    const target = document.getElementById(location.hash.slice(1));
+    const article = target?.closest("article.case");
+    if (!article?.hidden) return;
+    showCase(articles.indexOf(article));
+    target.scrollIntoView();
+  };
 
-  addEventListener("beforeprint", () => {
-    document.querySelectorAll("details").forEach((details) => (details.open = true));
-    for (const div of divs) drawn.has(div) ? Plotly.relayout(div, printed) : draw(div, printed);
-  });
-  addEventListener("afterprint", () => divs.forEach((div) => Plotly.relayout(div, { autosize: true })));
+  // draws again what is drawn: in the colours and the size that hold now
+  const redraw = (div) => {
+    const chart = chartOf(div);
+    const range = chart.x ? null : shown.get(div.closest("section"));
+    Plotly.react(div, traces(chart), layout(chart), config);
+    if (range) show(div, range);
+  };
+
+  // Pictures are rendered one after the other: a browser has few WebGL contexts, and each picture gives its own back.
+  const stills = [...document.querySelectorAll(".still")];
+  const webgl = () => {
+    const context = document.createElement("canvas").getContext("webgl");
+    context?.getExtension("WEBGL_lose_context")?.loseContext();
+    return Boolean(context);
+  };
+  // Plotly.toImage waits half a second for every picture in space.  The scene that it draws gives its image at once.
+  const imageOf = async ({ data: shapes, layout }) => {
+    const aside = document.createElement("div");
+    aside.style.cssText = `position: absolute; left: -10000px; width: ${layout.width}px; height: ${layout.height}px`;
+    document.body.append(aside);
+    try {
+      await Plotly.newPlot(aside, shapes, layout, { staticPlot: true, plotGlPixelRatio: 1.5 });
+      const scene = aside._fullLayout.scene?._scene;
+      if (scene?.toImage) return scene.toImage("png");
+      return await Plotly.toImage(aside, { format: "png", width: layout.width, height: layout.height, scale: 1.5 });
+    } finally {
+      Plotly.purge(aside);
+      aside.remove();
+    }
+  };
+  const renderStill = async (div) => {
+    const image = document.createElement("img");
+    image.alt = div.getAttribute("aria-label");
+    image.src = await imageOf(data.stills[Number(div.dataset.still)]);
+    await image.decode();
+    div.replaceChildren(image);
+  };
+  const renderStills = async () => {
+    const possible = stills.length > 0 && webgl();
+    for (const div of stills) {
+      if (possible) await renderStill(div).catch(() => (div.textContent = "The picture could not be drawn by this browser."));
+      else div.textContent = "The picture needs WebGL, which this browser does not offer.";
+      if (!asked) await new Promise((next) => setTimeout(next, 20)); // the page stays responsive meanwhile
+    }
+    root.toggleAttribute("data-ready", true);
+  };
+
+  const print = (on) => {
+    if (printing === on) return;
+    printing = on;
+    root.toggleAttribute("data-printing", on);
+    if (choice) showCase(on ? null : Number(choice.value));
+    if (on) document.querySelectorAll("details").forEach((details) => (details.open = true));
+    const before = new Set(drawn);
+    for (const div of on ? divs : before) before.has(div) ? redraw(div) : draw(div);
+  };
+
+  const asked = /^#print=(A4|letter)$/.exec(location.hash);
+  asked ? renderStills() : addEventListener("load", () => setTimeout(renderStills, 200));
+  addEventListener("beforeprint", () => print(true));
+  addEventListener("afterprint", () => asked || print(false));
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => printing || drawn.forEach(redraw));
+
+  // report.html#print=A4 is the page as it goes to paper: what --pdf prints.
+  if (choice) {
+    showCase(0); // the worst
+    choice.addEventListener("change", () => showCase(Number(choice.value)));
+    addEventListener("hashchange", followLink);
+    followLink();
+  }
+  if (asked) {
+    const style = document.createElement("style");
+    style.textContent = `@page { size: ${asked[1]} portrait; }`;
+    document.head.append(style);
+    print(true);
+  } else {
+    const watch = new IntersectionObserver((entries) => entries.forEach((entry) => entry.isIntersecting && draw(entry.target)), { rootMargin: "600px" });
+    divs.forEach((div) => watch.observe(div));
+  }
 })();

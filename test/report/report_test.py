@@ -2,6 +2,8 @@
 
 import base64
 import json
+import re
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
@@ -10,7 +12,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from ksl.mechanism import Joint
 from ksl.load_cases.quantities import PowerBalance, joint_loads, summarise
-from ksl.report.page import POINTS, ReportInput, decimate, format_number, write_report
+from ksl.report.charts import POINTS, decimate, limits_in_sight
+from ksl.report.input import CaseCurves, ReportInput
+from ksl.report.numbers import format_number
+from ksl.report.page import write_report
+from ksl.report.rows import exceeds, with_limits
 
 NASTY = """</script><script>alert('1')</script><!-- & "x" <b> \\u003c µ"""
 
@@ -142,7 +148,7 @@ def joints():
     turns, slides = {**axis, "has_angle": True}, axis
     none = {"nq": 0, "nv": 0, "q_index": -1, "v_index": -1, "axis": (0.0, 0.0, 0.0)}
     return [
-        Joint("hinge", "revolute", "trunk", "arm", **turns, axis=(0.0, 0.0, 1.0), lower=-1.5, upper=2.5, effort=12.0, velocity=0.5),
+        Joint("hinge", "revolute", "trunk", "arm", **turns, axis=(0.0, 0.0, 1.0), has_limits=True, lower=-1.5, upper=2.5, effort=12.0, velocity=0.5),
         Joint(NASTY, "continuous", "arm", NASTY, **turns, axis=(1.0, 0.0, 0.0)),
         Joint("slide", "prismatic", "arm", "rod", **slides, axis=(0.0, 1.0, 0.0), effort=1e6, velocity=1.0),
         Joint("floating_base", "floating", None, "trunk", nq=7, nv=6, q_index=0, v_index=0, axis=(0.0, 0.0, 0.0)),
@@ -158,14 +164,15 @@ def report(n=500, start=0.0, residual=1.2e-6, balance=True, round_off=0.0):
     for k, joint in enumerate(joints()):
         wrench = np.stack([(10 + i) * np.cos((i + 1) * s + k) for i in range(6)], axis=1)
         speed, effort = (np.sin(s), 1.1 * wrench @ np.eye(6)[5]) if joint.has_axis else (None, None)
-        loads.append(joint_loads(joint, wrench, speed, effort))
+        position = (0.5 + 2.5 * np.cos(s)) if joint.has_axis else None
+        loads.append(replace(joint_loads(joint, wrench, speed, effort), position=position))
     drive = 100 * np.cos(s)
     drive[0] = 100.0
     gap = np.zeros(n)
     gap[n // 2] = residual * 100
     power = PowerBalance(drive, np.zeros(n), 100 * np.sin(s), drive - gap, round_off) if balance else None
     facts = [("robot", NASTY), ("samples", str(n))]
-    return ReportInput(f"Loads of {NASTY}", facts, [f"unused: {NASTY}"], [summarise(time, x) for x in loads], time, loads, power)
+    return ReportInput(f"Loads of {NASTY}", facts, [f"unused: {NASTY}"], [summarise(time, x) for x in loads], [CaseCurves(NASTY, time, loads, power)])
 
 
 @pytest.fixture(scope="module")
@@ -225,10 +232,10 @@ def test_every_quantity_is_drawn_and_no_peak_is_lost(page, shown):
     charts = json.loads(page.scripts[0])["charts"]
     figures = [value for _, name, value in page.attributes if name == "data-chart"]
     assert figures == [str(i) for i in range(len(charts))]
-    assert len(charts) == 2 + 3 * 4 + 3 * 2
+    assert len(charts) == 2 + 3 * 5 + 3 * 2
     drawn = [unpack(curve["data"]) for chart in charts for panel in chart["panels"] for curve in panel["curves"]]
-    expected = [x for j in shown.joints for x in (*j.wrench.values(), j.speed, j.effort, j.power) if x is not None]
-    expected += [shown.balance.drive, shown.balance.energy_rate, shown.balance.energy, shown.balance.residual]
+    expected = [x for j in shown.cases[0].joints for x in (*j.wrench.values(), j.position, j.speed, j.effort, j.power) if x is not None]
+    expected += [shown.cases[0].balance.drive, shown.cases[0].balance.energy_rate, shown.cases[0].balance.energy, shown.cases[0].balance.residual]
     for x in expected:
         assert any(np.float32(x.min()) == y.min() and np.float32(x.max()) == y.max() for y in drawn)
     labels = {panel["label"] for chart in charts for panel in chart["panels"]}
@@ -244,7 +251,7 @@ def test_decimated_page_keeps_peaks(tmp_path):
         assert (np.diff(time) >= 0).all()
         assert all(len(unpack(curve["data"])) == len(time) for panel in chart["panels"] for curve in panel["curves"])
     forces = [unpack(curve["data"]) for curve in charts[2]["panels"][0]["curves"]]
-    for y, x in zip(forces, shown.joints[0].wrench.values(), strict=False):
+    for y, x in zip(forces, shown.cases[0].joints[0].wrench.values(), strict=False):
         assert y.max() == np.float32(x.max())
         assert y.min() == np.float32(x.min())
 
@@ -263,7 +270,7 @@ def test_rest_is_no_fault(tmp_path):
     page = written(report(residual=0.9, round_off=1e3), tmp_path)
     assert page.words.count("nothing moves") == 2
     assert "large" not in page.words
-    assert ("p", "class", "verdict") in page.attributes
+    assert ("p", "class", "balance") in page.attributes
     powers = [curve for chart in json.loads(page.scripts[0])["charts"][:2] for panel in chart["panels"] for curve in panel["curves"]]
     assert [curve["name"] for curve in powers if unpack(curve["data"]).any()] == ["energy"]
 
@@ -272,7 +279,7 @@ def test_a_joint_at_rest_is_a_point_and_uses_no_speed(tmp_path):
     time = np.linspace(0, 1, 50)
     wrench = np.ones((50, 6)) * (1 + 1e-15 * np.cos(time))[:, None]
     hinge = joint_loads(joints()[0], wrench, 1e-14 * np.sin(time), wrench[:, 5])
-    page = written(ReportInput("t", [], [], [summarise(time, hinge)], time, [hinge], None), tmp_path)
+    page = written(ReportInput("t", [], [], [summarise(time, hinge)], [CaseCurves("c", time, [hinge], None)]), tmp_path)
     path = json.loads(page.scripts[0])["charts"][-1]
     assert len(unpack(path["time"])) == len(unpack(path["x"]["data"])) == 1  # report.js draws it by a marker
     assert "0.5 rad/s, 0 % used" in page.words
@@ -282,12 +289,12 @@ def test_a_joint_at_rest_is_a_point_and_uses_no_speed(tmp_path):
 @pytest.mark.parametrize("huge", [1e200, np.inf, np.nan])
 def test_numbers_that_no_chart_can_hold_are_gaps(tmp_path, huge):
     shown = report()
-    curve, power = shown.joints[0].wrench["axial_force"], shown.balance.energy
+    curve, power = shown.cases[0].joints[0].wrench["axial_force"], shown.cases[0].balance.energy
     curve[7] = power[7] = huge
     page = written(shown, tmp_path)
     drawn = [unpack(c["data"]) for chart in json.loads(page.scripts[0])["charts"] for panel in chart["panels"] for c in panel["curves"]]
     assert sum(not np.isfinite(y).all() for y in drawn) == 2
-    shown.balance.energy_rate[7] = huge
+    shown.cases[0].balance.energy_rate[7] = huge
     assert "That is large" in written(shown, tmp_path).words
 
 
@@ -319,7 +326,7 @@ def test_summary_shows_each_row(page, shown):
 
 
 def test_limits_and_their_use(page):
-    assert "0.5 rad/s, 200 % used" in page.words
+    assert "0.5 rad/s, 200 % used: exceeded" in page.words
     assert "-1.5 to 2.5 rad" in page.words
     assert "1e+06 N," in page.words
     assert "ground → trunk" in page.words
@@ -328,29 +335,55 @@ def test_limits_and_their_use(page):
 def test_the_limit_of_the_effort_is_drawn_with_the_effort(page):
     """And not with the moment about the axis at the chosen point, which may be another."""
     panels = [panel for chart in json.loads(page.scripts[0])["charts"] for panel in chart["panels"]]
-    assert all(panel["limit"] is None for panel in panels if panel["label"] in ("Force, N", "Moment, N m"))
-    assert [panel["limit"] for panel in panels if panel["curves"][0]["name"] == "drive" and "Drive" in panel["label"]] == [12.0, None, None]
+    assert all(panel["limits"] == [] for panel in panels if panel["label"] in ("Force, N", "Moment, N m"))
+    assert [panel["limits"] for panel in panels if panel["curves"][0]["name"] == "drive" and "Drive" in panel["label"]] == [[-12.0, 12.0], [], []]
+
+
+def test_limits_of_positions_are_drawn(page):
+    panels = [panel for chart in json.loads(page.scripts[0])["charts"] for panel in chart["panels"] if panel["label"].startswith("Position")]
+    assert [panel["limits"] for panel in panels] == [[-1.5, 2.5], [], []]
+    assert re.search(r"-1\.5 to 2\.5 rad, motion from -[12][.\d]* to [23][.\d]*: exceeded", page.words)
 
 
 def test_far_limits_are_not_drawn(page):
     charts = json.loads(page.scripts[0])["charts"]
     paths = [chart for chart in charts if "x" in chart]
-    assert [(chart["x"]["limit"], chart["panels"][0]["limit"]) for chart in paths] == [(0.5, 12.0), (None, None), (1.0, None)]
+    assert [(chart["x"]["limits"], chart["panels"][0]["limits"]) for chart in paths] == [([-0.5, 0.5], [-12.0, 12.0]), ([], []), ([-1.0, 1.0], [])]
+
+
+@pytest.mark.parametrize(("x", "near"), [([-1, 1], (-3.0, 3.0)), ([0.9, 1], (3.0,)), ([-0.9, 0.9], ()), ([-5, 0], (-3.0,))])
+def test_a_limit_is_drawn_where_the_curve_comes_near(x, near):
+    assert limits_in_sight(np.array(x), -3.0, 3.0, 3.0) == near
+    shifted = tuple(y + 10 for y in near)  # positions: seen from the middle of the range
+    assert limits_in_sight(np.array(x) + 10, 7.0, 13.0, 3.0) == shifted
+
+
+def test_limits_stand_beside_the_peaks(tmp_path):
+    """And a limit of 0 is none: files say 0 where they don't know."""
+    hinge = replace(joints()[0], effort=0.0, velocity=2.0, lower=0.0, upper=0.0)
+    time = np.linspace(0, 1, 50)
+    loads = replace(joint_loads(hinge, np.ones((50, 6)), 3 * np.sin(time), np.ones(50)), position=np.cos(time))
+    row = with_limits(summarise(time, loads), hinge)
+    assert (row["effort_limit"], row["speed_limit"], row["position_lower"], row["position_upper"]) == (None, 2.0, None, None)
+    assert exceeds(row, "speed_peak") and not exceeds(row, "effort_peak") and not exceeds(row, "position_highest")
+    text = written(ReportInput("t", [], [], [summarise(time, loads)], [CaseCurves("c", time, [loads], None)]), tmp_path).words
+    assert "none given (the file says 0)" in text and "none given (the file says 0 for both)" in text
+    assert "126 % used: exceeded" in text
 
 
 def test_clock_times_are_counted_from_the_first_sample(tmp_path):
     shown = report(start=1.7e9)
     page = written(shown, tmp_path)
-    assert f"counted from the first sample, at {float(shown.time[0])!r} s" in page.words
+    assert f"counted from the first sample, at {float(shown.cases[0].time[0])!r} s" in page.words
     data = json.loads(page.scripts[0])
-    assert data["start"] == 0
-    assert unpack(data["charts"][0]["time"])[-1] == pytest.approx(shown.time[-1] - shown.time[0])
+    assert data["charts"][0]["start"] == 0
+    assert unpack(data["charts"][0]["time"])[-1] == pytest.approx(shown.cases[0].time[-1] - shown.cases[0].time[0])
 
 
 def test_round_off_is_zero(tmp_path):
     time = np.linspace(0, 1, 50)
     glue = joint_loads(joints()[4], 1e-16 * np.cos(time)[:, None] * np.ones(6), None, None)
-    charts = json.loads(written(ReportInput("t", [], [], [summarise(time, glue)], time, [glue], None), tmp_path).scripts[0])["charts"]
+    charts = json.loads(written(ReportInput("t", [], [], [summarise(time, glue)], [CaseCurves("c", time, [glue], None)]), tmp_path).scripts[0])["charts"]
     assert not unpack(charts[0]["panels"][0]["curves"][0]["data"]).any()
 
 
@@ -358,4 +391,4 @@ def test_one_sample(tmp_path):
     time = np.zeros(1)
     glue = joint_loads(joints()[4], np.ones((1, 6)), None, None)
     row = {"joint": "glue", "kind": "fixed", "force_peak": 1.0, "force_peak_time": 0.0, "force_rms": None}
-    assert "glue" in written(ReportInput("t", [], [], [row], time, [glue], None), tmp_path).words
+    assert "glue" in written(ReportInput("t", [], [], [row], [CaseCurves("c", time, [glue], None)]), tmp_path).words

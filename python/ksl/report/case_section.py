@@ -1,0 +1,58 @@
+"""The sections of one load case: its summary, the power balance, and a section for each joint."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+
+from ksl.report.balance_section import balance_section, balance_verdict
+from ksl.report.charts import Charts
+from ksl.report.input import CaseCurves
+from ksl.report.joint_section import joint_section
+from ksl.report.numbers import Clock
+from ksl.report.rows import Row, with_limits
+from ksl.report.tables import summary_tables
+
+
+@dataclass(frozen=True)
+class Anchors:
+    """The ids of a case's sections: with a number in front where there are several cases."""
+
+    prefix: str
+    joints: dict[str, str]
+
+    @staticmethod
+    def of(case: CaseCurves, number: int | None) -> Anchors:
+        prefix = "" if number is None else f"case-{number}-"
+        return Anchors(prefix, {loads.joint.name: f"{prefix}joint-{i}" for i, loads in enumerate(case.joints)})
+
+
+def case_sections(case: CaseCurves, rows: Sequence[Row], anchors: Anchors, charts: Charts) -> str:
+    """rows: of the summary, those of this case."""
+    clock = Clock.of(case.time)
+    html = _summary(case, rows, anchors, clock)
+    html += balance_section(case.balance, case.time, charts, clock, f"{anchors.prefix}balance")
+    for loads in case.joints:
+        name = loads.joint.name
+        html += joint_section(loads, case.time, anchors.joints[name], charts, case.stills.get(name))
+    return html
+
+
+def case_head(case: CaseCurves, anchors: Anchors) -> str:
+    """Name, facts, power balance and notes of a case among several."""
+    rows = "".join(f'<tr><th scope="row">{escape(name)}</th><td>{escape(text)}</td></tr>' for name, text in case.facts)
+    facts = f'<table class="facts"><tbody>{rows}</tbody></table>' if rows else ""
+    notes = "".join(f"<li>{escape(note)}</li>" for note in case.notes)
+    listed = f'<div class="notes"><ul>{notes}</ul></div>' if notes else ""
+    return f"<h2>Load case {escape(case.name)}</h2>{facts}{balance_verdict(case.balance, f'{anchors.prefix}balance')}{listed}"
+
+
+def _summary(case: CaseCurves, rows: Sequence[Row], anchors: Anchors, clock: Clock) -> str:
+    joints = {loads.joint.name: loads.joint for loads in case.joints}
+    tables = summary_tables([with_limits(row, joints[str(row["joint"])]) for row in rows], joints, anchors.joints, clock)
+    note = "Peaks are of the magnitude. Means (rms, mean) weigh each sample by the time it stands for. "
+    note += "Forces and moments are those of the wrench at the chosen point; effort, speed, power and work are the drive's, whatever point is chosen."
+    if clock.origin:
+        note += f" Times on this page are counted from the first sample, at {clock.origin!r} s."
+    return f'<section id="{anchors.prefix}summary"><h2>Summary</h2><p>{note}</p>{tables}</section>'

@@ -1,0 +1,53 @@
+"""What a report shows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from ksl.load_cases.provenance import Provenance
+from ksl.load_cases.quantities import JointLoads, PowerBalance
+from ksl.load_cases.verdict import Verdict
+from ksl.report.rows import Row
+from ksl.report.stills import Still
+from ksl.states import Array
+
+NOT_USED = "in the file and not used: "
+"""How notes about content that is ignored begin."""
+
+
+@dataclass(frozen=True)
+class CaseCurves:
+    """The curves of one load case."""
+
+    name: str
+    time: Array
+    """(n), s."""
+    joints: Sequence[JointLoads]
+    balance: PowerBalance | None
+    """None if there are too few samples to differentiate the energy."""
+    facts: Sequence[tuple[str, str]] = ()
+    """What is special to this case: motion, payloads, gravity."""
+    notes: Sequence[str] = ()
+    """Of this case alone."""
+    stills: Mapping[str, Still] = field(default_factory=dict)
+    """By joint: the mechanism at the sample where this joint bears most."""
+
+
+@dataclass(frozen=True)
+class ReportInput:
+    """The contents of a report."""
+
+    title: str
+    facts: Sequence[tuple[str, str]]
+    """What was computed, and how: a small table at the head."""
+    notes: Sequence[str]
+    """Most important first: limits exceeded, doubts, warnings, unused content of the files (`NOT_USED`)."""
+    summary: Sequence[Row]
+    """Rows of :func:`ksl.load_cases.quantities.summarise`, each with its `case` where there are several, of any of their joints."""
+    cases: Sequence[CaseCurves]
+    """Those whose curves are shown, worst first; one at least.  Of many cases, the rest stands in `summary` alone."""
+    provenance: Provenance | None = None
+    """Inputs with their hashes, versions, date, command line: what a signature needs."""
+    verdict: Verdict | None = None
+    """Red, amber or green, with the shares of limits, and the reasons."""

@@ -1,0 +1,122 @@
+"""The section of a joint: what it is, the limits and the share of them that is used, and its curves."""
+
+from __future__ import annotations
+
+from html import escape
+
+from ksl.load_cases.limits import limits_of
+from ksl.load_cases.quantities import JointLoads, unit
+from ksl.load_cases.verdict import ROUND_OFF
+from ksl.mechanism import Joint
+from ksl.report.charts import Charts, Limits, Panel, limits_in_sight
+from ksl.report.numbers import peak, quiet
+from ksl.report.stills import Still
+from ksl.states import Array
+
+REACH = 3.0
+"""Over time, limits are drawn that are up to this many times as far away as the curve."""
+REACH_OF_PATH = 5.0
+"""The same, where effort is drawn over speed."""
+
+
+def joint_section(loads: JointLoads, time: Array, anchor: str, charts: Charts, still: Still | None = None) -> str:
+    """The section, whose id is `anchor`."""
+    joint = loads.joint
+    figures = _axis_charts(loads, time, charts) if joint.one_coordinate else _magnitude_charts(loads, time, charts)
+    figures = (charts.still(still, time) if still else "") + figures
+    facts = "".join(f"<div><dt>{name}</dt><dd>{text}</dd></div>" for name, text in _joint_facts(loads))
+    heading = f'<h2 id="{anchor}-name">{escape(joint.name)}</h2><dl>{facts}</dl>'
+    return f'<section id="{anchor}" class="joint" aria-labelledby="{anchor}-name">{heading}<div class="charts">{figures}</div></section>'
+
+
+def _magnitude_charts(loads: JointLoads, time: Array, charts: Charts) -> str:
+    force, moment = quiet(loads.wrench["force"]), quiet(loads.wrench["moment"])
+    chart = charts.over_time(time, "Force", [Panel("Force, N", {"force": force})])
+    return chart + charts.over_time(time, "Moment", [Panel("Moment, N m", {"moment": moment})])
+
+
+def _axis_charts(loads: JointLoads, time: Array, charts: Charts) -> str:
+    joint, curves = loads.joint, {name: quiet(x) for name, x in loads.wrench.items()}
+    html = charts.over_time(time, "Forces", [Panel("Force, N", {"axial": curves["axial_force"], "radial": curves["radial_force"]})])
+    html += charts.over_time(time, "Moments", [Panel("Moment, N m", {"about axis": curves["axial_moment"], "bending": curves["bending_moment"]})])
+    moving, names = [], []
+    if loads.position is not None:
+        given = limits_of(joint)
+        moving.append(Panel(f"Position, {joint.unit}", {"position": loads.position}, limits_in_sight(loads.position, given.lower, given.upper, REACH)))
+        names.append("position")
+    if loads.speed is not None:
+        speed = quiet(loads.speed)
+        moving.append(Panel(f"Speed, {unit('speed', joint)}", {"speed": speed}, _in_sight(speed, joint.velocity, REACH)))
+        names.append("speed")
+    if moving:
+        html += charts.over_time(time, " and ".join(names).capitalize(), moving)
+    if loads.coupling is not None:
+        html += charts.over_time(time, "Effort of the coupling", [Panel(f"Coupling, {unit('coupling', joint)}", {"coupling": quiet(loads.coupling)})])
+    return html + _drive_charts(loads, time, charts)
+
+
+def _drive_charts(loads: JointLoads, time: Array, charts: Charts) -> str:
+    """Charts of the drive.  Its limit applies to its effort, and not to moments about points other than the joint's origin."""
+    joint = loads.joint
+    if loads.speed is None or loads.effort is None or loads.power is None:
+        return ""
+    speed, effort, drive = quiet(loads.speed), quiet(loads.effort), "Drive torque" if joint.has_angle else "Drive force"
+    speed_label, effort_label = f"Speed, {unit('speed', joint)}", f"{drive}, {unit('effort', joint)}"
+    driven = Panel(effort_label, {"drive": effort}, _in_sight(effort, joint.effort, REACH))
+    html = charts.over_time(time, f"{drive} and power", [driven, Panel("Power, W", {"power": quiet(loads.power)})])
+    parts = {name: quiet(x) for name, x in loads.parts.items() if peak(quiet(x)) > 0}
+    if parts:
+        html += charts.over_time(time, f"What the {drive.lower()} consists of", [Panel(effort_label, {"drive": effort, **parts}, emphasis=True)])
+    limits = _in_sight(speed, joint.velocity, REACH_OF_PATH), _in_sight(effort, joint.effort, REACH_OF_PATH)
+    return html + charts.path(time, f"{drive} over speed", (speed_label, speed), (effort_label, effort), limits)
+
+
+def _in_sight(x: Array, limit: float | None, reach: float) -> Limits:
+    """A limit of the magnitude, on each side of zero where the curve comes near it."""
+    return limits_in_sight(x, -limit, limit, reach) if limit else ()
+
+
+def _joint_facts(loads: JointLoads) -> list[tuple[str, str]]:
+    """Kind, links, pitch and limits, with the share of each that the motion uses."""
+    joint = loads.joint
+    parent = "ground" if joint.parent is None else escape(joint.parent)
+    facts = [("kind", joint.kind), ("links", f"{parent} → {escape(joint.child)}")]
+    for name, axis in (("axis", joint.axis if joint.has_axis else None), ("second axis", joint.axis2)):
+        if axis:
+            facts.append((name, " ".join(f"{x:.4g}" for x in axis)))
+    if not joint.one_coordinate:
+        return facts
+    if joint.pitch:
+        facts.append(("pitch", f"{joint.pitch:.4g} m/rad"))
+    if joint.leader is not None:
+        facts.append(("follows", f"{joint.multiplier:.6g} × {escape(joint.leader)}" + (f" + {joint.offset:.6g}" if joint.offset else "")))
+    facts.append(("effort limit", _limit(joint.effort, loads.effort, unit("effort", joint))))
+    facts.append(("velocity limit", _limit(joint.velocity, loads.speed, unit("speed", joint))))
+    return [*facts, ("position limits", _range(joint, loads.position))]
+
+
+def _limit(limit: float | None, curve: Array | None, unit: str) -> str:
+    if limit is None:
+        return "none given"
+    if limit == 0:
+        return "none given (the file says 0)"
+    text = f"{limit:.6g} {unit}"
+    if curve is None or not limit > 0:
+        return text
+    share = peak(quiet(curve)) / limit
+    used = f"{100 * share:.3g} % used"
+    return f'{text}, <strong class="over">{used}: exceeded</strong>' if share > 1 + ROUND_OFF else f"{text}, {used}"
+
+
+def _range(joint: Joint, position: Array | None) -> str:
+    given = limits_of(joint)
+    lower, upper = given.lower, given.upper
+    if lower is None and upper is None:
+        return "none given" if joint.lower is None else f"none given (the file says {joint.lower:g} for both)"
+    text = f"{'–' if lower is None else f'{lower:.6g}'} to {'–' if upper is None else f'{upper:.6g}'} {joint.unit}"
+    if position is None:
+        return text
+    low, high = float(position.min()), float(position.max())
+    used = f"motion from {low:.5g} to {high:.5g}"
+    beyond = (lower is not None and lower - low > ROUND_OFF) or (upper is not None and high - upper > ROUND_OFF)
+    return f'{text}, <strong class="over">{used}: exceeded</strong>' if beyond else f"{text}, {used}"

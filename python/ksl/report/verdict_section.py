@@ -1,0 +1,66 @@
+"""The verdict at the top of the page, and what each joint uses of its limits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from html import escape
+
+from ksl.load_cases.verdict import AMBER, Level, Use, Verdict, percent
+from ksl.report.numbers import PLAIN_CLOCK, Clock, format_number, link
+
+WORDS: dict[Level, str] = {
+    "green": "Green: every limit was compared and holds with its margin",
+    "amber": "Amber: no limit is exceeded, but this needs a look",
+    "red": "Red: limits are exceeded",
+}
+OF_USE: dict[Level, str] = {"green": "", "amber": "near the limit", "red": "exceeded"}
+"""What is said of a share besides its colour, which not everybody sees and not every printer prints."""
+
+
+def verdict_section(verdict: Verdict, anchors: Mapping[tuple[str, str], str], clocks: Mapping[str, Clock]) -> str:
+    """anchors: of the sections of joints, by case and joint.  clocks: by case.  Both only of cases whose curves are shown."""
+    reasons = "".join(f"<li>{escape(reason)}</li>" for reason in verdict.reasons)
+    doubts = f"<p>{'Besides' if verdict.level == 'red' else 'Not green, because'}:</p><ul>{reasons}</ul>" if reasons else ""
+    head = f'<p class="level">{WORDS[verdict.level]}</p><p>{escape(_capital(verdict.headline))}.</p>{doubts}'
+    return f'<section id="verdict" class="verdict {verdict.level}"><h2 class="unseen">Verdict</h2>{head}</section>{_uses(verdict, anchors, clocks)}'
+
+
+def _uses(verdict: Verdict, anchors: Mapping[tuple[str, str], str], clocks: Mapping[str, Clock]) -> str:
+    """A table of the largest share of each limit over all load cases, worst joints first."""
+    joints = {name: verdict.of(name) for name in dict.fromkeys(use.joint for use in verdict.uses)}
+    if not joints:
+        return ""
+    several = len({use.case for use in verdict.uses}) > 1
+    rows = ""
+    worst_of = {name: max(uses.values(), key=_weight) for name, uses in joints.items()}
+    for name, worst in sorted(worst_of.items(), key=lambda item: _weight(item[1]), reverse=True):
+        cells = "".join(_cell(joints[name].get(quantity), anchors, clocks, several) for quantity in AMBER)
+        rows += f'<tr><th scope="row">{link(anchors.get((worst.case, name)), name)}</th>{cells}</tr>'
+    head = "".join(f'<th scope="col">{quantity}</th>' for quantity in AMBER)
+    title = "Share of its limits that each joint uses" + (", largest over all load cases" if several else "")
+    table = f'<table class="uses"><caption>{title}</caption><thead><tr><th scope="col">joint</th>{head}</tr></thead><tbody>{rows}</tbody></table>'
+    note = '<p class="small">Of a position: its distance from the middle of the range, as a share of half the range.</p>'
+    return f'<div class="wide" role="region" aria-label="{title}" tabindex="0">{table}</div>{note}'
+
+
+def _weight(use: Use) -> tuple[bool, bool, float]:
+    """What orders uses: the level before the share, since positions may come nearer to their limits than speeds."""
+    return use.level == "red", use.level == "amber", use.share
+
+
+def _cell(use: Use | None, anchors: Mapping[tuple[str, str], str], clocks: Mapping[str, Clock], several: bool) -> str:
+    if use is None:
+        return "<td>–<small>not compared</small></td>"
+    words = f" {OF_USE[use.level]}" if OF_USE[use.level] else ""
+    share = f'<strong class="{use.level}">{percent(use.share)}{words}</strong>'
+    width = f"{100 * min(max(use.share, 0.0), 1.0):.1f}%"
+    of = f" {use.column.removeprefix(f'{use.joint}.')}" if use.column != use.joint else ""
+    between = ", limit" if use.quantity == "position" else " of"  # a share of a range is not the quotient of position and limit
+    text = f"{escape(of)} {format_number(use.value)}{between} {use.limit:.5g} {use.unit} at {clocks.get(use.case, PLAIN_CLOCK).text(use.time)} s"
+    case = f", {link(anchors.get((use.case, use.joint)), use.case)}" if several else ""
+    return f'<td>{share}<span class="bar"><span class="{use.level}" style="width:{width}"></span></span><small>{text.strip()}{case}</small></td>'
+
+
+def _capital(text: str) -> str:
+    """A sentence that begins with a name keeps the name as it is."""
+    return text if text[:1].isupper() or not text.startswith("no ") else text[0].upper() + text[1:]

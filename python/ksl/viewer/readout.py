@@ -1,0 +1,58 @@
+"""The wrench of one joint in numbers, in the axes, about the point, on the side and of the part that the reader chooses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ksl.states import Array, Part, Side
+from ksl.viewer.scene import Scene
+
+
+@dataclass(frozen=True)
+class Choice:
+    """How a wrench is expressed; as in `Model.reactions`."""
+
+    on: Side = "child"
+    at: str | tuple[float, float, float] = "joint"
+    axes: str = "joint"
+    part: Part = "total"
+
+
+def wrench_at(scene: Scene, sample: int, joint: str, choice: Choice) -> Array:
+    """The wrench (6) through a joint in one state, force first; N, N m."""
+    one = slice(sample, sample + 1)
+    external = {name: w[one] for name, w in scene.external.items()}
+    wrench: Array = scene.model.reactions(
+        scene.q[one], scene.v[one], scene.a[one], external, on=choice.on, at=choice.at, axes=choice.axes, part=choice.part, joints=[joint]
+    )[0, 0]
+    return wrench
+
+
+def readout(scene: Scene, sample: int, joint: str, choice: Choice) -> str:
+    """The wrench, and effort, speed, power and utilisation of the drive, as a table in Markdown."""
+    wrench = wrench_at(scene, sample, joint, choice)
+    lines = ["| | x | y | z | size |", "|---|---:|---:|---:|---:|", _row("force, N", wrench[:3]), _row("moment, N m", wrench[3:])]
+    return "\n".join(lines) + "\n\n" + "  \n".join(drive_lines(scene, sample, joint))
+
+
+def drive_lines(scene: Scene, sample: int, name: str) -> list[str]:
+    """Position, speed, effort, power and utilisation of a joint with one coordinate, a line each; nothing for others."""
+    i = scene.joint_index(name)
+    joint = scene.model.joints[i]
+    if not joint.one_coordinate:
+        return []
+    position, speed = float(scene.model._position_of(joint, scene.q[sample])), float(scene.model._velocity_of(joint, scene.v[sample]))
+    lines = [f"position {position:.5g} {joint.unit}, speed {speed:.4g} {joint.unit}/s"]
+    effort, limit, unit = scene.effort[sample, i], scene.limits[i], "N m" if joint.has_angle else "N"
+    if np.isfinite(effort):
+        lines.append(f"**effort {effort:.5g} {unit}**, power {effort * speed:.4g} W")
+        share = f"{scene.utilisation[sample, i]:.1%} of the limit {limit:.5g} {unit}" if np.isfinite(limit) else "the file gives no limit of the effort"
+        lines.append(f"utilisation: {share}")
+    return lines
+
+
+def _row(name: str, x: Sequence[float] | Array) -> str:
+    return f"| {name} | " + " | ".join(f"{value:.4g}" for value in (*x, float(np.linalg.norm(x)))) + " |"

@@ -1,0 +1,249 @@
+"""What there is to see: links, joints and wrenches of a model in given states, computed once for all of them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ksl.errors import MotionError
+from ksl.mechanism import Joint
+from ksl.states import Array, External, argument, items_of
+from ksl.viewer.visuals import Appearance, appearance
+
+if TYPE_CHECKING:
+    from ksl.calls import Calls
+
+SAMPLES = 1500
+"""Longer motions are shown at about so many samples, at those of the largest efforts among them."""
+
+CONSTRAINT, ACTUATION, EXTERNAL, SCREW, CENTRE = (31, 95, 191), (230, 115, 0), (34, 139, 87), (150, 60, 180), (200, 30, 60)
+"""Colours, red, green and blue from 0 to 255: what the structure carries, what drives exert, what the environment exerts, the screw
+axis, and the centre of mass."""
+
+LONGEST = 0.4
+"""Length of the longest arrow of the default scale, as a share of the size of the scene."""
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Lengths of arrows."""
+
+    force: float
+    """m for each N."""
+    moment: float
+    """m for each N m."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A model in n states, with all that outlets draw.  World axes; wrenches act on the child side, about the joint's origin, force first."""
+
+    model: Calls
+    look: Appearance
+    time: Array
+    """(n), s; zeros for a single pose."""
+    q: Array
+    """(n, nq)."""
+    v: Array
+    """(n, nv)."""
+    a: Array
+    """(n, nv)."""
+    external: Mapping[str, Array]
+    """{link: (n, 6)}: wrenches of the environment at the link's origin, in its axes."""
+    poses: Array
+    """(n, links, 4, 4), in the order of `model.links`."""
+    twists: Array
+    """(n, links, 6): about the link's origin; m/s, rad/s."""
+    constraint: Array
+    """(n, joints, 6), in the order of `model.joints`: what the structure carries; N, N m."""
+    actuation: Array
+    """(n, joints, 6): the rest, along the joint's motion: of drives, and of couplings of mimic joints."""
+    effort: Array
+    """(n, joints): of the drive, N m or N; NaN where there is none."""
+    centre_of_mass: Array
+    """(n, 3), m."""
+    samples: NDArray[np.intp] = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
+    """(n): which samples of a longer motion these are."""
+    placed: Mapping[str, Array] = field(default_factory=dict)
+    """`external` in world axes, about the link's origin."""
+
+    @cached_property
+    def children(self) -> NDArray[np.intp]:
+        """(joints): for each joint the index of the link that it carries."""
+        index = {name: i for i, name in enumerate(self.model.link_names)}
+        return np.array([index[j.child] for j in self.model.joints], dtype=np.intp)
+
+    @cached_property
+    def limits(self) -> Array:
+        """(joints): limits of efforts, N m or N; NaN where the file gives none, or 0."""
+        return np.array([j.effort or np.nan for j in self.model.joints], dtype=float)
+
+    @property
+    def utilisation(self) -> Array:
+        """(n, joints): the size of the effort as a share of its limit; NaN without drive or limit."""
+        share: Array = np.abs(self.effort) / self.limits
+        return share
+
+    @property
+    def origins(self) -> Array:
+        """(n, joints, 3): origins of the joints, m."""
+        origins: Array = self.poses[:, self.children][..., :3, 3]
+        return origins
+
+    @cached_property
+    def size(self) -> float:
+        """Diagonal of the box about the links in the first state, m."""
+        low, high = self.bounds(0)
+        return max(float(np.linalg.norm(high - low)), 1e-3)
+
+    def bounds(self, sample: int) -> tuple[Array, Array]:
+        """Corners (3) of the box about all links in one state, m."""
+        parts = [self.poses[sample, :, :3, 3]]
+        for i, name in enumerate(self.model.link_names):
+            pose = self.poses[sample, i]
+            parts += [s.vertices[:: max(1, len(s.vertices) // 500)] @ pose[:3, :3].T + pose[:3, 3] for s in self.look.shapes.get(name, [])]
+        points = np.concatenate(parts)
+        return points.min(axis=0), points.max(axis=0)
+
+    @cached_property
+    def scale(self) -> Scale:
+        """The scale in which the largest wrench of all joints and states is an arrow of LONGEST times the size."""
+        return scale_of(np.concatenate([self.constraint, self.actuation, *(w[:, None] for w in self.placed.values())], axis=1), self.size)
+
+    def bones(self, sample: int) -> Array:
+        """Segments (k, 2, 3) from the origin of a link to the joints that it carries, for links without a surface of their own."""
+        index = {name: i for i, name in enumerate(self.model.link_names)}
+        pairs = [(index[j.parent], index[j.child]) for j in self.model.joints if j.parent is not None and self._bare(j.parent)]
+        segments: Array = self.poses[sample][np.array(pairs, dtype=np.intp).reshape(-1, 2)][..., :3, 3]
+        return segments
+
+    def axes(self, sample: int) -> Array:
+        """Segments (k, 2, 3) along the axes of moving joints at such links, and at links that such links carry."""
+        shown = [i for i, j in enumerate(self.model.joints) if j.has_axis and (self._bare(j.child) or j.parent is None or self._bare(j.parent))]
+        directions = np.array([self.model.joints[i].axis for i in shown]).reshape(-1, 3)
+        pose = self.poses[sample, self.children[shown]]
+        half = 0.04 * self.size * np.einsum("kij,kj->ki", pose[:, :3, :3], directions)
+        return np.stack([pose[:, :3, 3] - half, pose[:, :3, 3] + half], axis=1)
+
+    def _bare(self, link: str) -> bool:
+        return link not in self.look.shapes or link in self.look.ellipsoids
+
+    def joint_index(self, name: str) -> int:
+        """Where a joint is in `model.joints`.  ValueError names near ones."""
+        return self.model._index(self.model._joint_index, name, "joint")
+
+    def screw_axis(self, sample: int, joint: str) -> tuple[Array, Array, float] | None:
+        """The twist of the link that a joint carries as a screw: its axis' point (3) nearest to the link's origin, ω (3), and the pitch, m/rad.
+
+        None where the link doesn't turn.  point = x + ω × v / ω², pitch = ω · v / ω² (Featherstone, RBDA 2008, section 2.2).
+        """
+        link = self.children[self.joint_index(joint)]
+        linear, angular = self.twists[sample, link, :3], self.twists[sample, link, 3:]
+        squared = float(angular @ angular)
+        if squared < 1e-12:
+            return None
+        point = self.poses[sample, link, :3, 3] + np.cross(angular, linear) / squared
+        return point, angular, float(angular @ linear) / squared
+
+    def worst_sample(self, joint: str) -> int:
+        """The state in which the drive of a joint exerts most; of joints without a drive, in which the wrench's moment is largest, or its force."""
+        i = self.joint_index(joint)
+        if np.isfinite(self.effort[:, i]).any():
+            return int(np.nanargmax(np.abs(self.effort[:, i])))
+        wrench = self.constraint[:, i] + self.actuation[:, i]
+        moment = np.linalg.norm(wrench[:, 3:], axis=1)
+        return int(np.argmax(moment if moment.max() > 0 else np.linalg.norm(wrench[:, :3], axis=1)))
+
+
+def make_scene(
+    model: Calls,
+    q: ArrayLike | None = None,
+    v: ArrayLike | None = None,
+    a: ArrayLike | None = None,
+    time: ArrayLike | None = None,
+    external: External | None = None,
+    *,
+    package_paths: Sequence[str | os.PathLike[str]] = (),
+    triangles: int = 20_000,
+    look: Appearance | None = None,
+) -> Scene:
+    """The scene of one state, or of the states of a motion.
+
+    q (nq) or (n, nq), by default a pose within the limits; v and a (nv) or (n, nv), zero where they are missing: at rest.  time (n), s.
+    external: {link: (6) or (n, 6)}, at the link's origin, in its axes.
+    package_paths, triangles: as in `visuals.appearance`.  look: appearance of an earlier scene of the same robot, which is not read again.
+    Raises ValueError for shapes that don't fit.  O(n · (bodies + links)), besides reading meshes.
+    """
+    positions = np.atleast_2d(np.asarray(resting_position(model) if q is None else argument(q, "q", model.nq, model._core), dtype=float))
+    n = len(positions)
+    rates = (np.zeros(model.nv) if x is None else np.asarray(argument(x, name, model.nv, model._core), dtype=float) for x, name in ((v, "v"), (a, "a")))
+    velocity, acceleration = (np.broadcast_to(x, (n, model.nv)) for x in rates)
+    times = np.zeros(n) if time is None else np.atleast_1d(np.asarray(time, dtype=float))
+    if times.shape != (n,):
+        raise MotionError(f"time has shape {times.shape}, and q {positions.shape}; expected a time for each position")
+    wrenches = {name: np.broadcast_to(np.asarray(w, dtype=float), (n, 6)) for name, w in items_of(external)}
+    names = [j.name for j in model.joints]
+    requests = tuple(model._request("child", "joint", "world", "lin_ang", part, names) for part in ("total", "constraint"))
+    tau, total, constraint = model._with_reactions(positions, velocity, acceleration, wrenches, requests)
+    poses = model.frame_poses(positions)
+    index = {name: i for i, name in enumerate(model.link_names)}
+    return Scene(
+        model, look or appearance(model, package_paths, triangles), times, positions, velocity, acceleration, wrenches, poses,
+        model.frame_velocities(positions, velocity, axes="world", at="frame"), constraint, total - constraint,
+        _efforts(model.joints, tau), model.center_of_mass(positions), np.arange(n),
+        {name: _in_world(w, poses[:, index[name], :3, :3]) for name, w in wrenches.items()},
+    )  # fmt: skip
+
+
+def scale_of(wrenches: Array, size: float) -> Scale:
+    """The scale for wrenches (…, 6): 1 m stands for 1, 2 or 5 · 10ⁿ N and N m, the longest arrow for at most LONGEST times the size, m."""
+    force, moment = (float(np.linalg.norm(wrenches[..., part], axis=-1).max(initial=0.0)) for part in (slice(0, 3), slice(3, 6)))
+    return Scale(*(1 / _round_up(largest / (LONGEST * size)) for largest in (force, moment)))
+
+
+def thinned(values: Array, most: int = SAMPLES) -> NDArray[np.intp]:
+    """At most about `most` indices of samples, evenly spread, and of each column of `values` (n, …) that of its largest size."""
+    n = len(values)
+    if n <= most:
+        return np.arange(n)
+    peaks = np.argmax(np.abs(values.reshape(n, -1)), axis=0)
+    return np.unique(np.concatenate([np.linspace(0, n - 1, most).round().astype(np.intp), peaks]))
+
+
+def resting_position(model: Calls) -> Array:
+    """The neutral position, moved into the limits of joints."""
+    q = model.neutral()
+    for joint in model.joints:
+        for k, (lower, upper) in enumerate(joint.limits if joint.nq else ()):
+            low, high = -np.inf if lower is None else lower, np.inf if upper is None else upper
+            if low <= high and not low <= q[joint.q_index + k] <= high:  # in the middle rather than at an end
+                q[joint.q_index + k] = (low + high) / 2 if np.isfinite(low + high) else min(max(0.0, low), high)
+    return q
+
+
+def _efforts(joints: Sequence[Joint], tau: Array) -> Array:
+    effort = np.full((len(tau), len(joints)), np.nan)
+    for i, joint in enumerate(joints):
+        if joint.one_coordinate and joint.leader is None:
+            effort[:, i] = tau[:, joint.v_index]
+    return effort
+
+
+def _in_world(wrench: Array, rotation: Array) -> Array:
+    """Force and moment (n, 6) from a link's axes to the world's."""
+    both: Array = np.einsum("nij,nkj->nki", rotation, wrench.reshape(-1, 2, 3)).reshape(-1, 6)
+    return both
+
+
+def _round_up(x: float) -> float:
+    """The least of 1, 2 and 5 · 10ⁿ that is not below x; 1 for zero."""
+    if x <= 1e-9:
+        return 1.0
+    power = 10.0 ** np.floor(np.log10(x))
+    return float(power * next(step for step in (1, 2, 5, 10) if step * power >= x * (1 - 1e-12)))

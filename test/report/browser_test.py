@@ -1,0 +1,213 @@
+"""The report in a real browser: light, dark and on paper; pictures; no network; numbers as in the summary."""
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ksl
+from ksl.load_cases.curves import Curves
+from ksl.load_cases.load_case import LoadCase
+from ksl.load_cases.quantities import SummaryRow, summarise
+from ksl.load_cases.verdict import Verdict, uses_of
+from ksl.motions.motion import complete
+from ksl.report.input import CaseCurves, ReportInput
+from ksl.report.json_file import write_json
+from ksl.report.numbers import Clock, format_number
+from ksl.report.page import write_report
+from ksl.report.pdf import BROWSERS, find_browser, write_pdf
+from ksl.report.stills import stills_of
+
+playwright = pytest.importorskip("playwright.sync_api", reason="needs the package playwright")
+BROWSER = next(filter(None, map(shutil.which, BROWSERS)), None)
+pytestmark = pytest.mark.skipif(BROWSER is None, reason="needs Chromium or Chrome")
+
+ARM = """
+<robot name="arm">
+  <link name="ground"/>
+  <link name="upper"><inertial><origin xyz="0.2 0 0"/><mass value="3"/><inertia ixx="0.01" iyy="0.05" izz="0.05" ixy="0" ixz="0" iyz="0"/></inertial>
+    <visual><origin xyz="0.2 0 0"/><geometry><box size="0.4 0.06 0.06"/></geometry></visual></link>
+  <link name="fore"><inertial><origin xyz="0.15 0 0"/><mass value="2"/><inertia ixx="0.01" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial>
+    <visual><origin xyz="0.15 0 0"/><geometry><box size="0.3 0.05 0.05"/></geometry></visual></link>
+  <joint name="shoulder" type="revolute"><parent link="ground"/><child link="upper"/><axis xyz="0 1 0"/>
+    <limit lower="-1" upper="1" effort="40" velocity="2"/></joint>
+  <joint name="elbow" type="revolute"><parent link="upper"/><child link="fore"/><origin xyz="0.4 0 0"/><axis xyz="0 1 0"/>
+    <limit lower="-2" upper="2" effort="2" velocity="5"/></joint>
+</robot>
+"""
+
+
+def loads_of(robot: Path, name: str, payload: float) -> tuple[CaseCurves, list[SummaryRow], list]:
+    model = ksl.load(robot, payloads={"fore": (payload, [0.3, 0, 0])})
+    time = np.linspace(0, 2, 201)
+    q = np.stack([0.8 * np.sin(time), 1.5 * np.cos(1.3 * time)], axis=1)
+    case = LoadCase(model, complete(model, time, q, [[None, None], [None, None]]), name=name)
+    curves = Curves(case)
+    for block in case.blocks():
+        curves.add(block)
+    rows = [{"case": name, **summarise(time, loads)} for loads in curves.loads]
+    uses = [use for joint, row in zip(model.joints, rows, strict=True) for use in uses_of(joint, row, time, q)]
+    shown = CaseCurves(name, time, curves.loads, curves.power_balance(), stills=stills_of(case, curves.loads))
+    return shown, rows, uses
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory) -> ReportInput:
+    """Two load cases; the elbow's limit is exceeded in both."""
+    robot = tmp_path_factory.mktemp("robot") / "arm.urdf"
+    robot.write_text(ARM)
+    cases = [loads_of(robot, name, mass) for name, mass in (("heavy", 4.0), ("light", 1.0))]
+    rows, uses = [row for case in cases for row in case[1]], [use for case in cases for use in case[2]]
+    return ReportInput("Joint loads of arm", [("robot", "arm")], ["a note"], rows, [case[0] for case in cases], None, Verdict(tuple(uses)))
+
+
+@pytest.fixture(scope="module")
+def page_file(report, tmp_path_factory) -> Path:
+    file = tmp_path_factory.mktemp("page") / "report.html"
+    write_report(file, report)
+    return file
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with playwright.sync_playwright() as p:
+        started = p.chromium.launch(executable_path=BROWSER, args=["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"])
+        yield started
+        started.close()
+
+
+@pytest.fixture
+def opened(browser, page_file):
+    """Opens the page; afterwards fails for errors in its console and for requests that leave the machine."""
+    said, pages = [], []
+
+    def open_page(anchor="", **options):
+        page = browser.new_page(**{"viewport": {"width": 1280, "height": 1000}} | options)
+        page.on("console", lambda message: said.append(message.text) if message.type == "error" else None)
+        page.on("pageerror", lambda error: said.append(str(error)))
+        page.on("request", lambda request: None if request.url.startswith(("file:", "data:", "blob:")) else said.append(request.url))
+        page.goto(page_file.as_uri() + anchor)
+        page.wait_for_selector(":root[data-ready]", state="attached")
+        pages.append(page)
+        return page
+
+    yield open_page
+    for page in pages:
+        page.close()
+    assert said == []
+
+
+def background(page, selector):
+    return page.eval_on_selector(selector, "e => getComputedStyle(e).fill || getComputedStyle(e).backgroundColor")
+
+
+def test_light_and_dark(opened):
+    page = opened("#case-0-joint-0", color_scheme="light")
+    chart = "#case-0-joint-0 .chart"
+    page.wait_for_selector(f"{chart} .main-svg")
+    paper = lambda: page.eval_on_selector(f"{chart} .main-svg", "e => getComputedStyle(e).backgroundColor")
+    assert paper() == "rgb(255, 255, 255)"
+    page.emulate_media(color_scheme="dark")
+    page.wait_for_function("getComputedStyle(document.querySelector('#case-0-joint-0 .chart .main-svg')).backgroundColor != 'rgb(255, 255, 255)'")
+    assert paper() == page.eval_on_selector("body", "e => getComputedStyle(e).backgroundColor") == "rgb(20, 23, 27)"
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")  # paper is light
+    assert paper() == "rgb(255, 255, 255)"
+    page.evaluate("dispatchEvent(new Event('afterprint'))")
+    assert paper() == "rgb(20, 23, 27)"
+
+
+def test_pictures_are_rendered_and_not_empty(opened, report):
+    page = opened()
+    images = page.locator(".still img")
+    assert images.count() == sum(len(case.stills) for case in report.cases) == 6  # two joints and the base, in two cases
+    colours = page.eval_on_selector_all(
+        ".still img",
+        """images => images.map((image) => {
+          const canvas = Object.assign(document.createElement("canvas"), { width: image.naturalWidth, height: image.naturalHeight });
+          const context = canvas.getContext("2d", { willReadFrequently: true });
+          context.drawImage(image, 0, 0);
+          const pixels = new Uint32Array(context.getImageData(0, 0, canvas.width, canvas.height).data.buffer);
+          return new Set(pixels).size;
+        })""",
+    )
+    assert min(colours) > 20  # shaded surfaces, and not one colour
+
+
+def test_without_webgl_there_is_a_sentence(browser, page_file):
+    page = browser.new_page()
+    page.add_init_script("HTMLCanvasElement.prototype.getContext = () => null")
+    page.goto(page_file.as_uri())
+    page.wait_for_selector(":root[data-ready]", state="attached")
+    assert page.locator(".still").first.inner_text() == "The picture needs WebGL, which this browser does not offer."
+    page.close()
+
+
+def test_one_case_is_shown_and_links_choose(opened):
+    page = opened()
+    shown = lambda: page.eval_on_selector_all("article.case", "all => all.map((e) => e.checkVisibility())")
+    assert shown() == [True, False]
+    page.select_option("#choice", "1")
+    assert shown() == [False, True]
+    page.click("#worst a:text-is('heavy') >> nth=0")
+    assert shown() == [True, False]
+    assert page.input_value("#choice") == "0"
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    assert shown() == [True, True]
+
+
+def test_numbers_of_the_page_are_those_of_the_summary(opened, report):
+    page = opened()
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")  # shows all cases
+    for number, case in enumerate(report.cases):
+        text = page.inner_text(f"#case-{number}-summary").split()
+        for row in (row for row in report.summary if row["case"] == case.name):
+            for key, value in row.items():
+                if isinstance(value, float) and not key.startswith("acceleration"):
+                    assert (Clock.of(case.time).text(value) if key.endswith("_time") else format_number(value)) in text, (case.name, row["joint"], key)
+
+
+def test_verdict_is_in_words(opened, report):
+    page = opened()
+    assert page.inner_text("#verdict").split("\n\n")[1] == "Red: limits are exceeded"
+    worst = max((use for use in report.verdict.uses if use.joint == "elbow"), key=lambda use: use.share)
+    assert worst.case == "heavy"
+    cell = page.inner_text(".uses tbody tr:first-child td:last-child")
+    assert "exceeded" in cell and format_number(worst.value) in cell and "heavy" in cell
+
+
+@pytest.mark.parametrize("width", [400, 1280])
+def test_nothing_is_wider_than_the_window(opened, width):
+    page = opened(viewport={"width": width, "height": 900})
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+def test_charts_on_paper_fit(opened):
+    page = opened("#print=letter")
+    boxes = page.eval_on_selector_all(".chart .main-svg", "all => all.map((e) => [e.clientWidth, e.clientHeight])")
+    assert boxes and {tuple(box) for box in boxes} == {(334, 205)}
+
+
+@pytest.mark.parametrize(("paper", "size"), [("A4", (594.96, 841.92)), ("letter", (612, 792))])
+def test_pdf(page_file, tmp_path, paper, size):
+    write_pdf(page_file, tmp_path / "report.pdf", find_browser(), paper)
+    data = (tmp_path / "report.pdf").read_bytes()
+    assert data.startswith(b"%PDF")
+    boxes = [tuple(map(float, part.split(b"]")[0].split()[2:])) for part in data.split(b"/MediaBox [")[1:]]
+    assert len(boxes) >= 8  # the front, the worst case, and a page for each joint and case
+    assert all(box == pytest.approx(size, abs=1) for box in boxes)
+
+
+def test_json_has_the_same_numbers(report, tmp_path):
+    write_json(tmp_path / "report.json", report)
+    said = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))
+    for row, expected in zip(said["summary"], report.summary, strict=True):
+        assert {key: row[key] for key in expected} == expected
+    assert said["verdict"]["level"] == "red"
+    assert [case["name"] for case in said["cases"]] == ["heavy", "light"]
+    assert said["summary"][1]["effort_limit"] == 2.0
+    bad = replace(report, summary=[{**report.summary[0], "force_peak": float("nan")}, *report.summary[1:]])
+    write_json(tmp_path / "bad.json", bad)
+    assert json.loads((tmp_path / "bad.json").read_text(encoding="utf-8"))["summary"][0]["force_peak"] is None
