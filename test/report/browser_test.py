@@ -101,21 +101,32 @@ def on_paper(page):
     page.evaluate("dispatchEvent(new Event('afterprint'))")
 
 
+def paper_becomes(page, colour):
+    """A change of the colour scheme reaches the page after a moment."""
+    for _ in range(100):
+        if paper_colour(page) == colour:
+            return
+        page.wait_for_timeout(50)
+    assert paper_colour(page) == colour
+
+
 def paper_colour(page):
     return page.eval_on_selector("#case-0-joint-0 .chart .main-svg", "e => getComputedStyle(e).backgroundColor")
 
 
 def test_light_and_dark(page):
+    light, dark = "rgb(255, 255, 255)", "rgb(20, 23, 27)"
     page.wait_for_selector("#case-0-joint-0 .chart .main-svg")
-    assert paper_colour(page) == "rgb(255, 255, 255)"
+    paper_becomes(page, light)
     page.emulate_media(color_scheme="dark")
-    assert paper_colour(page) == page.eval_on_selector("body", "e => getComputedStyle(e).backgroundColor") == "rgb(20, 23, 27)"
+    paper_becomes(page, dark)
+    assert page.eval_on_selector("body", "e => getComputedStyle(e).backgroundColor") == dark
     page.evaluate("dispatchEvent(new Event('beforeprint'))")  # paper is light
-    assert paper_colour(page) == "rgb(255, 255, 255)"
+    assert paper_colour(page) == light
     page.evaluate("dispatchEvent(new Event('afterprint'))")
-    assert paper_colour(page) == "rgb(20, 23, 27)"
+    assert paper_colour(page) == dark
     page.emulate_media(color_scheme="light")
-    assert paper_colour(page) == "rgb(255, 255, 255)"
+    paper_becomes(page, light)
 
 
 def test_pictures_are_rendered_and_not_empty(page, report):
