@@ -49,8 +49,10 @@ inline int thread_count(nb::handle threads) {
   if (none)
     return 0;
   const nb::object whole = nb::steal(PyNumber_Index(threads.ptr()));
-  if (!whole.is_valid())
-    nb::raise_python_error();
+  if (!whole.is_valid()) {
+    PyErr_Clear();
+    refuse("threads=" + std::string(nb::repr(threads).c_str()) + "; expected how many threads to use at most, or None or 0 for all cores");
+  }
   int overflow = 0;
   const long n = PyLong_AsLongAndOverflow(whole.ptr(), &overflow);
   if (overflow < 0 || (!overflow && n < 0))
@@ -80,7 +82,13 @@ struct argument {
     return "expected (…, " + std::to_string(columns) + "): " + numbers;
   }
 
-  bool is_array() const { return PyArray_CheckExact(object.ptr()); }
+  /// Of numbers, at least one axis; one number, or an array with named fields, is converted.
+  bool is_array() const {
+    if (!PyArray_CheckExact(object.ptr()))
+      return false;
+    const auto array = reinterpret_cast<PyArrayObject *>(object.ptr());
+    return PyArray_NDIM(array) > 0 && PyArray_TYPE(array) != NPY_VOID;
+  }
   void read() { array = {object, columns, 1}; }
 };
 
@@ -211,10 +219,12 @@ private:
       if (x.object.is_none())
         refuse(x.text() + " is None; " + x.expected());
     });
-    nb::list given;
-    for (const argument &x : inputs_)
+    nb::list given, roles;
+    for (const argument &x : inputs_) {
       given.append(x.object);
-    const nb::tuple made = converted("as_arrays", given, external_);
+      roles.append(nb::make_tuple(x.name, x.columns));
+    }
+    const nb::tuple made = converted("as_arrays", given, roles, nb::cast(m_, nb::rv_policy::reference), external_);
     for (std::size_t i = 0; i < inputs_.size(); ++i)
       inputs_[i].object = made[0][i];
     external_ = made[1];

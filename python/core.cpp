@@ -22,6 +22,14 @@ ksl::model load(const std::string &path, bool floating_base, bool mimic_independ
   return ksl::load(path, building::options_of(floating_base, gravity, payloads, physics), mimic_independent, strict, masses_optional, model_name);
 }
 
+/// Of a text in memory, whose encoding is found out as that of files.
+ksl::model load_text(const nb::bytes &text, const std::string &name, bool floating_base, bool mimic_independent, bool strict,
+                     std::optional<std::array<double, 3>> gravity, const building::payloads_given &payloads, bool masses_optional,
+                     const std::string &model_name, const building::physics_given &physics) {
+  return ksl::load_text({text.c_str(), text.size()}, building::options_of(floating_base, gravity, payloads, physics), mimic_independent,
+                        strict, masses_optional, model_name, name);
+}
+
 /// What `ksl info` prints about a joint.  Limits that the file doesn't give are None.
 nb::dict joint_dict(const ksl::model &m, const ksl::joint_row &j) {
   const ksl::joint_kind_row kind = ksl::row_of(j.kind);
@@ -210,4 +218,6 @@ NB_MODULE(_core, module) {
 
   module.def("load", &load, "path"_a, "floating_base"_a, "mimic_independent"_a, "strict"_a, "gravity"_a.none(), "payloads"_a,
              "masses_optional"_a, "model_name"_a, "physics"_a);
+  module.def("load_text", &load_text, "text"_a, "name"_a, "floating_base"_a, "mimic_independent"_a, "strict"_a, "gravity"_a.none(),
+             "payloads"_a, "masses_optional"_a, "model_name"_a, "physics"_a);
 }

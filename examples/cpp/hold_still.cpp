@@ -1,6 +1,9 @@
 // Motor torques that hold a robot at rest, and the wrench on the bolts of its base.
 //
-//   c++ -std=c++20 -Iinclude examples/cpp/hold_still.cpp -Lbuild/release -lksl && ./a.out examples/robots/ur5.urdf
+// Where the library has been built in build/release, as README says:
+//
+//   c++ -std=c++20 -Iinclude examples/cpp/hold_still.cpp -Lbuild/release -Wl,-rpath,build/release -lksl
+//   ./a.out examples/robots/ur5.urdf
 #include <ksl/dynamics.hpp>
 
 #include <cmath>

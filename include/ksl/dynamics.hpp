@@ -15,6 +15,11 @@ namespace ksl {
 KSL_EXPORT model load(const std::string &path, const model_options &options = {}, bool mimic_independent = false, bool strict = false,
                       bool masses_optional = false, const std::string &model_name = {});
 
+/// The same from a text that is in memory: the contents of such a file.  `name` stands for the file in messages and in
+/// robot_description::file.
+KSL_EXPORT model load_text(const std::string &text, const model_options &options = {}, bool mimic_independent = false, bool strict = false,
+                           bool masses_optional = false, const std::string &model_name = {}, const std::string &name = "<string>");
+
 /// Reactions of the requested joints into out (request.n, 6).  Call it right after inverse_dynamics with the same external
 /// wrenches: other calls overwrite the workspace.
 template <class S>

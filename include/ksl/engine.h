@@ -72,6 +72,10 @@ KSL_EXPORT ksl_model_options_t ksl_model_options(void);
 
 /** Reads a URDF or an SDF file, as its root element says; options may be NULL.  Free the model with ksl_model_free. */
 KSL_EXPORT ksl_status_t ksl_model_load(const char *path, const ksl_model_options_t *options, ksl_model_t **model);
+
+/** The same from a text in memory: `length` bytes, the contents of such a file.  Messages call it <string>. */
+KSL_EXPORT ksl_status_t ksl_model_load_memory(const char *text, size_t length, const ksl_model_options_t *options, ksl_model_t **model);
+
 KSL_EXPORT void ksl_model_free(ksl_model_t *model);
 
 /** Workspace for one thread.  Free it with ksl_data_free, before the model. */

@@ -13,16 +13,23 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl._core import __version__ as __version__
     from ksl.builder import Builder as Builder
+    from ksl.checks.findings import Finding as Finding
+    from ksl.checks.findings import Findings as Findings
+    from ksl.checks.run import check as check
     from ksl.errors import DescriptionError as DescriptionError
     from ksl.errors import DescriptionWarning as DescriptionWarning
     from ksl.errors import FrameError as FrameError
     from ksl.errors import MotionError as MotionError
     from ksl.errors import QuaternionWarning as QuaternionWarning
+    from ksl.errors import SizingError as SizingError
     from ksl.errors import SweepError as SweepError
+    from ksl.errors import ViewerError as ViewerError
     from ksl.loading import load as load
+    from ksl.loading import load_string as load_string
     from ksl.mechanism import Joint as Joint
     from ksl.mechanism import Link as Link
     from ksl.model import Model as Model
+    from ksl.sizing.run import size as size
     from ksl.spatial import Acceleration as Acceleration
     from ksl.spatial import Inertia as Inertia
     from ksl.spatial import Momentum as Momentum
@@ -36,6 +43,8 @@ _MODULE_OF = {
     "Builder": "ksl.builder",
     "DescriptionError": "ksl.errors",
     "DescriptionWarning": "ksl.errors",
+    "Finding": "ksl.checks.findings",
+    "Findings": "ksl.checks.findings",
     "FrameError": "ksl.errors",
     "Inertia": "ksl.spatial",
     "Joint": "ksl.mechanism",
@@ -45,12 +54,17 @@ _MODULE_OF = {
     "MotionError": "ksl.errors",
     "Pose": "ksl.spatial",
     "QuaternionWarning": "ksl.errors",
+    "SizingError": "ksl.errors",
     "SweepError": "ksl.errors",
     "Twist": "ksl.spatial",
+    "ViewerError": "ksl.errors",
     "Wrench": "ksl.spatial",
     "__version__": "ksl._core",
+    "check": "ksl.checks.run",
     "load": "ksl.loading",
+    "size": "ksl.sizing.run",
     "sweep": "ksl.sweeps.run",
+    "load_string": "ksl.loading",
 }
 """Public names, and the modules that are imported when they are first used.  `import ksl` alone imports not even NumPy: the help of the
 command line needs none of it, and NumPy takes longer to import than the help to print.  A public name has a line here and one above."""

@@ -43,6 +43,8 @@ class Calls(Requests):
 
         Arrays, sequences and whatever has the array, buffer or DLPack protocol; no copy where the numbers of a row are
         neighbours and rows lie at one distance, a negative one too.  float32 stays float32 where every argument is.
+        One number stands for each coordinate: v=0.  Tables (pandas, polars, pyarrow, structured arrays, mappings) whose columns have
+        names are taken by name: those of joints, `elbow`, `elbow.v`, `elbow.a`, as in motions.  external takes :class:`ksl.Wrench`, too.
         out: a C-contiguous array for the result; it may be one of the arguments, but not overlap one otherwise.
         threads: at most so many for large batches; None or 0: all cores; results don't depend on it.  The interpreter's
         lock is released from 32 states on.

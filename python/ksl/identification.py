@@ -29,10 +29,10 @@ from ksl.consistency import (
     nearest_consistent,
     pseudo_inertia,
 )
-from ksl.errors import unknown_name
+from ksl.errors import near_names, unknown_name
 from ksl.given import mapping, number, numbers
 from ksl.model import Model
-from ksl.states import External, items_of
+from ksl.states import External, in_order, items_of
 
 ACCURACY = 1e-6
 """How far the sum of squares, in units of the noise, may be above its minimum where parameters are at the limit of consistency."""
@@ -103,7 +103,7 @@ def identify(
     """
     if not isinstance(model, Model):
         raise ValueError(f"model is {type(model).__name__}; expected a ksl.Model")
-    q, v, a, tau = (numbers(x, what) for x, what in ((q, "q"), (v, "v"), (a, "a"), (tau, "tau")))
+    q, v, a, tau = (numbers(in_order(x, what, model._core), what) for x, what in ((q, "q"), (v, "v"), (a, "a"), (tau, "tau")))
     _check_motion(model, q, v, a, tau)
     if links is not None and not isinstance(links, Iterable):
         raise ValueError(f"links={links!r}; expected names of links")
@@ -291,7 +291,7 @@ def _prior(model: Model, names: tuple[str, ...], given: Mapping[str, ArrayLike])
     chosen = dict(mapping(given, "prior", "{link: ten numbers}"))
     unknown = [link for link in chosen if link not in names]
     if unknown:
-        raise ValueError(f"prior: {unknown[0]!r} is not among the links to identify: {', '.join(names)}")
+        raise ValueError(f"prior: {unknown[0]!r} is not among the links to identify; {near_names(unknown[0], names)}they are {', '.join(names)}")
     known = {link.name: link.parameters for link in model.links}
     for name in names:
         if name not in known:

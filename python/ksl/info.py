@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-import numpy as np
 from rich.cells import cell_len
 from rich.console import Console
 from rich.text import Text
 
-from ksl.mechanism import Joint, Link, Mechanism
+from ksl.mechanism import Joint, Mechanism
+from ksl.model_tables import given_physics, joint_table, link_table
 
 DEEPEST_INDENT = 20
 """Levels of the tree beyond this one are written as numbers."""
@@ -26,11 +26,11 @@ def print_info(model: Mechanism, console: Console) -> None:
     console.print(Text(f"{model.name} ({model.file})", style="bold"))
     console.print(f"degrees of freedom {model.nv} (nq {model.nq}), moving joints {moving}, {of_followers}fixed joints {len(model.joints) - moving - following}, links {len(model.links)}")
     console.print(f"total mass {model.mass:.6g} kg, gravity ({', '.join(f'{g:g}' for g in model.gravity)}) m/s²")
-    console.print(f"physics of joints: {', '.join(model.physics) or 'none; --physics applies what joints have'}\n" if model.physics or _given(model.joints) else "")
+    console.print(f"physics of joints: {', '.join(model.physics) or 'none; --physics applies what joints have'}\n" if model.physics or given_physics(model.joints) else "")
     console.out("\n".join(tree_lines(model)), highlight=False)
     followers = "the mimic joints and " if following else ""
-    _print_table(console, f"Joints, in the order of q, then {followers}the fixed ones", *_joint_table(model))
-    _print_table(console, "Links with mass: centroid in the link's frame (m), inertia about it (kg m²)", *_link_table(model))
+    _print_table(console, f"Joints, in the order of q, then {followers}the fixed ones", *joint_table(model))
+    _print_table(console, "Links with mass: centroid in the link's frame (m), inertia about it (kg m²)", *link_table(model))
     for title, lines in (("Warnings", model.warnings), ("In the file and not used", model.unused)):
         if lines:
             console.print(Text(f"\n{title}", style="bold"))
@@ -102,84 +102,3 @@ def _is_number(cell: str) -> bool:
         return cell in ("", "–") or float(cell) == float(cell)
     except ValueError:
         return False
-
-
-def _number(x: float | None, digits: int = 6) -> str:
-    return "" if x is None else f"{x:.{digits}g}"
-
-
-def _limits(joint: Joint, side: int) -> str:
-    """Lower or upper limits of the numbers of its position, – for those without."""
-    given = [pair[side] for pair in joint.limits]
-    return "" if all(x is None for x in given) else ", ".join(_number(x) or "–" for x in given)
-
-
-def _span(start: int, size: int) -> str:
-    return "" if size == 0 else str(start) if size == 1 else f"{start}–{start + size - 1}"
-
-
-def _following(joint: Joint) -> str:
-    """How a mimic joint follows its leader: −1 × finger + 0.5."""
-    if joint.leader is None:
-        return ""
-    offset = f" {'-' if joint.offset < 0 else '+'} {abs(joint.offset):.6g}" if joint.offset else ""
-    return f"{joint.multiplier:.6g} × {joint.leader}{offset}"
-
-
-PHYSICS = (
-    (("damping", "damping"), ("friction", "friction")),
-    (("friction width", "friction_width"),),
-    (("armature", "armature"),),
-    (("rotor", "rotor_inertia"), ("gear ratio", "gear_ratio")),
-    (("stiffness", "spring_stiffness"), ("rest", "spring_rest")),
-)
-"""Headings and attributes of the physics of joints, in groups that are shown together."""
-
-
-def _given(joints: Sequence[Joint]) -> list[tuple[str, str]]:
-    """The groups that any joint has."""
-
-    def has(group: tuple[tuple[str, str], ...]) -> bool:
-        return any(getattr(j, name) for _, name in group for j in joints if name not in ("gear_ratio", "spring_rest"))
-
-    return [each for group in PHYSICS if has(group) for each in group]
-
-
-def _joint_table(model: Mechanism) -> tuple[list[list[str]], list[list[str]]]:
-    """Headings and rows."""
-    given = _given(model.joints)
-    groups = [["joint"], ["kind", "parent → child", "q", "v", "axis"], ["lower", "upper", "effort", "velocity"], [title for title, _ in given]]
-    return groups, [_joint_row(j, [name for _, name in given]) for j in model.joints]
-
-
-def _joint_row(j: Joint, physics: Sequence[str]) -> list[str]:
-    axis = " ".join(f"{x:.4g}" for x in j.axis) if j.has_axis else ""
-    if j.axis2:
-        axis += ", " + " ".join(f"{x:.4g}" for x in j.axis2)
-    if j.pitch:
-        axis += f", {j.pitch:.4g} m/rad"
-    of_physics = [_number((name != "gear_ratio" or j.rotor_inertia) and getattr(j, name) or None) for name in physics]
-    place = [_span(j.q_index, j.nq) or _following(j), _span(j.v_index, j.nv), axis]
-    limits = [*(_limits(j, side) for side in (0, 1)), _number(j.effort), _number(j.velocity)]
-    return [j.name, j.kind, f"{j.parent or 'ground'} → {j.child}", *place, *limits, *of_physics]
-
-
-def _link_table(model: Mechanism) -> tuple[list[list[str]], list[list[str]]]:
-    """Headings and rows."""
-    groups = [["link"], ["mass", "x", "y", "z"], ["Ixx", "Iyy", "Izz", "Ixy", "Iyz", "Izx"]]
-    rows = []
-    for link in model.links:
-        if link.mass > 0:
-            c, tensor = centroidal(link)
-            rows.append([link.name, _number(link.mass), *(_number(x, 4) for x in (*c, *tensor))])
-    return groups, rows
-
-
-def centroidal(link: Link) -> tuple[np.ndarray, np.ndarray]:
-    """Centroid and inertia about it (Ixx Iyy Izz Ixy Iyz Izx), in the link's axes."""
-    c = np.array(link.first_moment) / link.mass
-    x, y, z = c
-    shift = link.mass * np.array([y * y + z * z, z * z + x * x, x * x + y * y, -x * y, -y * z, -z * x])
-    tensor = np.array(link.inertia) - shift
-    tensor[np.abs(tensor) < 1e-12 * np.abs(link.inertia).max(initial=0.0)] = 0.0
-    return c, tensor

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ksl.errors import unknown_name
 from ksl.requests import Requests
-from ksl.states import Array
+from ksl.states import Array, argument
 
 REASONS = ("converged", "iterations", "limits", "stuck")
 
@@ -80,7 +80,7 @@ class InverseKinematicsCalls(Requests):
         leading = poses.shape[: poses.ndim - len(axes)]
         start = None
         if q0 is not None:
-            start = np.asarray(q0)
+            start = argument(q0, "q0", self.nq, self._core)
             if start.shape[-1:] != (self.nq,) or start.dtype.kind not in "fiu":
                 raise ValueError(f"q0 has shape {start.shape}; expected (…, {self.nq}): nq numbers for each target")
             if not np.isfinite(start).all():

@@ -1,10 +1,12 @@
-"""Models from robot files: the reader that a file's root element asks for."""
+"""Models from robot files, or from their contents: the reader that the root element asks for."""
 
 from __future__ import annotations
 
 import os
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from io import BytesIO
 from typing import Literal
 from xml.etree import ElementTree
 
@@ -41,32 +43,92 @@ def load(
     physics, friction_width: which physics of joints the model has, as :meth:`Model.with_physics` takes them; none by default.
     Raises :class:`DescriptionError`, which names file, line, link or joint, what is wrong and how to mend it.
     """
-    one_of(mimic, "mimic", "coupled", "independent")
-    if masses is not None:
-        one_of(masses, "masses", "optional")
-    floating_base, strict = given.flag(floating_base, "floating_base"), given.flag(strict, "strict")
-    file, loads = os.fsdecode(path), given.payload_points(payloads)
-    given_gravity = None if gravity is None else list(three_numbers(gravity, "gravity"))
-    if _root_element(file) == "mujoco":
-        from ksl import mjcf
-
-        if model:
-            raise DescriptionError(f'{file}: model "{model}" is asked for, but only SDF files hold several; leave that option out')
-        loaded = mjcf._load(file, floating_base, mimic == "independent", strict, given_gravity, payloads, masses)
-        if physics is not None or friction_width != loaded.friction_width:
-            loaded = loaded.with_physics(physics, friction_width)
-    else:
-        options = (floating_base, mimic == "independent", strict, given_gravity, loads, masses is not None, model or "", given.physics(physics, friction_width))
-        loaded = Model(_core.load(file, *options), (os.path.abspath(file), *options))
-    for line in loaded.warnings:
-        warnings.warn(line, DescriptionWarning, stacklevel=2)
+    try:
+        file = os.fsdecode(path)
+    except TypeError:
+        raise ValueError(f"path is {type(path).__name__}; expected the path of a robot file") from None
+    if "<" in file and ">" in file:
+        raise DescriptionError("the path of the file is the contents of one; ksl.load_string(text) reads these")
+    options = _Options(floating_base, mimic, strict, gravity, payloads, masses, model, physics, friction_width)
+    loaded = _loaded(file, None, options)
+    _warn_of(loaded)
     return loaded
 
 
-def _root_element(file: str) -> str | None:
+def load_string(
+    text: str | bytes,
+    floating_base: bool = False,
+    mimic: Literal["coupled", "independent"] = "coupled",
+    strict: bool = False,
+    gravity: Sequence[float] | None = None,
+    payloads: Mapping[str, tuple[float, Sequence[float]]] | None = None,
+    masses: Literal["optional"] | None = None,
+    model: str | None = None,
+    physics: str | Iterable[str] | None = None,
+    friction_width: float = 0.01,
+) -> Model:
+    """Reads the contents of a robot file, for example what a xacro program printed, as :func:`load` reads the file.
+
+    text: the contents; the encoding of bytes is found out.  Messages call it `<string>`, and name its lines.  Meshes of an MJCF text are
+    looked for in the current folder.  The other arguments, and errors, are those of :func:`load`.  A pickle of the model contains all
+    that it is made of.
+    """
+    if not isinstance(text, (str, bytes)):
+        raise ValueError(f"text is {type(text).__name__}; expected the contents of a robot file; ksl.load(path) reads a file")
+    contents = text.encode("utf-8", "replace") if isinstance(text, str) else text
+    if b"<" not in contents and not contents.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise DescriptionError(f"text {text[:60]!r} holds no XML; expected the contents of a robot file; ksl.load(path) reads a file")
+    options = _Options(floating_base, mimic, strict, gravity, payloads, masses, model, physics, friction_width)
+    loaded = _loaded("<string>", contents, options)
+    _warn_of(loaded)
+    return loaded
+
+
+@dataclass(frozen=True)
+class _Options:
+    """Arguments as they were given."""
+
+    floating_base: bool
+    mimic: Literal["coupled", "independent"]
+    strict: bool
+    gravity: Sequence[float] | None
+    payloads: Mapping[str, tuple[float, Sequence[float]]] | None
+    masses: Literal["optional"] | None
+    model: str | None
+    physics: str | Iterable[str] | None
+    friction_width: float
+
+
+def _loaded(file: str, text: bytes | None, o: _Options) -> Model:
+    """From a file, or from its contents, which messages then call by this name."""
+    one_of(o.mimic, "mimic", "coupled", "independent")
+    if o.masses is not None:
+        one_of(o.masses, "masses", "optional")
+    floating_base, strict = given.flag(o.floating_base, "floating_base"), given.flag(o.strict, "strict")
+    gravity = None if o.gravity is None else list(three_numbers(o.gravity, "gravity"))
+    points, independent = given.payload_points(o.payloads), o.mimic == "independent"
+    if _root_element(file if text is None else BytesIO(text)) == "mujoco":
+        from ksl import mjcf
+
+        if o.model:
+            raise DescriptionError(f'{file}: model "{o.model}" is asked for, but only SDF files hold several; leave that option out')
+        loaded = mjcf._load(file, text, floating_base, independent, strict, gravity, o.payloads, o.masses)
+        return loaded if o.physics is None and o.friction_width == loaded.friction_width else loaded.with_physics(o.physics, o.friction_width)
+    options = (floating_base, independent, strict, gravity, points, o.masses is not None, o.model or "", given.physics(o.physics, o.friction_width))
+    if text is not None:
+        return Model(_core.load_text(text, file, *options))
+    return Model(_core.load(file, *options), (os.path.abspath(file), *options))
+
+
+def _warn_of(loaded: Model) -> None:
+    for line in loaded.warnings:
+        warnings.warn(line, DescriptionWarning, stacklevel=3)
+
+
+def _root_element(file: str | BytesIO) -> str | None:
     """The name of a file's first element; None if it can't be read, which the reader then explains."""
     try:
-        with open(file, "rb") as text:
+        with open(file, "rb") if isinstance(file, str) else file as text:
             return next((element.tag for _, element in ElementTree.iterparse(text, events=("start",))), None)
     except (OSError, ElementTree.ParseError, ValueError, LookupError):
         return None

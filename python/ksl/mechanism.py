@@ -109,6 +109,11 @@ def _joint(row: Mapping[str, Any]) -> Joint:
     return Joint(**fields)
 
 
+def _read_only(x: Array) -> Array:
+    x.setflags(write=False)
+    return x
+
+
 class Mechanism:
     """Joints and links of a model, by name and in order; immutable."""
 
@@ -120,9 +125,8 @@ class Mechanism:
         """Length of q."""
         self.nv: int = core.nv
         """Length of v, a and tau."""
-        self.gravity: Array = np.array(core.gravity)
+        self.gravity: Array = _read_only(np.array(core.gravity))
         """m/s², in world axes; read-only."""
-        self.gravity.setflags(write=False)
         self.physics: tuple[str, ...] = tuple(core.physics[0])
         """Which physics of joints the model has, besides that of rigid bodies: names as `physics=` of :func:`ksl.load` takes them."""
         self.friction_width: float = core.physics[1]
@@ -159,6 +163,57 @@ class Mechanism:
     def links(self) -> tuple[Link, ...]:
         """Parents first.  Made when asked for: models that differ in inertias alone are made by the thousand."""
         return tuple(Link(**{**row, "first_moment": tuple(row["first_moment"]), "inertia": tuple(row["inertia"])}) for row in self._core.links)
+
+    @cached_property
+    def lower(self) -> Array:
+        """Lower limits (nq) of the numbers in q, rad or m; −∞ where there are none, as for quaternions and continuous joints; read-only.
+
+        Those of mimic joints are included: a position within the limits of `lower` and `upper` keeps every joint within its own.
+        """
+        return self._position_limits[0]
+
+    @cached_property
+    def upper(self) -> Array:
+        """Upper limits (nq), as :attr:`lower`; ∞ where there are none."""
+        return self._position_limits[1]
+
+    @cached_property
+    def velocity_limit(self) -> Array:
+        """Limits (nv) of the magnitudes of the numbers in v, rad/s or m/s; read-only.
+
+        ∞ where the file gives none or 0, which no robot means, and for joints with several coordinates.  Those of mimic joints are included.
+        """
+        limit = np.full(self.nv, np.inf)
+        for joint in self.joints[: self._moving + self._followers]:
+            if joint.one_coordinate and joint.velocity:
+                leader, factor = (joint, 1.0) if joint.leader is None else (self.joint(joint.leader), abs(joint.multiplier))
+                if factor > 0:
+                    limit[leader.v_index] = min(limit[leader.v_index], joint.velocity / factor)
+        return _read_only(limit)
+
+    @cached_property
+    def effort_limit(self) -> Array:
+        """Limits (nv) of the magnitudes of efforts, N m or N; ∞ where the file gives none or 0, and for joints with several coordinates; read-only."""
+        limit = np.full(self.nv, np.inf)
+        for joint in self.joints[: self._moving]:
+            if joint.nv == 1 and joint.effort:
+                limit[joint.v_index] = joint.effort
+        return _read_only(limit)
+
+    @cached_property
+    def _position_limits(self) -> tuple[Array, Array]:
+        lower, upper = np.full(self.nq, -np.inf), np.full(self.nq, np.inf)
+        for joint in self.joints[: self._moving]:
+            for c, (least, most) in enumerate(joint.limits):  # quaternions are the last numbers of a joint
+                lower[joint.q_index + c], upper[joint.q_index + c] = -np.inf if least is None else least, np.inf if most is None else most
+        for joint in self.joints[self._moving : self._moving + self._followers]:
+            if joint.limits and joint.leader is not None and joint.multiplier:
+                bounds = [None if x is None else (x - joint.offset) / joint.multiplier for x in joint.limits[0]]
+                least, most = bounds if joint.multiplier > 0 else bounds[::-1]
+                k = self.joint(joint.leader).q_index
+                lower[k] = lower[k] if least is None else max(lower[k], least)
+                upper[k] = upper[k] if most is None else min(upper[k], most)
+        return _read_only(lower), _read_only(upper)
 
     def __setattr__(self, name: str, value: object) -> None:
         if "_complete" in self.__dict__:
@@ -210,9 +265,12 @@ class Mechanism:
         and between −1 m and 1 m for lengths.  Quaternions are uniform on the sphere of orientations.
         rng: a generator, a seed for one, or None for a fresh one.
         """
-        generator = np.random.default_rng(rng)
+        try:
+            generator = np.random.default_rng(rng)
+        except (TypeError, ValueError):
+            raise ValueError(f"rng={rng!r}; expected a generator of numpy.random, a seed that is not negative, or None") from None
         leading = () if size is None else (size,) if isinstance(size, (int, np.integer)) else size
-        if not isinstance(leading, (tuple, list)) or not all(isinstance(n, (int, np.integer)) and n >= 0 for n in leading):
+        if not isinstance(leading, (tuple, list)) or not all(isinstance(n, (int, np.integer)) and type(n) is not bool and n >= 0 for n in leading):
             raise ValueError(f"size={size!r}; expected a number of positions, or several, which are leading axes")
         lower, upper = self._ranges
         q: Array = upper - (upper - lower) * generator.random((*leading, self.nq))  # the upper end can be reached, the lower can't

@@ -20,6 +20,7 @@ from ksl.builder import Builder
 from ksl.errors import DescriptionError, DescriptionWarning
 from ksl.model import Layout, Model
 from ksl.requests import one_of
+from ksl.states import in_order
 
 Array = NDArray[np.float64]
 
@@ -81,6 +82,7 @@ def model_of(mj: Any, file: str = "", mimic: Literal["coupled", "independent"] =
 
 def _load(
     file: str,
+    text: bytes | None,
     floating_base: bool,
     independent: bool,
     strict: bool,
@@ -98,7 +100,7 @@ def _load(
     handler = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda text: said.append(f"MuJoCo's compiler says: {_one_line(text)}"))  # instead of a log file in the current folder
     try:
-        compiled = mujoco.MjModel.from_xml_path(os.fspath(file))
+        compiled = mujoco.MjModel.from_xml_path(os.fspath(file)) if text is None else mujoco.MjModel.from_xml_string(text.decode("utf-8", "replace"))
     except ValueError as e:
         raise DescriptionError(f"{file}: MuJoCo's compiler refuses the file: {_one_line(e)}; correct it there") from None
     finally:
@@ -375,9 +377,13 @@ def _converted(model: Model, to: bool, q: ArrayLike, v: ArrayLike | None, a: Arr
     if layout is None:
         raise ValueError(f"{model.name}: the model has no layout of MuJoCo: it was not read from MJCF, or was made from one that was")
     sizes = (layout["nq"], layout["nv"]) if not to else (model.nq, model.nv)
-    given_q, out_q = _rows(q, sizes[0], "q"), (layout["nq"] if to else model.nq)
+
+    def rows(x: ArrayLike, n: int, name: str) -> Array:
+        return _rows(in_order(x, name, model._core) if to else x, n, name)
+
+    given_q, out_q = rows(q, sizes[0], "q"), (layout["nq"] if to else model.nq)
     out_v = layout["nv"] if to else model.nv
-    rates = {name: _rows(x, sizes[1], name) for name, x in (("v", v), ("a", a), ("tau", tau)) if x is not None}
+    rates = {name: rows(x, sizes[1], name) for name, x in (("v", v), ("a", a), ("tau", tau)) if x is not None}
     if "a" in rates and "v" not in rates:
         raise ValueError("a is given without v; accelerations of free and planar joints need both")
     leading = np.broadcast_shapes(given_q.shape[:-1], *(x.shape[:-1] for x in rates.values()))

@@ -12,13 +12,14 @@ from ksl import _core, given
 from ksl.inverse_kinematics import InverseKinematicsCalls
 from ksl.load_cases.quantities import EFFORT_PARTS
 from ksl.requests import one_of
-from ksl.states import Array, External, ExternalAxes, Order
+from ksl.states import Array, External, ExternalAxes, Order, Point, Side
 from ksl.surgery import Surgery
 
 if TYPE_CHECKING:
     import pyarrow
 
     from ksl.section import Share
+    from ksl.viewer.live import Viewer
 
 Layout = Mapping[str, Any]
 """Where the numbers of each joint are in MuJoCo's arrays, for models read from MJCF; :mod:`ksl.mjcf` has its contents."""
@@ -124,15 +125,61 @@ class Model(Surgery, InverseKinematicsCalls):
 
         return section_wrench(self, q, v, a, name, point, normal, share, beyond, external, axes, order, external_axes)
 
-    def loads(self, time: ArrayLike, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None, **options: Any) -> pyarrow.Table:
+    def _repr_html_(self) -> str:
+        """What a notebook shows: a picture of the mechanism, and its joints."""
+        from ksl.notebook import html_of
+
+        return html_of(self)
+
+    def loads(
+        self,
+        time: ArrayLike,
+        q: ArrayLike,
+        v: ArrayLike | None = None,
+        a: ArrayLike | None = None,
+        *,
+        external: External | None = None,
+        on: Side = "child",
+        at: Point = "joint",
+        axes: str = "joint",
+        order: Order = "lin_ang",
+    ) -> pyarrow.Table:
         """Every wrench along a motion, as a table with a row for each sample and joint; see :func:`ksl.load_cases.wrench_table.wrench_table`.
 
-        time (n), q (n, nq); v and a (n, nv) are differentiated from a quintic spline where they are missing.
-        Needs the extra `ksl[loads]`.
+        time (n), increasing, s; q (n, nq); v and a (n, nv) are differentiated from a quintic spline where they are missing.
+        external: {link: (n, 6), or (6) for all samples}, or {link: ksl.Wrench}.  on, at, axes, order: as in :meth:`reactions`.
+        Raises :class:`ksl.MotionError`.  Needs the extra `ksl[loads]`.
         """
         from ksl.load_cases.wrench_table import wrench_table
 
-        return wrench_table(self, time, q, v, a, **options)
+        return wrench_table(self, time, q, v, a, external=external, on=on, at=at, axes=axes, order=order)
+
+    def show(
+        self,
+        q: ArrayLike | None = None,
+        v: ArrayLike | None = None,
+        a: ArrayLike | None = None,
+        time: ArrayLike | None = None,
+        external: External | None = None,
+        *,
+        joint: str | None = None,
+        port: int | None = None,
+        package_paths: Sequence[str] = (),
+        browser: bool | None = None,
+    ) -> Viewer:
+        """Shows the robot with the wrenches at its joints in a page on this machine, and returns a handle of it at once.
+
+        q (nq), or (n, nq) with time (n), s, for playback; by default a pose within the limits.  v and a (…, nv): at rest where they are missing.
+        external: {link: (6) or (n, 6)}, at the link's origin, in its axes.  joint: the one that is selected first.
+        port: of the page, on 127.0.0.1; None is 8080 or a free one.  package_paths: folders with the packages of `package://` meshes.
+        browser: whether a browser is opened; None: in scripts, but not in notebooks, which show the page in place of the handle.
+
+        The handle has `url`, `update(q)`, `play()`, `export("file.html")`, `wait()`, which keeps a script running until Ctrl-C, and `close()`.
+        Needs the extra `ksl[view]`.  Raises ViewerError, and ValueError for what doesn't fit the model.
+        """
+        from ksl.viewer.live import show
+
+        return show(self, q, v, a, time, external, joint=joint, port=port, package_paths=package_paths, browser=browser)
 
 
 def _rebuilt(state: list[Any], layout: Layout | None = None) -> Model:

@@ -144,7 +144,7 @@ def one_of(value: str, what: str, *known: str) -> str:
     if not isinstance(value, str) or value not in known:
         shown = repr(value)
         shown = shown if len(shown) <= 60 else type(value).__name__  # an array at this place, say
-        raise ValueError(f"{what}={shown}; expected one of {', '.join(repr(k) for k in known)}")
+        raise ValueError(f"{what}={shown}; {near_names(value, known)}expected one of {', '.join(repr(k) for k in known)}")
     return value
 
 

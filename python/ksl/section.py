@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ksl.errors import near_names
 from ksl.requests import one_of, three_numbers
-from ksl.states import Array, External, ExternalAxes, Order, items_of
+from ksl.states import Array, External, ExternalAxes, Order, argument, items_of
 
 if TYPE_CHECKING:
     from ksl.calls import Calls
@@ -43,9 +44,12 @@ def section_wrench(
     one_of(axes, "axes", "link", "world")
     one_of(order, "order", "lin_ang", "ang_lin")
     one_of(external_axes, "external_axes", "link", "world")
+    wrenches = items_of(external, external_axes)
+    for target, _ in wrenches:
+        m._index(m._link_index, target, "link")
     parent = next(j for j in m.joints if j.child == name)
     children = [j for j in m.joints if j.parent == name]
-    q, v, a = (np.asarray(x, float) for x in (q, v, a))
+    q, v, a = (np.asarray(argument(x, *role, m._core), float) for x, role in ((q, ("q", m.nq)), (v, ("v", m.nv)), (a, ("a", m.nv))))
     leading = np.broadcast_shapes(q.shape[:-1], v.shape[:-1], a.shape[:-1])
     sides = {parent.name: -(n @ at) > 0}  # its frame is the link's; what lies in the plane keeps to its own side
     for j in children:
@@ -57,14 +61,14 @@ def section_wrench(
         listed = (beyond,) if isinstance(beyond, str) else tuple(beyond)
         for joint in listed:
             if joint not in sides:
-                raise ValueError(f"beyond names {joint!r}, which is no joint of {name}; expected some of {', '.join(sides)}")
+                raise ValueError(f"beyond names {joint!r}, which is no joint of {name}; {near_names(joint, sides)}expected some of {', '.join(sides)}")
         sides = {joint: joint in listed for joint in sides}
     wrench = _inertial_wrench(m, q, v, a, name, _inertia_beyond(link, share, n, at))
     for j in (parent, *children):
         if sides[j.name]:
             found = m.reactions(q, v, a, external, joints=[j.name], at=name, axes=name, external_axes=external_axes)[..., 0, :]
             wrench = wrench - (found if j is parent else -found)
-    for target, given in items_of(external):
+    for target, given in wrenches:
         if target == name and sides[parent.name]:
             f = np.asarray(given, float)
             if external_axes == "world":

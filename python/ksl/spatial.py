@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from ksl import ufuncs
-from ksl.errors import FrameError
+from ksl.errors import FrameError, near_names
 
 Floats = NDArray[np.floating[Any]]
 Order = Literal["lin_ang", "ang_lin"]
@@ -121,8 +121,13 @@ class _Value:
 
     def __repr__(self) -> str:
         labels = "".join(f", {k}={v!r}" for k, v in self._labels().items() if v is not None)
-        numbers = np.array2string(self._numbers, separator=", ") if not self.shape else f"shape {self.shape}, {self.dtype}"
-        return f"{type(self).__name__}({numbers}{labels})"
+        kind = type(self).__name__
+        numbers = np.array2string(self._shown(), separator=", ", prefix=f"{kind}(") if not self.shape else f"shape {self.shape}, {self.dtype}"
+        return f"{kind}({numbers}{labels})"
+
+    def _shown(self) -> Floats:
+        """What the constructor takes, for one value."""
+        return self._numbers
 
 
 class _SixVector(_Value):
@@ -287,9 +292,24 @@ class Wrench(_Coscrew):
     """Force and moment (f, τ): N, N m about the frame's origin.  Made as :class:`Twist`.
 
     `wrench @ twist` is their power f · v + τ · ω, W, shape (…), the same in every frame (coscrews (2)).  11 flops.
+    Models take it as `external={"tool": wrench}`, where its frame is that link or has no name.
     """
 
     __slots__ = ()
+
+    def on_link(self, link: str, axes: str) -> Floats:
+        """The numbers (…, 6) that models take as external wrench on a link, force first.
+
+        axes: "link" or "world", those of the numbers; the moment is about the link's origin.  Raises :class:`ksl.FrameError` for the
+        wrench in another frame: its moment is about that frame's origin.
+        """
+        if self._frame is not None and not (axes == "link" and self._frame == link):
+            wanted = f"the frame {link!r}" if axes == "link" else f"the axes of the world, about the origin of {link!r}, and no frame's name"
+            raise FrameError(
+                f"external[{link!r}] is {self._name()}; expected it in {wanted}: "
+                f"ksl.Pose(M, to={link!r}, of={self._frame!r}) @ wrench, where M is m.relative_pose(q, {self._frame!r}, {link!r})"
+            )
+        return self._linear_first
 
 
 class Momentum(_Coscrew):
@@ -532,6 +552,9 @@ class Pose(_Value):
             return other._with(ufuncs.spatial_inertia_transformed(other._numbers, self._numbers), frame=self._to)
         _refuse(self, "@", other)
 
+    def _shown(self) -> Floats:
+        return self.matrix
+
     def _labels(self) -> dict[str, Any]:
         return {"to": self._to, "of": self._of}
 
@@ -653,7 +676,7 @@ def _factor(value: _SixVector, operation: str, k: ArrayLike, reflected: bool = F
 
 def _checked_order(order: Any, what: str) -> Order:
     if order not in ("lin_ang", "ang_lin"):
-        raise ValueError(f"{what}: order={order!r}; expected 'lin_ang' (linear first) or 'ang_lin'")
+        raise ValueError(f"{what}: order={order!r}; {near_names(order, ('lin_ang', 'ang_lin'))}expected 'lin_ang' (linear first) or 'ang_lin'")
     return order  # type: ignore[no-any-return]
 
 

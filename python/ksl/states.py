@@ -3,13 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ksl.errors import near_names
+from ksl.joint_columns import by_name, column_names
+
 Array = NDArray[np.floating]
-External = Mapping[str, ArrayLike]
+
+
+class OnLink(Protocol):
+    """A wrench that knows its frame: :class:`ksl.Wrench`."""
+
+    def on_link(self, link: str, axes: str) -> Array:
+        """Its numbers (…, 6) on a link, force first, in the axes of "link" or "world".  Raises FrameError."""
+
+
+External = Mapping[str, ArrayLike | OnLink]
 ExternalAxes = Literal["link", "world"]
 Side = Literal["child", "parent"]
 Order = Literal["lin_ang", "ang_lin"]
@@ -31,24 +43,57 @@ class InWorldAxes:
 def external_in(external: Any, axes: str) -> Any:
     """External wrenches with the axes that they are given in, as the compiled calls take them."""
     if not isinstance(axes, str) or axes not in ("link", "world"):
-        raise ValueError(f"external_axes={axes!r}; expected one of 'link', 'world'")
+        raise ValueError(f"external_axes={axes!r}; {near_names(axes, ('link', 'world'))}expected one of 'link', 'world'")
     return external if external is None or axes == "link" else InWorldAxes(external)
 
 
-def as_arrays(inputs: list[ArrayLike], external: Any) -> tuple[list[NDArray[Any]], dict[str, NDArray[Any]], bool]:
-    """Converts arguments to NumPy arrays of any type; the compiled calls check them.  The last says whether wrenches are in world axes."""
+def as_arrays(
+    inputs: list[ArrayLike], roles: list[tuple[str, int]], model: HasJoints, external: Any
+) -> tuple[list[NDArray[Any]], dict[str, NDArray[Any]], bool]:
+    """Converts arguments to NumPy arrays of any type; the compiled calls check them.
+
+    roles: of each input its name, "q" say, and how many numbers it has for each state.  The last of the results says whether wrenches
+    are in world axes.
+    """
     in_world = isinstance(external, InWorldAxes)
-    items = items_of(external.wrenches if in_world else external)
-    return [_array(x) for x in inputs], {name: _array(wrench) for name, wrench in items}, in_world
+    items = items_of(external.wrenches if in_world else external, "world" if in_world else "link")
+    arrays = [argument(x, name, columns, model) for x, (name, columns) in zip(inputs, roles)]
+    wrenches = {link: _array(wrench, f"external[{link!r}]") for link, wrench in items}
+    are_plain = [type(x) in (int, float) for x in inputs]  # they have no precision of their own, as NumPy has it
+    others = [x for x, is_plain in zip(arrays, are_plain) if not is_plain] + list(wrenches.values())
+    if others and all(x.dtype == np.float32 for x in others):
+        arrays = [x.astype(np.float32) if is_plain else x for x, is_plain in zip(arrays, are_plain)]
+    return arrays, wrenches, in_world
 
 
-def items_of(external: External | None) -> list[tuple[str, ArrayLike]]:
-    """Links' names and their wrenches.  Raises ValueError for what is no mapping."""
+class HasJoints(Protocol):
+    """What is asked of a compiled model: its joints, and how many of them move."""
+
+    @property
+    def joints(self) -> Sequence[Mapping[str, Any]]: ...
+    @property
+    def moving_joints(self) -> int: ...
+
+
+def argument(x: Any, name: str, columns: int, model: HasJoints) -> NDArray[Any]:
+    """An argument as an array: a table by the names of its columns, one number as one for each coordinate, others as they are."""
+    array = _array(in_order(x, name, model), name)
+    return np.full(columns, array) if array.ndim == 0 and array.dtype.kind in "fiu" else array
+
+
+def in_order(x: Any, name: str, model: HasJoints) -> Any:
+    """A table by the names of its columns as an array; what is none as it is."""
+    names = column_names(x)
+    return x if names is None else by_name(x, names, name, [(joint["name"], joint["kind"]) for joint in model.joints[: model.moving_joints]])
+
+
+def items_of(external: External | None, axes: str = "link") -> list[tuple[str, ArrayLike]]:
+    """Links' names and the numbers of their wrenches.  Raises ValueError for what is no mapping."""
     if external is None:
         return []
     if not hasattr(external, "items"):
-        raise ValueError(f"external is {type(external).__name__}; expected a mapping {{link name: (…, 6)}}, force first")
-    return list(external.items())
+        raise ValueError(f"external is {type(external).__name__}; expected a mapping {{link name: (…, 6)}}, force first, or {{link name: ksl.Wrench}}")
+    return [(link, wrench.on_link(link, axes) if hasattr(wrench, "on_link") else wrench) for link, wrench in external.items()]
 
 
 def as_rows(inputs: list[NDArray[Any]], wrenches: list[NDArray[Any]], leading: tuple[int, ...]) -> tuple[list[Array], list[Array]]:
@@ -64,9 +109,14 @@ def as_rows(inputs: list[NDArray[Any]], wrenches: list[NDArray[Any]], leading: t
 
 def numbers(x: ArrayLike) -> NDArray[Any]:
     """Numbers (…), one for each state, as rows (…, 1)."""
-    return _array(x)[..., np.newaxis]
+    return _array(x, "fraction")[..., np.newaxis]
 
 
-def _array(x: Any) -> NDArray[Any]:
-    """Converts x to a NumPy array; `np.asarray` doesn't recognise objects that support only DLPack."""
-    return np.from_dlpack(x) if hasattr(x, "__dlpack__") and not hasattr(x, "__array__") else np.asarray(x)
+def _array(x: Any, what: str) -> NDArray[Any]:
+    """Converts x to a NumPy array of numbers; `np.asarray` doesn't recognise objects that support only DLPack."""
+    try:
+        array = np.from_dlpack(x) if hasattr(x, "__dlpack__") and not hasattr(x, "__array__") else np.asarray(x)
+        return array if array.dtype.kind in "fiubc" else array.astype(float)
+    except (TypeError, ValueError, BufferError):
+        shown = repr(x)
+        raise ValueError(f"{what} is {shown if len(shown) <= 60 else type(x).__name__}; expected numbers, in an array or what can become one") from None

@@ -39,7 +39,7 @@ class Surgery(Calls):
         Joints on the way must be fixed or move on one axis (revolute, continuous, prismatic, helical, cylindrical).
         A fixed root is at the world's origin, with the world's axes; where the base floats, the new root floats.
         """
-        return self._made(self._core.with_root(link))
+        return self._made(self._core.with_root(given.name(link, "link")))
 
     def with_frozen_joints(self: S, joints: Mapping[str, ArrayLike]) -> S:
         """These joints become fixed at these positions.
@@ -59,7 +59,7 @@ class Surgery(Calls):
     def with_payload(self: S, link: str, mass: float, center_of_mass: ArrayLike = (0.0, 0.0, 0.0), inertia: ArrayLike | None = None) -> S:
         """A rigid body is welded to a link: its mass, kg, its centre of mass (3) in the link's frame, m, and its inertia (3, 3) about
         that in the link's axes, kg m²; None for a point mass."""
-        return self._made(self._core.with_payload(link, given.mass(f"payload on {link}", mass, center_of_mass, inertia)))
+        return self._made(self._core.with_payload(given.name(link, "link"), given.mass(f"payload on {link}", mass, center_of_mass, inertia)))
 
     def merged(self: S, other: Surgery, parent_link: str, pose: ArrayLike | None = None, prefix: str = "") -> S:
         """This robot with another one on it.
@@ -70,19 +70,19 @@ class Surgery(Calls):
         """
         if not isinstance(other, Surgery):
             raise ValueError(f"other is {type(other).__name__}; expected a model")
-        return self._made(self._core.merged(other._core, parent_link, given.pose(pose, "pose"), prefix))
+        return self._made(self._core.merged(other._core, given.name(parent_link, "parent_link"), given.pose(pose, "pose"), given.name(prefix, "prefix")))
 
     def subtree(self: S, link: str) -> S:
         """What a link carries, and itself as the root.  The root is fixed unless it is that of a robot that floats.
         A mimic joint that would be without its leader is refused."""
-        return self._made(self._core.subtree(link))
+        return self._made(self._core.subtree(given.name(link, "link")))
 
     def with_frame(self: S, name: str, link: str, pose: ArrayLike | None = None) -> S:
         """A frame `name`, at `pose` (4, 4) in a link's frame, that may be used wherever a link may.
 
         It is a massless link, welded by a joint `NAME_joint`; no result of the other links changes, not in a bit.
         """
-        return self._made(self._core.with_frame(name, link, given.pose(pose, f"frame {name}: its pose")))
+        return self._made(self._core.with_frame(given.name(name, "name"), given.name(link, "link"), given.pose(pose, f"frame {name}: its pose")))
 
     def with_parameters(self: S, parameters: Mapping[str, ArrayLike | tuple[float, ArrayLike, ArrayLike]]) -> S:
         """Other inertias for some links.
@@ -125,7 +125,11 @@ class Surgery(Calls):
         """
         text = self._core.urdf_text()
         if path is not None:
-            _write(Path(path), text)
+            try:
+                target = Path(os.fsdecode(path))
+            except TypeError:
+                raise ValueError(f"path is {type(path).__name__}; expected the path of a file to be written") from None
+            _write(target, text)
         return text
 
 

@@ -131,6 +131,17 @@ std::vector<ksl::payload> payloads_of(const ksl_model_options_t &options) {
   return payloads;
 }
 
+/// The model of a file's contents; `name` stands for the file in messages.
+ksl_model_t *read_model(const std::string &text, const std::string &name, const ksl_model_options_t *options) {
+  const ksl_model_options_t o = options ? *options : ksl_model_options();
+  ksl::model_options others = ksl::c_api::options_of(o);
+  const ksl::file_options how = {o.mimic_independent, o.strict, std::exchange(others.floating_base, false), o.model_name ? o.model_name : ""};
+  ksl::robot_description robot = ksl::read_robot_text(text, name, how);
+  if (o.file_gravity && robot.gravity != ksl::robot_description().gravity)
+    others.gravity.reset(); // that of the description
+  return new ksl_model_t{ksl::model_of(std::move(robot), others, o.strict, o.masses_optional)};
+}
+
 } // namespace
 
 ksl::physics_options ksl::c_api::physics_of(const ksl_physics_t &from) {
@@ -171,13 +182,15 @@ ksl_status_t ksl_model_load(const char *path, const ksl_model_options_t *options
   return guarded([&] {
     require(path && model, "path and model must not be null");
     *model = nullptr;
-    const ksl_model_options_t o = options ? *options : ksl_model_options();
-    ksl::model_options others = ksl::c_api::options_of(o);
-    ksl::robot_description robot =
-        ksl::read_robot(path, {o.mimic_independent, o.strict, std::exchange(others.floating_base, false), o.model_name ? o.model_name : ""});
-    if (o.file_gravity && robot.gravity != ksl::robot_description().gravity)
-      others.gravity.reset(); // that of the description
-    *model = new ksl_model_t{ksl::model_of(std::move(robot), others, o.strict, o.masses_optional)};
+    *model = read_model(ksl::bytes_of_robot_file(path), path, options);
+  });
+}
+
+ksl_status_t ksl_model_load_memory(const char *text, size_t length, const ksl_model_options_t *options, ksl_model_t **model) {
+  return guarded([&] {
+    require(text && model, "text and model must not be null");
+    *model = nullptr;
+    *model = read_model(std::string(text, length), "<string>", options);
   });
 }
 

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <utility>
 
 namespace ksl {
 namespace {
@@ -91,21 +93,14 @@ void remove_rotors(robot_description &robot) {
     j.parent = index[static_cast<std::size_t>(j.parent)], j.child = index[static_cast<std::size_t>(j.child)];
 }
 
-/// JOINT_rotor, or that name with underscores after it.
-std::string rotor_name(const robot_description &robot, const joint_description &j) {
-  std::string name = j.name + "_rotor";
-  const auto is_taken = [&](const auto &item) { return item.name == name; };
-  while (std::any_of(robot.links.begin(), robot.links.end(), is_taken) || std::any_of(robot.joints.begin(), robot.joints.end(), is_taken))
-    name += '_';
-  return name;
-}
-
-void add_rotor(robot_description &robot, const joint_description &j) {
+/// Adds link and joint JOINT_rotor, or that name with underscores after it.  names: those of all links and joints.
+void add_rotor(robot_description &robot, const joint_description &j, std::set<std::string> &names) {
   const vec3<double> a = axis_of(j);
   const double I = j.rotor_inertia;
   link_description link;
   joint_description joint;
-  link.name = joint.name = rotor_name(robot, j);
+  link.name = joint.name = load::free_name(j.name + "_rotor", [&](const std::string &name) { return names.count(name) > 0; });
+  names.insert(link.name);
   link.at = joint.at = j.at;
   link.inertia = {0, {0, 0, 0}, I * a.x * a.x, I * a.y * a.y, I * a.z * a.z, I * a.x * a.y, I * a.y * a.z, I * a.z * a.x};
   link.has_inertial = true;
@@ -149,6 +144,13 @@ physics_options physics_named(const std::vector<std::string> &names, double fric
       load::refuse({}, 0, "physics " + load::quoted(name) + " is unknown, expected some of " + load::listed(known, known.size()) +
                               load::suggestion(name, known, "write some of these"));
   }
+  const auto are_both = [&](const char *a, const char *b) {
+    return std::find(names.begin(), names.end(), a) != names.end() && std::find(names.begin(), names.end(), b) != names.end();
+  };
+  for (const auto &[plain, refined] : {std::pair{"friction", "exact friction"}, {"rotor", "rotor bodies"}})
+    if (are_both(plain, refined))
+      load::refuse({}, 0, "physics names both " + load::quoted(plain) + " and " + load::quoted(refined) +
+                              ", two laws for the same thing; keep one");
   options.friction |= options.exact_friction;
   options.rotor |= options.rotor_bodies;
   return options;
@@ -174,11 +176,18 @@ robot_description with_rotors(robot_description robot) {
     return robot;
   }
   check_tree(robot);
+  std::set<std::string> names, with_rotor; // of all links and joints; of the joints that have their rotor
+  for (const link_description &link : robot.links)
+    names.insert(link.name);
+  for (const joint_description &joint : robot.joints) {
+    names.insert(joint.name);
+    if (joint.is_rotor && joint.mimic)
+      with_rotor.insert(joint.mimic->joint);
+  }
   for (std::size_t i = 0, given = robot.joints.size(); i < given; ++i) {
     const joint_description j = robot.joints[i];
-    const auto is_its_rotor = [&](const joint_description &other) { return other.is_rotor && other.mimic && other.mimic->joint == j.name; };
-    if (has_rotor_body(j, options) && std::none_of(robot.joints.begin(), robot.joints.end(), is_its_rotor))
-      add_rotor(robot, j);
+    if (has_rotor_body(j, options) && !with_rotor.count(j.name))
+      add_rotor(robot, j, names);
   }
   return robot;
 }

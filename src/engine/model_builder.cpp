@@ -4,6 +4,7 @@
 #include "engine/joint_physics.hpp"
 #include "engine/massless_joint.hpp"
 #include "load/check.hpp"
+#include "load/words.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -85,19 +86,10 @@ void model_builder::add_ground() {
   m_.double_.bodies.back().is_base = true;
 }
 
-bool model_builder::names_joint(const std::string &name) const {
-  for (const joint_description &j : m_.description_.joints)
-    if (j.name == name)
-      return true;
-  return false;
-}
-
 /// A name for a joint that is added to those of the file: the usual one, or one that no joint of the file has.
 std::string model_builder::free_name(const char *usual, const char *otherwise) const {
-  std::string name = names_joint(usual) ? otherwise : usual;
-  while (names_joint(name))
-    name += "_";
-  return name;
+  const auto is_taken = [&](const std::string &name) { return load::has_name(m_.description_.joints, name); };
+  return load::free_name(is_taken(usual) ? otherwise : usual, is_taken);
 }
 
 /// Depth first, children in file order.  Not recursive, since chains can be long.

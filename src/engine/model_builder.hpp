@@ -26,7 +26,6 @@ private:
   void warn(const std::string &line);
   void collect_children();
   void add_ground();
-  bool names_joint(const std::string &name) const;
   std::string free_name(const char *usual, const char *otherwise) const;
   void descend(int root);
   void push_children(int description_link, std::vector<int> &pending) const;

@@ -16,6 +16,7 @@ namespace ksl {
 namespace {
 
 using A = algebra<double>;
+using load::has_name;
 using load::quoted;
 
 constexpr SE3<double> no_displacement = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}};
@@ -23,10 +24,6 @@ constexpr SE3<double> no_displacement = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 [[noreturn]] void refuse(const std::string &what) { load::refuse({}, 0, what); }
-
-template <class Items> bool has_name(const Items &items, const std::string &name) {
-  return std::any_of(items.begin(), items.end(), [&](const auto &item) { return item.name == name; });
-}
 
 /// The index of a link or joint.
 template <class Items>
@@ -45,11 +42,9 @@ int find_link(const robot_description &robot, const std::string &name) {
   return find(robot.links, name, "link", robot.name);
 }
 
-/// A name that nothing in the list has: the usual one, or with underscores after it.
+/// A name that nothing in the list has.
 template <class Items> std::string free_name(const Items &items, std::string name) {
-  while (has_name(items, name))
-    name += '_';
-  return name;
+  return load::free_name(std::move(name), [&](const std::string &other) { return has_name(items, other); });
 }
 
 /// Index of the joint that carries each link; −1 for the root.
@@ -288,17 +283,22 @@ robot_description subtree(const robot_description &robot, const std::string &lin
   const int root = find_link(robot, link);
   const std::vector<int> above = joints_above(robot);
   check_tree(robot);
-  const auto belongs = [&](int l) {
-    while (l != root && above[index(l)] >= 0)
-      l = robot.joints[index(above[index(l)])].parent;
-    return l == root;
-  };
+  std::vector<bool> belongs(robot.links.size(), false);
+  std::vector<std::vector<int>> children(robot.links.size());
+  for (const joint_description &joint : robot.joints)
+    children[index(joint.parent)].push_back(joint.child);
+  for (std::vector<int> pending = {root}; !pending.empty();) {
+    const int l = pending.back();
+    pending.pop_back();
+    belongs[index(l)] = true;
+    pending.insert(pending.end(), children[index(l)].begin(), children[index(l)].end());
+  }
   robot_description out = robot;
   out.floating_base = robot.floating_base && above[index(root)] < 0;
   out.links.clear(), out.joints.clear(), out.warnings.clear();
   std::vector<int> new_index(robot.links.size(), -1);
   for (std::size_t l = 0; l < robot.links.size(); ++l)
-    if (belongs(static_cast<int>(l))) {
+    if (belongs[l]) {
       new_index[l] = static_cast<int>(out.links.size());
       out.links.push_back(robot.links[l]);
     }

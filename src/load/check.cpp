@@ -296,10 +296,16 @@ int check_tree(const robot_description &robot) {
 }
 
 std::vector<std::string> check_inertias(const robot_description &robot) {
+  std::vector<bool> is_rotor(robot.links.size(), false); // without mass, since its mass is that of the motor's link
+  for (const joint_description &joint : robot.joints)
+    if (joint.is_rotor)
+      is_rotor[static_cast<std::size_t>(joint.child)] = true;
   std::vector<std::string> lines;
-  for (const link_description &link : robot.links)
-    if (const std::string fault = fault_of(link.inertia); !fault.empty())
+  for (std::size_t i = 0; i < robot.links.size(); ++i) {
+    const link_description &link = robot.links[i];
+    if (const std::string fault = is_rotor[i] ? "" : fault_of(link.inertia); !fault.empty())
       lines.push_back(load::one_line("link " + link.name + in_line(link.at.line) + ": " + fault));
+  }
   return lines;
 }
 

@@ -6,9 +6,7 @@
 
 namespace ksl {
 
-robot_description read_robot(const std::string &path, const file_options &options) {
-  return read_robot_text(load::bytes_of_file(path), path, options);
-}
+std::string bytes_of_robot_file(const std::string &path) { return load::bytes_of_file(path); }
 
 robot_description read_robot_text(const std::string &text, const std::string &name, const file_options &options) {
   const load::xml_file file(text, name);

@@ -14,10 +14,11 @@ struct file_options {
   std::string model;              ///< of an SDF file with several: the one to read
 };
 
-/// Reads a file as what its root element says: <robot> is URDF, <sdf> is SDF.  Throws description_error.
-robot_description read_robot(const std::string &path, const file_options &options = {});
+/// The bytes of a file.  Throws description_error.
+std::string bytes_of_robot_file(const std::string &path);
 
-/// The same from text; `name` stands for the file in messages.
+/// Reads the contents of a file as what its root element says: <robot> is URDF, <sdf> is SDF.  `name` stands for the file in messages.
+/// Throws description_error.
 robot_description read_robot_text(const std::string &text, const std::string &name, const file_options &options = {});
 
 } // namespace ksl

@@ -310,11 +310,7 @@ int sdf_reader::weld(const std::string &name, int parent, int child, const SE3<d
 
 /// A name that no joint of the file has.
 std::string sdf_reader::free_joint_name(const std::string &name) const {
-  std::string other = name;
-  const auto has = [&](const std::string &n) { return std::any_of(joints_.begin(), joints_.end(), [&](const part &j) { return j.name == n; }); };
-  while (has(other))
-    other += "_";
-  return other;
+  return load::free_name(name, [&](const std::string &other) { return load::has_name(joints_, other); });
 }
 
 /// The name in <parent> or <child>; in a <drake:joint> also in <drake:parent> or <drake:child>.
@@ -528,9 +524,7 @@ void sdf_reader::connect(joint_description joint, const std::string &parent, con
     robot_.joints.push_back(std::move(joint));
     return;
   }
-  std::string name = joint.name + "_frame";
-  while (link_index_.count(name))
-    name += "_";
+  const std::string name = load::free_name(joint.name + "_frame", [&](const std::string &other) { return link_index_.count(other) > 0; });
   joint.child = add_link(name);
   const int carrier = joint.child;
   carried_.insert(carrier);

@@ -47,38 +47,60 @@ std::string frame_graph::found(const std::string &scope, const std::string &name
                suggestion(name, names, "name one of " + listed(names)));
 }
 
-/// The frames from this one to the world, each relative to the next.
-std::vector<std::string> frame_graph::chain(const std::string &from) const {
-  std::vector<std::string> all = {from};
-  while (all.back() != "world") {
-    const frame &f = at(all.back());
-    if (all.size() > frames_.size())
-      f.where.refuse("its pose is relative to itself, by way of " + quoted(f.relative_to) + "; correct one relative_to");
-    all.push_back(found(f.scope, f.relative_to, f.where, "relative_to"));
+namespace {
+
+/// What a frame names another one for, in messages.  The frame of a joint moves with its child, and is placed in it by default.
+std::string role(const frame_graph::frame &f, const std::string &name, const char *usual) {
+  const std::string tag = f.where.tag();
+  return (tag == "joint" || tag == "drake:joint") && name == f.attached_to ? "<child>" : usual;
+}
+
+} // namespace
+
+/// How many frames a frame is from the world.  Found once for each, with the frame that it is relative to: models may be long chains.
+int frame_graph::depth(const std::string &from) const {
+  std::vector<std::string> path; // frames whose depth isn't known yet
+  for (std::string name = from; name != "world" && !places_.count(name); name = places_.at(name).relative_to) {
+    const frame &f = at(name);
+    places_[name] = {found(f.scope, f.relative_to, f.where, role(f, f.relative_to, "relative_to")), unknown};
+    path.push_back(name);
   }
-  return all;
+  for (auto name = path.rbegin(); name != path.rend(); ++name) {
+    place &p = places_.at(*name);
+    const int above = p.relative_to == "world" ? 0 : places_.at(p.relative_to).depth;
+    if (above == unknown)
+      at(*name).where.refuse("its pose is relative to itself, by way of " + quoted(at(*name).relative_to) + "; correct one relative_to");
+    p.depth = above + 1;
+  }
+  return from == "world" ? 0 : places_.at(from).depth;
 }
 
 SE3<double> frame_graph::relative(const std::string &in, const std::string &of) const {
   // only as far as their first common frame: then a pose that the file gives is not changed by rounding
-  const auto of_chain = chain(of), in_chain = chain(in);
-  auto meet = of_chain.begin();
-  while (std::find(in_chain.begin(), in_chain.end(), *meet) == in_chain.end())
-    ++meet;
-  const auto down = [&](const std::vector<std::string> &names) {
+  std::vector<std::string> up_from_in, up_from_of;
+  std::string a = in, b = of;
+  int depth_of_a = depth(in), depth_of_b = depth(of);
+  const auto step = [this](std::string &name, int &depth, std::vector<std::string> &path) {
+    path.push_back(name);
+    name = places_.at(name).relative_to;
+    --depth;
+  };
+  while (a != b) {
+    const int difference = depth_of_a - depth_of_b; // the deeper one goes up, or both
+    if (difference >= 0)
+      step(a, depth_of_a, up_from_in);
+    if (difference <= 0)
+      step(b, depth_of_b, up_from_of);
+  }
+  const auto down = [this](const std::vector<std::string> &names) {
     SE3<double> pose{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}};
-    bool first = true;
-    for (const std::string &name : names) {
-      if (name == *meet)
-        break;
-      pose = first ? at(name).pose : product(at(name).pose, pose);
-      first = false;
-    }
+    for (const std::string &name : names)
+      pose = &name == &names.front() ? at(name).pose : product(at(name).pose, pose);
     return pose;
   };
-  if (*meet == in)
-    return down(of_chain);
-  return product(inverse(down(in_chain)), down(of_chain));
+  if (up_from_in.empty())
+    return down(up_from_of);
+  return product(inverse(down(up_from_in)), down(up_from_of));
 }
 
 std::string frame_graph::link_of(const std::string &full_name) const {
@@ -89,7 +111,7 @@ std::string frame_graph::link_of(const std::string &full_name) const {
       break;
     if (steps > frames_.size())
       f.where.refuse("it is attached to itself, by way of " + quoted(f.attached_to) + "; correct one attached_to");
-    name = found(f.scope, f.attached_to, f.where, "attached_to");
+    name = found(f.scope, f.attached_to, f.where, role(f, f.attached_to, "attached_to"));
   }
   return name;
 }

@@ -39,10 +39,17 @@ public:
   std::string link_of(const std::string &full_name) const;
 
 private:
-  std::vector<std::string> chain(const std::string &from) const;
+  static constexpr int unknown = -1;
+  struct place {
+    std::string relative_to; ///< full name
+    int depth;
+  };
+
+  int depth(const std::string &from) const;
   const frame &at(const std::string &full_name) const { return frames_.find(full_name)->second; }
 
   std::map<std::string, frame> frames_;
+  mutable std::map<std::string, place> places_; ///< found when they are asked for, after all frames have been added
   std::vector<std::string> names_; ///< in the order of the file
 };
 

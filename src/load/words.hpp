@@ -1,6 +1,7 @@
 // Text helpers for the readers of files: messages, lists of names, and numbers independent of the locale.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -40,5 +41,17 @@ std::string nearest(std::string_view name, const std::vector<std::string> &candi
 
 /// `; did you mean "base_link"?`, or `otherwise` when no candidate is near.
 std::string suggestion(std::string_view name, const std::vector<std::string> &candidates, const std::string &otherwise);
+
+/// Has one of these links or joints the name?
+template <class Items> bool has_name(const Items &items, std::string_view name) {
+  return std::any_of(items.begin(), items.end(), [&](const auto &item) { return item.name == name; });
+}
+
+/// A name that is not taken: this one, or with underscores after it.
+template <class Taken> std::string free_name(std::string name, Taken &&is_taken) {
+  while (is_taken(name))
+    name += '_';
+  return name;
+}
 
 } // namespace ksl::load

@@ -5,6 +5,7 @@ import time
 
 import ksl
 import pytest
+from ksl.commands.options import read_model
 from ksl.info import DEEPEST_INDENT, print_info, table_lines, tree_lines
 from rich.cells import cell_len
 from rich.console import Console
@@ -65,6 +66,17 @@ def test_nothing_is_cut(examples, width):
         assert printed.count(j.name) >= 2 and (j.effort is None or f"{j.effort:g}" in printed)
     blocks = re.split(r"\n\n", printed)
     assert any(re.search(r"lower +upper +effort +velocity\n", block) for block in blocks), "limits stay together"
+
+
+@pytest.mark.parametrize(
+    ("physics", "width", "warned"),
+    [("", 0.05, "--physics names no friction"), ("damping", 0.05, "--physics names no friction"), ("exact friction", 0.05, "exact friction has none"),
+     ("friction", 0.05, ""), ("all", 0.05, ""), ("", 0.01, "")],
+)  # fmt: skip
+def test_a_width_without_friction_is_said(examples, capsys, physics, width, warned):
+    m = read_model(examples / "robots/ur5.urdf", False, "coupled", False, "", physics=physics, friction_width=width)
+    said = capsys.readouterr().err
+    assert m.friction_width == width and (f"--friction-width {width} has no effect" in said) == bool(warned) and warned in said
 
 
 def test_table_of_wide_characters():

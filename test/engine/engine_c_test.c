@@ -471,6 +471,31 @@ static void test_physics(void) {
   ksl_builder_free(b);
 }
 
+/* From memory: the same model as from the file, no byte beyond the length read, lines named. */
+static void test_memory(const char *path) {
+  ksl_model_t *m = NULL, *file = NULL;
+  ksl_joint_info_t a, b;
+  const size_t n = strlen(pendulum);
+  char *text = malloc(n + 4);
+  memcpy(text, pendulum, n);
+  memcpy(text + n, "<no>", 4);
+  CHECK(ksl_model_load(path, NULL, &file) == KSL_OK && ksl_model_load_memory(text, n, NULL, &m) == KSL_OK);
+  CHECK(ksl_model_links(m) == 3 && ksl_model_joint_info(m, 0, &a) == KSL_OK && ksl_model_joint_info(file, 0, &b) == KSL_OK);
+  CHECK(!strcmp(a.kind, "continuous") && a.q_index == 0 && a.nv == 1 && !memcmp(a.axis, b.axis, sizeof a.axis));
+  CHECK(ksl_model_mass(m) == 1.3);
+  ksl_model_free(m), ksl_model_free(file);
+  CHECK_REFUSED(ksl_model_load_memory(text, n + 4, NULL, &m), KSL_BAD_DESCRIPTION, "<string>");
+  CHECK(m == NULL);
+  CHECK_REFUSED(ksl_model_load_memory("<robot name='r'>\n<link nam='a'/></robot>", 39, NULL, &m), KSL_BAD_DESCRIPTION, "<string>:2");
+  CHECK_REFUSED(ksl_model_load_memory("", 0, NULL, &m), KSL_BAD_DESCRIPTION, "<string>: the file is empty");
+  CHECK_REFUSED(ksl_model_load_memory(NULL, 0, NULL, &m), KSL_BAD_ARGUMENT, "text and model must not be null");
+  ksl_model_options_t options = ksl_model_options();
+  options.floating_base = true;
+  CHECK(ksl_model_load_memory(text, n, &options, &m) == KSL_OK && ksl_model_nv(m) == 7);
+  ksl_model_free(m);
+  free(text);
+}
+
 int main(int argc, char **argv) {
   if (argc != 3)
     return 1;
@@ -487,6 +512,7 @@ int main(int argc, char **argv) {
   fputs(pendulum, f);
   fclose(f);
   test_pendulum(path);
+  test_memory(path);
   test_options(path);
   test_payload(path);
   test_masses(argv[2]);

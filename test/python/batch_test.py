@@ -145,7 +145,7 @@ def test_threads_are_counted(panda):
             call(q, v, a, threads=-1)
     with pytest.raises(ValueError, match="threads=-2"):
         panda.mass_matrix(q, threads=-2)
-    with pytest.raises(TypeError, match="float.*integer"):
+    with pytest.raises(ValueError, match="threads=1.5; expected how many threads"):
         panda.inverse_dynamics(q, v, a, threads=1.5)
 
 

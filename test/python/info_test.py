@@ -1,6 +1,7 @@
 """`ksl info`: what it prints of joints."""
 
 import io
+import re
 
 import pytest
 from ksl.info import print_info
@@ -11,6 +12,8 @@ TEXT = """<robot name="r"><link name="a"/><link name="b"/>
 <joint name="near" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/>{dynamics}</joint>
 <joint name="far" type="continuous"><parent link="b"/><child link="c"/><axis xyz="0 0 1"/></joint></robot>"""
 
+LIMITED = '<limit effort="9" velocity="7"/></joint></robot>'
+
 
 def printed(m) -> list[str]:
     console = Console(file=io.StringIO(), width=300)
@@ -18,25 +21,32 @@ def printed(m) -> list[str]:
     return console.file.getvalue().splitlines()
 
 
-def cells(lines: list[str], first: str) -> list[str]:
-    """Of the row of the joints' table that begins so."""
-    row = next(line for line in lines if line[2:].startswith(first + " ") and line.count("\u2502") + line.count("\u2503") > 8)
-    return [cell.strip() for cell in row.replace("\u2503", "\u2502").split("\u2502")[1:-1]]
+def shown(lines: list[str], joint: str) -> dict[str, str]:
+    """A joint's row of the table: {heading: cell}."""
+    start = next(i for i, line in enumerate(lines) if line.split()[:2] == ["joint", "kind"])
+    row = next(line for line in lines[start:] if line.startswith(joint + " "))
+    columns = list(re.finditer(r" *\S+(?: \S+)*", lines[start]))  # of two blanks one ends a column
+    edges = [0, *(m.end() for m in columns)] if joint else []
+    headings = [m.group().strip() for m in columns]
+    starts = [lines[start].index(h) for h in headings]
+    last = headings.index("velocity")  # from there on numbers, aligned to the right
+    return {h: row[edges[i] : edges[i + 1]].strip() for i, h in enumerate(headings) if i >= last} | {h: row[starts[i] :].split("  ")[0].strip() for i, h in enumerate(headings) if i < last}
 
 
 def test_damping_and_friction_are_printed(robot):
-    lines = printed(robot(TEXT.format(dynamics='<dynamics damping="0.125" friction="3.5"/>')))
-    assert cells(lines, "joint")[-2:] == ["damping", "friction"]
-    assert cells(lines, "near")[-2:] == ["0.125", "3.5"]
-    assert cells(lines, "far")[-2:] == ["", ""]
+    lines = printed(robot(TEXT.format(dynamics='<dynamics damping="0.125" friction="3.5"/>').replace("</joint></robot>", LIMITED)))
+    assert list(shown(lines, "near"))[:2] == ["velocity", "damping"]
+    assert [shown(lines, "near")[h] for h in ("damping", "friction")] == ["0.125", "3.5"]
+    assert [shown(lines, "far")[h] for h in ("damping", "friction")] == ["", ""]
 
 
-@pytest.mark.parametrize(("dynamics", "expected"), [('damping="0.5"', ["0.5", ""]), ('friction="2"', ["", "2"])])
-def test_one_of_them_is_enough(robot, dynamics, expected):
-    assert cells(printed(robot(TEXT.format(dynamics=f"<dynamics {dynamics}/>"))), "near")[-2:] == expected
+@pytest.mark.parametrize(("dynamics", "heading", "expected"), [('damping="0.5"', "damping", "0.5"), ('friction="2"', "friction", "2")])
+def test_one_of_them_is_enough(robot, dynamics, heading, expected):
+    """The column of the other, which would be empty, is left out."""
+    row = shown(printed(robot(TEXT.format(dynamics=f"<dynamics {dynamics}/>").replace("</joint></robot>", LIMITED))), "near")
+    assert row[heading] == expected and len({"damping", "friction"} & row.keys()) == 1
 
 
 def test_without_them_there_is_no_column(robot):
     lines = printed(robot(TEXT.format(dynamics="")))
-    assert cells(lines, "joint")[-1] == "velocity"
-    assert not any("damping" in line for line in lines)
+    assert not any("damping" in line or "friction" in line for line in lines)

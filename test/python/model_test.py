@@ -437,7 +437,7 @@ def test_wrong_shapes_are_said(arm):
     q, v, a = states(arm, 3)
     refused(lambda: arm.inverse_dynamics(q[:, :1], v, a), "q has shape (3, 1)", "(…, 2)", "nq")
     refused(lambda: arm.inverse_dynamics(q, v.T, a), "v has shape (2, 3)", "(…, 2)", "nv")
-    refused(lambda: arm.inverse_dynamics(q, v, 1.0), "a has shape ()")
+    refused(lambda: arm.inverse_dynamics(q, v, [1.0]), "a has shape (1,)")
     refused(lambda: arm.inverse_dynamics(q, v[:2], a), "don't broadcast", "q (3, 2)", "v (2, 2)")
     refused(lambda: arm.inverse_dynamics(q, v, a, {"tool": np.zeros((3, 5))}), "external['tool'] has shape (3, 5)", "(…, 6)")
     refused(lambda: arm.inverse_dynamics(q, v, a, {"tool": np.zeros((2, 6))}), "don't broadcast", "tool (2, 6)")
@@ -566,7 +566,7 @@ def test_a_path_may_be_bytes(robot):
 
 
 def test_import_needs_numpy_only():
-    code = "import sys, ksl; print(*{m.partition('.')[0] for m in sys.modules})"
+    code = "import sys, ksl; ksl.load; print(*{m.partition('.')[0] for m in sys.modules})"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert "numpy" in loaded and "ksl" in loaded
     assert not {"scipy", "pyarrow", "typer", "plotly", "rich", "click", "pandas"} & set(loaded)

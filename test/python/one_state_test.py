@@ -226,7 +226,7 @@ def test_poses_and_energies_say_what_is_wrong(arm):
     for call in (lambda x: arm.frame_pose(x, NAMES[0]), lambda x: arm.energy(x, v)):
         assert said(lambda: call(bad)) == (ValueError, "q[2, 0] is nan; every number must be finite")
         assert said(lambda: call(q[:, 1:])) == (ValueError, f"q has shape (3, {arm.nq - 1}); expected (…, {arm.nq}): nq numbers for each state")
-    assert said(lambda: arm.energy(q, 1.0)) == said(lambda: arm.energy(q, np.array(1.0)))
+    assert said(lambda: arm.energy(q, [1.0])) == said(lambda: arm.energy(q, np.array([1.0])))
     for call in (lambda: arm.frame_pose(q, "absent"), lambda: arm.frame_poses(q, ["panda_link3", "absent"]), lambda: arm.frame_poses(q, "absent")):
         for _ in range(2):
             kind, sentence = said(call)

@@ -219,3 +219,17 @@ def test_what_hangs_on_a_rotor_is_not_left_without_a_link():
     m = arm().build(physics="rotor bodies").with_frame("tip", "shoulder_rotor")
     with pytest.raises(ksl.DescriptionError, match='its parent link "shoulder_rotor" is a rotor, which .* put the joint on another link'):
         m.with_physics(None)
+
+
+def test_rotors_cause_no_warning_of_their_own():
+    m = arm().build(physics="rotor bodies")
+    assert [name for name in m.link_names if name.endswith("_rotor")], "there are some"
+    assert m.subtree(m.root).warnings == m.warnings == ()
+
+
+@pytest.mark.parametrize(("plain", "refined"), [("friction", "exact friction"), ("rotor", "rotor bodies")])
+def test_two_laws_for_the_same_are_refused(plain, refined):
+    for names in ([plain, refined], [refined, "damping", plain]):
+        with pytest.raises(ksl.DescriptionError, match=f'physics names both "{plain}" and "{refined}", two laws for the same thing; keep one'):
+            arm().build(physics=names)
+    assert refined in arm().build(physics=["all", refined]).physics

@@ -265,6 +265,9 @@ def test_indices_are_those_of_the_leading_axes():
 def test_values_can_be_pickled_and_read():
     v, X = ksl.Twist([1, 2, 3, 4, 5, 6], frame="b"), ksl.Pose.identity(to="a", of="b")
     assert pickle.loads(pickle.dumps(v)) == v and pickle.loads(pickle.dumps(X)) == X
+    X = ksl.Pose.from_Rt([[0, -1, 0], [1, 0, 0], [0, 0, 1]], [1, 2, 3], to="world", of="tool")
+    assert repr(X) == "Pose(" + np.array2string(X.matrix, separator=", ", prefix="Pose(") + ", to='world', of='tool')"
+    assert eval(repr(X), {"Pose": ksl.Pose}) == X, "the matrix, which the constructor takes"
     assert repr(v) == "Twist([1., 2., 3., 4., 5., 6.], frame='b', order='lin_ang')"
     assert repr(ksl.Wrench(np.zeros((4, 6), np.float32))) == "Wrench(shape (4,), float32, order='lin_ang')"
 

@@ -8,19 +8,40 @@ from typing import TYPE_CHECKING, Annotated, cast
 import typer
 
 from ksl.commands.app import app, command_line, console, discard_output, end_on_signals, fail, unwritable
-from ksl.commands.options import FloatingBase, FrictionWidth, Gravity, Mimic, ModelName, Physics, Robot, Strict, in_options, numbers, read_model
-
-if TYPE_CHECKING:
-    from ksl.states import Order, Side
+from ksl.commands.options import (
+    ColumnMapFile,
+    Degrees,
+    FloatingBase,
+    FrictionWidth,
+    From,
+    Gravity,
+    IgnoreExtra,
+    Mimic,
+    ModelName,
+    MotionFile,
+    Physics,
+    PositionsOnly,
+    Resample,
+    Robot,
+    Strict,
+    TimeUnit,
+    To,
+    Topic,
+    check_order,
+    in_options,
+    numbers,
+    read_model,
+)
 
 if TYPE_CHECKING:
     from ksl.report.pdf import Paper
+    from ksl.states import Order, Side
 
 
 @app.command()
 def loads(
     robot: Robot,
-    motion: Annotated[Path, typer.Argument(metavar="MOTION.csv", help="`time` and a column per moving joint (rad, m); NAME.v, NAME.a if known.")],
+    motion: MotionFile,
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the results.")] = Path("loads"),
     csv: Annotated[bool, typer.Option("--csv", help="Write wrenches.csv beside wrenches.parquet.")] = False,
     json: Annotated[bool, typer.Option("--json", help="Write report.json, everything that the report says in numbers.")] = False,
@@ -41,15 +62,20 @@ def loads(
     model_name: ModelName = "",
     physics: Physics = "",
     friction_width: FrictionWidth = 0.01,
+    columns: ColumnMapFile = None,
+    degrees: Degrees = False,
+    time_unit: TimeUnit = None,
+    resample: Resample = None,
+    start: From = None,
+    stop: To = None,
+    ignore_extra: IgnoreExtra = False,
+    topic: Topic = None,
+    positions_only: PositionsOnly = False,
 ) -> None:
     """Compute the wrench through every joint along a motion and write wrenches.parquet, summary.csv and report.html.
 
-    A floating base has the columns floating_base.x .y .z .qx .qy .qz .qw (pose in the world) and, if its rates are known,
-    floating_base.vx .vy .vz .wx .wy .wz and .ax .ay .az .bx .by .bz (twist in the body's frame and its componentwise derivative).
-
-    A spherical joint has the columns NAME.qx .qy .qz .qw (a unit quaternion) and, if known, NAME.wx .wy .wz (angular velocity in
-    the child's axes) and NAME.bx .by .bz (its componentwise derivative). docs/loads.md lists those of cylindrical, universal,
-    planar and translation joints.
+    A table has `time` and a column for each moving joint (rad, m); NAME.v and NAME.a if known. docs/motions.md lists the columns of
+    joints with several coordinates and of a floating base, and what each format may hold.
     """
     from ksl.load_cases.load_case import LoadCase, Payload, Placement
     from ksl.load_cases.output import OutputError
@@ -68,6 +94,7 @@ def loads(
         fail(f"--paper {paper}: expected A4 or letter")
     values = [numbers(p, "--payload", 1, 4) for p in payload]
     end_on_signals()
+    check_order(robot, motion)
     loaded = {link: (p[0], p[1:] or [0.0, 0.0, 0.0]) for link, p in zip(on_link, values)}
     model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, friction_width=friction_width)
     point = numbers(at, "--at", 3) if "," in at else at
@@ -78,7 +105,10 @@ def loads(
     placement = Placement(cast("Side", on), point, axes, cast("Order", order))  # the request was not refused
     try:
         report = ReportFiles.wanted(json, cast("Paper", paper) if pdf else None)
-        moved = read_motion(model, motion)
+        moved = read_motion(
+            model, motion, map=columns, degrees=degrees, time_unit=time_unit, resample=resample, start=start, stop=stop,
+            ignore_extra=ignore_extra, topic=topic, positions_only=positions_only,
+        )
         wrenches = read_external(model, external, moved.time) if external else {}
         carried = [Payload(link, kilograms, (x, y, z)) for link, (kilograms, (x, y, z)) in loaded.items()]
         case = LoadCase(model, moved, placement, wrenches, motion.stem, str(motion), carried)

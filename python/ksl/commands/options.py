@@ -23,7 +23,27 @@ Strict = Annotated[bool, typer.Option("--strict", help="An inertia that no rigid
 Gravity = Annotated[str, typer.Option(metavar="X,Y,Z", help="Gravity in world axes, m/s²; otherwise that of the file, or 0,0,-9.81.")]
 Physics = Annotated[str, typer.Option("--physics", metavar="NAMES", help="Physics of joints, separated by commas: damping, friction or exact friction, armature, rotor or rotor bodies, spring; or all.")]
 FrictionWidth = Annotated[float, typer.Option("--friction-width", metavar="SPEED", help="Where smooth friction has 0.71 of its full strength, rad/s or m/s, for joints without one of their own.")]
+ColumnMapFile = Annotated[Path | None, typer.Option("--map", metavar="FILE", help="Which column of the motion is which joint's, and its unit, sign, scale and offset: TOML or CSV (docs/motions.md).")]
+Degrees = Annotated[bool, typer.Option("--degrees", help="Angles of the motion and their rates are in degrees.")]
+TimeUnit = Annotated[str | None, typer.Option("--time-unit", metavar="s|ms|us|ns|min", help="Unit of the motion's times; s unless its file says another.")]
+Resample = Annotated[float | None, typer.Option("--resample", metavar="HZ", help="Resample the motion to equal steps, on quintic splines.")]
+From = Annotated[float | None, typer.Option("--from", metavar="SECONDS", help="Use the motion from this time on.")]
+To = Annotated[float | None, typer.Option("--to", metavar="SECONDS", help="Use the motion up to this time.")]
+IgnoreExtra = Annotated[bool, typer.Option("--ignore-extra", help="Leave out columns of the motion that belong to no joint.")]
+Topic = Annotated[str | None, typer.Option("--topic", metavar="NAME", help="Topic of a bag, where several have joint states.")]
+PositionsOnly = Annotated[bool, typer.Option("--positions-only", help="Differentiate the positions, even if the motion has velocities or accelerations.")]
+MotionFile = Annotated[Path, typer.Argument(metavar="MOTION", help="CSV, Parquet, NPZ, MCAP or ROS bag with the positions of all moving joints over time; - is standard input.")]
 ModelName = Annotated[str, typer.Option("--model", metavar="NAME", help="Which model of an SDF file that has several.")]
+DEFAULT_FRICTION_WIDTH = 0.01
+"""rad/s or m/s, as that of ksl.load."""
+
+
+def check_order(robot: Path, motion: Path) -> None:
+    """Fails where the robot's file and the motion's were given in the wrong order."""
+    from ksl.motions.recognise import swapped
+
+    if swapped(robot, motion):
+        fail(f"{robot} is no robot file, but {motion} is: the robot comes first, then the motion")
 
 
 def numbers(text: str, option: str, *counts: int) -> list[float]:
@@ -63,7 +83,7 @@ def read_model(
     masses: Literal["optional"] | None = None,
     name: str = "",
     physics: str = "",
-    friction_width: float = 0.01,
+    friction_width: float = DEFAULT_FRICTION_WIDTH,
 ) -> Model:
     from ksl.loading import load
 
@@ -82,4 +102,7 @@ def read_model(
             fail(in_options(e, mimic=mimic))
     for w in caught:
         errors.print(f"ksl: warning: {w.message}")
+    if friction_width != DEFAULT_FRICTION_WIDTH and not {"friction", "all"} & set(model.physics):
+        why = "exact friction has none" if "exact friction" in model.physics else "--physics names no friction; add friction there"
+        errors.print(f"ksl: warning: --friction-width {friction_width:g} has no effect: {why}")
     return model

@@ -123,7 +123,7 @@ def _case_description(case: LoadCase) -> dict[str, Any]:
     time = case.motion.time
     return {
         "name": case.name,
-        "motion": case.motion_file,
+        "motion": str(case.motion.source) if case.motion.source else case.motion_file,
         "samples": len(time),
         "start": float(time[0]),
         "end": float(time[-1]),

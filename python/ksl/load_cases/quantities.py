@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ksl.mechanism import Joint
 from ksl.states import Array
@@ -222,10 +223,14 @@ CONSTANT = 1e-9
 
 def first_extreme(x: Array) -> int:
     """Index of the largest x (n), and of the first sample if x is constant up to round-off, or reaches its largest value there."""
-    largest = float(x.max())
-    if largest - float(x.min()) <= CONSTANT * max(abs(largest), 1.0):
-        return 0
-    return int(np.argmax(x >= largest - 1e-14 * abs(largest)))
+    return int(first_extremes(x))
+
+
+def first_extremes(x: Array) -> NDArray[np.intp]:
+    """The same for curves x (…, n) at once, along the last axis."""
+    largest, least = x.max(axis=-1), x.min(axis=-1)
+    first: NDArray[np.intp] = np.argmax(x >= (largest - 1e-14 * np.abs(largest))[..., None], axis=-1)
+    return np.where(largest - least <= CONSTANT * np.maximum(np.abs(largest), 1.0), 0, first)
 
 
 def _peak(time: Array, name: str, x: Array) -> dict[str, float]:

@@ -160,7 +160,8 @@ def _doubts(case: LoadCase, balance: PowerBalance | None) -> list[str]:
 def _notes(case: LoadCase, verdict: Verdict) -> list[str]:
     """Lines for the user by weight: limits exceeded, doubts, other warnings, what was differentiated, and last what is not used."""
     unused = [f"in the file and not used: {line}" for line in case.model.unused]
-    lines = [*(use.exceeded for use in verdict.exceeded), *verdict.reasons, *case.model.warnings, *case.motion.differentiated, *unused]
+    read = case.motion.source.notes if case.motion.source else []
+    lines = [*(use.exceeded for use in verdict.exceeded), *verdict.reasons, *read, *case.model.warnings, *case.motion.differentiated, *unused]
     return list(dict.fromkeys(lines))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,7 +16,7 @@ from ksl.load_cases.quantities import EFFORT_PARTS
 from ksl.load_cases.provenance import Provenance, provenance_of
 from ksl.mechanism import Joint, Mechanism
 from ksl.motions.motion import complete
-from ksl.states import Array, Order, Point, Side, items_of
+from ksl.states import Array, External, Order, Point, Side, argument, items_of
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -104,7 +104,7 @@ def wrench_table(
     v: ArrayLike | None = None,
     a: ArrayLike | None = None,
     *,
-    external: Mapping[str, ArrayLike] | None = None,
+    external: External | None = None,
     on: Side = "child",
     at: Point = "joint",
     axes: str = "joint",
@@ -123,8 +123,10 @@ def wrench_table(
     """
     import pyarrow as pa
 
-    t, positions = _real("time", time), _real("q", q)
-    given = [None if x is None else _real(name, x) for name, x in (("v", v), ("a", a))]
+    model._request(on, at, axes, order, "total", None)  # refuses what it can't be
+    t, positions = _real("time", time), _real("q", argument(q, "q", model.nq, model._core))
+    given = [None if x is None else _real(name, argument(x, name, model.nv, model._core)) for name, x in (("v", v), ("a", a))]
+    given = [np.broadcast_to(x, (len(t), model.nv)) if x is not None and x.shape == (model.nv,) and t.ndim == 1 else x for x in given]
     if t.ndim != 1 or positions.shape != (len(t), model.nq) or any(x is not None and x.shape != (len(t), model.nv) for x in given):
         shapes = [None if x is None else x.shape for x in given]
         found = f"time {t.shape}, q {positions.shape}, v {shapes[0]}, a {shapes[1]}"

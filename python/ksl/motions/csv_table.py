@@ -1,118 +1,214 @@
-"""A table of numbers from a CSV file: {column: values}."""
+"""CSV files, as programs and spreadsheets write them."""
 
 from __future__ import annotations
 
-import os
 import re
-import stat
+from collections import Counter
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ksl.errors import MotionError
+from ksl.motions.csv_form import MEND, SEPARATORS, CsvForm, form_of, is_comma_number, is_number
+from ksl.motions.recorded import Recorded, count
 from ksl.states import Array
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
+NOT_GIVEN = ["", "NaN", "nan", "NAN", "NA", "N/A", "#N/A", "null", "NULL"]
+_TEXT_SIGNS = frozenset(b"\t\n\r\f\x0b\x1b") | frozenset(range(32, 256))
 
-def read_table(file: str) -> dict[str, Array]:
-    import pyarrow as pa
-    from pyarrow import csv
 
-    names = _read_header(file)
-    numbered = [f"column {i}" for i in range(len(names))]  # spreadsheets leave columns without a name at the end
-    types = {c: pa.float64() if n else pa.string() for c, n in zip(numbered, names, strict=True)}
+class CsvTable(Recorded):
+    """A CSV file.  Its numbers are parsed by pyarrow, once, and only those of the columns that are wanted."""
 
-    def read(threads: bool) -> pa.Table:
-        return csv.read_csv(
-            file,
-            read_options=csv.ReadOptions(column_names=numbered, skip_rows=1, use_threads=threads),
-            parse_options=csv.ParseOptions(ignore_empty_lines=False),
-            convert_options=csv.ConvertOptions(column_types=types, null_values=["", "NaN", "nan", "NA"], strings_can_be_null=True),
+    def __init__(self, file: str, data: bytes, how: str = "") -> None:
+        """data: the file's content; how: what was done to get it (`gzip`), for the format's name."""
+        self._data, encoding, notes = _as_utf8(file, data)
+        self.form: CsvForm = form_of(file, self._data, encoding)
+        self._how = how
+        if not self.form.names:
+            raise MotionError(f"{file}: holds no samples; give `time` and a column for each joint, a line for each sample")
+        repeated = [n for n, k in Counter(self.form.names).items() if n and k > 1]
+        if repeated:
+            raise MotionError(f"{file}:{self.form.header_line}: two columns are named {repeated[0]!r}; rename or remove one")
+        words = ", ".join(x for x in (self.form.words, how) if x)
+        names = [n for n in self.form.names if n]
+        units = {n: u for n, u in zip(self.form.names, self.form.units) if n and u}
+        super().__init__(file, f"CSV ({words})" if words else "CSV", names, {}, units, notes + self.form.notes)
+        self._index = {n: i for i, n in enumerate(self.form.names) if n}
+        self._lines: Array | None = None  # of each row, where comments lie between the rows
+
+    @property
+    def head(self) -> str:
+        return f"{self.file}:{self.form.header_line}"
+
+    def place(self, row: int) -> str:
+        return f"{self.file}:{self._line(row)}"
+
+    def _line(self, row: int) -> int:
+        if self._lines is None or row >= len(self._lines):
+            return self.form.first_line + row
+        return int(self._lines[row])
+
+    def text_in(self, name: str) -> str | None:
+        i = self._index[name]
+        for row in self.form.rows:
+            if i < len(row) and row[i] not in NOT_GIVEN and not is_number(row[i]):
+                return row[i]
+        return None
+
+    def _begins_with_text(self, name: str) -> bool:
+        """Whether the column's first value is text, as dates are; a text further down is a fault among numbers."""
+        i = self._index[name]
+        first = next((row[i] for row in self.form.rows if i < len(row) and row[i]), "0")
+        return not is_number(first)
+
+    def read(self, names: Sequence[str], time: str | None = None) -> dict[str, Array]:
+        import pyarrow as pa
+
+        text_time = time if time is not None and self._begins_with_text(time) else None
+        table = self._parsed({n: pa.string() if n == text_time else pa.float64() for n in names})
+        found = {n: table.column(_numbered(self._index[n])) for n in names}
+        columns = {n: x.is_valid().to_numpy().astype(float) if n == text_time else x.to_numpy() for n, x in found.items()}
+        rows = len(table)
+        while rows and all(np.isnan(x[rows - 1]) or (n == text_time and not x[rows - 1]) for n, x in columns.items()):
+            rows -= 1  # blank lines at the end
+        columns = {n: x[:rows] for n, x in columns.items()}
+        if text_time is not None:
+            from ksl.motions.clock_times import seconds_of_text
+
+            columns[text_time], note = seconds_of_text(found[text_time].slice(0, rows), text_time, self.place)
+            self.notes.append(note)
+        return columns
+
+    def _parsed(self, types: dict[str, pa.DataType]) -> pa.Table:
+        """The columns of these names, and those without a name, which must be empty.  Raises MotionError."""
+        import pyarrow as pa
+
+        unnamed = [i for i, n in enumerate(self.form.names) if not n]
+        converted = {_numbered(self._index[n]): t for n, t in types.items()} | {_numbered(i): pa.binary() for i in unnamed}
+        try:
+            table = self._parsed_with(self.form.decimal, converted)
+        except pa.ArrowInvalid as e:
+            other = self._other_decimal(str(e))
+            try:
+                table = self._parsed_with(other, converted)
+                self.format = "CSV (" + ", ".join(x for x in (self.form.words, "decimal commas", self._how) if x) + ")"
+            except pa.ArrowInvalid as again:
+                raise MotionError(self._what_arrow_says(str(again if other == self.form.decimal else e), list(converted))) from None
+        for i in unnamed:
+            self._check_unnamed(i, table.column(_numbered(i)))
+        return table
+
+    def _parsed_with(self, decimal: str, types: dict[str, pa.DataType]) -> pa.Table:
+        import pyarrow as pa
+        from pyarrow import csv
+
+        data, separator = self._rows()
+
+        def read(threads: bool) -> pa.Table:
+            return csv.read_csv(
+                pa.BufferReader(data),
+                read_options=csv.ReadOptions(
+                    column_names=[_numbered(i) for i in range(len(self.form.names))], skip_rows=self._skipped, use_threads=threads, block_size=max(1 << 20, 4 * self._widest)
+                ),
+                parse_options=csv.ParseOptions(delimiter=separator, ignore_empty_lines=False),
+                convert_options=csv.ConvertOptions(
+                    column_types=types, include_columns=list(types), null_values=NOT_GIVEN, strings_can_be_null=True, decimal_point=decimal
+                ),
+            )
+
+        try:
+            return read(threads=True)
+        except pa.ArrowInvalid:
+            return read(threads=False)  # fails again, and then reports the row
+
+    @property
+    def _widest(self) -> int:
+        """Bytes of a line, as the names tell: a row must fit a block of the parser."""
+        return 32 * len(self.form.names)
+
+    _skipped = 0
+
+    def _rows(self) -> tuple[bytes, str]:
+        """The content as pyarrow can parse it: without comments between the rows, and with one character between values."""
+        self._skipped = self.form.first_line - 1
+        marks = any(mark in self._data for mark in (b"#", b"%", b"//"))  # much faster than the expression, and mostly false
+        comments = marks and re.search(rb"[\r\n][ \t]*(#|%|//)", self._data) is not None
+        blanks = self.form.separator == " "
+        if not comments and not blanks:
+            return self._data, self.form.separator
+        lines = self._data.splitlines()[self.form.first_line - 1 :]
+        kept = [(k, line) for k, line in enumerate(lines) if not line.lstrip().startswith((b"#", b"%", b"//"))]
+        self._lines = np.array([k + self.form.first_line for k, _ in kept])
+        self._skipped = 0
+        rows = [b",".join(line.split()) for _, line in kept] if blanks else [line for _, line in kept]
+        return b"\n".join(rows), "," if blanks else self.form.separator
+
+    def _other_decimal(self, text: str) -> str:
+        """The other decimal sign, if the value that pyarrow refused is a number with it, and no separator speaks against it."""
+        found = re.search(r"invalid value '(.*)'", text)
+        if found and self.form.decimal == "." and self.form.separator != "," and is_comma_number(found[1]):
+            return ","
+        return self.form.decimal
+
+    def _check_unnamed(self, index: int, column: pa.ChunkedArray) -> None:
+        if column.null_count == len(column):
+            return  # spreadsheets leave columns without a name at the end
+        row = int(np.flatnonzero(~column.is_null().to_numpy())[0])
+        value = column[row].as_py().decode(errors="replace")
+        if index == 0 and [column[k].as_py() for k in range(min(3, len(column)))] == [b"0", b"1", b"2"][: len(column)]:
+            self.notes.append("the first column, which has no name, numbers the rows and is left out")
+            return
+        raise MotionError(
+            f"{self.place(row)}: {value!r} in column {index + 1}, which has no name; name it in line {self.form.header_line}, or remove what it holds"
         )
 
-    try:
+    def _what_arrow_says(self, text: str, included: list[str]) -> str:
+        comma = self.form.decimal == ","
+        number = "a number with a decimal " + ("comma, as other values have" if comma else "point")
+
+        def line(row: str) -> int:
+            return int(row) if self._lines is None else self._line(int(row) - 1 - self._skipped)
+
+        found = re.search(r"In CSV column #(\d+): (?:Row #(\d+): )?.*invalid value '(.*)'", text)
+        if found:
+            name = self.form.names[int(included[int(found[1])].removeprefix("column "))]
+            where = f"{self.file}:{line(found[2])}" if found[2] else self.file
+            return f"{where}: column {name!r} holds {found[3]!r}; expected {number}"
+        found = re.search(r"Row #(\d+): Expected (\d+) columns, got (\d+)", text)
+        if found:
+            values, columns = count(int(found[3]), "value"), count(int(found[2]), "column")
+            return (
+                f"{self.file}:{line(found[1])}: {values} in a table of {columns}; "
+                f"separate values by {SEPARATORS[self.form.separator]}, numbers with a decimal {'comma' if comma else 'point'}"
+            )
+        if "Empty CSV" in text or "Could not skip" in text:
+            return f"{self.file}: holds no samples; give `time` and a column for each joint, a line for each sample"
+        return f"{self.file}: can't be read as CSV ({text}); give `time` and a column for each joint, separated by commas"
+
+
+def _numbered(index: int) -> str:
+    return f"column {index}"
+
+
+def _as_utf8(file: str, data: bytes) -> tuple[bytes, str, list[str]]:
+    """The content in UTF-8, or in the encoding that its first lines turn out to have, and notes about it."""
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         try:
-            table = read(threads=True)
-        except pa.ArrowInvalid:
-            table = read(threads=False)  # fails again, and then reports the row
-    except pa.ArrowInvalid as e:
-        raise MotionError(_what_arrow_says(file, names, str(e))) from None
-    except OSError as e:
-        what = os.strerror(e.errno) if e.errno else e
-        raise MotionError(f"{file}: can't be read ({what}); give a CSV file with `time` and a column for each joint") from None
-    columns = {}
-    for i, n in enumerate(names):
-        if n:
-            columns[n] = table.column(i).to_numpy()
-        else:
-            _check_unnamed(file, i, table.column(i))
-    rows = len(table)
-    while rows and all(np.isnan(x[rows - 1]) for x in columns.values()):
-        rows -= 1  # blank lines at the end
-    return {n: x[:rows] for n, x in columns.items()}
-
-
-def _read_header(file: str) -> list[str]:
-    """Names of the columns; empty where a column has none."""
-    mend = "give a CSV file with `time` and a column for each joint"
+            return data.decode("utf-16").encode(), "utf-8", ["the file is in UTF-16"]
+        except UnicodeDecodeError:
+            raise MotionError(f"{file}: line 1 is not text; {MEND}") from None
+    head = data[: 1 << 16]
+    if not _TEXT_SIGNS.issuperset(head):
+        bad = next(i for i, byte in enumerate(head) if byte not in _TEXT_SIGNS)
+        raise MotionError(f"{file}: line {len(head[:bad].splitlines()) or 1} is not text; {MEND}")
     try:
-        mode = os.stat(file).st_mode
-        if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):  # read twice, which a pipe can't be
-            raise MotionError(f"{file}: is a pipe or a device, and can't be read more than once; write the table to a file, and give that")
-        with open(file, "rb") as f:
-            line = f.readline()
-        header = line.decode("utf-8-sig").strip("\r\n")
-    except OSError as e:
-        raise MotionError(f"{file}: can't be read ({e.strerror}); {mend}") from None
-    except UnicodeDecodeError:
-        raise MotionError(f"{file}: line 1 is not text; {mend}") from None
-    names = _split(header, ",")
-    if line and not any(names):
-        raise MotionError(f"{file}:1: no names of columns; {mend}, named in the first line")
-    if "time" not in names:
-        for separator, word in ((";", "semicolons"), ("\t", "tabs")):
-            if "time" in _split(header, separator):
-                raise MotionError(f"{file}:1: columns are separated by {word}; separate them by commas, and write numbers with a decimal point")
-    repeated = [n for i, n in enumerate(names) if n and n in names[:i]]
-    if repeated:
-        raise MotionError(f"{file}:1: two columns are named {repeated[0]!r}; rename or remove one")
-    return names
-
-
-def _split(header: str, separator: str) -> list[str]:
-    import csv
-
-    return [n.strip() for n in next(csv.reader([header], delimiter=separator, skipinitialspace=True), [])] or [""]
-
-
-def _check_unnamed(file: str, index: int, column: pa.ChunkedArray) -> None:
-    if column.null_count < len(column):
-        row = int(np.flatnonzero(~column.is_null().to_numpy())[0])
-        raise MotionError(f"{file}:{row + 2}: {column[row].as_py()!r} in column {index + 1}, which has no name; name it in line 1, or remove what it holds")
-
-
-def count(n: int, what: str) -> str:
-    return f"{n} {what}" if n == 1 else f"{n} {what}s"
-
-
-def _what_arrow_says(file: str, names: list[str], text: str) -> str:
-    found = re.search(r"In CSV column #(\d+): Row #(\d+): .*invalid value '(.*)'", text)
-    if found:
-        return f"{file}:{int(found[2])}: column {names[int(found[1])]!r} holds {found[3]!r}; expected a number with a decimal point"
-    found = re.search(r"Row #(\d+): Expected (\d+) columns, got (\d+)", text)
-    if found:
-        values, columns = count(int(found[3]), "value"), count(int(found[2]), "column")
-        return f"{file}:{int(found[1])}: {values} in a table of {columns}; separate values by commas, numbers with a decimal point"
-    if "Empty CSV" in text or "Could not skip" in text:
-        return f"{file}: holds no samples; give `time` and a column for each joint, a line for each sample"
-    return f"{file}: can't be read as CSV ({text}); give `time` and a column for each joint, separated by commas"
-
-
-def check_finite(file: str, table: dict[str, Array]) -> None:
-    for name, x in table.items():
-        bad = np.flatnonzero(~np.isfinite(x))
-        if len(bad):
-            what = "is not a number or missing" if np.isnan(x[bad[0]]) else "is infinite"
-            raise MotionError(f"{file}:{bad[0] + 2}: column {name!r} {what}; every sample needs a finite number in every column")
+        head.decode()
+    except UnicodeDecodeError as e:
+        if e.end < len(head) - 4:  # and not a character that the end of the head cuts
+            return data, "cp1252", ["the file is not in UTF-8, and was read as Windows-1252"]
+    return data, "utf-8", []

@@ -13,7 +13,7 @@ from ksl._core import QUATERNION_ROUNDING, QUATERNION_TOLERANCE
 from ksl.errors import MotionError
 from ksl.mechanism import Joint, Mechanism
 from ksl.motions.columns import METRES, columns_of
-from ksl.motions.csv_table import count
+from ksl.motions.recorded import count
 from ksl.motions.rates import SPLINE_SAMPLES, derivative, rates
 from ksl.states import Array
 
@@ -22,6 +22,24 @@ if TYPE_CHECKING:
 
 CONTRADICTION = 0.05
 """Given rates contradict the samples if they differ from the derivative by more than this share of the largest rate."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a motion came from."""
+
+    file: str
+    format: str
+    """`CSV (semicolons, decimal commas)`, `ROS 1 bag`"""
+    samples: int
+    """As used: after a window or resampling."""
+    step: float
+    """Median, s."""
+    notes: list[str] = field(default_factory=list)
+    """What was converted, renamed, merged or left out in reading, a line each."""
+
+    def __str__(self) -> str:
+        return f"{self.file}, {self.format}, {count(self.samples, 'sample')}, median step {self.step:.6g} s"
 
 
 @dataclass(frozen=True)
@@ -36,14 +54,16 @@ class Motion:
     """What was not given, a line each."""
     contradictions: list[str] = field(default_factory=list)
     """Given rates that are not the derivatives of what is given, and quaternions that are not of unit length, a line each."""
+    source: Source | None = None
+    """The file that it was read from, if it was."""
 
 
-def complete(model: Mechanism, time: Array, q: Array, given: list[list[Array | None]], name: str = "motion", first_line: int | None = None) -> Motion:
+def complete(model: Mechanism, time: Array, q: Array, given: list[list[Array | None]], name: str = "motion", place: Callable[[int], str] | None = None) -> Motion:
     """Computes missing velocities and accelerations.  `given` has [v, a] for each moving joint, each (n, nv) or None.
 
-    name, first_line: what errors call the motion, and the line of its first sample where it is a file.
+    name, place: what errors call the motion, and the sample k, if it is read from a file.
     """
-    where = lambda k: f"{name}: sample {k + 1}" if first_line is None else f"{name}:{k + first_line}"
+    where = place or (lambda k: f"{name}: sample {k + 1}")
     contradictions: list[str] = []
     said: dict[str, list[str]] = {}
     v, a = np.empty((len(time), model.nv)), np.empty((len(time), model.nv))
@@ -62,7 +82,7 @@ def complete(model: Mechanism, time: Array, q: Array, given: list[list[Array | N
         rows, cols = slice(joint.q_index, joint.q_index + joint.nq), slice(joint.v_index, joint.v_index + joint.nv)
         if joint.quaternion is not None:
             off = np.abs(np.linalg.norm(q[:, rows][:, -4:], axis=1) - 1)
-            q[:, rows] = _continuous_unit(where, joint, q[:, rows])
+            q[:, rows] = continuous_unit(where, joint, q[:, rows])
             if (off > QUATERNION_ROUNDING).any():
                 contradictions.append(f"quaternions of {joint.name} differ from unit length by up to {off.max():.2g}, and were normalised")
         with np.errstate(over="ignore", invalid="ignore"):  # numbers that are not finite are refused later
@@ -136,7 +156,7 @@ def _largest_contradiction(time: Array, given: Array, found: Array, in_metres: N
     return int(start) + int(np.argmax(np.abs(off[start : start + width + 1, column]))), int(column)
 
 
-def _continuous_unit(where: Callable[[int], str], joint: Joint, q: Array) -> Array:
+def continuous_unit(where: Callable[[int], str], joint: Joint, q: Array) -> Array:
     """Quaternions of unit length and without jumps between q and −q."""
     position, quaternion = np.hsplit(q, [-4])
     length = np.linalg.norm(quaternion, axis=1)

@@ -3,104 +3,135 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from ksl.errors import MotionError
-from ksl.mechanism import Joint, Mechanism
-from ksl.motions.columns import columns_of, columns_of_one_coordinate
-from ksl.motions.csv_table import check_finite, read_table
-from ksl.motions.motion import Motion, complete
+from ksl.mechanism import Mechanism
+from ksl.motions.column_map import read_map
+from ksl.motions.columns import columns_of
+from ksl.motions.columns_used import Choice, choose_columns, sources, unused_in
+from ksl.motions.motion import Motion, Source, complete
+from ksl.motions.npz_table import NpzTable, with_matrices
+from ksl.motions.recognise import open_table
+from ksl.motions.recorded import Recorded, check_finite, listed
+from ksl.motions.resampling import resampled
+from ksl.motions.time_column import TIME, find_time, in_seconds, with_unit
 from ksl.states import Array
 
-if TYPE_CHECKING:
-    pass
+Place = Callable[[int], str]
+IMPOSSIBLE_ANGLE, IMPOSSIBLE_SHARE = 1000.0, 100.0
+"""An angle of a joint with limits that is larger than this, rad, and than this many times the limit, is refused."""
 
 
-def read_motion(model: Mechanism, path: str | os.PathLike[str]) -> Motion:
-    """Reads a CSV table with `time` and a column for each moving joint (rad or m); `NAME.v` and `NAME.a` if known.
+def read_motion(
+    model: Mechanism,
+    path: str | os.PathLike[str],
+    *,
+    map: str | os.PathLike[str] | Mapping[str, object] | None = None,
+    degrees: bool = False,
+    time_unit: str | None = None,
+    resample: float | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+    ignore_extra: bool = False,
+    topic: str | None = None,
+    positions_only: bool = False,
+) -> Motion:
+    """Reads a motion of the model: `time` and a column for each moving joint (rad or m); `NAME.v` and `NAME.a` if known.
 
-    A floating joint has the columns NAME.x .y .z .qx .qy .qz .qw, and for its rates NAME.vx .vy .vz .wx .wy .wz and
-    NAME.ax .ay .az .bx .by .bz: twist in the body's frame and its componentwise derivative.  `COLUMNS` has those of
-    other joints with several coordinates.
-    What is missing is differentiated from a quintic spline; what is given is compared with it.  Raises MotionError with file, line or column, fault and mend.
+    path: a CSV, Parquet or NPZ file, an MCAP file, a ROS 1 bag, or the folder of a ROS 2 bag; the content decides, not the name.
+    "-" is standard input.  docs/motions.md lists the columns of all kinds of joints, and what each format may hold.
+
+    map: which column of the file is which joint's, and how it is converted: a file, or {column: joint}.
+    degrees: angles and their rates are in degrees, unless the file or the map gives their unit.
+    time_unit: of the times, "s", "ms", "us", "ns" or "min", unless the file gives it.
+    resample: samples at equal steps, this many a second, on quintic splines through those of the file.
+    start, stop: the part of the motion that is used, s, in times of the file.
+    ignore_extra: columns that belong to no joint are left out; otherwise they are refused.
+    topic: which one of the topics of a bag; needed where several have joint states.
+    positions_only: velocities and accelerations in the file are not used.
+
+    What is missing is differentiated from a quintic spline; what is given is compared with it.  `Motion.source` says what was done.
+    Raises MotionError with file, line or column, fault and mend.  100,000 samples of 7 joints take about 50 ms, and half a second to differentiate.
     """
-    file = os.fspath(path)
-    table = read_table(file)
-    _check_columns(model, file, table)
-    time = _check_time(file, table["time"])
-    check_finite(file, table)
+    table = open_table(path, topic, positions_only)
+    if isinstance(table, NpzTable):
+        table = with_matrices(table, model)
+    columns = read_map(map) if map is not None else None
+    choice = choose_columns(table, model, columns, degrees, ignore_extra, positions_only)
+    values = _values(table, choice)
+    time, time_notes = in_seconds(table, with_unit(table, choice.time, time_unit), values.pop(TIME))
+    rows = _checked_rows(table, time, start, stop)
+    time, values = time[rows], {n: x[rows] for n, x in values.items()}
+    check_finite(table, {choice.used[n].source: x for n, x in values.items()}, rows)
+    constants = columns.constants if columns else {}
+    values |= {n: np.full(len(time), x) for n, x in constants.items()}
     joints = model.joints[: len(model.joint_names)]
-    q = np.column_stack([table[c] for j in joints for c in columns_of(j)[0]]) if joints else np.empty((len(time), 0))
-    given = [[np.column_stack([table[c] for c in group]) if group[0] in table else None for group in columns_of(j)[1:]] for j in joints]
-    return complete(model, time, q, given, file, 2)
+    q = np.column_stack([values[c] for j in joints for c in columns_of(j)[0]]) if joints else np.empty((len(time), 0))
+    at_rest = {c: np.zeros(len(time)) for j in joints if j.one_coordinate and j.name in constants for group in columns_of(j)[1:] for c in group}
+    rates = at_rest | values
+    given = [[np.column_stack([rates[c] for c in group]) if group[0] in rates else None for group in columns_of(j)[1:]] for j in joints]
+    place: Place = lambda k: table.place(k + rows.start)
+    _check_plausible(model, q, place)
+    notes = [*table.notes, *time_notes, *choice.notes]
+    if (rows.start, rows.stop) != (0, None):
+        notes.append(f"used is the part from {time[0]:.9g} s to {time[-1]:.9g} s")
+    if resample is not None:
+        time, q, given, note = resampled(table.file, joints, time, q, given, resample, place)
+        notes.append(note)
+        place = lambda k: f"{table.file}: sample {k + 1} after resampling"
+    motion = complete(model, time, q, given, table.file, place)
+    return replace(motion, source=Source(table.file, table.format, len(time), float(np.median(np.diff(time))), unused_in(notes)))
 
 
-def _check_columns(model: Mechanism, file: str, table: dict[str, Array]) -> None:
-    from difflib import get_close_matches
-
-    joints = model.joints[: len(model.joint_names)]
-    if "time" in model.joint_names:
-        raise MotionError(f"{file}:1: column `time` holds the times, and {model.name} has a joint 'time' too; rename that joint in the robot's file")
-    if "time" not in table:
-        raise MotionError(f"{file}:1: no column `time`; found {', '.join(table)}")
-    known: dict[str, str] = {}
-    for joint in joints:
-        for what, group in zip(("position", "velocity", "acceleration"), columns_of(joint), strict=True):
-            for c in group:
-                use = f"the {what} of joint {joint.name}"
-                if c in known and c in table:
-                    raise MotionError(f"{file}:1: column {c!r} could be {known[c]} or {use}; rename one of these joints in the robot's file")
-                known[c] = use
-    for name in table:
-        if name != "time" and name not in known:
-            near = get_close_matches(name, known, 1)
-            hint = f"did you mean {near[0]!r}?" if near else f"the moving joints of {model.name} are {', '.join(model.joint_names)}"
-            hint = _several_columns_of(joints, name) or _column_of_follower(model, name) or hint
-            if name.startswith("floating_base.") and not (joints and joints[0].parent is None):
-                hint = "if the root link floats, load the robot with --floating-base (in Python floating_base=True)"
-            raise MotionError(f"{file}:1: unknown column {name!r}; {hint}")
-    for joint in joints:
-        position, *rates = columns_of(joint)
-        for c in position:
-            if c not in table:
-                pose = "its pose (position in m, unit quaternion)" if joint.quaternion else "its orientation (a unit quaternion)"
-                what = "its positions (rad or m)" if joint.quaternion is None else pose
-                raise MotionError(f"{file}:1: no column {c!r} for joint {joint.name}; add {what} at every sample")
-        for group in rates:
-            if any(c in table for c in group) and not all(c in table for c in group):
-                absent = next(c for c in group if c not in table)
-                raise MotionError(f"{file}:1: no column {absent!r}, though others of its group are there; give all of {', '.join(group)} or none")
+def _values(table: Recorded, choice: Choice) -> dict[str, Array]:
+    """Numbers of the columns that are used, and `time` as the file has it."""
+    found = table.read(sources(choice), choice.time.name)
+    values = {TIME: found[choice.time.name]}
+    for column, used in choice.used.items():
+        x = found[used.source]
+        values[column] = x if used.factor == 1.0 and used.offset == 0.0 else used.factor * x + used.offset
+    return values
 
 
-def _column_of_follower(model: Mechanism, name: str) -> str | None:
-    """What to do about a column of a mimic joint; None where it is none."""
-    for follower in map(model.joint, model.follower_names):
-        if any(name in group for group in columns_of_one_coordinate(follower)):
-            return (
-                f"joint {follower.name} mimics {follower.leader}, whose column says where both are: remove this column, "
-                'or load the robot with --mimic independent (in Python mimic="independent")'
-            )
-    return None
-
-
-def _several_columns_of(joints: tuple[Joint, ...], name: str) -> str | None:
-    """What to give instead of a column that a joint would have if it had one coordinate; None where no joint would."""
-    for joint in joints:
-        for one, group in zip(columns_of_one_coordinate(joint), columns_of(joint), strict=True):
-            if name in one and name not in group:
-                return f"joint {joint.name} is {joint.kind}: give {' '.join(group)}"
-    return None
-
-
-def _check_time(file: str, time: Array) -> Array:
-    check_finite(file, {"time": time})
+def _checked_rows(table: Recorded, time: Array, start: float | None, stop: float | None) -> slice:
+    """The rows between two times, whose times increase.  Raises MotionError."""
+    check_finite(table, {"time": time})
     bad = np.flatnonzero(np.diff(time) <= 0)
     if len(bad):
         k = int(bad[0]) + 1
-        raise MotionError(f"{file}:{k + 2}: time {time[k]:.9g} after {time[k - 1]:.9g}; times must increase: sort the samples and remove repeated ones")
-    return time
+        raise MotionError(
+            f"{table.place(k)}: time {time[k]:.9g} after {time[k - 1]:.9g}; times must increase: sort the samples and remove repeated ones"
+        )
+    for name, value in (("--from (start=)", start), ("--to (stop=)", stop)):
+        if value is not None and not np.isfinite(value):
+            raise MotionError(f"{table.file}: {name} is {value}; expected a time in s")
+    first = 0 if start is None else int(np.searchsorted(time, start - 1e-9))
+    last = None if stop is None else int(np.searchsorted(time, stop + 1e-9, side="right"))
+    if (start is not None or stop is not None) and len(time) and len(time[first:last]) == 0:
+        raise MotionError(
+            f"{table.file}: no samples between {-np.inf if start is None else start:g} s and {np.inf if stop is None else stop:g} s; "
+            f"its times are {time[0]:.9g} s to {time[-1]:.9g} s: check --from and --to (start=, stop=)"
+        )
+    return slice(first, last)
+
+
+def _check_plausible(model: Mechanism, q: Array, place: Place) -> None:
+    """Refuses angles that no joint with such limits can have: degrees or counts that are taken as radians."""
+    for joint in model.joints[: len(model.joint_names)]:
+        limit = max(abs(joint.lower or 0.0), abs(joint.upper or 0.0))
+        if not (joint.one_coordinate and joint.has_limits and joint.unit == "rad" and limit > 0):
+            continue
+        angle = np.abs(q[:, joint.q_index])
+        bad = np.flatnonzero(angle > max(IMPOSSIBLE_ANGLE, IMPOSSIBLE_SHARE * limit))
+        if len(bad):
+            raise MotionError(
+                f"{place(int(bad[0]))}: joint {joint.name} is at {q[bad[0], joint.q_index]:.6g} rad, where its limit is {limit:.4g} rad; did you mean --degrees "
+                "(degrees=True)? Otherwise check their units (rad), or convert the column by a map (--map FILE)"
+            )
 
 
 WRENCH_COLUMNS = ("fx", "fy", "fz", "tx", "ty", "tz")
@@ -109,22 +140,25 @@ WRENCH_COLUMNS = ("fx", "fy", "fz", "tx", "ty", "tz")
 def read_external(model: Mechanism, path: str | os.PathLike[str], time: Array) -> dict[str, Array]:
     """Reads wrenches that the environment exerts on links: {link: (n, 6)}, force first.
 
-    The table has `time`, with the samples of the motion, and LINK.fx … LINK.tz (missing components are zero): at the
-    link's origin, in the link's axes.  Raises MotionError.
+    The table, in any format but a bag, has `time`, with the samples of the motion, and LINK.fx … LINK.tz (missing components
+    are zero): at the link's origin, in the link's axes.  Raises MotionError.
     """
-    file = os.fspath(path)
-    table = read_table(file)
-    check_finite(file, table)
-    if "time" not in table:
-        raise MotionError(f"{file}:1: no column `time`; found {', '.join(table)}")
-    if table["time"].shape != time.shape or np.abs(table["time"] - time).max(initial=0.0) > 1e-9 * max(1.0, np.abs(time).max(initial=0.0)):
-        raise MotionError(f"{file}: its times are not those of the motion; give one line for each sample of the motion")
-    wrenches: dict[str, Array] = {}
-    for name, x in table.items():
+    table = open_table(path)
+    if table.is_recording:
+        raise MotionError(f"{table.file}: is a bag; give external wrenches as CSV, Parquet or NPZ, with the columns LINK.fx … LINK.tz")
+    column = find_time(table, ())
+    links = set(model.link_names)
+    for name in table.names:
         link, _, component = name.rpartition(".")
-        if name == "time":
-            continue
-        if link not in model.link_names or component not in WRENCH_COLUMNS:
-            raise MotionError(f"{file}:1: unknown column {name!r}; expected LINK.fx … LINK.tz with a link of {', '.join(model.link_names)}")
+        if name != column.name and (link not in links or component not in WRENCH_COLUMNS):
+            raise MotionError(f"{table.head}: unknown column {name!r}; expected LINK.fx … LINK.tz with a link of {listed(model.link_names)}")
+    values = table.read(list(table.names), column.name)
+    times, _ = in_seconds(table, column, values.pop(column.name))
+    check_finite(table, {"time": times} | values)
+    if times.shape != time.shape or np.abs(times - time).max(initial=0.0) > 1e-9 * max(1.0, np.abs(time).max(initial=0.0)):
+        raise MotionError(f"{table.file}: its times are not those of the motion; give one line for each sample of the motion")
+    wrenches: dict[str, Array] = {}
+    for name, x in values.items():
+        link, _, component = name.rpartition(".")
         wrenches.setdefault(link, np.zeros((len(time), 6)))[:, WRENCH_COLUMNS.index(component)] = x
     return wrenches

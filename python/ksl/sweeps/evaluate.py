@@ -87,7 +87,7 @@ class Evaluator:
                 raise SweepError(f"{self.plan.sweep.file}: case {case}: {_listed(values)}: {error}") from None
             rows.append(row)
             if self.plan.with_wrenches:
-                tables.setdefault("wrenches", []).append(self._wrenches(case, load_case, block))
+                tables.setdefault("wrenches", []).append(self._wrenches(cases, case, load_case, block))
         tables["cases"] = [self._table(cases, rows)]
         files = {name: _parquet(parts) for name, parts in tables.items()}
         return Result(index, files, time.perf_counter() - start, self._dynamics)
@@ -115,14 +115,17 @@ class Evaluator:
             columns[name] = pa.array(values, mask=np.isnan(values))
         return pa.table(columns)
 
-    def _wrenches(self, case: int, load_case: LoadCase, block: Block) -> pa.Table:
+    def _wrenches(self, cases: range, case: int, load_case: LoadCase, block: Block) -> pa.Table:
+        """Every wrench of a case.  The metadata say the parameters of all cases of the partition, and no date: the same bits each time."""
         import pyarrow as pa
 
+        from ksl.load_cases.provenance import Provenance, joint_description
         from ksl.load_cases.wrench_table import TableWriter
 
-        table = TableWriter(load_case.model, load_case.placement).table(block)
-        number = pa.array(np.full(len(table), case))
-        return table.append_column("case", number) if "case" not in table.column_names else table.set_column(0, "case", number)
+        described = [{"name": str(i), **{name: x[i].item() for name, x in self._values.items()}} for i in cases]
+        provenance = Provenance(load_case.model.name, [joint_description(j) for j in load_case.model.joints], described)
+        table = TableWriter(load_case.model, load_case.placement, provenance).table(block, case - cases.start)
+        return table.set_column(0, "case", pa.array(np.full(len(table), case)))
 
 
 def _parquet(tables: list[pa.Table]) -> bytes:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ksl.load_cases.limits import limits_of
 from ksl.load_cases.load_case import Block
-from ksl.load_cases.quantities import EFFORT_PARTS, along, length
+from ksl.load_cases.quantities import EFFORT_PARTS, along, first_extremes, length
 from ksl.mechanism import Mechanism
 from ksl.motions.motion import Motion
 from ksl.states import Array
@@ -23,12 +24,12 @@ class Peaks:
         self._axes = np.array([j.axis for j in joints])[self._axial]
         self._driven = np.array([j.one_coordinate and j.leader is None for j in joints])
         self._v = np.array([j.v_index for j in joints])[self._driven]
-        self._q = np.array([j.q_index for j in joints])[self._driven]
         self._follows = np.array([j.leader is not None for j in joints])
         self._followers = [j for j in joints if j.leader is not None]
         self._model = model
+        limits = [limits_of(j) for j in joints if j.one_coordinate]
         self._lower, self._upper, self._speed, self._effort = (
-            np.array([_given(getattr(j, name), name) for j in joints])[self._driven] for name in ("lower", "upper", "velocity", "effort")
+            np.array([np.nan if x is None else x for x in (getattr(of, name) for of in limits)]) for name in ("lower", "upper", "velocity", "effort")
         )
 
     def names(self) -> list[str]:
@@ -38,7 +39,8 @@ class Peaks:
         if self._model.physics:
             names += [f"{q}_{part}" for q in EFFORT_PARTS for part in ("peak", "peak_time", "rms")]
         names += [f"{q}_{part}" for q in ("speed", "power") for part in ("peak", "peak_time")]
-        names += ["power_mean", "work_positive", "work_negative"]
+        names += ["power_mean", "work_positive", "work_negative", "acceleration_peak", "acceleration_peak_time"]
+        names += [f"position_{part}" for part in ("lowest", "lowest_time", "highest", "highest_time")]
         if self._followers:
             names += [f"coupling_{part}" for part in ("peak", "peak_time", "rms")]
         return [*names, "position_share", "speed_share", "effort_share"]
@@ -53,9 +55,8 @@ class Peaks:
         def put(name: str, chosen: Array, x: Array, mean: bool = True) -> None:
             """Peak, its time and the root mean square of curves x (chosen joints, samples)."""
             size = np.abs(x)
-            k = np.argmax(size, axis=1)
-            rows[f"{name}_peak"] = self._of(chosen, np.take_along_axis(size, k[:, None], 1)[:, 0])
-            rows[f"{name}_peak_time"] = self._of(chosen, time[k])
+            rows[f"{name}_peak"] = self._of(chosen, size.max(axis=1, initial=0.0))
+            rows[f"{name}_peak_time"] = self._of(chosen, time[first_extremes(size)])
             if mean:
                 rows[f"{name}_rms"] = self._of(chosen, np.sqrt(_integral(steps, x * x) / duration))
 
@@ -69,10 +70,17 @@ class Peaks:
         put("force", ~self._axial, length(by_joint[~self._axial, :, :3]))
         put("moment", ~self._axial, length(by_joint[~self._axial, :, 3:]))
 
-        effort, speed = np.ascontiguousarray(block.tau[:, self._v].T), np.ascontiguousarray(block.v[:, self._v].T)
-        power = effort * speed
+        position, speed, acceleration = self._coordinates(motion)
+        put("speed", self._axial, speed, mean=False)
+        put("acceleration", self._axial, acceleration, mean=False)
+        for part, sign in (("lowest", -1), ("highest", 1)):
+            k = first_extremes(sign * position)
+            rows[f"position_{part}"] = self._of(self._axial, np.take_along_axis(position, k[:, None], 1)[:, 0])
+            rows[f"position_{part}_time"] = self._of(self._axial, time[k])
+
+        effort = np.ascontiguousarray(block.tau[:, self._v].T)
+        power = effort * speed[self._driven[self._axial]]
         put("effort", self._driven, effort)
-        put("speed", self._driven, speed, mean=False)
         put("power", self._driven, power, mean=False)
         if block.parts is not None:
             for i, name in enumerate(EFFORT_PARTS):
@@ -82,35 +90,30 @@ class Peaks:
         rows["work_positive"], rows["work_negative"] = self._of(self._driven, positive), self._of(self._driven, negative)
         if self._followers:
             put("coupling", self._follows, np.ascontiguousarray(block.coupling.T))
-            self._add_speeds_of_followers(rows, time, block.v)
-        self._add_shares(rows, motion)
+        self._add_shares(rows, position)
         return rows
 
-    def _add_speeds_of_followers(self, rows: dict[str, Array], time: Array, v: Array) -> None:
-        speeds = np.abs([self._model._velocity_of(j, v) for j in self._followers])
-        k = np.argmax(speeds, axis=1)
-        rows["speed_peak"][self._follows] = np.take_along_axis(speeds, k[:, None], 1)[:, 0]
-        rows["speed_peak_time"][self._follows] = time[k]
+    def _coordinates(self, motion: Motion) -> tuple[Array, Array, Array]:
+        """Position, speed and acceleration (joints with one coordinate, samples), mimic joints included."""
+        joints, n = [j for j in self._joints if j.one_coordinate], len(motion.time)
+        position = [self._model._position_of(j, motion.q) for j in joints]
+        rates = [[self._model._velocity_of(j, x) for j in joints] for x in (motion.v, motion.a)]
+        q, v, a = (np.array(x).reshape(len(joints), n) for x in (position, *rates))
+        return q, v, a
 
-    def _add_shares(self, rows: dict[str, Array], motion: Motion) -> None:
+    def _add_shares(self, rows: dict[str, Array], position: Array) -> None:
         """Shares of the limits of the robot's file: 1 is at the limit.  NaN where it gives none."""
-        q = np.ascontiguousarray(motion.q[:, self._q].T)
         middle, half = (self._upper + self._lower) / 2, (self._upper - self._lower) / 2
-        with np.errstate(divide="ignore", invalid="ignore"):
-            rows["position_share"] = self._of(self._driven, np.max(np.abs(q - middle[:, None]), axis=1) / half)
-            rows["speed_share"] = self._of(self._driven, rows["speed_peak"][self._driven] / self._speed)
-            rows["effort_share"] = self._of(self._driven, rows["effort_peak"][self._driven] / self._effort)
+        of_position = np.max(np.abs(position - middle[:, None]), axis=1, initial=0.0) / half
+        rows["position_share"] = self._of(self._axial, of_position)
+        rows["speed_share"] = self._of(self._axial, rows["speed_peak"][self._axial] / self._speed)
+        rows["effort_share"] = self._of(self._axial, rows["effort_peak"][self._axial] / self._effort)
 
     def _of(self, chosen: Array, x: Array) -> Array:
         """Values of the chosen joints among those of all."""
         values = np.full(len(self._joints), np.nan)
         values[chosen] = x
         return values
-
-
-def _given(limit: float | None, name: str) -> float:
-    """A limit; NaN where none is given, as effort and velocity 0 mean."""
-    return np.nan if limit is None or (limit == 0 and name in ("velocity", "effort")) else limit
 
 
 def _integral(steps: Array, x: Array) -> Array:

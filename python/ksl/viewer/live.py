@@ -6,24 +6,23 @@ import os
 import threading
 import time as clock
 import webbrowser
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ksl.errors import ViewerError
-from ksl.states import Array
+from ksl.states import Array, Part, Side
 from ksl.viewer.readout import Choice, readout
 from ksl.viewer.scene import Scene, make_scene
 from ksl.viewer.stage import Shown, Stage, legend, utilisation_legend
+from ksl.viewer.viser_server import start_server, stop_server
 
 if TYPE_CHECKING:
     import viser
 
-PORT = 8080
-"""Where the page is unless a port is asked for; if it is in use, at the next free one."""
+    from ksl.model import Model
 
 FRAMES = 30
 """States that playback shows in a second."""
@@ -51,7 +50,7 @@ class Viewer:
         driven = [j.name for j in scene.model.joints if j.nv] or [j.name for j in scene.model.joints]
         selected = joint if joint is not None else driven[0]
         scene.joint_index(selected)  # refuses unknown names before anything starts
-        self.server = _server(port, scene.model.name)
+        self.server = start_server(port, scene.model.name)
         self.shown = Shown(selected=selected)
         self.stage = Stage(self.server, scene, self.shown)
         self.controls = _Controls(self)
@@ -110,7 +109,7 @@ class Viewer:
         """Stops the server; pages that are open stay without one."""
         if not self._closed.is_set():
             self._closed.set()
-            self.server.stop()
+            stop_server(self.server)
 
     def __enter__(self) -> Viewer:
         return self
@@ -143,38 +142,17 @@ class Viewer:
                 self.show(sample)
 
 
-def _server(port: int | None, name: str) -> viser.ViserServer:
-    try:
-        import viser
-    except ImportError:
-        raise ViewerError("ksl view needs the extra ksl[view]: pip install 'ksl[view]'") from None
-    if port is not None and not 0 <= port <= 65535:
-        raise ViewerError(f"port {port}: expected a number from 1 to 65535")
-    if port and not _free(port):
-        raise ViewerError(f"port {port} is in use; give another one, or none, and a free one is taken")
-    return viser.ViserServer(host="127.0.0.1", port=port or PORT, label=name, verbose=False)
-
-
-def _free(port: int) -> bool:
-    import socket
-
-    with socket.socket() as s:
-        s.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # a server that has just ended is no obstacle
-        try:
-            s.bind(("127.0.0.1", port))
-        except OSError:
-            return False
-    return True
-
-
 class _Controls:
     """The panel beside the picture."""
 
     def __init__(self, viewer: Viewer) -> None:
         self._viewer, self._gui, scene = viewer, viewer.server.gui, viewer.scene
+        self._speed: Any = None
+        self._time: Any = cast(Any, None)
         self._following = False
         self._followed = 0.0
-        self._gui.configure_theme(control_layout="fixed", control_width="large", show_logo=False, show_share_button=False)
+        self._gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
+        self._gui.main_panel.dock_right()
         if len(scene.time) > 1:
             self._add_playback(scene)
         self._add_joint(scene)
@@ -196,7 +174,7 @@ class _Controls:
         self._following = True
         try:
             self._readout.content = self._text()
-            if hasattr(self, "_time"):
+            if self._time is not None:
                 if scene is viewer._recorded:
                     self._time.value = float(scene.time[viewer.sample])
                 self._play.label = "Pause" if viewer.playing else "Play"
@@ -220,29 +198,33 @@ class _Controls:
         viewer = self._viewer
         start, end = float(scene.time[0]), float(scene.time[-1])
         with self._gui.add_folder("Playback"):
-            self._play = self._gui.add_button("Play")
+            self._play: Any = self._gui.add_button("Play")
             self._time = self._gui.add_slider("time, s", start, end, step=max((end - start) / 5000, 1e-6), initial_value=start)
             self._speed = self._gui.add_dropdown("speed", SPEEDS, initial_value="1")
-            self._worst = self._gui.add_button("Largest effort of the selected joint")
+            self._worst: Any = self._gui.add_button("Largest effort of the selected joint")
 
-        @self._play.on_click
-        def _(_: Any) -> None:
-            if viewer.playing:
-                viewer.playing = False
-                self.follow()
-            else:
-                viewer.play()
+        self._play.on_click(self._play_or_pause)
+        self._time.on_update(self._scrub)
+        self._worst.on_click(self._show_worst)
 
-        @self._time.on_update
-        def _(event: Any) -> None:
-            if self._by_hand(event):
-                viewer.playing = False
-                viewer.show(int(np.argmin(np.abs(viewer._recorded.time - self._time.value))))
-
-        @self._worst.on_click
-        def _(_: Any) -> None:
+    def _play_or_pause(self, _: Any) -> None:
+        viewer = self._viewer
+        if viewer.playing:
             viewer.playing = False
-            viewer.show(viewer._recorded.worst_sample(viewer.shown.selected))
+            self.follow()
+        else:
+            viewer.play()
+
+    def _scrub(self, event: Any) -> None:
+        """Shows the sample nearest to the time that was chosen by hand."""
+        viewer = self._viewer
+        if self._by_hand(event):
+            viewer.playing = False
+            viewer.show(int(np.argmin(np.abs(viewer._recorded.time - self._time.value))))
+
+    def _show_worst(self, _: Any) -> None:
+        self._viewer.playing = False
+        self._viewer.show(self._viewer._recorded.worst_sample(self._viewer.shown.selected))
 
     # --------------------------------------------------------------------------------------------------------- readout
 
@@ -269,12 +251,12 @@ class _Controls:
         """How the readout expresses the wrench."""
         x, y, z = self._offset.value
         at = (float(x), float(y), float(z)) if self._at.value == "offset" else self._at.value
-        return Choice(self._on.value, at, self._axes.value, self._part.value)
+        return Choice(cast(Side, self._on.value), at, self._axes.value, cast(Part, self._part.value))
 
     def _text(self) -> str:
         viewer = self._viewer
         text = readout(viewer.scene, viewer.sample, viewer.shown.selected, self.choice)
-        return text if viewer.scene is viewer._recorded and viewer.scene.v.any() else f"{text}  \nat rest in this pose" if not viewer.scene.v.any() else text
+        return text if viewer.scene.v.any() or viewer.scene.a.any() else f"{text}  \nat rest in this pose"
 
     # --------------------------------------------------------------------------------------------------------- toggles
 
@@ -318,7 +300,7 @@ class _Controls:
             for note in scene.look.notes[:5]:
                 gui.add_markdown(f"*{note}*")
 
-    def _toggle(self, words: str, name: str) -> Any:
+    def _toggle(self, words: str, name: str) -> viser.GuiCheckboxHandle:
         shown = self._viewer.shown
         box = self._gui.add_checkbox(words, initial_value=getattr(shown, name))
 
@@ -389,11 +371,8 @@ def _line(colour: tuple[int, int, int] | None, text: str) -> str:
     return text if colour is None else f'<span style="color:rgb{colour}">■</span> {text}'
 
 
-Opened = Callable[[], Viewer]
-
-
 def show(
-    model: Any,
+    model: Model,
     q: ArrayLike | None = None,
     v: ArrayLike | None = None,
     a: ArrayLike | None = None,

@@ -87,12 +87,14 @@ class Scene:
     @property
     def utilisation(self) -> Array:
         """(n, joints): the size of the effort as a share of its limit; NaN without drive or limit."""
-        return np.abs(self.effort) / self.limits
+        share: Array = np.abs(self.effort) / self.limits
+        return share
 
     @property
     def origins(self) -> Array:
         """(n, joints, 3): origins of the joints, m."""
-        return self.poses[:, self.children][..., :3, 3]
+        origins: Array = self.poses[:, self.children][..., :3, 3]
+        return origins
 
     @cached_property
     def size(self) -> float:
@@ -118,7 +120,8 @@ class Scene:
         """Segments (k, 2, 3) from the origin of a link to the joints that it carries, for links without a surface of their own."""
         index = {name: i for i, name in enumerate(self.model.link_names)}
         pairs = [(index[j.parent], index[j.child]) for j in self.model.joints if j.parent is not None and self._bare(j.parent)]
-        return self.poses[sample][np.array(pairs, dtype=np.intp).reshape(-1, 2)][..., :3, 3]
+        segments: Array = self.poses[sample][np.array(pairs, dtype=np.intp).reshape(-1, 2)][..., :3, 3]
+        return segments
 
     def axes(self, sample: int) -> Array:
         """Segments (k, 2, 3) along the axes of moving joints at such links, and at links that such links carry."""
@@ -179,19 +182,19 @@ def make_scene(
     """
     positions = np.atleast_2d(np.asarray(resting_position(model) if q is None else q, dtype=float))
     n = len(positions)
-    rates = [np.zeros((n, model.nv)) if x is None else np.broadcast_to(np.asarray(x, dtype=float), (n, model.nv)) for x in (v, a)]
+    velocity, acceleration = (np.zeros((n, model.nv)) if x is None else np.broadcast_to(np.asarray(x, dtype=float), (n, model.nv)) for x in (v, a))
     times = np.zeros(n) if time is None else np.atleast_1d(np.asarray(time, dtype=float))
     if times.shape != (n,):
         raise MotionError(f"time has shape {times.shape}, and q {positions.shape}; expected a time for each position")
     wrenches = {name: np.broadcast_to(np.asarray(w, dtype=float), (n, 6)) for name, w in (external or {}).items()}
     names = [j.name for j in model.joints]
     requests = tuple(model._request("child", "joint", "world", "lin_ang", part, names) for part in ("total", "constraint"))
-    tau, total, constraint = model._with_reactions(positions, *rates, wrenches, requests)
+    tau, total, constraint = model._with_reactions(positions, velocity, acceleration, wrenches, requests)
     poses = model.frame_poses(positions)
     index = {name: i for i, name in enumerate(model.link_names)}
     return Scene(
-        model, look or appearance(model, package_paths, triangles), times, positions, *rates, wrenches, poses,
-        model.frame_velocities(positions, rates[0], axes="world", at="frame"), constraint, total - constraint,
+        model, look or appearance(model, package_paths, triangles), times, positions, velocity, acceleration, wrenches, poses,
+        model.frame_velocities(positions, velocity, axes="world", at="frame"), constraint, total - constraint,
         _efforts(model.joints, tau), model.center_of_mass(positions), np.arange(n),
         {name: _in_world(w, poses[:, index[name], :3, :3]) for name, w in wrenches.items()},
     )  # fmt: skip

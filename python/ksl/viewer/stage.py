@@ -11,7 +11,7 @@ from ksl.mechanism import Joint
 from ksl.states import Array
 from ksl.viewer.scene import ACTUATION, CENTRE, CONSTRAINT, EXTERNAL, SCREW, Scene
 from ksl.viewer.shapes import GREY, ellipsoid, unit_head, unit_shaft
-from ksl.viewer.still import LEVELS, link_colours
+from ksl.viewer.still import LEVELS, SEE_THROUGH, link_colours
 
 if TYPE_CHECKING:
     import viser
@@ -31,7 +31,7 @@ class Shown:
     frames: bool = False
     """Frames of links, which are those of the joints that carry them, with the names of the links."""
     joints: bool = False
-    """Axes of all joints, with their names and wrenches.  The axes of robots without surfaces are always drawn."""
+    """Axes of all joints, with their names.  The axes of robots without surfaces are always drawn."""
     centre_of_mass: bool = False
     external: bool = True
     screw_axis: bool = False
@@ -39,6 +39,8 @@ class Shown:
     selected: str = ""
     """The joint whose screw axis is drawn, and whose label is shown."""
     arrow_factor: float = 1.0
+    recorded: bool = False
+    """Whether what is hidden moves, too, since the reader of a file can show it."""
 
 
 class Stage:
@@ -52,7 +54,7 @@ class Stage:
         self._add_ground()
         self._links = [self._tree.add_frame(f"/links/{_node(name)}", show_axes=False, axes_length=0.06 * scene.size, axes_radius=0.002 * scene.size) for name in scene.model.link_names]
         self._surfaces = {name: self._add_surfaces(name) for name in scene.model.link_names}
-        self._frame_names = [self._tree.add_label(f"/links/{_node(name)}/name", name, visible=False) for name in scene.model.link_names]
+        self._frame_names = [self._tree.add_label(f"/links/{_node(name)}/name", name, visible=False, anchor="bottom-right") for name in scene.model.link_names]
         self._bones = self._segments("/mechanism/links", scene.bones(0), (115, 122, 133), 4.0)
         self._axes = self._segments("/mechanism/axes", scene.axes(0), (50, 55, 64), 5.0)
         self._all_axes = self._segments("/mechanism/joint_axes", self._axis_segments(scene, 0), (50, 55, 64), 3.0)
@@ -88,17 +90,19 @@ class Stage:
 
     def _add_ground(self) -> None:
         low, high = self.scene.bounds(0)
-        edge = float(2 * np.ceil(1.2 * self.scene.size))
-        self._tree.add_grid("/ground", edge, edge, cell_size=0.1 if self.scene.size < 4 else 1.0, position=(0.0, 0.0, min(0.0, float(low[2]))))
+        cell = 10.0 ** np.floor(np.log10(self.scene.size / 2))  # 0.1 m for robots from 0.2 m to 20 m
+        edge = float(10 * cell * np.ceil(0.22 * self.scene.size / cell))
+        self._tree.add_grid("/ground", edge, edge, cell_size=float(cell), section_size=float(10 * cell), position=(0.0, 0.0, min(0.0, float(low[2]))))
 
     def _add_surfaces(self, name: str) -> list[tuple[Any, tuple[int, int, int]]]:
         surfaces = []
         for k, shape in enumerate(self.scene.look.shapes.get(name, [])):
             colour = _bytes(shape.colour)
-            see_through = 0.75 if name in self.scene.look.ellipsoids else None
+            inertia = name in self.scene.look.ellipsoids  # no surface of the robot: what is inside must be seen
             mesh = self._tree.add_mesh_simple(
-                f"/links/{_node(name)}/surface{k}", _f4(shape.vertices), shape.faces.astype(np.uint32), color=colour, opacity=see_through, flat_shading=True, side="double"
-            )
+                f"/links/{_node(name)}/surface{k}", _f4(shape.vertices), shape.faces.astype(np.uint32), color=colour, opacity=SEE_THROUGH if inertia else None,
+                flat_shading=not inertia, side="front" if inertia else "double", cast_shadow=not inertia,
+            )  # fmt: skip
             surfaces.append((mesh, colour))
         return surfaces
 
@@ -110,7 +114,7 @@ class Stage:
                 _set(mesh, "color", _bytes(colours[name]) if name in colours else without)
 
     def _segments(self, name: str, segments: Array, colour: tuple[int, int, int], width: float) -> Any:
-        return self._tree.add_line_segments(name, _f4(segments), colors=colour, line_width=width) if len(segments) else None
+        return self._tree.add_line_segments(name, _f4(segments), colors=colour, thickness=width, thickness_units="screen") if len(segments) else None
 
     def _axis_segments(self, scene: Scene, sample: int) -> Array:
         joints = [(i, j) for i, j in enumerate(scene.model.joints) if j.has_axis]
@@ -123,7 +127,7 @@ class Stage:
                 _set(node, "points", _f4(segments(sample)))
         if self._all_axes is not None:
             _set(self._all_axes, "visible", self.shown.joints)
-            if self.shown.joints:
+            if self.shown.joints or self.shown.recorded:
                 _set(self._all_axes, "points", _f4(self._axis_segments(scene, sample)))
 
     # ------------------------------------------------------------------------------------------------------- wrenches
@@ -150,11 +154,13 @@ class Stage:
     def _show_labels(self, scene: Scene, sample: int) -> None:
         total = scene.constraint[sample] + scene.actuation[sample]
         for i, (label, joint) in enumerate(zip(self._labels, scene.model.joints, strict=True)):
-            wanted = self.shown.joints or joint.name == self.shown.selected
+            moves, selected = joint.nv > 0 or joint.leader is not None, joint.name == self.shown.selected
+            wanted = selected or (self.shown.joints and moves)
             _set(label, "visible", wanted)
-            if wanted:
+            if wanted or (self.shown.recorded and moves):
                 force, moment = np.linalg.norm(total[i, :3]), np.linalg.norm(total[i, 3:])
-                _set(label, "text", f"{joint.name}: {force:.4g} N, {moment:.4g} N m{_effort(scene, sample, i)}")
+                numbers = f": {force:.4g} N, {moment:.4g} N m{_effort(scene, sample, i)}" if selected or self.shown.recorded else ""
+                _set(label, "text", joint.name + numbers)  # numbers of all joints would cover the robot
                 _set(label, "position", scene.origins[sample, i])
 
     def _show_screw(self, scene: Scene, sample: int) -> None:
@@ -169,6 +175,7 @@ class Stage:
         low, high = self.scene.bounds(0)
         centre = (low + high) / 2
         camera = self.server.initial_camera
+        camera.fov = 0.7
         camera.look_at, camera.position = centre, centre + 1.05 * self.scene.size * np.array([1.0, -1.0, 0.55])
 
 
@@ -181,7 +188,7 @@ class _Arrows:
             still, zero = np.tile([1.0, 0, 0, 0], (n, 1)), np.zeros((n, 3))
             self._nodes.append(
                 tree.add_batched_meshes_simple(
-                    f"/{name}/{part}", _f4(shape.vertices), shape.faces.astype(np.uint32), _f4(still), _f4(zero), batched_scales=_f4(zero), batched_colors=colour,
+                    f"/{name}/{part}", _f4(shape.vertices), shape.faces.astype(np.uint32), _f4(still), _f4(zero), batched_scales=_f4(zero), batched_colors=_linear(colour),
                     lod="off", cast_shadow=False, receive_shadow=False,
                 )
             )  # fmt: skip
@@ -253,6 +260,12 @@ def _node(name: str) -> str:
 
 def _f4(x: Array) -> Any:
     return np.ascontiguousarray(x, dtype=np.float32)
+
+
+def _linear(colour: tuple[int, int, int]) -> tuple[int, int, int]:
+    """A colour without the gamma of sRGB, as the page takes it for meshes that it draws in batches."""
+    r, g, b = ((c / 255) ** 2.2 for c in colour)
+    return _bytes((r, g, b))
 
 
 def _bytes(colour: tuple[float, float, float]) -> tuple[int, int, int]:

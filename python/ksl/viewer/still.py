@@ -6,6 +6,7 @@ import base64
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ksl.states import Array
 from ksl.viewer.scene import ACTUATION, CONSTRAINT, EXTERNAL, Scene, scale_of
@@ -32,6 +33,9 @@ ZOOM = 2.1
 
 PALETTE = 256
 
+SEE_THROUGH = 0.35
+"""Opacity of ellipsoids of inertia.  They reach beyond slender links: that of a thin rod is 1.29 times as long."""
+
 Figure = dict[str, Any]
 """{"data": traces, "layout": layout}: what plotly.js draws; JSON-able."""
 
@@ -48,28 +52,31 @@ def still(
     60 kB of JSON.  In a page: `Plotly.toImage({data, layout}, {format: "png", width, height})`, or `Plotly.newPlot` for one that turns.
     Force arrows have one head and moments two.  The longest has 0.4 of the scene's size; the scale is in the legend.  Raises ValueError for unknown joints.
     """
-    shapes = _links(scene, sample, joint, by_utilisation, triangles) + _skeleton(scene, sample)
+    shapes, ellipsoids = _links(scene, sample, joint, by_utilisation, triangles)
+    shapes += _skeleton(scene, sample)
     legend: list[str] = []
     if joint is not None:
         arrows_of_joint, legend = _wrench(scene, sample, joint)
         shapes += arrows_of_joint
     eye = np.array(EYE) / np.linalg.norm(EYE)
-    return {"data": [_mesh_trace(shapes, eye)], "layout": _layout(shapes, eye, legend, width, height)}
+    traces = [_mesh_trace(shapes, eye)] + ([_mesh_trace(ellipsoids, eye) | {"opacity": SEE_THROUGH}] if ellipsoids else [])
+    return {"data": traces, "layout": _layout(shapes + ellipsoids, eye, legend, width, height)}
 
 
-def _links(scene: Scene, sample: int, joint: str | None, by_utilisation: bool, triangles: int) -> list[Shape]:
-    """The surfaces of all links in the world, with a share of the triangles by the root of the number that they have."""
+def _links(scene: Scene, sample: int, joint: str | None, by_utilisation: bool, triangles: int) -> tuple[list[Shape], list[Shape]]:
+    """The surfaces and the ellipsoids of all links in the world, with a share of the triangles by the root of the number that they have."""
     highlighted = None if joint is None else scene.model.joint(joint).child
     colours = link_colours(scene, sample) if by_utilisation else {}
     counts = {(name, k): len(s.faces) ** 0.5 for name, shapes in scene.look.shapes.items() for k, s in enumerate(shapes)}
     total = sum(counts.values()) or 1.0
-    shapes = []
+    shapes: list[Shape] = []
+    ellipsoids: list[Shape] = []
     for i, name in enumerate(scene.model.link_names):
         for k, shape in enumerate(scene.look.shapes.get(name, [])):
             small = _small(scene, name, k, shape, max(12, int(triangles * counts[name, k] / total)))
             colour = colours.get(name) or (HIGHLIGHT if name == highlighted else shape.colour)
-            shapes.append(Shape(small.vertices, small.faces, colour).moved(scene.poses[sample, i]))
-    return shapes
+            (ellipsoids if name in scene.look.ellipsoids else shapes).append(Shape(small.vertices, small.faces, colour).moved(scene.poses[sample, i]))
+    return shapes, ellipsoids
 
 
 def _skeleton(scene: Scene, sample: int) -> list[Shape]:
@@ -140,7 +147,7 @@ def _mesh_trace(shapes: list[Shape], towards_eye: Array) -> dict[str, Any]:
     brightness = _brightness(whole, towards_eye)
     of = np.concatenate([np.full(len(s.faces), colours.index(s.colour) if s.colour in colours else 0) for s in shapes])
     level = of * shades + np.minimum((brightness * shades).astype(int), shades - 1)
-    palette = [tuple(x * (0.4 + 0.6 * (k + 0.5) / shades) for x in colour) for colour in colours for k in range(shades)]
+    palette = [_dimmed(colour, 0.4 + 0.6 * (k + 0.5) / shades) for colour in colours for k in range(shades)]
     palette += [palette[-1]] * (PALETTE - len(palette))  # plotly.js samples a scale at 256 places: each is then one colour
     x, y, z = (_typed(whole.vertices[:, c], "f4") for c in range(3))
     i, j, k = (_typed(whole.faces[:, c], "u2" if len(whole.vertices) < 1 << 16 else "u4") for c in range(3))
@@ -164,11 +171,16 @@ def _brightness(shape: Shape, towards_eye: Array) -> Array:
     return shade
 
 
+def _dimmed(colour: Colour, by: float) -> Colour:
+    r, g, b = colour
+    return (r * by, g * by, b * by)
+
+
 def _css(colour: Colour) -> str:
     return "rgb({},{},{})".format(*(round(255 * min(max(x, 0.0), 1.0)) for x in colour))
 
 
-def _typed(x: Array, dtype: str) -> dict[str, str]:
+def _typed(x: NDArray[Any], dtype: str) -> dict[str, str]:
     """Numbers as plotly.js reads them: little-endian, in base64."""
     return {"dtype": dtype, "bdata": base64.b64encode(np.ascontiguousarray(x, dtype=f"<{dtype}").tobytes()).decode()}
 

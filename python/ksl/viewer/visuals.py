@@ -121,23 +121,23 @@ def _urdf_links(model: Mechanism) -> dict[str, ET.Element]:
 
 
 def _colour(element: ET.Element | None) -> Colour | None:
-    rgba = _numbers(element, "rgba", None) if element is not None else None
-    return None if rgba is None or len(rgba) < 3 else (float(rgba[0]), float(rgba[1]), float(rgba[2]))
+    rgba = _numbers(element, "rgba")
+    return None if len(rgba) < 3 else (float(rgba[0]), float(rgba[1]), float(rgba[2]))
 
 
-def _numbers(element: ET.Element | None, attribute: str, otherwise: Sequence[float] | None) -> Array | None:
+def _numbers(element: ET.Element | None, attribute: str, otherwise: Sequence[float] = ()) -> Array:
+    """The numbers of an attribute; `otherwise` where it is missing or holds anything else.  What is wrong in a file is for `ksl check` to say."""
     try:
         values = np.array([float(x) for x in ("" if element is None else element.get(attribute, "")).split()])
     except ValueError:
         values = np.empty(0)
-    return values if len(values) and np.isfinite(values).all() else None if otherwise is None else np.array(otherwise, dtype=float)
+    fits = len(values) == len(otherwise) or not len(otherwise)
+    return values if len(values) and fits and np.isfinite(values).all() else np.array(otherwise, dtype=float)
 
 
 def _pose(origin: ET.Element | None) -> Array:
     xyz, rpy = _numbers(origin, "xyz", (0, 0, 0)), _numbers(origin, "rpy", (0, 0, 0))
     pose = np.eye(4)
-    if xyz is None or rpy is None or len(xyz) != 3 or len(rpy) != 3:
-        return pose
     (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
     pose[:3, :3] = [[cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr], [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr], [-sp, cp * sr, cp * cr]]
     pose[:3, 3] = xyz
@@ -189,9 +189,7 @@ def _link_shapes(link: ET.Element, reader: _Reader) -> list[Shape]:
 def _primitive(element: ET.Element) -> list[Shape]:
     size = _numbers(element, "size", (0, 0, 0))
     radius, length = (_numbers(element, name, (0,)) for name in ("radius", "length"))
-    if size is None or radius is None or length is None:
-        return []
-    if element.tag == "box" and len(size) == 3:
+    if element.tag == "box":
         return [box(size)]
     if element.tag == "cylinder":
         return [cylinder(float(radius[0]), float(length[0]))]

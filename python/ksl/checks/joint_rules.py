@@ -1,0 +1,238 @@
+"""Rules of joints: axes, mimic joints, damping and friction."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ksl.checks.findings import Repair
+from ksl.checks.repair import digits, remove, set_attribute, shown, suggest
+from ksl.checks.robot import ONE_COORDINATE, WITH_AXIS, Joint, Mimic, RobotFile
+from ksl.checks.rule import Broken, rule
+
+UNIT = 1e-3
+"""How far the length of an axis may be from 1: three printed digits, 0.577 0.577 0.577, are rounded no further."""
+
+
+@rule(
+    "axis-zero",
+    "error",
+    condition="The axis of a moving joint has a direction.",
+    cause="A template was not filled in, or the joint was meant to be fixed.",
+    repair='Give the direction of motion, <axis xyz="0 0 1"/> for example, or make the joint fixed.',
+)
+def axis_zero(robot: RobotFile) -> Iterator[Broken]:
+    for joint in robot.joints:
+        if joint.kind in WITH_AXIS and joint.axis is not None and not joint.axis.any():
+            yield Broken("axis 0 0 0", joint.axis_line, "joint", joint.name, 0.0)
+
+
+@rule(
+    "axis-not-unit",
+    "warning",
+    condition=f"The axis of a moving joint has the length 1, to {UNIT:g}.",
+    cause="Written as a direction only. KSL divides by the length; readers that don't scale the motion by it.",
+    repair="Divide the axis by its length.",
+    fix="divides the axis by its length",
+)
+def axis_not_unit(robot: RobotFile) -> Iterator[Broken]:
+    for joint in robot.joints:
+        if joint.kind not in WITH_AXIS or joint.axis is None or not joint.axis.any():
+            continue
+        length = float(np.linalg.norm(joint.axis))
+        if abs(length - 1) > UNIT:
+            unit = " ".join(digits(x) for x in joint.axis / length)
+            given = " ".join(shown(x) for x in joint.axis)
+            fix = set_attribute(joint.axis_element, "xyz", unit) if robot.format == "urdf" else None
+            yield Broken(f"axis {given} has the length {length:.6g}", joint.axis_line, "joint", joint.name, length, fix=fix)
+
+
+@rule(
+    "axis-missing",
+    "warning",
+    condition="A joint that turns about an axis or slides along one says which.",
+    cause="Left out. URDF then takes x, while many expect z.",
+    repair='Add <axis xyz="1 0 0"/> if x is meant, or the axis that is meant.',
+    fix='writes the axis that the format takes, <axis xyz="1 0 0"/>',
+    formats=("urdf",),
+)
+def axis_missing(robot: RobotFile) -> Iterator[Broken]:
+    for joint in robot.joints:
+        if joint.kind in WITH_AXIS and joint.axis_element is None and joint.element is not None and joint.element.tag == "joint":
+            yield Broken(f"{joint.kind} joint without <axis>", joint.line, "joint", joint.name, fix=_with_axis(joint))
+
+
+def _with_axis(joint: Joint) -> Repair:
+    def change() -> str:
+        from lxml import etree
+
+        assert joint.element is not None
+        last = joint.element[-1] if len(joint.element) else None
+        axis = etree.SubElement(joint.element, "axis", xyz="1 0 0")
+        if last is not None:  # on a line of its own, as the elements before it
+            axis.tail, last.tail = last.tail, joint.element.text
+        return 'added <axis xyz="1 0 0"/>, the default of URDF'
+
+    return change
+
+
+def _chain(robot: RobotFile, joint: Joint) -> tuple[list[Joint], bool]:
+    """The joints that a mimic joint follows, one after the other, and whether they lead back to one of them."""
+    followed = [joint]
+    while True:
+        mimic = followed[-1].mimic
+        leader = robot.joint_of.get(mimic.leader) if mimic else None
+        if leader is None:
+            return followed, False
+        if leader in followed:
+            return followed, True
+        followed.append(leader)
+
+
+@rule(
+    "mimic-unknown",
+    "error",
+    condition="A mimic joint follows a joint of the file.",
+    cause="The joint was renamed or removed, or its name is misspelt.",
+    repair="Correct the name, or remove <mimic>.",
+    fix="corrects the name where only capitals or spaces at its ends differ",
+    accept="takes the joint whose name ends like this one's leader and begins like its own",
+    formats=("urdf", "sdf"),
+)
+def mimic_unknown(robot: RobotFile) -> Iterator[Broken]:
+    for joint in robot.joints:
+        if joint.mimic and joint.mimic.leader not in robot.joint_of:
+            name = joint.mimic.leader
+            same = [known for known in robot.joint_of if known.strip().lower() == name.strip().lower()]
+            prefixed = _with_prefix(robot, joint.name, name)
+            fix = set_attribute(joint.mimic.element, "joint", same[0]) if len(same) == 1 and robot.format == "urdf" else None
+            guess = set_attribute(joint.mimic.element, "joint", prefixed) if prefixed and robot.format == "urdf" else None
+            repair = f"Did you mean {prefixed}?" if prefixed else suggest(name, robot.joint_of)
+            found = f'it mimics joint "{name}", which does not exist'
+            yield Broken(found, joint.mimic.line, "joint", joint.name, repair=repair, cause="A prefix was left out." if prefixed else None, fix=fix, guess=guess)
+
+
+def _with_prefix(robot: RobotFile, follower: str, leader: str) -> str | None:
+    """left_thumb_1 for the leader thumb_1 of left_thumb_2: what a macro with a prefix that one name lacks was meant to say."""
+    found = [name for name in robot.joint_of if leader and name.endswith(leader) and name != follower and follower.startswith(name[: -len(leader)])]
+    return found[0] if len(found) == 1 else None
+
+
+@rule(
+    "mimic-kind",
+    "error",
+    condition="A mimic joint and the joint that it follows have one coordinate each.",
+    cause="One of them was made fixed, or has several coordinates.",
+    repair="Remove <mimic>, or name a joint with one coordinate.",
+)
+def mimic_kind(robot: RobotFile) -> Iterator[Broken]:
+    for joint in robot.joints:
+        leader = robot.joint_of.get(joint.mimic.leader) if joint.mimic else None
+        if joint.mimic and joint.kind not in ("", "fixed", *ONE_COORDINATE):
+            yield Broken(f"it mimics joint {joint.mimic.leader} and is {joint.kind}", joint.mimic.line, "joint", joint.name)
+        elif joint.mimic and joint.kind != "fixed" and leader and leader.kind and leader.kind not in ONE_COORDINATE:
+            yield Broken(f"it mimics joint {leader.name}, which is {leader.kind}", joint.mimic.line, "joint", joint.name)
+
+
+@rule(
+    "mimic-fixed",
+    "warning",
+    condition="A fixed joint mimics no other.",
+    cause="The joint was made fixed and <mimic> was left. It has no effect; some readers refuse it.",
+    repair="Remove <mimic>.",
+    fix="removes <mimic> from all fixed joints",
+    formats=("urdf",),
+)
+def mimic_fixed(robot: RobotFile) -> Iterator[Broken]:
+    fixed = [joint for joint in robot.joints if joint.mimic and joint.kind == "fixed"]
+    for joint in fixed[:1]:
+        assert joint.mimic
+        more = f", and so do {len(fixed) - 1} more fixed joints" if len(fixed) > 1 else ""
+        yield Broken(f"it mimics joint {joint.mimic.leader}{more}", joint.mimic.line, "joint", joint.name, float(len(fixed)), fix=_without_mimic(fixed))
+
+
+def _without_mimic(joints: list[Joint]) -> Repair:
+    def change() -> str:
+        for joint in joints:
+            if joint.mimic and joint.mimic.element is not None and joint.element is not None:
+                remove(joint.mimic.element)
+        return f"<mimic> removed from {', '.join(joint.name for joint in joints)}"
+
+    return change
+
+
+@rule(
+    "mimic-loop",
+    "error",
+    condition="Of joints that mimic each other one leads.",
+    cause="Two joints name each other, or a joint names itself.",
+    repair="Remove <mimic> from the joint that shall lead.",
+)
+def mimic_loop(robot: RobotFile) -> Iterator[Broken]:
+    told: set[str] = set()
+    for joint in robot.joints:
+        followed, closed = _chain(robot, joint)
+        names = [j.name for j in followed]
+        if closed and not told.intersection(names):
+            told.update(names)
+            assert joint.mimic
+            yield Broken(f"it mimics {' → '.join([*names[1:], _leader(followed[-1])])}: no joint leads", joint.mimic.line, "joint", joint.name)
+
+
+def _leader(joint: Joint) -> str:
+    return joint.mimic.leader if joint.mimic else ""
+
+
+@rule(
+    "mimic-chain",
+    "warning",
+    condition="A mimic joint follows a joint that is none.",
+    cause="Fingers with several joints, each written as a follower of the one before. KSL follows the chain; some readers take the first leader's position as it is, or refuse.",
+    repair="Name the joint that leads all of them, with the product of the multipliers.",
+    fix="names the joint that leads all of them, with the product of the multipliers and the offset that belongs to it",
+    formats=("urdf", "sdf"),
+)
+def mimic_chain(robot: RobotFile) -> Iterator[Broken]:
+    for joint in robot.joints:
+        followed, closed = _chain(robot, joint)
+        if joint.mimic is None or closed or len(followed) < 3 or followed[-1].mimic:
+            continue
+        multiplier, offset = 1.0, 0.0
+        for each in followed[:-1]:  # q = m (m' q' + o') + o
+            assert each.mimic
+            offset += multiplier * each.mimic.offset
+            multiplier *= each.mimic.multiplier
+        direct = Mimic(joint.mimic.line, joint.mimic.element, followed[-1].name, multiplier, offset)
+        names = " → ".join(j.name for j in followed[1:])
+        repair = f'Name {direct.leader} with the multiplier {shown(multiplier)} and the offset {shown(offset)}.'
+        yield Broken(f"it mimics {names}", joint.mimic.line, "joint", joint.name, repair=repair, fix=_direct(direct) if robot.format == "urdf" else None)
+
+
+def _direct(mimic: Mimic) -> Repair:
+    def change() -> str:
+        element = mimic.element
+        assert element is not None
+        old = element.get("joint")
+        for name, value in (("joint", mimic.leader), ("multiplier", digits(mimic.multiplier)), ("offset", digits(mimic.offset))):
+            element.set(name, value)
+        return f"<mimic> named {old}; now {mimic.leader}, multiplier {shown(mimic.multiplier)}, offset {shown(mimic.offset)}"
+
+    return change
+
+
+@rule(
+    "dynamics-negative",
+    "error",
+    condition="Damping and friction are zero or more.",
+    cause="A wrong sign. A negative damping drives the joint.",
+    repair="Correct the sign or the number.",
+)
+def dynamics_negative(robot: RobotFile) -> Iterator[Broken]:
+    for joint in robot.joints:
+        for what, value in (("damping", joint.damping), ("friction", joint.friction)):
+            if value is not None and value < 0:
+                yield Broken(f"{what} {shown(value)}", joint.dynamics_line or joint.line, "joint", joint.name, value)
+
+
+RULES = [axis_zero, axis_not_unit, axis_missing, mimic_unknown, mimic_kind, mimic_fixed, mimic_loop, mimic_chain, dynamics_negative]

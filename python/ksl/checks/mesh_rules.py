@@ -1,0 +1,154 @@
+"""Rules of mesh files."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from ksl.checks.extent import shape_box
+from ksl.checks.repair import digits, set_attribute, shown
+from ksl.checks.robot import Link, RobotFile, Shape
+from ksl.checks.rule import Broken, rule
+from ksl.mesh_files import find_mesh, mesh_fault, package_folders, package_of, same_but_for_capitals
+
+LARGEST = 50.0
+"""m: the largest robot arms and cranes are smaller; a part of 0.1 m drawn in mm has 100."""
+SCALES = 30.0
+"""Inches and metres differ by 39, millimetres by 1000; nobody draws the same part in two sizes that differ so much."""
+
+
+def _meshes(robot: RobotFile) -> Iterator[tuple[Link, Shape]]:
+    for link in robot.links:
+        for shape in link.shapes:
+            if shape.kind == "mesh":
+                yield link, shape
+
+
+@rule(
+    "package-missing",
+    "warning",
+    condition="The packages that meshes are in are found.",
+    cause="The package is not installed here, or its workspace was not sourced.",
+    repair="Give the folder that holds the package with --package-path, or set ROS_PACKAGE_PATH.",
+)
+def package_missing(robot: RobotFile) -> Iterator[Broken]:
+    first: dict[str, tuple[Link, Shape]] = {}
+    count: dict[str, int] = defaultdict(int)
+    for link, shape in _meshes(robot):
+        named = package_of(shape.uri)
+        if named:
+            first.setdefault(named[0], (link, shape))
+            count[named[0]] += 1
+    for package, (link, shape) in first.items():
+        if not package_folders(package, robot.path, robot.package_paths):
+            n = count[package]
+            found = f"package {package} not found, with {n} mesh{'es' if n > 1 else ''}, the first of which is {shape.uri}"
+            if not package:
+                found = f"{n} mesh{'es' if n > 1 else ''} without the name of a package, the first of which is {shape.uri}"
+            yield Broken(found, shape.line, "link", link.name)
+
+
+@rule(
+    "mesh-missing",
+    "error",
+    condition="Mesh files exist.",
+    cause="The mesh was not copied with the robot file, was renamed, or its path is that of another computer.",
+    repair="Correct the path, or put the mesh there.",
+    fix="corrects the path where only capitals differ",
+    formats=("urdf", "sdf"),
+)
+def mesh_missing(robot: RobotFile) -> Iterator[Broken]:
+    told: set[str] = set()
+    for link, shape in _meshes(robot):
+        named = package_of(shape.uri)
+        if shape.uri in told or "${" in shape.uri or find_mesh(shape.uri, robot.path, robot.package_paths):
+            continue
+        told.add(shape.uri)
+        if not shape.uri:
+            yield Broken("a mesh without a file name", shape.line, "link", link.name)
+            continue
+        folders = package_folders(named[0], robot.path, robot.package_paths) if named else []
+        if named and not folders:
+            continue  # package-missing
+        expected = folders[0] / named[1] if named else robot.path.parent / shape.uri.removeprefix("file://")
+        other = same_but_for_capitals(expected.absolute())
+        repair, fix = None, None
+        if other is not None:
+            right = shape.uri[: len(shape.uri) - len(_tail(expected, other))] + _tail(expected, other)
+            repair = f"Did you mean {right}? Names of files with other capitals are other files on most systems."
+            fix = set_attribute(shape.element, "filename", right) if robot.format == "urdf" else None
+        yield Broken(f"{shape.uri} not found ({expected})", shape.line, "link", link.name, repair=repair, fix=fix)
+
+
+def _tail(expected: Path, other: Path) -> str:
+    """The parts of the right path from the first on that differs, as the end of a name."""
+    parts = list(zip(expected.absolute().parts, other.parts))
+    first = next(i for i, (a, b) in enumerate(parts) if a != b)
+    return "/".join(other.parts[first:])
+
+
+@rule(
+    "mesh-unreadable",
+    "error",
+    condition="Mesh files are what their suffix says, and complete.",
+    cause="A download that was cut short, a placeholder of Git LFS, or a wrong suffix.",
+    repair="Get the file again, or export it again.",
+    formats=("urdf", "sdf"),
+)
+def mesh_unreadable(robot: RobotFile) -> Iterator[Broken]:
+    told: set[Path] = set()
+    for link, shape in _meshes(robot):
+        path = find_mesh(shape.uri, robot.path, robot.package_paths)
+        if path is None or path in told:
+            continue
+        told.add(path)
+        fault = mesh_fault(path)
+        if fault:
+            yield Broken(f"{shape.uri} {fault}", shape.line, "link", link.name)
+
+
+@rule(
+    "mesh-units",
+    "warning",
+    condition=f"Links are smaller than {LARGEST:g} m.",
+    cause='The mesh is in millimetres, and scale="0.001 0.001 0.001" is missing.',
+    repair='Add scale="0.001 0.001 0.001" to <mesh>, if it is in millimetres.',
+    accept="multiplies the scale of the mesh by 0.001",
+    formats=("urdf", "sdf"),
+)
+def mesh_units(robot: RobotFile) -> Iterator[Broken]:
+    told: set[tuple[str, float]] = set()
+    for link, shape in _meshes(robot):
+        box = shape_box(robot, shape)
+        largest = 0.0 if box is None else float((box[1] - box[0]).max())
+        if largest > LARGEST and (shape.uri, largest) not in told:
+            told.add((shape.uri, largest))
+            scale = " ".join(digits(float(x) / 1000) for x in shape.scale)
+            guess = set_attribute(shape.element, "scale", scale) if robot.format == "urdf" else None
+            yield Broken(f"{shape.uri} is {shown(largest)} m long", shape.line, "link", link.name, largest, guess=guess)
+
+
+@rule(
+    "mesh-scales",
+    "warning",
+    condition=f"A mesh is used at scales that differ by less than {SCALES:g} times.",
+    cause="One of the uses is in millimetres and the other in metres.",
+    repair="Correct one of the scales, and check whether masses and lengths of the link are in kg and m.",
+    formats=("urdf", "sdf"),
+)
+def mesh_scales(robot: RobotFile) -> Iterator[Broken]:
+    uses: dict[str, list[tuple[float, Link, Shape]]] = defaultdict(list)
+    for link, shape in _meshes(robot):
+        scale = float(np.abs(shape.scale).max())
+        if scale > 0:
+            uses[shape.uri].append((scale, link, shape))
+    for uri, each in uses.items():
+        least, most = min(each, key=lambda use: use[0]), max(each, key=lambda use: use[0])
+        if most[0] / least[0] >= SCALES:
+            yield Broken(f"{uri} at scale {shown(least[0])} and, in line {most[2].line}, at scale {shown(most[0])}", least[2].line, "link", least[1].name, most[0] / least[0])
+
+
+RULES = [package_missing, mesh_missing, mesh_unreadable, mesh_units, mesh_scales]

@@ -1,0 +1,142 @@
+"""SDF as the rules see it.  Names of links and joints in nested models are those of the format: `hand::palm`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ksl.checks.robot import Array, Inertial, Joint, Link, Mimic, RobotFile, Shape
+from ksl.checks.xml_file import Numbers, children, half_unit, line_of, rotation_of
+
+if TYPE_CHECKING:
+    from lxml.etree import _Element
+
+KINDS = {"ball": "spherical", "screw": "helical", "revolute2": "universal"}
+MOMENTS = ("ixx", "iyy", "izz", "ixy", "iyz", "ixz")
+
+
+def read_sdf(robot: RobotFile) -> None:
+    """Fills in links and joints of all models of the file from `robot.root`."""
+    root = robot.root
+    assert root is not None
+    models = [*children(root, "model"), *(model for world in children(root, "world") for model in children(world, "model"))]
+    for model in models:
+        _model(robot, model, f"{model.get('name', '')}::" if len(models) > 1 else "")
+    robot.name = models[0].get("name", "") if models else ""
+    robot.not_checked += [
+        "elements and attributes of SDF that no reader knows",
+        "the size of links whose shapes are placed by relative_to, or whose meshes are Collada",
+    ]
+
+
+def _model(robot: RobotFile, model: _Element, scope: str) -> None:
+    for element in children(model, "link"):
+        robot.links.append(_link(robot, element, scope))
+    for element in children(model, "joint"):
+        robot.joints.append(_joint(robot, element, scope))
+    for nested in children(model, "model"):
+        _model(robot, nested, f"{scope}{nested.get('name', '')}::")
+
+
+def _pose(numbers: Numbers, parent: _Element) -> tuple[Array, Array] | None:
+    """(rotation, translation); None where it is relative to another frame, which only the loader resolves."""
+    pose = parent.find("pose")
+    if pose is None:
+        return np.eye(3), np.zeros(3)
+    if pose.get("relative_to"):
+        return None
+    quaternion = pose.get("rotation_format") == "quat_xyzw"
+    values = numbers.several(pose.text, 7 if quaternion else 6, line_of(pose), "<pose>")
+    if values is None:
+        return np.eye(3), np.zeros(3)
+    if quaternion:
+        x, y, z, w = values[3:] / (np.linalg.norm(values[3:]) or 1.0)
+        S = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+        return np.eye(3) + 2 * w * S + 2 * S @ S, values[:3]
+    return rotation_of(np.radians(values[3:]) if pose.get("degrees") == "true" else values[3:]), values[:3]
+
+
+def _link(robot: RobotFile, element: _Element, scope: str) -> Link:
+    name = element.get("name", "")
+    link = Link(scope + name if name else "", line_of(element), element)
+    numbers = Numbers(robot, "link", link.name)
+    inertial = element.find("inertial")
+    if inertial is not None:
+        link.has_inertial = True
+        link.inertial = _inertial(numbers, inertial)
+    else:
+        link.inertial = Inertial(link.line, None, 1.0, np.zeros(3), np.eye(3), None)  # what the format takes; a rule says it
+    for role in ("visual", "collision"):
+        for each in children(element, role):
+            shape = _shape(numbers, each, role)
+            if shape:
+                link.shapes.append(shape)
+    return link
+
+
+def _inertial(numbers: Numbers, element: _Element) -> Inertial:
+    pose = _pose(numbers, element)
+    rotation, centroid = pose if pose else (np.eye(3), np.zeros(3))
+    mass = numbers.text(element, "mass")
+    inertia = element.find("inertia")
+    moments = np.eye(3)  # what the format takes where nothing is given
+    rounding = 0.0
+    if inertia is not None:
+        given = {name: numbers.text(inertia, name) for name in MOMENTS}
+        xx, yy, zz = (1.0 if given[name] is None else float(given[name][0]) for name in MOMENTS[:3])  # type: ignore[index]
+        xy, yz, xz = (0.0 if given[name] is None else float(given[name][0]) for name in MOMENTS[3:])  # type: ignore[index]
+        moments = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        rounding = sum(half_unit(inertia.findtext(name, "")) for name in MOMENTS[:3])
+    return Inertial(line_of(element), element, 1.0 if mass is None else float(mass[0]), centroid, rotation, moments, rounding)
+
+
+def _shape(numbers: Numbers, element: _Element, role: str) -> Shape | None:
+    geometry, pose = element.find("geometry"), _pose(numbers, element)
+    given = [] if geometry is None else children(geometry)
+    if not given:
+        return None
+    shape, line = given[0], line_of(given[0])
+    rotation, translation = pose if pose else (np.eye(3), np.full(3, np.nan))
+    if shape.tag == "mesh":
+        scale = numbers.text(shape, "scale", 3)
+        return Shape(line, shape, role, "mesh", np.zeros(3), rotation, translation, shape.findtext("uri", "").strip(), np.ones(3) if scale is None else scale)
+    radius, length = numbers.text(shape, "radius"), numbers.text(shape, "length")
+    size = numbers.text(shape, "size", 3) if shape.tag == "box" else None
+    if size is not None:
+        return Shape(line, shape, role, "box", abs(size) / 2, rotation, translation)
+    if shape.tag == "sphere" and radius is not None:
+        return Shape(line, shape, role, "sphere", np.full(3, abs(radius[0])), rotation, translation)
+    if shape.tag in ("cylinder", "capsule") and radius is not None and length is not None:
+        end = abs(length[0]) / 2 + (abs(radius[0]) if shape.tag == "capsule" else 0)
+        return Shape(line, shape, role, "cylinder", np.array([abs(radius[0]), abs(radius[0]), end]), rotation, translation)
+    return None
+
+
+def _joint(robot: RobotFile, element: _Element, scope: str) -> Joint:
+    name = element.get("name", "")
+    kind = KINDS.get(element.get("type", ""), element.get("type", ""))
+
+    def end(tag: str) -> str:
+        link: str = element.findtext(tag, "").strip()
+        return link if link in ("", "world") else scope + link
+
+    joint = Joint(scope + name if name else "", line_of(element), element, kind, end("parent"), end("child"))
+    numbers = Numbers(robot, "joint", joint.name)
+    axis = element.find("axis")
+    if axis is None:
+        return joint
+    joint.axis, joint.axis_line, joint.axis_element = numbers.text(axis, "xyz", 3), line_of(axis), axis
+    limit, dynamics, mimic = axis.find("limit"), axis.find("dynamics"), axis.find("mimic")
+
+    def number(parent: _Element | None, tag: str) -> float | None:
+        value = numbers.text(parent, tag)
+        return None if value is None else float(value[0])
+
+    joint.limit_line, joint.limit_element = line_of(limit), limit
+    joint.lower, joint.upper, joint.effort, joint.velocity = (number(limit, tag) for tag in ("lower", "upper", "effort", "velocity"))
+    joint.damping, joint.friction, joint.dynamics_line = number(dynamics, "damping"), number(dynamics, "friction"), line_of(dynamics)
+    if mimic is not None:
+        multiplier, offset = number(mimic, "multiplier"), number(mimic, "offset")
+        joint.mimic = Mimic(line_of(mimic), mimic, scope + mimic.get("joint", ""), 1.0 if multiplier is None else multiplier, offset or 0.0)
+    return joint

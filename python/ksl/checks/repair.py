@@ -1,0 +1,62 @@
+"""Repairs of XML trees, of which findings are given one each, and the words that rules share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+from typing import TYPE_CHECKING
+
+from ksl.checks.findings import Repair
+
+if TYPE_CHECKING:
+    from lxml.etree import _Element
+
+
+def digits(x: float) -> str:
+    """A number as it is written into a file: 12 digits, without zeros at the end."""
+    return f"{x:.12g}"
+
+
+def shown(x: float) -> str:
+    """A number as it is told to a reader."""
+    return f"{x:.4g}"
+
+
+def set_attribute(element: _Element | None, name: str, value: str) -> Repair | None:
+    """The repair that gives an attribute this value."""
+    if element is None:
+        return None
+
+    def change() -> str:
+        old = element.get(name)
+        element.set(name, value)
+        return f'<{element.tag}> {name}: "{old}" is now "{value}"'
+
+    return change
+
+
+def remove(element: _Element) -> None:
+    """Takes an element out of the tree, with the white space before it, so that no empty line stays."""
+    parent, before = element.getparent(), element.getprevious()
+    if before is not None:
+        before.tail = element.tail
+    else:
+        parent.text = element.tail
+    element.tail = None
+    parent.remove(element)
+
+
+def nearest(name: str, known: Iterable[str]) -> str | None:
+    """The known name that was likely meant: the same in other capitals, or one that differs by a few letters.  None if there is none."""
+    names = list(known)
+    folded = {each.strip().lower(): each for each in names}
+    if name.strip().lower() in folded:
+        return folded[name.strip().lower()]
+    near = get_close_matches(name, names, 1, 0.7)
+    return near[0] if near else None
+
+
+def suggest(name: str, known: Iterable[str]) -> str | None:
+    """"Did you mean hand?", or None where nothing is near."""
+    near = nearest(name, known)
+    return f"Did you mean {near}?" if near else None

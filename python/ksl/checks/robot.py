@@ -1,0 +1,251 @@
+"""A robot file as the rules see it: links and joints with their lines, whatever the format, however broken.
+
+Nothing is refused here.  What can't be read is None, and is noted in `RobotFile.unreadable`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from lxml.etree import _Element
+
+Array = NDArray[np.float64]
+Format = Literal["urdf", "sdf", "mjcf", "unknown"]
+
+MOVING = {"revolute", "continuous", "prismatic", "helical", "screw", "cylindrical", "universal", "revolute2", "spherical", "ball", "planar", "translation", "floating"}
+ONE_COORDINATE = {"revolute", "continuous", "prismatic", "helical", "screw"}
+WITH_AXIS = ONE_COORDINATE | {"cylindrical", "universal", "revolute2", "planar"}
+NEGLIGIBLE = 0.05
+"""Share of a body's mass and moments below which one of the links that it is welded of doesn't matter."""
+TYPES = sorted(MOVING - {"revolute2"} | {"fixed"})
+
+
+@dataclass
+class Inertial:
+    """Mass, centroid and moments of a link as the file gives them."""
+
+    line: int | None
+    element: _Element | None
+    mass: float | None
+    centroid: Array
+    """(3,) in the link's axes, m."""
+    rotation: Array
+    """(3, 3): from the axes of the moments to those of the link."""
+    moments: Array | None
+    """(3, 3) about the centroid, kg m², in the axes that the file gives; None if a number is missing or can't be read."""
+    rounding: float = 0.0
+    """Half a unit of the last printed digit of the moments, summed over the diagonal: what rounding may have changed."""
+
+    @property
+    def in_link_axes(self) -> Array | None:
+        return None if self.moments is None else self.rotation @ self.moments @ self.rotation.T
+
+
+@dataclass
+class Shape:
+    """A <visual> or <collision>."""
+
+    line: int | None
+    element: _Element | None
+    role: str
+    kind: Literal["box", "sphere", "cylinder", "mesh"]
+    half_size: Array
+    """(3,) half the extent along its own axes, m; not used for meshes."""
+    rotation: Array
+    translation: Array
+    uri: str = ""
+    scale: Array = field(default_factory=lambda: np.ones(3))
+
+
+@dataclass
+class Link:
+    name: str
+    line: int | None
+    element: _Element | None
+    inertial: Inertial | None = None
+    shapes: list[Shape] = field(default_factory=list)
+    has_inertial: bool = False
+
+    @property
+    def mass(self) -> float:
+        return self.inertial.mass or 0.0 if self.inertial else 0.0
+
+    @property
+    def mass_unreadable(self) -> bool:
+        return self.inertial is not None and self.inertial.mass is None
+
+    @property
+    def largest_moment(self) -> float:
+        """Largest element of the inertia matrix, kg m²; 0 where it is not known."""
+        return 0.0 if self.inertial is None or self.inertial.moments is None else float(abs(self.inertial.moments).max())
+
+
+@dataclass
+class Mimic:
+    line: int | None
+    element: _Element | None
+    leader: str
+    multiplier: float
+    offset: float
+
+
+@dataclass
+class Joint:
+    name: str
+    line: int | None
+    element: _Element | None
+    kind: str
+    parent: str
+    child: str
+    axis: Array | None = None
+    """(3,) as given; None if the file gives none, or no three numbers."""
+    axis_line: int | None = None
+    axis_element: _Element | None = None
+    limit_line: int | None = None
+    limit_element: _Element | None = None
+    lower: float | None = None
+    upper: float | None = None
+    effort: float | None = None
+    velocity: float | None = None
+    damping: float | None = None
+    friction: float | None = None
+    dynamics_line: int | None = None
+    mimic: Mimic | None = None
+    translation: Array = field(default_factory=lambda: np.zeros(3))
+
+    @property
+    def moves(self) -> bool:
+        return self.kind in MOVING
+
+
+@dataclass(frozen=True)
+class Note:
+    """Something that reading the file brought to light, for a rule to report."""
+
+    line: int | None
+    found: str
+    kind: Literal["link", "joint", ""] = ""
+    name: str = ""
+
+
+@dataclass
+class RobotFile:
+    """Everything that the rules look at."""
+
+    path: Path
+    format: Format = "unknown"
+    root: _Element | None = None
+    name: str = ""
+    links: list[Link] = field(default_factory=list)
+    joints: list[Joint] = field(default_factory=list)
+    syntax: list[Note] = field(default_factory=list)
+    """Errors of the XML parser."""
+    encoding: list[Note] = field(default_factory=list)
+    unreadable: list[Note] = field(default_factory=list)
+    """Attributes and elements that are no numbers."""
+    repeated: list[Note] = field(default_factory=list)
+    """Elements that may stand once and stand there several times."""
+    refusal: str | None = None
+    """What the loader said when it refused the file."""
+    package_paths: Sequence[Path] = ()
+    symmetry: float = 0.05
+    not_checked: list[str] = field(default_factory=list)
+
+    @cached_property
+    def link_of(self) -> dict[str, Link]:
+        return {link.name: link for link in reversed(self.links) if link.name}  # the first of a name
+
+    @cached_property
+    def joint_of(self) -> dict[str, Joint]:
+        return {joint.name: joint for joint in reversed(self.joints) if joint.name}
+
+    @cached_property
+    def joint_above(self) -> dict[str, Joint]:
+        """{link: the joint that carries it}, the first one where there are several."""
+        above: dict[str, Joint] = {}
+        for joint in self.joints:
+            above.setdefault(joint.child, joint)
+        return above
+
+    @cached_property
+    def joints_below(self) -> dict[str, list[Joint]]:
+        below: dict[str, list[Joint]] = {}
+        for joint in self.joints:
+            if self.joint_above.get(joint.child) is joint:
+                below.setdefault(joint.parent, []).append(joint)
+        return below
+
+    @cached_property
+    def roots(self) -> list[Link]:
+        """Links that no joint carries, the one with the most links below it first."""
+        free = [link for link in self.links if link.name and link.name not in self.joint_above]
+        return sorted(free, key=lambda link: -sum(1 for _ in self.subtree(link.name)))
+
+    def subtree(self, name: str) -> Iterator[str]:
+        """Names of a link and all below it, each once even where joints form a cycle."""
+        seen, waiting = {name}, [name]
+        while waiting:
+            link = waiting.pop()
+            yield link
+            for joint in self.joints_below.get(link, ()):
+                if joint.child not in seen:
+                    seen.add(joint.child)
+                    waiting.append(joint.child)
+
+    @cached_property
+    def welded(self) -> dict[str, str]:
+        """{link: the link that stands for all that are welded to it}: the one nearest to the root."""
+        head: dict[str, str] = {}
+        for link in self.links:
+            path: dict[str, None] = {}
+            name = link.name
+            while name not in head and name not in path:
+                path[name] = None
+                above = self.joint_above.get(name)
+                if above is None or above.kind != "fixed":
+                    break
+                name = above.parent
+            end = head.get(name, name)
+            for visited in path:
+                head[visited] = end
+        return head
+
+    @cached_property
+    def moves_mass(self) -> dict[str, bool]:
+        """{link: whether it, or what it carries, has a mass}, of links that are reached from a root.  A mass that can't be read is one."""
+        order = [name for root in self.roots for name in self.subtree(root.name)]
+        heavy = {name: self.link_of[name].mass != 0 or self.link_of[name].mass_unreadable for name in order if name in self.link_of}
+        for name in reversed(order):  # every link comes after the one that carries it
+            above = self.joint_above.get(name)
+            if above is not None and above.parent in heavy:
+                heavy[above.parent] |= heavy.get(name, False)
+        return heavy
+
+    @cached_property
+    def bodies(self) -> dict[str, list[Link]]:
+        """{link nearest to the root: all links welded together with it}."""
+        found: dict[str, list[Link]] = {}
+        for link in self.links:
+            found.setdefault(self.welded.get(link.name, link.name), []).append(link)
+        return found
+
+    def matters(self, link: Link) -> bool:
+        """Whether a link has a share of the mass or of the moments of the body that it is welded into.
+
+        Frames, sensors and markers are often given token masses so that simulators accept them.  Beside the part that they sit on
+        these change no result.
+        """
+        heaviest, largest = self._largest_of_bodies[self.welded.get(link.name, link.name)]
+        return link.mass >= NEGLIGIBLE * heaviest and heaviest > 0 or link.largest_moment > NEGLIGIBLE * largest
+
+    @cached_property
+    def _largest_of_bodies(self) -> dict[str, tuple[float, float]]:
+        return {name: (max(link.mass for link in body), max(link.largest_moment for link in body)) for name, body in self.bodies.items()}

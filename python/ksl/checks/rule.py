@@ -1,0 +1,69 @@
+"""Declarations of rules.  A rule says all about itself that the documentation and a finding say."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+from ksl.checks.findings import Finding, Repair, Severity
+
+if TYPE_CHECKING:
+    from ksl.checks.robot import RobotFile
+
+
+@dataclass(frozen=True)
+class Broken:
+    """One place where a rule is broken; what is None is as the rule declares it."""
+
+    found: str
+    line: int | None = None
+    kind: Literal["link", "joint", ""] = ""
+    name: str = ""
+    value: float | None = None
+    cause: str | None = None
+    repair: str | None = None
+    severity: Severity | None = None
+    fix: Repair | None = None
+    guess: Repair | None = None
+    """The repair if the likely cause is right, which `--accept` confirms."""
+
+
+Check = Callable[["RobotFile"], Iterable[Broken]]
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A rule, as it is declared above the function that looks for what breaks it."""
+
+    name: str
+    severity: Severity
+    condition: str
+    cause: str
+    repair: str
+    fix: str
+    """What `--fix` does about it; empty where it does nothing."""
+    accept: str
+    """What `--fix` does about it if `--accept` names the rule; empty where that changes nothing."""
+    formats: tuple[str, ...]
+    check: Check
+
+    def findings(self, robot: RobotFile) -> Iterator[Finding]:
+        for b in self.check(robot):
+            yield Finding(
+                self.name, b.severity or self.severity, str(robot.path), b.line, b.kind, clipped(b.name), clipped(b.found, 600), self.condition,
+                b.cause or self.cause, b.repair or self.repair, b.value, b.fix is not None, b.fix is None and b.guess is not None, b.fix or b.guess,
+            )  # fmt: skip
+
+
+def clipped(text: str, length: int = 200) -> str:
+    """On one line, and not longer than that: files from strangers may have names of megabytes."""
+    text = " ".join(text.split()) if "\n" in text else text
+    return text if len(text) <= length else text[:length] + "…"
+
+
+def rule(
+    name: str, severity: Severity, *, condition: str, cause: str, repair: str, fix: str = "", accept: str = "", formats: tuple[str, ...] = ("urdf", "sdf", "mjcf")
+) -> Callable[[Check], Rule]:
+    """Makes a rule of the function below: a generator of :class:`Broken` over a robot file."""
+    return lambda check: Rule(name, severity, condition, cause, repair, fix, accept, formats, check)

@@ -1,0 +1,185 @@
+"""`ksl.check`: all rules over one robot file, and the repaired file."""
+
+from __future__ import annotations
+
+import os
+import re
+import warnings
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ksl.checks import file_rules, fit_rules, inertia_rules, joint_rules, limit_rules, mesh_rules, name_rules, symmetry_rules, tree_rules
+from ksl.checks.findings import Finding, Findings
+from ksl.checks.robot import RobotFile
+from ksl.checks.rule import Rule
+from ksl.checks.xml_file import parse
+from ksl.errors import DescriptionError, DescriptionWarning, near_names
+
+TOPICS: dict[str, list[Rule]] = {
+    "The file": [*file_rules.RULES, file_rules.not_loaded],
+    "Names": name_rules.RULES,
+    "The tree": tree_rules.RULES,
+    "Masses and inertias": inertia_rules.RULES,
+    "Masses and inertias against the geometry": fit_rules.RULES,
+    "Joints": joint_rules.RULES,
+    "Limits": limit_rules.RULES,
+    "Meshes": mesh_rules.RULES,
+    "Left and right": symmetry_rules.RULES,
+}
+"""The rules by topic, in the order of the documentation."""
+
+RULES: dict[str, Rule] = {rule.name: rule for rules in TOPICS.values() for rule in rules}
+
+SYMMETRY = 0.05
+"""Share of its mass by which a limb may differ from that of the other side."""
+
+
+def check(
+    path: str | os.PathLike[str],
+    *,
+    ignore: Iterable[str] | str = (),
+    package_paths: Iterable[str | os.PathLike[str]] | str = (),
+    symmetry: float = SYMMETRY,
+) -> Findings:
+    """Looks for what is wrong in a robot file: URDF, SDF, or MJCF (with the extra `ksl[mjcf]`).
+
+    path: also of a file that :func:`ksl.load` refuses; it is checked as far as it can be read.
+    ignore: names of rules that are left out, `inertia-triangle` for example; docs/check.md has all of them.
+    package_paths: folders in which package://NAME/… is looked for, besides those around the file, in ROS_PACKAGE_PATH and in
+    AMENT_PREFIX_PATH.
+    symmetry: share of its mass, 0 to 1, by which a limb may differ from that of the other side.
+    Returns the findings, errors first: a sequence of :class:`ksl.checks.findings.Finding`, with `table` as an Arrow table.
+    Raises DescriptionError where there is no XML file to check, ValueError for an unknown rule.  Cost: O(links), and the first bytes of
+    each mesh; of STL and OBJ meshes also a sample of the vertices.  Needs lxml, of the extra `ksl[check]`.
+    """
+    robot, left_out = _read(path, ignore, package_paths, symmetry)
+    return _findings(robot, left_out)
+
+
+@dataclass(frozen=True)
+class Fixed:
+    """What :func:`fix` did."""
+
+    path: str
+    changes: list[tuple[Finding, str]]
+    """What was changed, and the finding that asked for it."""
+    left: Findings
+    """The findings of the repaired file, with its lines: what needs a person's decision."""
+
+
+def fix(
+    path: str | os.PathLike[str],
+    out: str | os.PathLike[str],
+    *,
+    ignore: Iterable[str] | str = (),
+    package_paths: Iterable[str | os.PathLike[str]] | str = (),
+    symmetry: float = SYMMETRY,
+    accept: Iterable[str] | str = (),
+    force: bool = False,
+) -> Fixed:
+    """Writes a repaired URDF file.  Comments and layout stay; only what :attr:`Fixed.changes` lists is changed.
+
+    out: a new file; the original is never overwritten, and another existing file only with `force`.
+    ignore, package_paths, symmetry: as :func:`check` takes them.
+    accept: names of rules whose likely cause is right: moments in kg mm², limits in degrees … These are repaired, too.
+    Raises DescriptionError where the file is no URDF or is not well-formed, and OutputError where `out` can't be written.
+    """
+    from ksl.checks.write import write_tree
+
+    ignored = [ignore] if isinstance(ignore, str) else list(ignore)
+    packages = [package_paths] if isinstance(package_paths, str) else list(package_paths)
+    robot, left_out = _read(path, ignored, packages, symmetry)
+    if robot.format != "urdf":
+        raise DescriptionError(f"{path}: only URDF files can be repaired; correct the findings by hand")
+    if robot.syntax:
+        first = robot.syntax[0]
+        raise DescriptionError(f"{path}:{first.line}: the XML is broken ({first.found}); correct that first, since what it hides would be lost")
+    accepted = _rule_names(accept, "accept")
+    changes = []
+    for finding in _findings(robot, left_out):
+        if finding._fix is not None and (finding.fixable or finding.rule in accepted):
+            changes.append((finding, finding._fix()))
+    write_tree(robot, Path(out), force)
+    return Fixed(str(out), changes, check(out, ignore=ignored, package_paths=[*packages, robot.path.parent], symmetry=symmetry))
+
+
+def _read(path: str | os.PathLike[str], ignore: Iterable[str] | str, package_paths: Iterable[str | os.PathLike[str]] | str, symmetry: float) -> tuple[RobotFile, list[str]]:
+    """The file as the rules see it, and the rules that are left out."""
+    left_out = _rule_names(ignore, "ignore")
+    if not (0 <= symmetry <= 1):
+        raise ValueError(f"symmetry={symmetry!r}: expected a share between 0 and 1, 0.05 for 5 %")
+    folders = [Path(p) for p in ([package_paths] if isinstance(package_paths, str) else package_paths)]
+    for folder in folders:
+        if not folder.is_dir():
+            raise ValueError(f"package_path={str(folder)!r}: no such folder; name the folder that holds the packages")
+    robot = RobotFile(Path(path), package_paths=folders, symmetry=symmetry)
+    try:
+        parse(robot)
+    except ModuleNotFoundError as e:
+        raise DescriptionError(f"checking a file needs {e.name}; install it with: pip install 'ksl[check]'") from None
+    _fill(robot)
+    return robot, left_out
+
+
+def _rule_names(names: Iterable[str] | str, argument: str) -> list[str]:
+    given = [names] if isinstance(names, str) else list(names)
+    for name in given:
+        if name not in RULES:
+            raise ValueError(f"{argument}={name!r}: no such rule; {near_names(name, RULES)}docs/check.md lists all {len(RULES)}")
+    return given
+
+
+def _fill(robot: RobotFile) -> None:
+    """Links and joints by the reader of the format, and what the loader says of the file."""
+    tag = None if robot.root is None else robot.root.tag
+    if tag == "robot":
+        from ksl.checks.read_urdf import read_urdf
+
+        robot.format = "urdf"
+        read_urdf(robot)
+        _load(robot)
+    elif tag == "sdf":
+        from ksl.checks.read_sdf import read_sdf
+
+        robot.format = "sdf"
+        read_sdf(robot)
+        _load(robot)
+    elif tag == "mujoco":
+        from ksl.checks.read_mjcf import read_mjcf
+
+        robot.format = "mjcf"
+        read_mjcf(robot)
+    else:
+        _load(robot)
+
+
+def _load(robot: RobotFile) -> None:
+    from ksl.loading import load
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DescriptionWarning)
+        try:
+            load(robot.path, masses="optional")
+        except ValueError as e:
+            robot.refusal = str(e)
+
+
+def _findings(robot: RobotFile, left_out: Sequence[str]) -> Findings:
+    found = [
+        finding
+        for rule in RULES.values()
+        if rule.name not in left_out and rule.name != "not-loaded" and robot.format in rule.formats
+        for finding in rule.findings(robot)
+    ]
+    if "not-loaded" not in left_out and not robot.syntax:
+        found += [f for f in RULES["not-loaded"].findings(robot) if not any(_explains(other, f) for other in found)]
+    return Findings(str(robot.path), found, robot.not_checked, left_out)
+
+
+def _explains(finding: Finding, refusal: Finding) -> bool:
+    """Whether a finding says what the loader stopped at: it is about the same line, or about a link or joint that the loader names."""
+    if finding.severity != "error":
+        return False
+    names = re.findall(r"[^\s,;:\"]+", refusal.found)
+    return (finding.line is not None and finding.line == refusal.line) or finding.name in names or refusal.line is None

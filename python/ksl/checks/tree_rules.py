@@ -1,0 +1,139 @@
+"""Rules of the tree: which links and joints there are, and how they hang together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import dropwhile
+
+from ksl.checks.repair import set_attribute, suggest
+from ksl.checks.robot import TYPES, Joint, RobotFile
+from ksl.checks.rule import Broken, rule
+
+
+@rule(
+    "joint-incomplete",
+    "error",
+    condition="A joint has a type, a parent link and a child link, which differ.",
+    cause="An element was left out or misspelt.",
+    repair="Add what is missing.",
+)
+def joint_incomplete(robot: RobotFile) -> Iterator[Broken]:
+    for joint in robot.joints:
+        absent = [what for what, given in (("type", joint.kind), ("parent", joint.parent), ("child", joint.child)) if not given]
+        if absent:
+            yield Broken(f"no {', no '.join(absent)}", joint.line, "joint", joint.name)
+        elif joint.parent == joint.child:
+            yield Broken(f"link {joint.child} is both its parent and its child", joint.line, "joint", joint.name, repair="Name two links.")
+
+
+@rule(
+    "joint-type",
+    "error",
+    condition="The type of a joint is one that the format has.",
+    cause="A spelling mistake, or a type of another format.",
+    repair="Write one of these types.",
+    fix="writes the type in small letters where only that differs",
+    formats=("urdf",),
+)
+def joint_type(robot: RobotFile) -> Iterator[Broken]:
+    for joint in robot.joints:
+        if joint.kind and joint.kind not in TYPES:
+            small = joint.kind.lower().strip()
+            near = suggest(joint.kind, TYPES)
+            fix = set_attribute(joint.element, "type", small) if small in TYPES else None
+            repair = near or f"Write one of {', '.join(TYPES)}."
+            yield Broken(f'type "{joint.kind}"', joint.line, "joint", joint.name, repair=repair, fix=fix)
+
+
+@rule(
+    "link-undefined",
+    "error",
+    condition="The parent and the child of a joint are links of the file.",
+    cause="The link was renamed or removed, or its name is misspelt.",
+    repair="Correct the name, or add the link.",
+    fix="corrects the name where only capitals or spaces at its ends differ",
+    formats=("urdf", "sdf"),
+)
+def link_undefined(robot: RobotFile) -> Iterator[Broken]:
+    for joint in robot.joints:
+        for end, name in (("parent", joint.parent), ("child", joint.child)):
+            if not name or name in robot.link_of or (robot.format == "sdf" and (name in ("world", "__model__") or "::" in name)):
+                continue
+            same = [known for known in robot.link_of if known.strip().lower() == name.strip().lower()]
+            element = None if joint.element is None else joint.element.find(end)
+            fix = set_attribute(element, "link", same[0]) if len(same) == 1 and robot.format == "urdf" else None
+            line = joint.line if element is None else element.sourceline
+            yield Broken(f'{end} link "{name}" does not exist', line, "joint", joint.name, repair=suggest(name, robot.link_of), fix=fix)
+
+
+@rule(
+    "link-two-parents",
+    "error",
+    condition="At most one joint carries a link: the links form a tree.",
+    cause="A closed chain (a four-bar linkage, a parallel gripper), or a joint that was copied and not changed.",
+    repair="Remove one of these joints. Describe the closed chain's other joint as a mimic joint, or leave it out.",
+)
+def link_two_parents(robot: RobotFile) -> Iterator[Broken]:
+    carriers: dict[str, list[Joint]] = {}
+    for joint in robot.joints:
+        if joint.child:
+            carriers.setdefault(joint.child, []).append(joint)
+    for link, joints in carriers.items():
+        if len(joints) > 1:
+            yield Broken(f"carried by {len(joints)} joints: {', '.join(j.name for j in joints)}", joints[1].line, "link", link, float(len(joints)))
+
+
+@rule(
+    "joint-cycle",
+    "error",
+    condition="No link is carried by itself: the links form a tree.",
+    cause="Parent and child of a joint are exchanged.",
+    repair="Exchange parent and child of one of these joints, or remove one.",
+)
+def joint_cycle(robot: RobotFile) -> Iterator[Broken]:
+    done: set[str] = set()
+    for start in robot.joint_above:
+        path: dict[str, None] = {}
+        link = start
+        while link in robot.joint_above and link not in done and link not in path:
+            path[link] = None
+            link = robot.joint_above[link].parent
+        if link in path:
+            around = [robot.joint_above[name] for name in dropwhile(lambda name: name != link, path)]
+            if len(around) > 1:  # a joint from a link to itself is another rule's
+                yield Broken(f"joints {', '.join(j.name for j in reversed(around))} form a cycle", around[0].line, "link", link)
+        done.update(path)
+
+
+@rule(
+    "link-unreachable",
+    "error",
+    condition="Joints lead from one root link to every other link.",
+    cause="The joint that carries the link is missing, was commented out, or names another child.",
+    repair="Add a joint that carries the link, or remove it and what hangs on it.",
+    formats=("urdf",),
+)
+def link_unreachable(robot: RobotFile) -> Iterator[Broken]:
+    misspelt = {joint.child.strip().lower() for joint in robot.joints if joint.child not in robot.link_of}
+    for link in robot.roots[1:]:
+        if link.name.strip().lower() in misspelt:
+            continue  # link-undefined says it
+        below = sum(1 for _ in robot.subtree(link.name)) - 1
+        carried = f", and {below} link{'s' if below > 1 else ''} that hang{'' if below > 1 else 's'} on it" if below else ""
+        yield Broken(f"no joint carries it{carried}; the root is {robot.roots[0].name}", link.line, "link", link.name)
+
+
+@rule(
+    "no-link",
+    "error",
+    condition="A robot has at least one link.",
+    cause="Another file was meant, or the file only includes others.",
+    repair="Name the file that has the links. If it is made by xacro, run xacro first: xacro FILE > robot.urdf.",
+    formats=("urdf", "sdf"),
+)
+def no_link(robot: RobotFile) -> Iterator[Broken]:
+    if not robot.links and robot.root is not None:
+        yield Broken("no link in the file", robot.root.sourceline, value=0.0)
+
+
+RULES = [no_link, joint_incomplete, joint_type, link_undefined, link_two_parents, joint_cycle, link_unreachable]

@@ -1,0 +1,44 @@
+"""The repaired file."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+from ksl.checks.robot import RobotFile
+from ksl.load_cases.output import OutputError, staged
+
+
+def write_tree(robot: RobotFile, out: Path, force: bool = False) -> None:
+    """Writes the tree of a robot file to another file, completely or not at all.  Raises OutputError."""
+    from lxml import etree
+
+    if out.exists() and os.path.samefile(out, robot.path):
+        raise OutputError(f"{out}: is the file that is checked, which is never overwritten; name another file")
+    if out.is_dir():
+        raise OutputError(f"{out}: is a folder; name a file, {out / robot.path.name} for example")
+    if out.exists() and not force:
+        raise OutputError(f"{out}: exists; name another file, or overwrite it with --force")
+    data = _text(robot)
+    with staged(out.parent) as folder:
+        (folder / out.name).write_bytes(data)
+
+
+def _text(robot: RobotFile) -> bytes:
+    """The tree, between what stands before and after the root element in the original, to the byte."""
+    from lxml import etree
+
+    root = robot.root
+    assert root is not None
+    original = robot.path.read_bytes()
+    tree = root.getroottree()
+    encoding = tree.docinfo.encoding or "UTF-8"
+    if robot.encoding:
+        original, encoding = original.decode("latin-1").encode("utf-8"), "UTF-8"
+    before = re.match(rb"(?:\xef\xbb\xbf)?(?:\s|<\?.*?\?>|<!--.*?-->)*(?=<[^!?])", original, re.DOTALL)
+    if before is None:  # a DOCTYPE, or two bytes a character
+        return bytes(etree.tostring(tree, encoding=encoding, xml_declaration=True))
+    end = original.rfind(b"</" + root.tag.encode())
+    after = original[original.index(b">", end) + 1 :] if end >= 0 else b"\n"
+    return before[0] + bytes(etree.tostring(root, encoding=encoding, xml_declaration=False, with_tail=False)) + after

@@ -1,0 +1,139 @@
+"""Robot files as XML trees: bytes, encoding, syntax, and numbers in attributes and elements."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ksl.checks.robot import Array, Note, RobotFile
+from ksl.errors import DescriptionError
+
+if TYPE_CHECKING:
+    from lxml.etree import _Element
+
+LARGEST = 64 << 20
+"""Bytes.  The largest robot files known have some hundred kilobytes; meshes are in files of their own."""
+
+NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$|[-+]?(inf|infinity|nan)$", re.IGNORECASE)
+
+
+def contents(path: Path) -> bytes:
+    """The bytes of a file.  Raises DescriptionError in one sentence where there is nothing to check."""
+    try:
+        if path.is_dir():
+            raise DescriptionError(f"{path}: is a folder; name the robot file in it")
+        if path.exists() and not path.is_file():
+            raise DescriptionError(f"{path}: is a pipe or device; write the robot to a file first")
+        size = path.stat().st_size
+        if size > LARGEST:
+            raise DescriptionError(f"{path}: {size >> 20} MB, which no robot file has; expected at most {LARGEST >> 20} MB of XML")
+        data = path.read_bytes()
+    except OSError as e:
+        raise DescriptionError(f"{path}: can't be read ({os.strerror(e.errno) if e.errno else e}); name an existing robot file") from None
+    if not data.strip():
+        raise DescriptionError(f"{path}: is empty; expected a URDF, SDF or MJCF file")
+    if b"<" not in data or b"\0" in data.replace(b"\xff\xfe", b"", 1)[:2000:2] and not data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise DescriptionError(f"{path}: is no XML file; expected URDF, SDF or MJCF")
+    return data
+
+
+def parse(robot: RobotFile) -> None:
+    """Reads the tree as far as possible into `robot.root`, and notes errors of syntax and encoding.
+
+    Neither entities nor the network are used: a file from a stranger must not read others.
+    """
+    from lxml import etree
+
+    data = contents(robot.path)
+    declared = re.match(rb"\s*<\?xml[^>]*encoding=", data)
+    encoding = None
+    if not declared and not data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        try:
+            data.decode("utf-8")
+        except UnicodeDecodeError as e:
+            encoding = "iso-8859-1"
+            robot.encoding.append(Note(data.count(b"\n", 0, e.start) + 1, f"byte 0x{data[e.start]:02x} is not UTF-8; read as Latin-1"))
+    parser = etree.XMLParser(recover=True, resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False, encoding=encoding)
+    try:
+        robot.root = etree.fromstring(data, parser)
+    except (etree.XMLSyntaxError, ValueError, LookupError) as e:
+        robot.syntax.append(Note(getattr(e, "lineno", None), " ".join(str(e).split())[:200]))
+        return
+    for entry in parser.error_log:
+        if entry.level >= etree.ErrorLevels.ERROR and entry.type_name != "NS_ERR_UNDEFINED_NAMESPACE":
+            robot.syntax.append(Note(entry.line, " ".join(entry.message.split())[:200]))
+
+
+def children(element: _Element, *tags: str) -> list[_Element]:
+    """Child elements of these names, in the order of the file; all without names.  Comments are none."""
+    return [child for child in element if isinstance(child.tag, str) and (not tags or child.tag in tags)]
+
+
+def line_of(element: _Element | None) -> int | None:
+    return None if element is None else element.sourceline
+
+
+def to_float(text: str) -> float | None:
+    """A number as robot files have it: with a decimal point, whatever the locale."""
+    return float(text) if NUMBER.match(text) else None
+
+
+def half_unit(text: str) -> float:
+    """Half a unit of the last digit of a number: 0.005 of `0.12`."""
+    mantissa, _, exponent = text.lower().strip().partition("e")
+    decimals = len(mantissa.partition(".")[2])
+    try:
+        return 0.5 * 10.0 ** (int(exponent or 0) - decimals)
+    except (ValueError, OverflowError):
+        return 0.0
+
+
+class Numbers:
+    """Reads numbers for one link or joint, and notes those that can't be read."""
+
+    def __init__(self, robot: RobotFile, kind: str, name: str) -> None:
+        self.robot, self.kind, self.name = robot, kind, name
+
+    def note(self, line: int | None, found: str) -> None:
+        self.robot.unreadable.append(Note(line, found, self.kind, self.name))  # type: ignore[arg-type]
+
+    def several(self, text: str | None, count: int, line: int | None, what: str) -> Array | None:
+        """`count` finite numbers separated by spaces; None, with a note, where they are not that."""
+        words = (text or "").split()
+        values = [to_float(word) for word in words]
+        if len(values) != count or any(v is None or not math.isfinite(v) for v in values):
+            if "${" not in (text or ""):  # a finding of its own: xacro that was not expanded
+                shown = (text or "").strip()[:60]
+                comma = "; numbers have a decimal point" if "," in shown else ""
+                self.note(line, f'{what} is "{shown}", expected {f"{count} finite numbers" if count > 1 else "a finite number"}{comma}')
+            return None
+        return np.array(values, dtype=float)
+
+    def attribute(self, element: _Element | None, name: str) -> float | None:
+        """A number in an attribute; None if it isn't there."""
+        if element is None or element.get(name) is None:
+            return None
+        value = self.several(element.get(name), 1, line_of(element), f"{name} of <{element.tag}>")
+        return None if value is None else float(value[0])
+
+    def vector(self, element: _Element | None, name: str) -> Array | None:
+        if element is None or element.get(name) is None:
+            return None
+        return self.several(element.get(name), 3, line_of(element), f"{name} of <{element.tag}>")
+
+    def text(self, parent: _Element | None, tag: str, count: int = 1) -> Array | None:
+        """Numbers in the text of a child element, as SDF has them."""
+        child = None if parent is None else parent.find(tag)
+        return None if child is None else self.several(child.text, count, line_of(child), f"<{tag}>")
+
+
+def rotation_of(rpy: Array) -> Array:
+    """Rz(yaw) Ry(pitch) Rx(roll): the fixed-axes angles of URDF and SDF."""
+    cr, cp, cy = np.cos(rpy)
+    sr, sp, sy = np.sin(rpy)
+    return np.array([[cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr], [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr], [-sp, cp * sr, cp * cr]])

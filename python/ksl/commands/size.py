@@ -1,0 +1,89 @@
+"""`ksl size`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ksl.commands.app import app, console, discard_output, fail, unwritable
+from ksl.commands.options import numbers
+
+
+@app.command()
+def size(
+    results: Annotated[Path | None, typer.Argument(metavar="RESULTS", help="Folder that `ksl loads` has written, or its wrenches.parquet.")] = None,
+    components: Annotated[Path | None, typer.Argument(metavar="COMPONENTS.toml", help="Components with catalogue numbers; without it, the simultaneous loads alone.")] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", metavar="DIR", help="Folder for sizing.parquet, .csv, .json and peaks.parquet, .csv.")] = None,
+    joints: Annotated[str, typer.Option(metavar="NAME,NAME", help="Only these joints.")] = "",
+    at: Annotated[list[str], typer.Option(metavar="JOINT=X,Y,Z", help="Point of the moments at the peaks, from the joint's origin in its axes, m; may be repeated.")] = [],
+    peaks: Annotated[bool, typer.Option("--peaks", help="Print what acts together at each peak, too.")] = False,
+    brief: Annotated[bool, typer.Option("--brief", help="Print one line for each figure, without inputs and formulas.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print everything as JSON instead.")] = False,
+    fail_on: Annotated[list[str], typer.Option("--fail-on", metavar="utilisation|left-out", help="End with status 3 if a utilisation is above 1, or a figure is left out; may be repeated.")] = [],
+    force: Annotated[bool, typer.Option("--force", help="Replace the sizing of another robot in DIR.")] = False,
+    example: Annotated[bool, typer.Option("--example", help="Print a commented components file and end.")] = False,
+) -> None:
+    """Check motors, gears, bearings, bolts and sections against the loads of their joints.
+
+    Each figure has its formula, source and inputs, and a utilisation: 1 is at the limit. `ksl size --example > components.toml`
+    writes a file to fill in.
+    """
+    from ksl.errors import SizingError
+    from ksl.load_cases.output import OutputError
+    from ksl.sizing.example import example_file
+    from ksl.sizing.printing import print_sizing
+    from ksl.sizing.run import size as size_components
+
+    if example:
+        print(example_file(), end="")
+        return
+    if results is None:
+        fail("size needs the results of `ksl loads`, or --example")
+    for word in fail_on:
+        if word not in ("utilisation", "left-out"):
+            fail(f"--fail-on {word}: expected utilisation or left-out")
+    points = _points(at)
+    try:
+        chosen = [name.strip() for name in joints.split(",")] if joints else None
+        sizing = size_components(results, components, joints=chosen, at=points)
+        written = sizing.write(output, force) if output else []
+    except (SizingError, OutputError) as e:
+        fail(_as_options(str(e)))
+    except ModuleNotFoundError as e:
+        fail(f"this needs the package {e.name}; install it with: pip install 'ksl[size]'")
+    try:
+        if json:
+            import json as json_module
+
+            print(json_module.dumps(sizing.as_dict(), ensure_ascii=False, indent=1))
+        else:
+            print_sizing(sizing, console(80), brief, peaks or components is None)
+            if output:
+                print(f"written to {output}: {', '.join(written)}")
+    except BrokenPipeError:  # nobody reads what is printed: as any command
+        raise
+    except OSError as e:
+        discard_output()
+        fail(f"{unwritable(e)}" + (f"; results are in {output}" if output else ""))
+    if ("utilisation" in fail_on and sizing.exceeded) or ("left-out" in fail_on and sizing.left_out):
+        raise typer.Exit(3)
+
+
+def _points(at: list[str]) -> dict[str, list[float]]:
+    points = {}
+    for text in at:
+        name, sign, xyz = text.rpartition("=")
+        if not sign or not name:
+            fail(f"--at {text}: expected JOINT=X,Y,Z, the joint's name and a point from its origin in its axes, m")
+        points[name] = numbers(xyz, f"--at {name}=", 3)
+    return points
+
+
+def _as_options(sentence: str) -> str:
+    """Names of arguments in Python as those of the command."""
+    for argument in ("joints", "at"):
+        if sentence.startswith(f"{argument}: "):
+            return f"--{sentence}"
+    return sentence

@@ -1,0 +1,103 @@
+"""`ksl view`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ksl.commands.app import app, end_on_signals, errors, fail
+from ksl.commands.options import FloatingBase, FrictionWidth, Gravity, Mimic, ModelName, Physics, Robot, read_model
+
+if TYPE_CHECKING:
+    from ksl.model import Model
+    from ksl.viewer.recorded import Results
+    from ksl.viewer.scene import Scene
+
+
+@app.command()
+def view(
+    robot: Robot,
+    motion: Annotated[Path | None, typer.Argument(metavar="[MOTION|RESULTS]", help="A motion, as for `ksl loads`, or the folder that `ksl loads` has written; otherwise the robot at rest.")] = None,
+    export: Annotated[Path | None, typer.Option(metavar="FILE.html", help="Write scene and playback into one file that opens offline, and end.")] = None,
+    joint: Annotated[str, typer.Option(metavar="NAME", help="Joint that is selected first, whose wrench is written beside it.")] = "",
+    case: Annotated[str, typer.Option(metavar="NAME", help="Which load case of the results; otherwise the first.")] = "",
+    external: Annotated[Path | None, typer.Option(metavar="FILE.csv", help="Wrenches on links along the motion: `time` and LINK.fx … LINK.tz.")] = None,
+    package_path: Annotated[list[Path], typer.Option(metavar="DIR", help="Folder in which packages of package:// meshes are looked for; may be repeated.")] = [],
+    port: Annotated[int | None, typer.Option(metavar="PORT", help="Of the page, on 127.0.0.1; otherwise 8080 or a free one.")] = None,
+    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in a browser.")] = True,
+    floating_base: FloatingBase = False,
+    mimic: Mimic = "coupled",
+    gravity: Gravity = "",
+    model_name: ModelName = "",
+    physics: Physics = "",
+    friction_width: FrictionWidth = 0.01,
+) -> None:
+    """Show a robot, a motion or results of `ksl loads` with the wrenches at the joints, in a page on this machine or in a file.
+
+    Force arrows have one head, moments two.  Blue is what the structure carries, orange what the drive exerts.
+    """
+    from ksl.errors import ViewerError
+    from ksl.viewer.recorded import is_results, read_results
+
+    if case and (motion is None or not is_results(motion)):
+        fail(f"--case {case}: only results of `ksl loads` have load cases; give the folder that it has written")
+    for folder in package_path:
+        if not folder.is_dir():
+            fail(f"--package-path {folder}: no such folder")
+    end_on_signals()
+    results: Results | None = None
+    try:
+        if motion is not None and is_results(motion):
+            results = read_results(motion, case or None)
+        made = results.description if results else {}
+        gravity = gravity or ",".join(f"{g!r}" for g in made.get("gravity", []))
+        physics = physics or ",".join(made.get("physics", []))
+        payloads = {p["link"]: (float(p["mass"]), p["center"]) for p in made.get("payloads", [])}
+        model = read_model(robot, floating_base, mimic, False, gravity, payloads, name=model_name, physics=physics, friction_width=friction_width)
+        scene = _scene(model, motion, results, external, package_path)
+        if joint:
+            scene.joint_index(joint)
+    except (ValueError, RuntimeError) as e:  # RuntimeError: an unknown KSL_ISA
+        fail(e)
+    for note in scene.look.notes:
+        errors.print(f"ksl: note: {note}")
+    try:
+        if export is not None:
+            from ksl.viewer.export import export as write
+
+            write(scene, export, joint=joint or None, subtitle=f"{results.case}: {motion}" if results else str(motion or "at rest"))
+            print(f"written: {export} ({export.stat().st_size / 1e6:.1f} MB)")
+            return
+        _serve(scene, port, joint, browser)
+    except ViewerError as e:
+        fail(e)
+
+
+def _scene(model: Model, motion: Path | None, results: Results | None, external: Path | None, package_path: list[Path]) -> Scene:
+    from ksl.motions.reading import read_external, read_motion
+    from ksl.viewer.recorded import scene_of_motion, scene_of_results
+    from ksl.viewer.scene import make_scene
+
+    if results is not None:
+        scene, notes = scene_of_results(model, results, package_path)
+        scene.look.notes[:0] = notes
+        return scene
+    if motion is None:
+        if external is not None:
+            fail(f"--external {external}: needs a motion, whose times it has")
+        return make_scene(model, package_paths=package_path)
+    moved = read_motion(model, motion)
+    wrenches = dict(read_external(model, external, moved.time)) if external else {}
+    return scene_of_motion(model, moved.time, moved.q, moved.v, moved.a, wrenches, package_path)
+
+
+def _serve(scene: Scene, port: int | None, joint: str, browser: bool) -> None:
+    from ksl.viewer.live import Viewer
+
+    with Viewer(scene, port, joint or None) as viewer:
+        print(f"{viewer.url} shows {scene.model.name}; Ctrl-C ends", flush=True)
+        if browser and not viewer.open():
+            errors.print(f"ksl: no browser could be opened; open {viewer.url} in one")
+        viewer.wait()

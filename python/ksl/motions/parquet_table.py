@@ -1,0 +1,87 @@
+"""Parquet files, as pandas, polars and pyarrow write them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import BinaryIO
+
+import numpy as np
+
+from ksl.errors import MotionError
+from ksl.motions.recorded import Recorded, count
+from ksl.states import Array
+
+INDEX = "__index_level_"
+"""How pandas names the columns of an index that has no name."""
+
+
+class ParquetTable(Recorded):
+    def __init__(self, file: str, source: BinaryIO) -> None:
+        """Raises MotionError if the file is truncated, or holds wrenches instead of a motion."""
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        try:
+            self._parquet = pq.ParquetFile(source)
+            self._schema = self._parquet.schema_arrow
+        except (pa.ArrowInvalid, pa.ArrowNotImplementedError, OSError):
+            raise MotionError(f"{file}: is a Parquet file, but truncated or damaged; copy or write it again") from None
+        if b"ksl" in (self._schema.metadata or {}) and {"joint", "fx"} <= set(self._schema.names):
+            raise MotionError(f"{file}: holds the wrenches that `ksl loads` has computed, not a motion; give the motion's file")
+        names = [n for n in self._schema.names if not n.startswith(INDEX)]
+        notes = [] if len(names) == len(self._schema.names) else ["an index without a name is left out"]
+        repeated = [n for i, n in enumerate(names) if n in set(names[:i])] if len(set(names)) < len(names) else []
+        if repeated:
+            raise MotionError(f"{file}: two columns are named {repeated[0]!r}; rename or remove one")
+        units = {f.name: f.metadata[k].decode(errors="replace") for f in self._schema if f.metadata for k in (b"unit", b"units") if k in f.metadata}
+        super().__init__(file, "Parquet", names, {}, units, notes)
+
+    def text_in(self, name: str) -> str | None:
+        import pyarrow.types as t
+
+        kind = self._schema.field(name).type
+        if t.is_integer(kind) or t.is_floating(kind) or t.is_decimal(kind) or t.is_null(kind):
+            return None
+        return str(kind)
+
+    def read(self, names: Sequence[str], time: str | None = None) -> dict[str, Array]:
+        import pyarrow as pa
+
+        try:
+            table = self._parquet.read(columns=list(names))
+        except (pa.ArrowInvalid, OSError):
+            raise MotionError(f"{self.file}: is a Parquet file, but truncated or damaged; copy or write it again") from None
+        return {n: self._times(table.column(n), n) if n == time else self._numbers(table.column(n), n) for n in names}
+
+    def _numbers(self, column: object, name: str) -> Array:
+        import pyarrow as pa
+
+        kind = self.text_in(name)
+        if kind is not None:
+            raise MotionError(f"{self.file}: column {name!r} holds {kind}; expected numbers")
+        assert isinstance(column, pa.ChunkedArray)
+        numbers: Array = np.asarray(column.cast(pa.float64(), safe=False).to_numpy(), dtype=float)
+        return numbers
+
+    def _times(self, column: object, name: str) -> Array:
+        """Seconds; of dates since the first one, of durations as they are."""
+        import pyarrow as pa
+        import pyarrow.types as t
+
+        from ksl.motions.clock_times import seconds_of_text
+
+        assert isinstance(column, pa.ChunkedArray)
+        if column.null_count and not t.is_floating(column.type):
+            raise MotionError(f"{self.file}: {count(column.null_count, 'time')} in column {name!r} missing; every sample needs one")
+        if t.is_timestamp(column.type) or t.is_duration(column.type):
+            to = pa.timestamp("ns", column.type.tz) if t.is_timestamp(column.type) else pa.duration("ns")
+            ticks = column.cast(to).cast(pa.int64()).to_numpy()
+            if t.is_timestamp(column.type):
+                self.notes.append(f"times in column {name!r} are dates; time 0 is {column[0].as_py()}" if len(ticks) else "no times")
+                ticks = ticks - ticks[:1]
+            return np.asarray(ticks * 1e-9, dtype=float)
+        if t.is_string(column.type) or t.is_large_string(column.type):
+            seconds, note = seconds_of_text(column.cast(pa.string()), name, self.place)
+            self.notes.append(note)
+            return seconds
+        return self._numbers(column, name)

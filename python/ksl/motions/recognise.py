@@ -1,0 +1,177 @@
+"""Which format a file has, told by its content and never by its name."""
+
+from __future__ import annotations
+
+import bz2
+import gzip
+import lzma
+import os
+import stat
+import sys
+import zipfile
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+from typing import BinaryIO
+
+from ksl.errors import MotionError
+from ksl.motions.csv_table import CsvTable
+from ksl.motions.recorded import Recorded
+
+MEND = "give a CSV file with `time` and a column for each joint"
+STANDARD_INPUT = "-"
+_PACKED: dict[bytes, tuple[str, Callable[[bytes], bytes]]] = {
+    b"\x1f\x8b": ("gzip", gzip.decompress),
+    b"BZh": ("bzip2", bz2.decompress),
+    b"\xfd7zXZ\x00": ("xz", lzma.decompress),
+}
+_OTHERS = {
+    b"\x89HDF": "an HDF5 file (or one of MATLAB's -v7.3); save the motion as CSV, Parquet or NPZ",
+    b"MATLAB": "a MATLAB file; save the motion by writetable(…, 'motion.csv')",
+    b"\x93NUMPY": "a single NumPy array; save time and positions together: numpy.savez('motion.npz', time=…, q=…)",
+    b"\xd0\xcf\x11\xe0": "an old Excel workbook; save the sheet as CSV",
+    b"\x28\xb5\x2f\xfd": "compressed by zstd; unpack it, or compress it by gzip",
+    b"ARROW1": "an Arrow file; save the motion as Parquet",
+    b"%PDF": "a PDF",
+    b"\x7fELF": "a program",
+}
+
+
+@dataclass(frozen=True)
+class Content:
+    """What a file holds: a path to it, or its bytes where it was a pipe or was compressed."""
+
+    file: str
+    path: Path | None
+    data: bytes | None
+    how: str = ""
+
+    def head(self) -> bytes:
+        if self.data is not None:
+            return self.data[:512]
+        with open(self._path, "rb") as f:
+            return f.read(512)
+
+    def bytes(self) -> bytes:
+        return self._path.read_bytes() if self.data is None else self.data
+
+    def opened(self) -> BinaryIO:
+        return open(self._path, "rb") if self.data is None else BytesIO(self.data)
+
+    @property
+    def _path(self) -> Path:
+        assert self.path is not None
+        return self.path
+
+
+def open_table(path: str | os.PathLike[str], topic: str | None = None, positions_only: bool = False) -> Recorded:
+    """The table that a file holds: CSV, Parquet, NPZ, MCAP, a ROS 1 bag, or a ROS 2 bag, which is a folder.
+
+    "-" is standard input; pipes and files compressed by gzip, bzip2 or xz are read, too.  topic, positions_only: for bags.
+    Raises MotionError with the file, what it is, and what to give instead.
+    """
+    file = os.fspath(path)
+    try:
+        if file != STANDARD_INPUT and os.path.isdir(file):
+            from ksl.motions.bags import bag_in_folder
+
+            return bag_in_folder(file, topic, positions_only)
+        content = _content(file)
+        table = _opened(content, content.head(), topic, positions_only)
+    except OSError as e:
+        what = e.strerror or e
+        raise MotionError(f"{file}: can't be read ({what}); {MEND}") from None
+    if topic is not None and not table.is_recording:
+        raise MotionError(f"{content.file}: --topic (topic=) chooses among the topics of a bag, but this is {table.format}; leave it out")
+    return table
+
+
+def _content(file: str) -> Content:
+    if file == STANDARD_INPUT:
+        return _unpacked(Content("standard input", None, sys.stdin.buffer.read()))
+    mode = os.stat(file).st_mode
+    if stat.S_ISREG(mode):
+        content = Content(file, Path(file), None)
+        return _unpacked(content) if content.head().startswith(tuple(_PACKED)) else content
+    if stat.S_ISFIFO(mode) or stat.S_ISSOCK(mode) or os.path.realpath(file) == os.path.realpath(os.devnull):
+        with open(file, "rb") as f:  # a pipe is read once, and all of it
+            return _unpacked(Content(file, None, f.read()))
+    raise MotionError(f"{file}: is a device, not a file; {MEND}")
+
+
+def _unpacked(content: Content) -> Content:
+    data = content.bytes()
+    for magic, (name, unpack) in _PACKED.items():
+        if data.startswith(magic):
+            try:
+                return Content(content.file, None, unpack(data), name)
+            except (EOFError, OSError, zlib.error, lzma.LZMAError, ValueError):
+                raise MotionError(f"{content.file}: is compressed by {name}, but truncated or damaged; copy or compress it again") from None
+    return Content(content.file, None, data)
+
+
+def _opened(content: Content, head: bytes, topic: str | None, positions_only: bool) -> Recorded:
+    file = content.file
+    if head.startswith(b"PAR1"):
+        from ksl.motions.parquet_table import ParquetTable
+
+        return ParquetTable(file, content.opened())
+    if head.startswith(b"PK\x03\x04") or head.startswith(b"PK\x05\x06"):
+        return _opened_zip(content)
+    if head.startswith((b"\x89MCAP0", b"#ROSBAG", b"SQLite format 3")):
+        from ksl.motions import bags
+
+        if head.startswith(b"\x89MCAP0"):
+            return bags.mcap(file, content.opened(), topic, positions_only)
+        if content.path is None:
+            raise MotionError(f"{file}: is a bag that is {content.how or 'read from a pipe'}; unpack it to a file, and give that")
+        read = bags.ros1_bag if head.startswith(b"#ROSBAG") else bags.ros2_database
+        return read(file, topic, positions_only)
+    for magic, what in _OTHERS.items():
+        if head.startswith(magic):
+            raise MotionError(f"{file}: is {what}")
+    if is_markup(head):
+        raise MotionError(f"{file}: is {'a robot' if b'<robot' in head or b'<sdf' in head or b'<mujoco' in head else 'an XML or HTML'} file, not a motion; {MEND}")
+    if head.lstrip().startswith((b"{", b"[{")):
+        raise MotionError(f"{file}: is JSON; save the motion as CSV, Parquet or NPZ")
+    return CsvTable(file, content.bytes(), content.how)
+
+
+def _opened_zip(content: Content) -> Recorded:
+    from ksl.motions.npz_table import npz_table
+
+    try:
+        with zipfile.ZipFile(content.opened()) as archive:
+            names = archive.namelist()
+    except zipfile.BadZipFile:
+        raise MotionError(f"{content.file}: is an NPZ file or another zip archive, but truncated or damaged; copy or write it again") from None
+    if "xl/workbook.xml" in names or "mimetype" in names:
+        raise MotionError(f"{content.file}: is a spreadsheet (Excel or OpenDocument); save the sheet as CSV, and give that")
+    if not names or not all(n.endswith(".npy") for n in names):
+        raise MotionError(f"{content.file}: is a zip archive without NumPy arrays; give CSV, Parquet, NPZ or a bag")
+    return npz_table(content.file, content.opened())
+
+
+def is_markup(head: bytes) -> bool:
+    """Whether a file begins as XML does."""
+    text = head.removeprefix(b"\xef\xbb\xbf")
+    if head.startswith((b"\xff\xfe", b"\xfe\xff")):
+        text = head.replace(b"\x00", b"")[2:]
+    return text.lstrip().startswith(b"<")
+
+
+def swapped(robot: str | os.PathLike[str], motion: str | os.PathLike[str]) -> bool:
+    """Whether the robot's file and the motion's were given in the wrong order."""
+
+    def markup(path: str | os.PathLike[str]) -> bool | None:
+        try:
+            if not stat.S_ISREG(os.stat(path).st_mode):
+                return None
+            with open(path, "rb") as f:
+                return is_markup(f.read(512))
+        except OSError:
+            return None
+
+    return markup(motion) is True and (markup(robot) is False or os.path.isdir(robot))

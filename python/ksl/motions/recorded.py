@@ -1,0 +1,75 @@
+"""What every reader of files gives: named columns, which are read when it is known which ones are wanted."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ksl.errors import MotionError
+from ksl.states import Array
+
+
+@dataclass
+class Recorded:
+    """A table of a file whose numbers are in memory already.  Other files have classes of their own, which read on demand.
+
+    Tables are read in two steps, names and then the numbers of those columns that are wanted.  So a fault in a column's
+    name is found before its contents are judged, and columns that nobody wants cost nothing.
+    """
+
+    file: str
+    """The file as messages name it."""
+    format: str
+    """For people: `CSV`, `ROS 1 bag`."""
+    names: Sequence[str]
+    columns: Mapping[str, Array] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+    """What the file says of the units of its columns."""
+    notes: list[str] = field(default_factory=list)
+    """What was converted, chosen or dropped in reading, a line each."""
+    texts: Mapping[str, str] = field(default_factory=dict)
+    """Columns that hold text, with a value."""
+    is_recording: bool = False
+    """True for bags: their names are those of joints, and nobody can edit them."""
+
+    @property
+    def head(self) -> str:
+        """Where the names of columns are."""
+        return self.file
+
+    def place(self, row: int) -> str:
+        """Where a row is, counted from 0."""
+        return f"{self.file}: sample {row + 1}"
+
+    def text_in(self, name: str) -> str | None:
+        """A value of the column that is no number, as far as that is known from its first rows; None where there is none."""
+        return self.texts.get(name)
+
+    def read(self, names: Sequence[str], time: str | None = None) -> dict[str, Array]:
+        """The numbers of these columns, each (n); NaN where one is missing.  Raises MotionError.
+
+        time: the one of them that holds times, which may be written as clock times or dates.
+        """
+        return {name: self.columns[name] for name in names}
+
+
+def listed(names: Iterable[str], most: int = 12) -> str:
+    """Names, separated by commas, and how many more there are."""
+    all_names = list(names)
+    more = len(all_names) - most
+    return ", ".join(all_names[:most]) + (f" and {more:,} more" if more > 0 else "")
+
+
+def count(n: int, what: str) -> str:
+    return f"{n} {what}" if n == 1 else f"{n} {what}s"
+
+
+def check_finite(table: Recorded, columns: Mapping[str, Array], rows: slice = slice(None)) -> None:
+    """Refuses the first number that is missing or infinite.  rows: which rows of the file the columns hold."""
+    for name, x in columns.items():
+        bad = np.flatnonzero(~np.isfinite(x))
+        if len(bad):
+            what = "is not a number or missing" if np.isnan(x[bad[0]]) else "is infinite"
+            raise MotionError(f"{table.place(int(bad[0]) + (rows.start or 0))}: column {name!r} {what}; every sample needs a finite number in every column")

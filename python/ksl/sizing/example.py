@@ -1,0 +1,50 @@
+"""The components file that `ksl size --example` prints: every kind of component with all of its keys, made from their table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from ksl.sizing.catalogue import KINDS, Key, Kind
+
+HEAD = """\
+# Components of a robot for `ksl size RESULTS THIS_FILE`.  SI units, but for keys that end in _rpm, _deg and _h.
+# The numbers are examples: replace them by those of your catalogue, and remove what you don't have.  A figure whose
+# numbers are missing is left out, and that is said.
+
+# robot = "NAME"          # if given, results of another robot are refused
+required_life_h = 20000   # h; a component may have its own
+reliability = 90          # % of the life of bearings: 90, 95, 96, 97, 98 or 99
+iso_281 = 2007            # edition whose reliability factors are taken: 2007 or 1990
+
+# [cases]                 # how often each load case occurs in one pass of the duty cycle; otherwise each once
+# pick = 3
+# emergency_stop = 0      # exceptional: counts for peaks and static safety, not for life
+
+# [shares]                # instead of [cases]: shares of the operating time
+# pick = 0.7
+# idle = 0.3
+"""
+
+
+def example_file(joint: str = "JOINT") -> str:
+    """The commented file as text."""
+    return HEAD + "".join(line for kind in KINDS.values() for line in _component(kind, joint))
+
+
+def _component(kind: Kind, joint: str) -> Iterator[str]:
+    yield f"\n[[component]]             # {kind.name}: {kind.meaning}\n"
+    yield f'joint = "{joint}"           # or joints = ["{joint}", …]\n'
+    yield f'kind = "{kind.name}"\nname = "{kind.name} 1"\n'
+    left_out = {"points", "load_factor"} if kind.name == "bolted flange" else set()
+    yield from _lines((key for key in kind.keys if key.shape != "table"), left_out)
+    for k, table in enumerate(key for key in kind.keys if key.shape == "table"):
+        yield f"[component.{table.name}]  # {table.meaning}\n"
+        yield from _lines(table.keys, set(), second=k > 0)
+
+
+def _lines(keys: Iterable[Key], left_out: set[str], second: bool = False) -> Iterator[str]:
+    for key in keys:
+        value = f"-{key.example}" if second and key.name == "position" else key.example
+        about = ", ".join(x for x in (key.unit, key.meaning) if x)
+        default = "" if key.default is None or key.shape == "vector" else f"; {key.default:g} if left out" if isinstance(key.default, float) else f"; {key.default} if left out"
+        yield f"{'# ' if key.name in left_out else ''}{f'{key.name} = {value}':<40}  # {about}{default}\n"

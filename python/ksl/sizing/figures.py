@@ -1,0 +1,62 @@
+"""Figures of sizing: a number with its formula, source and inputs beside it, and how much of the limit it uses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Formula:
+    """What is computed, as text, and where it comes from: printed beside every figure."""
+
+    text: str
+    source: str
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One result for one component on one joint."""
+
+    joint: str
+    component: str
+    """Name of the component in the components file."""
+    kind: str
+    """Kind of the component: motor, crossed roller bearing …"""
+    figure: str
+    value: float
+    unit: str
+    limit: float | None
+    """What the catalogue allows, in the same unit; None where nothing is compared."""
+    utilisation: float | None
+    """1 is at the limit, more is beyond it; None where no limit was given, or where the figure is an intermediate result."""
+    formula: str
+    inputs: str
+    source: str
+    case: str
+    """The governing load case; several, separated by commas, where the figure is one over the whole spectrum."""
+    time: float | None
+    """When in that case, s; None for means, lives and sums."""
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """A figure, or the comparison with its limit, that could not be made, and why."""
+
+    joint: str
+    component: str
+    figure: str
+    why: str
+
+    def __str__(self) -> str:
+        return f"{self.joint}: {self.component}: {self.figure} is left out: {self.why}"
+
+
+def significant(x: float | None, digits: int = 4) -> str:
+    """A number with some significant digits, without an exponent where it stays short: 0.0123, 12.35, 23500, 1.2e+09; – for none."""
+    if x is None or x != x:
+        return "–"
+    if x in (float("inf"), float("-inf")):
+        return "∞" if x > 0 else "−∞"
+    text = f"{x:.{digits}g}"
+    return f"{x:.0f}" if "e" in text and 1e4 <= abs(x) < 1e7 else text

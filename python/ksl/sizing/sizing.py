@@ -1,0 +1,159 @@
+"""The result of `ksl.size`: figures, the simultaneous sets, what is left out; as tables and files."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ksl.errors import SizingError
+from ksl.load_cases.output import staged
+from ksl.sizing.figures import Figure, LeftOut, significant
+from ksl.sizing.motor_figures import Cloud
+from ksl.sizing.peaks import QUANTITIES, PeakRow
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+FILES = ("sizing.parquet", "sizing.csv", "sizing.json", "peaks.parquet", "peaks.csv")
+"""What `write` writes."""
+
+CONVENTIONS = {
+    "utilisation": "1 is at the limit, more is beyond it; none where there is nothing to compare with",
+    "units": "of figures in the column unit, of value and limit; of peaks in the fields, rad or m as the column unit says; time s",
+    "signs": "forces and moments on the child side, about the point, in the joint's axes; axial along the joint's axis, z for fixed joints",
+    "cycle": "all cases one after the other, each as often as the components file says, otherwise once",
+}
+
+
+@dataclass(frozen=True)
+class Sizing:
+    """Figures of all components, worst first, and the simultaneous sets at the peaks of each joint."""
+
+    robot: str
+    figures: tuple[Figure, ...]
+    """Sorted by utilisation, the largest first; those without one at the end."""
+    peaks: tuple[PeakRow, ...]
+    left_out: tuple[LeftOut, ...] = ()
+    notes: tuple[str, ...] = ()
+    clouds: tuple[Cloud, ...] = ()
+    """Torque over speed of each motor."""
+    in_order: tuple[Figure, ...] = ()
+    """The same figures as they are computed: components in the order of the file, each from loads to verdicts."""
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+    """Version, date, files with their SHA-256, cases with repetitions."""
+
+    @property
+    def worst(self) -> Figure | None:
+        """The figure with the largest utilisation; None where nothing was compared."""
+        return self.figures[0] if self.figures and self.figures[0].utilisation is not None else None
+
+    @property
+    def exceeded(self) -> tuple[Figure, ...]:
+        """Figures with a utilisation above 1."""
+        return tuple(f for f in self.figures if f.utilisation is not None and f.utilisation > 1)
+
+    @property
+    def verdict(self) -> str:
+        """One sentence."""
+        compared = sum(f.utilisation is not None for f in self.figures)
+        if self.worst is None:
+            return f"{self.robot}: nothing was compared with a limit" if self.figures else f"{self.robot}: no components"
+        w = self.worst
+        over = f"{len(self.exceeded)} of {compared} figures {'is over its' if len(self.exceeded) == 1 else 'are over their'} limit" if self.exceeded else f"all {compared} figures with a limit are within it"
+        missing = f"; {len(self.left_out)} left out" if self.left_out else ""
+        return f"{self.robot}: {over}{missing}; worst: {w.joint}, {w.component}, {w.figure}, {significant(w.utilisation, 3)} of the limit"
+
+    def of_joint(self, joint: str) -> tuple[Figure, ...]:
+        """The figures of one joint, as they are computed."""
+        return tuple(f for f in self.in_order if f.joint == joint)
+
+    @cached_property
+    def table(self) -> pa.Table:
+        """The figures, one a row, with units and conventions in the metadata (key `ksl`)."""
+        import pyarrow as pa
+
+        columns = {f.name: [getattr(row, f.name) for row in self.figures] for f in dataclasses.fields(Figure)}
+        numbers = ("value", "limit", "utilisation", "time")
+        schema = pa.schema([pa.field(n, pa.float64() if n in numbers else pa.string()) for n in columns], metadata=self._metadata())
+        return pa.table(columns, schema=schema)
+
+    @cached_property
+    def peak_table(self) -> pa.Table:
+        """The simultaneous sets, one a row."""
+        import pyarrow as pa
+
+        names = ["joint", "extreme", *QUANTITIES, "unit", "case", "time", "point"]
+        fields = [pa.field(n, pa.float64() if n in (*QUANTITIES, "time") else pa.string(), metadata={"unit": QUANTITIES[n]} if n in QUANTITIES else None) for n in names]
+        return pa.table({n: [row[n] for row in self.peaks] for n in names}, schema=pa.schema(fields, metadata=self._metadata()))
+
+    def _metadata(self) -> dict[str, str]:
+        return {"ksl": json.dumps({**self.provenance, "robot": self.robot, **CONVENTIONS, "left_out": [str(x) for x in self.left_out]}, ensure_ascii=False)}
+
+    def as_dict(self) -> dict[str, Any]:
+        """Everything in numbers and words, as JSON can hold it; infinite numbers are the word "infinite"."""
+        worst = self.worst
+        return {
+            **self.provenance,
+            "robot": self.robot,
+            "verdict": self.verdict,
+            "worst": None if worst is None else _plain(dataclasses.asdict(worst)),
+            "figures": [_plain(dataclasses.asdict(f)) for f in self.figures],
+            "peaks": [_plain(row) for row in self.peaks],
+            "left_out": [dataclasses.asdict(x) for x in self.left_out],
+            "notes": list(self.notes),
+            "conventions": CONVENTIONS,
+        }
+
+    def write(self, directory: str | Path, force: bool = False) -> list[str]:
+        """Writes sizing.parquet, .csv and .json, peaks.parquet and .csv, completely or not at all; returns their names.
+
+        Raises SizingError where the folder holds the sizing of another robot, unless it is forced; OutputError (an OSError)
+        where it can't be written.
+        """
+        import pyarrow.csv
+        import pyarrow.parquet
+
+        folder = Path(directory)
+        earlier = _robot_of(folder / "sizing.json")
+        if earlier not in (None, self.robot) and not force:
+            raise SizingError(f"{folder}: holds the sizing of {earlier}, and this is {self.robot}; give another folder with -o, or --force")
+        head = "".join(f"# {line}\n" for line in self._headlines()).encode()
+        with staged(folder, FILES) as stage:
+            for name, table in (("sizing", self.table), ("peaks", self.peak_table)):
+                pyarrow.parquet.write_table(table, stage / f"{name}.parquet")
+                with open(stage / f"{name}.csv", "wb") as file:
+                    file.write(head)
+                    pyarrow.csv.write_csv(table, file, pyarrow.csv.WriteOptions(quoting_style="needed"))
+            (stage / "sizing.json").write_text(json.dumps(self.as_dict(), ensure_ascii=False, indent=1) + "\n", encoding="utf-8")
+        return list(FILES)
+
+    def _headlines(self) -> list[str]:
+        p = self.provenance
+        files = [f"{said['role']}: {said['file']}, SHA-256 {said['sha256']}" for said in p.get("inputs", [])]
+        return [f"ksl {p.get('version', '')}, {p.get('date', '')}, robot {self.robot}", *files, *(f"{k}: {v}" for k, v in CONVENTIONS.items())]
+
+    def __repr__(self) -> str:
+        lines = [f"Sizing of {self.verdict}"]
+        for f in self.figures[:12]:
+            lines.append(f"  {significant(f.utilisation, 3):>6}  {f.joint}  {f.component}  {f.figure}  {significant(f.value)} {f.unit}".rstrip())
+        if len(self.figures) > 12:
+            lines.append(f"  … and {len(self.figures) - 12} more in .figures and .table")
+        return "\n".join(lines)
+
+
+def _plain(row: Mapping[str, Any]) -> dict[str, Any]:
+    return {k: "infinite" if isinstance(x, float) and math.isinf(x) else x for k, x in row.items()}
+
+
+def _robot_of(file: Path) -> str | None:
+    """Whose sizing a folder holds; None if none."""
+    try:
+        return str(json.loads(file.read_text(encoding="utf-8"))["robot"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return None

@@ -1,0 +1,142 @@
+"""Motions and results of `ksl loads` as scenes."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ksl.errors import MotionError, near_names
+from ksl.states import Array
+from ksl.viewer.scene import Scene, make_scene, thinned
+
+if TYPE_CHECKING:
+    from ksl.model import Model
+
+TABLE = "wrenches.parquet"
+
+DIFFERENT = 1e-6
+"""Efforts of the table that differ by more than this share of the largest are not those of the robot, payloads and wrenches at hand."""
+
+
+def is_results(path: Path) -> bool:
+    """Whether a path is a folder of results of `ksl loads`, or its table."""
+    return (path / TABLE).is_file() or (path.is_file() and path.name == TABLE)
+
+
+def scene_of_motion(
+    model: Model, time: Array, q: Array, v: Array, a: Array, external: Mapping[str, Array], package_paths: Sequence[str | os.PathLike[str]] = ()
+) -> Scene:
+    """The scene of a motion: of all its samples, or of about 1500 of them, the largest efforts included."""
+    chosen = thinned(model.inverse_dynamics(q, v, a, external))
+    wrenches = {name: w[chosen] for name, w in external.items()}
+    scene = make_scene(model, q[chosen], v[chosen], a[chosen], time[chosen], wrenches, package_paths=package_paths)
+    return replace(scene, samples=chosen)
+
+
+@dataclass(frozen=True)
+class Results:
+    """One load case of a table of `ksl loads`."""
+
+    case: str
+    time: Array
+    position: dict[str, Array]
+    """Of joints with one coordinate, (n): rad or m."""
+    speed: dict[str, Array]
+    acceleration: dict[str, Array]
+    effort: dict[str, Array]
+    made_by: Mapping[str, Any] = field(default_factory=dict)
+    """The metadata of the table: robot, cases, inputs, directory and more."""
+
+    @property
+    def description(self) -> Mapping[str, Any]:
+        """Of the load case: gravity, payloads, physics, external, motion."""
+        return next((c for c in self.made_by.get("cases", []) if c["name"] == self.case), {})
+
+
+def read_results(path: Path, case: str | None = None) -> Results:
+    """Reads a load case, by default the first, of results.  Raises MotionError."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    file = path / TABLE if path.is_dir() else path
+    mend = "give the folder that `ksl loads` has written, or a motion"
+    try:
+        schema = parquet.read_schema(file)
+        made_by = json.loads((schema.metadata or {}).get(b"ksl", b"{}"))
+        absent = [c for c in ("time", "joint", "position", "speed", "acceleration", "effort") if c not in schema.names]
+        if absent:
+            raise MotionError(f"{file}: no column {absent[0]!r}, so it is no table of this version of `ksl loads`; run `ksl loads` again")
+        names = [c["name"] for c in made_by.get("cases", [])]
+        if case is not None and case not in names:
+            raise MotionError(f"{file}: no load case named {case!r}; {near_names(case, names)}known: {', '.join(names)}")
+        chosen = case or (names[0] if names else "")
+        only = [("case", "=", chosen)] if "case" in schema.names and chosen else None
+        table = parquet.read_table(file, columns=["time", "joint", "position", "speed", "acceleration", "effort"], filters=only)
+    except (OSError, pa.ArrowInvalid, json.JSONDecodeError) as e:
+        raise MotionError(f"{file}: can't be read ({e}); {mend}") from None
+    if not len(table):
+        raise MotionError(f"{file}: has no samples; {mend}")
+    joints = table.column("joint").unify_dictionaries().combine_chunks() if len(table) else None
+    order = list(dict.fromkeys(joints.slice(0, min(len(table), 100_000)).to_pylist())) if joints is not None else []
+    count = len(order)
+    columns = {n: table.column(n).to_numpy(zero_copy_only=False).reshape(-1, count) for n in ("time", "position", "speed", "acceleration", "effort")}
+    of = {n: {joint: columns[n][:, i] for i, joint in enumerate(order)} for n in ("position", "speed", "acceleration", "effort")}
+    return Results(chosen, columns["time"][:, 0].copy(), of["position"], of["speed"], of["acceleration"], of["effort"], made_by)
+
+
+def scene_of_results(model: Model, results: Results, package_paths: Sequence[str | os.PathLike[str]] = ()) -> tuple[Scene, list[str]]:
+    """The scene of a load case, and notes.
+
+    Positions and rates are those of the table where every joint has one coordinate, otherwise those of the motion file that the table names.
+    Wrenches are computed again, for all joints and parts, and their efforts are compared with the table's.  Raises MotionError.
+    """
+    notes: list[str] = []
+    joints = model.joints[: len(model.joint_names)]
+    unknown = [j.name for j in joints if j.name not in results.effort]
+    if unknown:
+        made = results.made_by.get("robot", "another robot")
+        raise MotionError(f"the results have no joint {unknown[0]!r}: they are those of {made}, and not of {model.name}; give the robot file of that run")
+    if all(j.one_coordinate for j in joints):
+        time = results.time
+        q, v, a = (np.column_stack([x[j.name] for j in joints]) if joints else np.zeros((len(time), 0)) for x in (results.position, results.speed, results.acceleration))
+    else:
+        from ksl.motions.reading import read_motion
+
+        named = results.description.get("motion")
+        if not named:
+            raise MotionError(f"the table doesn't hold the pose of {next(j.name for j in joints if not j.one_coordinate)}; give the motion file instead of the results")
+        motion = read_motion(model, _beside(results, named))
+        time, q, v, a = motion.time, motion.q, motion.v, motion.a
+    external = _external(model, results, time, notes)
+    driven = [j for j in joints if j.one_coordinate]
+    tau = model.inverse_dynamics(q, v, a, external)
+    given = np.column_stack([results.effort[j.name] for j in driven]) if driven else np.zeros((len(time), 0))
+    if driven and len(given) == len(tau):
+        difference = np.abs(tau[:, [j.v_index for j in driven]] - given)
+        if not difference.max() <= DIFFERENT * max(1e-9, float(np.abs(given).max())):
+            joint = driven[int(np.argmax(difference.max(axis=0)))].name
+            notes.append(f"efforts of the results differ from those shown, by up to {difference.max():.3g} at {joint}: robot file, payloads or external wrenches have changed since")
+    return scene_of_motion(model, time, q, v, a, external, package_paths), notes
+
+
+def _external(model: Model, results: Results, time: Array, notes: list[str]) -> dict[str, Array]:
+    from ksl.motions.reading import read_external
+
+    if not results.description.get("external"):
+        return {}
+    files = [f["file"] for f in results.made_by.get("inputs", []) if f["role"] == "external"]
+    if len(files) == 1 and _beside(results, files[0]).is_file():
+        return dict(read_external(model, _beside(results, files[0]), time))
+    notes.append("external wrenches of the load case are not shown, since the file that they were read from is not found")
+    return {}
+
+
+def _beside(results: Results, file: str) -> Path:
+    """A file that the metadata names, relative to the folder in which the run was started."""
+    return Path(results.made_by.get("directory", "")) / file

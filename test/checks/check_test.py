@@ -1,0 +1,190 @@
+"""ksl.check and `ksl check`: the list of findings, the table, the terminal, JSON, exit status."""
+
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from files import ARM, changed, hinge, link, more
+from rules_test import CASES
+
+import ksl
+from ksl.checks.run import RULES, TOPICS
+
+TWO = changed(('axis xyz="0 1 0"', 'axis xyz="0 0 0"'), ('effort="80"', 'effort="0"'))
+
+
+def run(*arguments):
+    env = {k: v for k, v in os.environ.items() if k not in ("FORCE_COLOR", "COLUMNS")}
+    return subprocess.run([sys.executable, "-m", "ksl", "check", *map(str, arguments)], capture_output=True, text=True, env=env)
+
+
+@pytest.fixture
+def file(tmp_path):
+    def write(text):
+        path = tmp_path / "arm.urdf"
+        path.write_text(text)
+        return path
+
+    return write
+
+
+def test_findings_in_python(check):
+    findings = check(TWO)
+    assert isinstance(findings, ksl.Findings) and len(findings) == 2 and findings.status == 2 and findings.summary == "1 error, 1 warning"
+    error, warning = findings
+    assert (error.rule, error.severity, error.line, error.kind, error.name, error.value) == ("axis-zero", "error", 36 - 3, "joint", "elbow", 0)
+    assert (warning.rule, warning.name, warning.place) == ("effort-zero", "shoulder", f"{findings.file}:27: joint shoulder")
+    assert findings.errors == [error] and findings.warnings == [warning]
+    assert repr(findings).splitlines()[0] == "<robot.urdf: 1 error, 1 warning>" and "axis 0 0 0 (axis-zero)" in repr(findings)
+    assert findings[:1] == [error] and error in findings
+
+
+def test_the_line_is_that_of_the_element(check):
+    lines = TWO.splitlines()
+    for finding in check(TWO):
+        assert finding.found.split()[0] in lines[finding.line - 1]
+
+
+def test_the_table(check):
+    import pyarrow as pa
+
+    table = check(TWO).table
+    assert isinstance(table, pa.Table) and table.column("rule").to_pylist() == ["axis-zero", "effort-zero"]
+    assert table.schema.field("line").type == pa.int32() and table.schema.field("value").type == pa.float64()
+    assert json.loads(table.schema.metadata[b"ksl"])["file"].endswith("robot.urdf")
+    assert check(ARM).table.num_rows == 0 and check(ARM).table.schema.names == table.schema.names
+
+
+def test_ignored_rules(check):
+    assert check(TWO, ignore=["axis-zero", "not-loaded"]).rules == {"effort-zero": 1}
+    with pytest.raises(ValueError, match="did you mean 'axis-zero'"):
+        check(TWO, ignore="axis-zer")
+    with pytest.raises(ValueError, match="between 0 and 1"):
+        check(TWO, symmetry=5)
+    with pytest.raises(ValueError, match="no such folder"):
+        check(TWO, package_paths="/nowhere")
+
+
+def test_rules_are_declared_in_full():
+    assert sum(len(rules) for rules in TOPICS.values()) == len(RULES)
+    for name, rule in RULES.items():
+        assert name == name.lower() and rule.condition.endswith(".") and rule.cause.endswith(".") and rule.repair.endswith(".") and rule.severity in ("error", "warning")
+
+
+def test_exit_status(file):
+    for text, status in ((ARM, 0), (CASES["effort-zero"][0], 1), (TWO, 2)):
+        assert run(file(text)).returncode == status
+    assert run("absent.urdf").returncode == 2
+
+
+def test_the_terminal(file):
+    done = run(file(TWO))
+    assert "error  axis-zero" in done.stdout and "line 33: joint elbow: axis 0 0 0" in done.stdout and done.stderr == ""
+    assert done.stdout.splitlines()[-1].endswith("arm.urdf: 1 error, 1 warning")
+    assert max(map(len, done.stdout.splitlines()[:-1])) <= 80
+
+
+def test_many_places_of_a_rule(file):
+    path = file(more(*(link(f"lost{i}") for i in range(9))))
+    short, long = run(path), run(path, "--all")
+    assert "… and 4 more; --all prints them" in short.stdout and "lost8" not in short.stdout
+    assert "lost8" in long.stdout and "more;" not in long.stdout
+
+
+def test_json(file):
+    done = run(file(TWO), "--json", "--ignore", "effort-zero")
+    value = json.loads(done.stdout)
+    assert done.returncode == value["status"] == 2 and value["errors"] == 1 and value["ignored"] == ["effort-zero"]
+    (finding,) = value["findings"]
+    assert finding["rule"] == "axis-zero" and finding["line"] == 33 and set(finding) >= {"severity", "found", "condition", "cause", "repair", "value", "fixable"}
+
+
+def test_fix_on_the_command_line(file, tmp_path):
+    path = file(changed(('axis xyz="0 1 0"', 'axis xyz="0 0 5"'), ('effort="80"', 'effort="0"')))
+    out = tmp_path / "new" / "out.urdf"
+    done = run(path, "--fix", out)
+    assert done.returncode == 1 and 'joint elbow: <axis> xyz: "0 0 5" is now "0 0 1" (axis-not-unit)' in " ".join(done.stdout.split())
+    assert "Left for you to decide:" in done.stdout and "effort-zero" in done.stdout
+    again = run(path, "--fix", out)
+    assert again.returncode == 2 and "--force" in again.stderr and again.stdout == ""
+    value = json.loads(run(path, "--fix", out, "--force", "--json").stdout)
+    assert value["changes"][0]["rule"] == "axis-not-unit" and value["file"] == str(out)
+
+
+@pytest.mark.parametrize(
+    "arguments, sentence",
+    [
+        (["--ignore", "inertia-triangel"], "--ignore inertia-triangel: no such rule; did you mean 'inertia-triangle'"),
+        (["--package-path", "/nowhere"], "--package-path /nowhere: no such folder"),
+        (["--symmetry", "7"], "--symmetry 7.0: expected a share"),
+        (["--accept", "limit-units"], "for --fix"),
+        (["--fix", "x.urdf", "--accept", "limits"], "--accept limits: no such rule"),
+    ],
+)
+def test_wrong_options(file, arguments, sentence):
+    done = run(file(ARM), *arguments)
+    assert done.returncode == 2 and sentence in done.stderr and done.stderr.count("\n") == 1 and done.stdout == ""
+
+
+def test_sdf_with_lines(check):
+    text = """<sdf version="1.10"><model name="m">
+<link name="a"><inertial><mass>1</mass><inertia><ixx>0.05</ixx><iyy>0.02</iyy><izz>0.02</izz></inertia></inertial></link>
+<link name="b"><inertial><mass>-1</mass></inertial></link>
+<joint name="j" type="revolute"><parent>a</parent><child>b</child><axis><xyz>0 0 1</xyz>
+<limit><lower>2</lower><upper>1</upper><effort>-1</effort></limit></axis></joint></model></sdf>"""
+    findings = check(text, "robot.sdf")
+    assert {(f.rule, f.line) for f in findings} == {("inertia-triangle", 2), ("mass-negative", 3), ("limit-reversed", 5)}
+    assert findings.not_checked and not any(f.fixable for f in findings)
+
+
+def test_mjcf(check):
+    pytest.importorskip("mujoco")
+    text = """<mujoco><compiler balanceinertia="false" boundmass="0"/><worldbody>
+<body name="Arm"><joint name="j" axis="0 0 1"/><inertial pos="0.1 0 0" mass="2" diaginertia="1 1 1"/>
+<body name="arm"><joint name="k" axis="0 1 0"/><geom size="0.1"/></body></body></worldbody></mujoco>"""
+    findings = check(text, "robot.xml")
+    assert {(f.rule, f.line) for f in findings} == {("name-case", 3), ("inertia-placeholder", 2)}
+    assert findings.not_checked
+
+
+def test_nothing_that_is_found_depends_on_pose_or_order(check):
+    """The same mistakes in the file's other order."""
+    head, tail = TWO.split('<link name="upper">')
+    upper, rest = tail.split("</link>", 1)
+    turned = head + rest.replace("</robot>", '<link name="upper">' + upper + "</link></robot>")
+    assert check(turned).rules == check(TWO).rules
+
+
+def test_processor_time_is_linear_in_links(tmp_path):
+    """A chain of 3,000 links takes little more than its share of one of 300."""
+    import time
+
+    def seconds(n):
+        path = tmp_path / f"{n}.urdf"
+        chain = "".join(link(f"l{i}") + hinge(f"j{i}", f"l{i - 1}" if i else "fore", f"l{i}") for i in reversed(range(n)))
+        path.write_text(more(chain))
+        start = time.process_time()
+        assert not ksl.check(path)
+        return time.process_time() - start
+
+    seconds(10)
+    assert seconds(3000) < 25 * seconds(300)
+
+
+def test_names_in_the_way_of_patterns(check):
+    """Names with regular expressions, markup and quotes."""
+    assert check(more(link("[a](b)*&lt;"), hinge("[bold]j", "fore", "[a](b)*&lt;", '<dynamics damping="-1"/>'))).rules == {"dynamics-negative": 1}
+
+
+def test_the_second_moment_bound_by_hand():
+    """Half the mass at each end of a rod of length 2 is the extreme that a body in its box can have: variance 1 = (1 − 0)(0 + 1)."""
+    from ksl.checks.fit_rules import Fit
+    from ksl.checks.robot import Inertial, Link
+
+    box = np.array([[-1.0, -1, -1], [1, 1, 1]])
+    I = np.diag([0.0, 2.0, 2.0])  # m = 2 kg at x = ±1 m
+    inertial = Inertial(None, None, 2.0, np.zeros(3), np.eye(3), I)
+    assert Fit(Link("rod", None, None, inertial), inertial, box, box[1] - box[0]).excess(I) == pytest.approx(1.0)

@@ -1,0 +1,109 @@
+"""Files that are no robots, cut short or meant to do harm end in findings or one sentence, never in a traceback."""
+
+import random
+import subprocess
+import sys
+
+import pytest
+from files import ARM, END, changed
+
+import ksl
+from ksl.errors import DescriptionError
+
+
+@pytest.mark.parametrize(
+    "data, sentence",
+    [
+        (b"", "is empty"),
+        (b"  \n", "is empty"),
+        (b"name,mass\narm,3\n", "is no XML file"),
+        (bytes(range(256)) * 40, "is no XML file"),
+        (b"\x7fELF\x02\x01\x01\x00<robot name='a'/>" + bytes(500), "is no XML file"),
+    ],
+)
+def test_what_is_no_xml_is_one_sentence(check, data, sentence):
+    with pytest.raises(DescriptionError, match=sentence) as error:
+        check(data)
+    assert "\n" not in str(error.value) and "robot.urdf" in str(error.value)
+
+
+def test_files_that_cannot_be_read(tmp_path):
+    with pytest.raises(DescriptionError, match="is a folder"):
+        ksl.check(tmp_path)
+    with pytest.raises(DescriptionError, match="No such file"):
+        ksl.check(tmp_path / "absent.urdf")
+
+
+@pytest.mark.parametrize("length", range(0, len(ARM), 61))
+def test_a_file_cut_short(check, length):
+    if not ARM[:length].strip():
+        return
+    findings = check(ARM[:length])
+    assert findings.errors and "xml-syntax" in findings.rules
+    assert all(f.line is None or f.line <= ARM.count("\n") + 1 for f in findings)
+
+
+def test_what_stands_before_the_break_is_checked(check):
+    text = changed(('axis xyz="0 0 1"', 'axis xyz="0 0 0"'))
+    assert "axis-zero" in check(text[: text.index("elbow") + 20]).rules
+
+
+def test_bytes_changed_at_random(check):
+    """300 files with 1 to 5 bytes changed: findings or a sentence."""
+    rng = random.Random(7)
+    for _ in range(300):
+        data = bytearray(ARM.encode())
+        for _ in range(rng.randint(1, 5)):
+            data[rng.randrange(len(data))] = rng.randrange(256)
+        try:
+            check(bytes(data))
+        except DescriptionError as e:
+            assert "\n" not in str(e)
+
+
+def test_values_changed_at_random(check):
+    """Numbers, names and types in each other's places."""
+    import re
+
+    rng = random.Random(11)
+    values = re.findall(r'"[^"]*"', ARM) + ['""', '"nan"', '"-inf"', '"1e999"', '"0x10"', '"1_0"', '"٣"', '"' + "9" * 400 + '"', '"${x}"', '"a b c"']
+    places = [m.span() for m in re.finditer(r'"[^"]*"', ARM)][2:]
+    for _ in range(300):
+        a, b = places[rng.randrange(len(places))]
+        check(ARM[:a] + rng.choice(values) + ARM[b:])
+
+
+def test_entities_are_not_read(check, tmp_path):
+    (tmp_path / "secret.txt").write_text("s3cret")
+    text = f'<!DOCTYPE robot [<!ENTITY x SYSTEM "file://{tmp_path}/secret.txt"><!ENTITY y "yy">]>\n' + ARM.split("?>")[1].replace("</robot>", "<note>&x;&y;</note></robot>")
+    findings = check(text)
+    assert "s3cret" not in repr(findings) + str(findings.as_dict())
+
+
+def test_entities_that_multiply(check):
+    levels = "".join(f'<!ENTITY e{i} "{f"&e{i - 1};" * 10}">' for i in range(1, 12))
+    text = f'<!DOCTYPE robot [<!ENTITY e0 "ha">{levels}]>\n' + ARM.split("?>")[1].replace('name="arm"', 'name="&e11;"')
+    assert check(text).errors
+
+
+def test_a_huge_attribute_and_deep_nesting(check):
+    assert check(changed(('name="fore"', f'name="{"x" * 11_000_000}"'))).errors
+    assert check(ARM.replace(END, "<a>" * 100_000 + END)).errors
+
+
+def test_a_huge_number_of_findings_is_listed_fast(check):
+    lost = "".join(f'<link name="l{i}"/>' for i in range(3000))
+    assert check(ARM.replace(END, lost + END)).rules["link-unreachable"] == 3000
+
+
+def test_other_roots(check):
+    assert "not-loaded" in check("<html><body/></html>").rules
+    assert "not-loaded" in check('<mujoco><worldbody><body name="a"><geom size="x"/></body></worldbody></mujoco>').rules
+    assert check("<sdf version='1.10'/>").errors
+
+
+def test_the_command_says_one_sentence(tmp_path):
+    path = tmp_path / "robot.urdf"
+    path.write_bytes(b"\x00\x01\x02")
+    done = subprocess.run([sys.executable, "-m", "ksl", "check", str(path)], capture_output=True, text=True)
+    assert done.returncode == 2 and done.stdout == "" and done.stderr.startswith("ksl: ") and done.stderr.count("\n") == 1

@@ -1,0 +1,250 @@
+"""Whole sheets against hand calculations: a pendulum held level, a shaft with an overhung load, a flange with an offset mass, a screw."""
+
+import math
+
+import numpy as np
+import pytest
+
+import ksl
+from tables import results_table
+
+G = 9.81
+
+PENDULUM = """
+<robot name="pendulum">
+  <link name="ground_link"/>
+  <joint name="pivot" type="revolute"><parent link="ground_link"/><child link="arm"/><axis xyz="0 1 0"/>
+    <limit lower="-3" upper="3" effort="100" velocity="5"/></joint>
+  <link name="arm"><inertial><origin xyz="0.5 0 0"/><mass value="2"/>
+    <inertia ixx="0.01" iyy="0.04" izz="0.04" ixy="0" ixz="0" iyz="0"/></inertial></link>
+</robot>"""
+
+SHAFT = """
+<robot name="shaft">
+  <link name="housing"/>
+  <joint name="spindle" type="continuous"><parent link="housing"/><child link="rotor"/><axis xyz="1 0 0"/></joint>
+  <link name="rotor"><inertial><origin xyz="0.1 0 0"/><mass value="10"/>
+    <inertia ixx="0.02" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial></link>
+</robot>"""
+
+BRACKET = """
+<robot name="bracket">
+  <link name="plate"><inertial><origin xyz="0.3 0 0.1"/><mass value="8"/>
+    <inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+</robot>"""
+
+SLIDER = """
+<robot name="slider">
+  <link name="rail"/>
+  <joint name="lift" type="prismatic"><parent link="rail"/><child link="cart"/><axis xyz="0 0 1"/>
+    <limit lower="0" upper="1" effort="500" velocity="1"/></joint>
+  <link name="cart"><inertial><mass value="5"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+</robot>"""
+
+
+def component(joint: str, kind: str, **values) -> dict:
+    return {"component": [{"joint": joint, "kind": kind, **values}]}
+
+
+def figures(sizing) -> dict:
+    return {f.figure: f for f in sizing.figures}
+
+
+def held(model, q: float, seconds: float = 2.0):
+    t = np.linspace(0, seconds, 9)
+    return t, np.full((9, 1), q), np.zeros((9, 1)), np.zeros((9, 1))
+
+
+def steady(speed: float, seconds: float = 3.0, n: int = 31):
+    t = np.linspace(0, seconds, n)
+    return t, speed * t[:, None], np.full((n, 1), speed), np.zeros((n, 1))
+
+
+def test_a_pendulum_held_level(robot):
+    """2 kg at 0.5 m: torque 9.81 N m against the brake and the motor, force 19.62 N across the axis."""
+    m = robot(PENDULUM)
+    table = results_table(m, {"hold": held(m, 0.0)})
+    motor = component("pivot", "motor", gear_ratio=50, gear_efficiency=0.8, rotor_inertia=1e-4, rated_torque=0.5, peak_torque=1.0, brake_torque=0.25, max_speed_rpm=3000)
+    f = figures(ksl.size(table, motor))
+    torque = 2 * G * 0.5 / 50
+    assert f["rms torque"].value == pytest.approx(torque, rel=1e-12)  # at rest the efficiency neither helps nor hinders
+    assert f["rms torque"].utilisation == pytest.approx(torque / 0.5, rel=1e-12)
+    assert f["holding torque"].value == pytest.approx(torque, rel=1e-12) and f["holding torque"].case == "hold"
+    assert f["holding torque"].utilisation == pytest.approx(torque / 0.25, rel=1e-12)
+    assert f["peak speed"].value == 0 and f["regenerated energy"].value == 0
+    assert f["reflected rotor inertia"].value == pytest.approx(0.25)
+    plain = figures(ksl.size(table, component("pivot", "limits", radial_force=40.0, torque=9.81, axial_force=1.0, at=[0.0, 0.2, 0.0], bending_moment=10.0)))
+    assert plain["radial force"].utilisation == pytest.approx(2 * G / 40, rel=1e-12)
+    assert plain["torque"].utilisation == pytest.approx(1.0, rel=1e-12) and plain["axial force"].value == pytest.approx(0, abs=1e-12)
+    assert plain["bending moment"].value == pytest.approx(0.2 * 2 * G, rel=1e-12)  # the point lies 0.2 m along the axis
+
+
+def test_a_shaft_with_an_overhung_load(robot):
+    """10 kg at 0.1 m, bearings at −0.02 and −0.12 m: by moments about each, 2.2 times the weight in front, 1.2 times behind."""
+    m = robot(SHAFT)
+    speed, W = 100 * 2 * math.pi / 60, 10 * G
+    table = results_table(m, {"run": steady(speed)})
+    front, rear = {"type": "deep groove", "position": -0.02, "C": 14000.0, "C0": 6700.0, "f0": 13.0}, {"type": "deep groove", "position": -0.12, "C": 9000.0, "C0": 4500.0}
+    f = figures(ksl.size(table, {"reliability": 95, **component("spindle", "bearing pair", locating=front, floating=rear, required_life_h=20000)}))
+    assert f["locating: mean load"].value == pytest.approx(2.2 * W, rel=1e-12)
+    assert f["floating: mean load"].value == pytest.approx(1.2 * W, rel=1e-12)
+    assert f["locating: L10"].value == pytest.approx(0.64 * (14000 / (2.2 * W)) ** 3, rel=1e-12)
+    assert f["locating: L10h"].value == pytest.approx(0.64 * (14000 / (2.2 * W)) ** 3 * 1e6 / (60 * 100), rel=1e-9)
+    assert f["floating: L10h"].utilisation == pytest.approx(20000 / f["floating: L10h"].value, rel=1e-12)
+    assert f["locating: static safety"].value == pytest.approx(6700 / (2.2 * W), rel=1e-12)
+    assert not f["locating: L10h"].note  # five whole revolutions
+    assert "95 %, ISO 281:2007" in f["locating: L10"].inputs
+
+
+def test_axial_force_goes_to_the_locating_bearing(robot):
+    """The same shaft, upright, so that the weight acts along it."""
+    m = robot(SHAFT.replace('xyz="1 0 0"/></joint>', 'xyz="1 0 0"/><origin rpy="0 -1.5707963267948966 0"/></joint>'))
+    W = 10 * G
+    table = results_table(m, {"run": steady(10.0)})
+    row = {"type": "deep groove", "C": 14000.0, "C0": 6700.0, "f0": 13.0}
+    f = figures(ksl.size(table, component("spindle", "bearing pair", locating={**row, "position": 0.0}, floating={**row, "position": 0.1})))
+    relative = 13 * W / 6700
+    Y = 2.30 + (relative - 0.172) / (0.345 - 0.172) * (1.99 - 2.30)
+    assert 0.172 < relative < 0.345
+    assert f["locating: mean load"].value == pytest.approx(Y * W, rel=1e-9)
+    assert f["floating: mean load"].value == pytest.approx(0, abs=1e-9) and math.isinf(f["floating: L10h"].value)
+    pair = {"type": "angular contact pair", "contact_angle_deg": 40, "C": 20000.0, "C0": 15000.0}
+    f = figures(ksl.size(table, component("spindle", "bearing pair", locating={**pair, "position": 0.0}, floating={**row, "position": 0.1})))
+    assert f["locating: mean load"].value == pytest.approx(0.93 * W, rel=1e-9)  # X2 Fr + Y2 Fa with Fr = 0
+
+
+@pytest.mark.parametrize("arrangement, shaft, carries", [("face-to-face", "child", "a"), ("back-to-back", "child", "b"), ("face-to-face", "parent", "b"), ("back-to-back", "parent", "a")])
+def test_which_of_two_opposed_rows_carries_the_weight(robot, arrangement, shaft, carries):
+    """An upright shaft whose weight presses it down, against its axis: face to face the lower bearing's shoulder holds it.
+    With a housing that hangs on a standing shaft, the same weight presses the shaft up against the housing."""
+    m = robot(SHAFT.replace('xyz="1 0 0"/></joint>', 'xyz="1 0 0"/><origin rpy="0 -1.5707963267948966 0"/></joint>'))
+    W = 10 * G
+    rows = {"a": {"position": 0.0, "C": 20000.0, "C0": 15000.0}, "b": {"position": 0.1, "C": 20000.0, "C0": 15000.0}}
+    f = figures(ksl.size(results_table(m, {"run": steady(10.0)}), component("spindle", "opposed angular contact bearings", arrangement=arrangement, shaft=shaft, **rows)))
+    other = {"a": "b", "b": "a"}[carries]
+    assert f[f"{carries}: mean load"].value == pytest.approx(0.57 * W, rel=1e-9)  # Fa/Fr > e: 0.35 Fr + 0.57 Fa
+    assert f[f"{other}: mean load"].value == pytest.approx(0, abs=1e-9)
+
+
+def test_radial_loads_of_opposed_rows_induce_axial_ones(robot):
+    """Horizontal shaft without axial force: the larger induced force e Fr acts on both rows."""
+    m = robot(SHAFT)
+    W = 10 * G
+    rows = {"a": {"position": -0.02, "C": 20000.0, "C0": 15000.0}, "b": {"position": -0.12, "C": 20000.0, "C0": 15000.0}}
+    f = figures(ksl.size(results_table(m, {"run": steady(10.0)}), component("spindle", "opposed angular contact bearings", arrangement="back-to-back", **rows)))
+    assert f["a: mean load"].value == pytest.approx(2.2 * W, rel=1e-12)  # Fa/Fr = e: the row carries Fr
+    induced = 1.14 * 2.2 * W
+    assert f["b: mean load"].value == pytest.approx(0.35 * 1.2 * W + 0.57 * induced, rel=1e-12)
+
+
+def test_a_crossed_roller_bearing_with_an_offset_load(robot):
+    """The tilting moment is about the pitch plane: weight × its distance from the mass."""
+    m = robot(SHAFT)
+    W, speed = 10 * G, 20.0
+    f = figures(ksl.size(results_table(m, {"run": steady(speed)}), component("spindle", "crossed roller bearing", position=-0.05, pitch_diameter=0.1, C=30000.0, C0=45000.0, load_factor=1.2)))
+    P = W + 2 * 0.15 * W / 0.1
+    assert f["mean load"].value == pytest.approx(P, rel=1e-12)
+    assert f["L10"].value == pytest.approx((30000 / (1.2 * P)) ** (10 / 3), rel=1e-12)
+    assert f["static safety"].value == pytest.approx(45000 / P, rel=1e-12) and f["static safety"].limit == 2
+
+
+def test_a_flange_with_an_offset_mass(robot):
+    """8 kg 0.3 m off the centre of four bolts in a square of side 0.2 m, on the ground: by moments about the middle."""
+    m = robot(BRACKET, masses="optional")
+    t = np.array([0.0, 1.0])
+    empty = np.zeros((2, 0))
+    table = results_table(m, {"stand": (t, empty, empty, empty)})
+    points = [[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.1, -0.1]]
+    flange = component("base", "bolted flange", points=points, preload=1000.0, tightening_factor=1.5, load_factor=0.1, yield_force=2000.0, friction=0.1, embedding_loss=50.0)
+    f = figures(ksl.size(table, flange))
+    W = 8 * G
+    axial = -W / 4 + W * 0.3 / (4 * 0.1)  # the bolts behind hold the plate down, those in front are relieved
+    assert f["axial load of a bolt"].value == pytest.approx(axial, rel=1e-12) and "-0.1" in f["axial load of a bolt"].inputs
+    assert f["shear load of a bolt"].value == pytest.approx(0, abs=1e-12)
+    assert f["bolt force"].value == pytest.approx(1500 + 0.1 * axial, rel=1e-12)
+    assert f["residual clamp force"].value == pytest.approx(1000 - 50 - 0.9 * axial, rel=1e-12)
+    assert f["residual clamp force"].utilisation == pytest.approx((0.9 * axial + 50) / 1000, rel=1e-12)
+    hanging = robot(BRACKET, masses="optional", gravity=(0.0, 0.0, G))  # from the ceiling: the weight pulls at the bolts
+    f = figures(ksl.size(results_table(hanging, {"hang": (t, empty, empty, empty)}), flange))
+    assert f["axial load of a bolt"].value == pytest.approx(W / 4 + W * 0.3 / 0.4, rel=1e-12)
+    on_the_wall = robot(BRACKET, masses="optional", gravity=(0.0, -G, 0.0))  # shear, and a torque about the bolts' direction
+    f = figures(ksl.size(results_table(on_the_wall, {"hang": (t, empty, empty, empty)}), flange))
+    around = W * 0.3 / (4 * 0.1 * math.sqrt(2))  # on each bolt, across its arm of 0.1 √2
+    shear = math.hypot(around / math.sqrt(2), W / 4 + around / math.sqrt(2))
+    axial = 0.1 * W / (4 * 0.1)  # the mass lies 0.1 m in front of the wall
+    assert f["shear load of a bolt"].value == pytest.approx(shear, rel=1e-12)
+    assert f["axial load of a bolt"].value == pytest.approx(axial, rel=1e-12)
+
+
+def test_a_lead_screw(robot):
+    """A sliding joint: the ratio is in rad/m.  Lifting and lowering 5 kg at 0.2 m/s with 80 % efficiency."""
+    m = robot(SLIDER)
+    ratio = 2 * math.pi / 0.01
+    t = np.linspace(0, 1, 11)
+    up = (t, 0.2 * t[:, None], np.full((11, 1), 0.2), np.zeros((11, 1)))
+    down = (t, 0.2 - 0.2 * t[:, None], np.full((11, 1), -0.2), np.zeros((11, 1)))
+    f = figures(ksl.size(results_table(m, {"up": up, "down": down}), component("lift", "motor", gear_ratio=ratio, gear_efficiency=0.8, rotor_inertia=1e-5, rated_torque=0.1, regenerated_energy=10.0)))
+    T = 5 * G / ratio
+    assert f["rms torque"].value == pytest.approx(math.sqrt(((T / 0.8) ** 2 + (T * 0.8) ** 2) / 2), rel=1e-12)
+    assert f["peak torque"].value == pytest.approx(T / 0.8, rel=1e-12) and f["peak torque"].case == "up"
+    assert f["regenerated energy"].value == pytest.approx(0.8 * 5 * G * 0.2, rel=1e-12) and f["regenerated energy"].case == "down"
+
+
+def test_a_swing_fatigues_what_carries_its_weight(robot):
+    """A pendulum that swings slowly: one range of its torque in each pass, at half amplitude about a mean."""
+    m = robot(PENDULUM)
+    t = np.linspace(0, 1000, 2001)
+    angle = 0.5 * np.sin(2 * np.pi * t / 1000)
+    table = results_table(m, {"swing": (t, angle[:, None], np.zeros((2001, 1)), np.zeros((2001, 1)))})
+    line = dict(stress={"fx": 1.0}, k=5.0, knee_amplitude=100.0, knee_cycles=1e6, residue="repeating", required_repetitions=1e9)
+    f = figures(ksl.size(table, component("pivot", "fatigue", **line)))
+    amplitude = 2 * G * math.sin(0.5)  # of the force along the arm, whose sign changes
+    damage = (amplitude / 100) ** 5 / 1e6
+    assert f["damage of one pass"].value == pytest.approx(damage, rel=1e-9)
+    assert f["damage of one pass"].utilisation == pytest.approx(1e9 * damage, rel=1e-9)
+    assert f["fatigue life"].value == pytest.approx(1000 / damage / 3600, rel=1e-9)
+
+
+# load spectra
+
+
+def test_repetitions_and_shares_weigh_the_cases(robot):
+    m = robot(PENDULUM)
+    table = results_table(m, {"low": held(m, 0.0, 1.0), "high": held(m, math.pi / 3, 3.0)})
+    motor = component("pivot", "motor", gear_ratio=1, rotor_inertia=0.0, rated_torque=20.0)
+    T0, T1 = 2 * G * 0.5, 2 * G * 0.5 / 2
+    rms = {k: figures(ksl.size(table, motor | k_in))["rms torque"].value for k, k_in in {"once": {}, "repeated": {"cases": {"low": 6}}, "shared": {"shares": {"low": 0.9, "high": 0.1}}, "left out": {"cases": {"low": 0}}}.items()}
+    assert rms["once"] == pytest.approx(math.sqrt((T0**2 * 1 + T1**2 * 3) / 4), rel=1e-12)
+    assert rms["repeated"] == pytest.approx(math.sqrt((T0**2 * 6 + T1**2 * 3) / 9), rel=1e-12)
+    assert rms["shared"] == pytest.approx(math.sqrt(T0**2 * 0.9 + T1**2 * 0.1), rel=1e-12)
+    assert rms["left out"] == pytest.approx(T1, rel=1e-12)
+
+
+def test_exceptional_cases_count_for_momentary_peaks_and_not_for_the_cycle(robot):
+    m = robot(PENDULUM)
+    slow = (np.linspace(0, 1, 11), np.linspace(1.0, 1.1, 11)[:, None], np.full((11, 1), 0.1), np.zeros((11, 1)))
+    stop = (np.linspace(0, 0.1, 11), np.linspace(0, 0.1, 11)[:, None], np.full((11, 1), 1.0), np.full((11, 1), -20.0))
+    gear = dict(ratio=100, rated_torque=10.0, average_torque=10.0, repeated_peak_torque=8.0, momentary_peak_torque=30.0)
+    sizing = ksl.size(results_table(m, {"pick": slow, "stop": stop}), {"cases": {"stop": 0}, **component("pivot", "strain wave gear", **gear)})
+    f = figures(sizing)
+    largest = 2 * G * 0.5 * math.cos(1.0)
+    assert f["repeated peak torque"].value == pytest.approx(largest, rel=1e-9) and f["repeated peak torque"].case == "pick"
+    assert f["momentary peak torque"].case == "stop" and f["momentary peak torque"].value > 2 * f["repeated peak torque"].value
+    n_in = 100 * 1.0 * 60 / (2 * math.pi)
+    assert f["allowed occurrences of stop"].value == pytest.approx(1e4 / (2 * n_in / 60 * 0.11), rel=1e-9)  # all eleven samples, 0.01 s each
+    assert any("exceptional cases" in note for note in sizing.notes)
+
+
+def test_slow_oscillation_is_said(robot):
+    m = robot(PENDULUM)
+    t = np.linspace(0, 1, 101)
+    swing = (t, np.sin(2 * np.pi * t)[:, None], 2 * np.pi * np.cos(2 * np.pi * t)[:, None], np.zeros((101, 1)))
+    f = figures(ksl.size(results_table(m, {"swing": swing}), component("pivot", "crossed roller bearing", pitch_diameter=0.1, C=1e4, C0=1e4)))
+    assert "indication only" in f["L10h"].note and "ISO 281" in f["L10h"].note
+
+
+def test_a_joint_that_never_turns_has_no_life_and_a_static_safety(robot):
+    m = robot(PENDULUM)
+    sizing = ksl.size(results_table(m, {"hold": held(m, 0.0)}), component("pivot", "crossed roller bearing", pitch_diameter=0.1, C=1e4, C0=1e4))
+    assert [f.figure for f in sizing.figures] == ["static safety"]
+    assert "does not turn in the cycle" in str(sizing.left_out[0])

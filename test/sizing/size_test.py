@@ -1,0 +1,208 @@
+"""`ksl size` and `ksl.size` as their users see them: the result object, files, printed tables, JSON, exit statuses."""
+
+import csv
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+import ksl
+from ksl.errors import SizingError
+from ksl.sizing.example import example_file
+from tables import results_table
+
+ROOT = Path(__file__).resolve().parents[2]
+PANDA = ROOT / "examples/components/panda.toml"
+
+
+@pytest.fixture(scope="module")
+def loads(tmp_path_factory, examples):
+    """The Panda's pick motion as `ksl loads` writes it, and half as fast."""
+    from ksl.motions.reading import read_motion
+
+    m = ksl.load(examples / "robots/panda.urdf")
+    x = read_motion(m, examples / "motions/panda_pick.csv")
+    folder = tmp_path_factory.mktemp("loads")
+    cases = {"panda_pick": (x.time, x.q, x.v, x.a), "slow": (2 * x.time, x.q, x.v / 2, x.a / 4)}
+    pq.write_table(results_table(m, cases), folder / "wrenches.parquet")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def sizing(loads):
+    return ksl.size(loads, PANDA)
+
+
+def command(*arguments):
+    """The command in this process, which spares the imports; test_results_over_a_closed_pipe runs it as a user does."""
+    from typer.testing import CliRunner
+
+    from ksl.commands import app
+
+    return CliRunner().invoke(app, ["size", *map(str, arguments)])
+
+
+# in Python
+
+
+def test_figures_are_sorted_and_complete(sizing):
+    use = [f.utilisation for f in sizing.figures]
+    compared = [u for u in use if u is not None]
+    assert compared == sorted(compared, reverse=True) and use[len(compared) :] == [None] * (len(use) - len(compared))
+    assert sizing.worst is sizing.figures[0] and sorted(map(id, sizing.in_order)) == sorted(map(id, sizing.figures))
+    for f in sizing.figures:
+        assert f.formula and f.source and f.joint and f.component, f
+        assert f.inputs or f.figure == "speed", f
+        assert f.case in ("panda_pick", "slow", ""), f
+    fast = next(f for f in sizing.figures if (f.joint, f.figure) == ("panda_joint2", "peak speed"))
+    assert fast.case == "panda_pick"
+
+
+def test_peaks_are_those_of_the_loads(sizing, loads):
+    """The torque of the gear, the limits and the simultaneous set are one number, that of the table."""
+    table = pq.read_table(loads / "wrenches.parquet")
+    efforts = np.array([e for e, j in zip(table["effort"].to_pylist(), table["joint"].to_pylist(), strict=True) if j == "panda_joint2"])
+    peak = next(f for f in sizing.figures if (f.joint, f.figure) == ("panda_joint2", "repeated peak torque"))
+    rows = {row["extreme"]: row for row in sizing.peaks if row["joint"] == "panda_joint2"}
+    assert peak.value == np.abs(efforts).max() == max(rows["effort max"]["effort"], -rows["effort min"]["effort"])
+
+
+def test_the_table_says_units_and_conventions(sizing):
+    table = sizing.table
+    assert table.num_rows == len(sizing.figures)
+    assert table.column_names == ["joint", "component", "kind", "figure", "value", "unit", "limit", "utilisation", "formula", "inputs", "source", "case", "time", "note"]
+    said = json.loads(table.schema.metadata[b"ksl"])
+    assert said["robot"] == "panda" and said["version"] == ksl.__version__ and said["cases"] == {"panda_pick": 1.0, "slow": 1.0}
+    assert [len(i["sha256"]) for i in said["inputs"]] == [64, 64] and "1 is at the limit" in said["utilisation"]
+
+
+def test_repr_and_verdict(sizing):
+    assert repr(sizing).startswith("Sizing of panda: all ") and sizing.worst.figure in repr(sizing) and len(repr(sizing).splitlines()) < 20
+    results = Path(sizing.provenance["inputs"][0]["file"])
+    tight = ksl.size(results, {"component": [{"joint": "panda_joint2", "kind": "limits", "torque": 1.0}]})
+    assert "1 of 1 figures is over its limit" in tight.verdict and len(tight.exceeded) == 1
+    nothing = ksl.size(results)
+    assert nothing.worst is None and nothing.verdict == "panda: no components" and nothing.peaks
+
+
+def test_clouds_are_all_samples(sizing):
+    cloud = next(c for c in sizing.clouds if c.joint == "panda_joint2")
+    f = next(f for f in sizing.figures if (f.joint, f.figure) == ("panda_joint2", "peak torque"))
+    assert len(cloud.rpm) == len(cloud.torque) == 2 * 1021 and np.abs(cloud.torque).max() == f.value and cloud.curve[0] == [0, 1.7]
+
+
+def test_only_some_joints(loads):
+    sizing = ksl.size(loads, PANDA, joints=["panda_joint3"])
+    assert {f.joint for f in sizing.figures} == {"panda_joint3"} == {row["joint"] for row in sizing.peaks}
+
+
+def test_files_and_another_robot(sizing, tmp_path, loads):
+    assert set(sizing.write(tmp_path)) == {p.name for p in tmp_path.iterdir()}
+    table = pq.read_table(tmp_path / "sizing.parquet")
+    assert table.equals(sizing.table) and pq.read_table(tmp_path / "peaks.parquet").equals(sizing.peak_table)
+    lines = (tmp_path / "sizing.csv").read_text(encoding="utf-8").splitlines()
+    assert lines[0].startswith("# ksl ") and any("SHA-256" in line for line in lines[:4])
+    rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+    assert [float(r["value"]) for r in rows] == [f.value for f in sizing.figures]
+    said = json.loads((tmp_path / "sizing.json").read_text(encoding="utf-8"))
+    assert said["verdict"] == sizing.verdict and len(said["figures"]) == len(sizing.figures)
+    (tmp_path / "sizing.json").write_text('{"robot": "ur5"}')
+    with pytest.raises(SizingError, match="holds the sizing of ur5, and this is panda; .*--force"):
+        sizing.write(tmp_path)
+    sizing.write(tmp_path, force=True)
+    assert json.loads((tmp_path / "sizing.json").read_text(encoding="utf-8"))["robot"] == "panda"
+
+
+def test_infinite_numbers_are_words_in_json(robot):
+    m = robot('<robot name="r"><link name="a"/><joint name="j" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/></joint><link name="b"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>')
+    t = np.linspace(0, 1, 11)
+    table = results_table(m, {"spin": (t, 10 * t[:, None], np.full((11, 1), 10.0), np.zeros((11, 1)))})
+    gear = {"joint": "j", "kind": "strain wave gear", "ratio": 50, "rated_torque": 10, "required_life_h": 1000}
+    sizing = ksl.size(table, {"component": [gear]})
+    life = next(f for f in sizing.figures if f.figure == "wave generator L10h")
+    assert math.isinf(life.value) and life.utilisation == 0
+    assert json.loads(json.dumps(sizing.as_dict(), allow_nan=False))["figures"]
+
+
+def test_a_thousand_samples_of_speed(loads):
+    """Vectorised: the time grows with the samples and not with their number in Python; a wide bound."""
+    import time
+
+    start = time.process_time()
+    ksl.size(loads, PANDA)
+    assert time.process_time() - start < 2
+
+
+# on the command line
+
+
+def test_printed_sheets(loads, tmp_path):
+    done = command(loads, PANDA, "-o", tmp_path / "out", "--peaks")
+    assert done.exit_code == 0 and not done.stderr
+    lines = done.stdout.splitlines()
+    assert max(map(len, lines[:-1])) <= 80, max(lines, key=len)
+    for words in ("panda_joint2", "gear 25-100 (strain wave gear)", "Formulas and sources", "ISO 281:2007", "indication only", "Utilisation, worst first", "what acts together at each peak", "written to"):
+        assert words in done.stdout
+    assert lines[-3].startswith("panda: all") or lines[-2].startswith("panda: all")
+    assert (tmp_path / "out" / "sizing.parquet").exists()
+
+
+def test_brief_and_without_components(loads):
+    brief = command(loads, PANDA, "--brief").stdout
+    assert "Formulas" not in brief and brief.count("\n") < 140 and "rms torque" in brief
+    peaks = command(loads, "--joints", "panda_joint2,base", "--at", "panda_joint2=0,0,0.1").stdout
+    assert "about (0, 0, 0.1) m" in peaks and "base: what acts together" in peaks and "panda_joint3" not in peaks
+    assert max(map(len, peaks.splitlines())) <= 80
+
+
+def test_json_on_standard_output(loads):
+    said = json.loads(command(loads, PANDA, "--json").stdout)
+    assert said["worst"]["utilisation"] == max(f["utilisation"] for f in said["figures"] if f["utilisation"] is not None)
+
+
+def test_exit_statuses(loads, tmp_path):
+    tight = tmp_path / "tight.toml"
+    tight.write_text('[[component]]\njoint = "panda_joint2"\nkind = "limits"\ntorque = 1\nbending_moment = -3\n')
+    assert command(loads, tight).exit_code == 0
+    failed = command(loads, tight, "--fail-on", "utilisation", "-o", tmp_path / "out")
+    assert failed.exit_code == 3 and (tmp_path / "out/sizing.json").exists()  # written all the same
+    assert command(loads, PANDA, "--fail-on", "utilisation").exit_code == 0
+    assert command(loads, tight, "--fail-on", "left-out").exit_code == 3
+
+
+@pytest.mark.parametrize(
+    "arguments, words",
+    [
+        ([], "size needs the results of `ksl loads`, or --example"),
+        (["LOADS", PANDA, "--fail-on", "limits"], "--fail-on limits: expected utilisation or left-out"),
+        (["LOADS", PANDA, "--joints", "panda_joint9"], "--joints: no joint named 'panda_joint9'; did you mean"),
+        (["LOADS", "--at", "panda_joint2"], "--at panda_joint2: expected JOINT=X,Y,Z"),
+        (["LOADS", "--at", "panda_joint2=1,2"], "expected 3 finite numbers"),
+        (["LOADS", "--at", "panda_joint9=1,2,3"], "--at: no joint named 'panda_joint9'"),
+        (["nowhere"], "nowhere: no such file; give the folder"),
+        ([PANDA, "LOADS"], "is no Parquet file that can be read"),
+        (["LOADS", "nothing.toml"], "nothing.toml: can't be read"),
+    ],
+)  # fmt: skip
+def test_bad_arguments(loads, tmp_path, monkeypatch, arguments, words):
+    monkeypatch.chdir(tmp_path)
+    done = command(*(loads if a == "LOADS" else a for a in arguments))
+    assert done.exit_code == 2 and not done.stdout and done.stderr.startswith("ksl: ") and words in done.stderr, done
+    assert done.stderr.count("\n") == 1
+
+
+def test_the_example_is_printed(tmp_path):
+    done = command("--example")
+    assert done.exit_code == 0 and done.stdout == example_file()
+
+
+def test_results_over_a_closed_pipe(loads):
+    run = subprocess.Popen([sys.executable, "-m", "ksl", "size", str(loads), str(PANDA)], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    run.stdout.close()
+    assert run.wait() == 1 and run.stderr.read() == b""
+    run.stderr.close()

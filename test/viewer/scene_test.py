@@ -1,0 +1,243 @@
+"""The scene: closed forms of a planar arm, surfaces of links, meshes and where they are found."""
+
+import json
+import math
+from pathlib import Path
+
+import ksl
+import numpy as np
+import pytest
+from ksl.viewer.recorded import read_results, scene_of_motion, scene_of_results
+from ksl.viewer.scene import make_scene, resting_position, thinned
+from ksl.viewer.shapes import Shape, arrows, box, cylinder, ellipsoid, simplified
+from ksl.viewer.visuals import appearance, find_mesh, inertia_ellipsoid
+
+G = 9.81
+
+
+def test_wrenches_of_the_arm_held_level(arm):
+    """Both links level: the shoulder carries 3 kg, and holds 2 kg at 0.5 m and 1 kg at 1.3 m."""
+    scene = make_scene(arm, [0.0, 0.0])
+    shoulder, elbow = (scene.joint_index(name) for name in ("shoulder", "elbow"))
+    np.testing.assert_allclose(scene.constraint[0, shoulder], [0, 0, 3 * G, 0, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(scene.actuation[0, shoulder], [0, 0, 0, 0, -G * 2.3, 0], atol=1e-12)
+    np.testing.assert_allclose(scene.effort[0, [shoulder, elbow]], [G * 2.3, G * 0.3], rtol=1e-14)
+    np.testing.assert_allclose(scene.utilisation[0, [shoulder, elbow]], [G * 2.3 / 50, G * 0.3 / 10], rtol=1e-14)
+    assert np.isnan(scene.utilisation[0, scene.joint_index("wrist")])
+    np.testing.assert_allclose(scene.origins[0, [shoulder, elbow, scene.joint_index("wrist")]], [[0, 0, 0], [1, 0, 0], [1.6, 0, 0]], atol=1e-15)
+    np.testing.assert_allclose(scene.centre_of_mass[0], [2.3 / 3, 0, 0], atol=1e-15)
+
+
+def test_poses_and_wrenches_of_a_motion_are_those_of_single_calls(arm, swing):
+    t, q, v, a = swing
+    scene = make_scene(arm, q, v, a, t)
+    for k in (0, 77, 200):
+        for i, name in enumerate(arm.link_names):
+            np.testing.assert_allclose(scene.poses[k, i], arm.frame_pose(q[k], name), atol=1e-14)
+        total = arm.reactions(q[k], v[k], a[k], axes="world", joints=[j.name for j in arm.joints])
+        np.testing.assert_allclose(scene.constraint[k] + scene.actuation[k], total, atol=1e-12)
+    assert scene.worst_sample("elbow") == int(np.argmax(np.abs(arm.inverse_dynamics(q, v, a)[:, 1])))
+
+
+def test_screw_axis(arm):
+    """The lower link turns about the shoulder when only that moves; when both turn oppositely it is displaced without a turn."""
+    scene = make_scene(arm, [0.0, 0.0], [2.0, 0.0], [0.0, 0.0])
+    point, angular, pitch = scene.screw_axis(0, "elbow")
+    np.testing.assert_allclose(point, [0, 0, 0], atol=1e-14)
+    np.testing.assert_allclose(angular, [0, -2, 0], atol=1e-14)
+    assert pitch == pytest.approx(0, abs=1e-15)
+    assert make_scene(arm, [0.0, 0.0], [2.0, -2.0], [0.0, 0.0]).screw_axis(0, "elbow") is None
+
+
+def test_scale_is_a_round_number_for_the_largest_wrench(arm):
+    scene = make_scene(arm, [0.0, 0.0])
+    for largest, per_metre in ((3 * G, 1 / scene.scale.force), (2.3 * G, 1 / scene.scale.moment)):
+        digits = per_metre / 10 ** math.floor(math.log10(per_metre) + 1e-9)
+        assert digits == pytest.approx(round(digits)) and round(digits) in (1, 2, 5)
+        assert 0.4 / 2.6 < largest / per_metre / scene.size <= 0.4
+
+
+def test_external_wrenches_are_placed_in_the_world(arm):
+    scene = make_scene(arm, [0.5, 0.0], external={"hand": [1.0, 0, 0, 0, 0, 2.0]})
+    np.testing.assert_allclose(scene.placed["hand"][0], [math.cos(0.5), 0, math.sin(0.5), -2 * math.sin(0.5), 0, 2 * math.cos(0.5)], atol=1e-14)
+
+
+def test_the_position_at_rest_is_within_limits(robot):
+    m = robot(
+        '<robot name="r"><link name="a"/><link name="b"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+        '<joint name="j" type="revolute"><parent link="a"/><child link="b"/><limit lower="-3" upper="-1" effort="1" velocity="1"/></joint></robot>'
+    )
+    assert resting_position(m) == [-2.0]
+
+
+def test_thinned_samples_keep_the_peaks():
+    x = np.zeros((100_000, 3))
+    x[12_345, 0], x[7, 2] = -5, 3
+    kept = thinned(x, 1000)
+    assert 1000 <= len(kept) <= 1003 and {0, 7, 12_345, 99_999} <= set(kept)
+    assert (thinned(x[:10]) == np.arange(10)).all()
+
+
+def test_a_long_motion_is_thinned_with_its_peaks(arm):
+    t = np.linspace(0, 20, 20_001)
+    q = np.column_stack([np.sin(t), np.cos(2 * t)])
+    v, a = np.column_stack([np.cos(t), -2 * np.sin(2 * t)]), np.column_stack([-np.sin(t), -4 * np.cos(2 * t)])
+    scene = scene_of_motion(arm, t, q, v, a, {})
+    tau = arm.inverse_dynamics(q, v, a)
+    assert len(scene.time) < 1510
+    np.testing.assert_allclose(np.nanmax(np.abs(scene.effort[:, :2]), axis=0), np.abs(tau).max(axis=0), rtol=1e-14)
+    np.testing.assert_array_equal(scene.time, t[scene.samples])
+
+
+# ------------------------------------------------------------------------------------------------------------- surfaces
+
+
+def volume(shape: Shape) -> float:
+    """By the divergence theorem; positive where triangles are counter-clockwise seen from outside."""
+    a, b, c = np.moveaxis(shape.vertices[shape.faces], 1, 0)
+    return float(np.sum(a * np.cross(b, c)) / 6)
+
+
+def test_volumes_of_primitives():
+    assert volume(box(np.array([1, 2, 3.0]))) == pytest.approx(6, rel=1e-14)
+    n = 24
+    assert volume(cylinder(0.5, 2.0)) == pytest.approx(2 * 0.25 * n / 2 * math.sin(2 * math.pi / n), rel=1e-12)
+    assert volume(ellipsoid(np.array([1, 2, 3.0]), 200)) == pytest.approx(4 / 3 * math.pi * 6, rel=1e-3)
+
+
+def test_an_arrow_ends_at_its_tip():
+    for heads in (1, 2):
+        shape = arrows(np.array([[1.0, 2, 3]]), np.array([[0.0, 0.3, -0.4]]), 0.01, heads)
+        assert volume(shape) > 0
+        along = (shape.vertices - [1, 2, 3]) @ [0, 0.6, -0.8]
+        assert along.min() == pytest.approx(0, abs=1e-15) and along.max() == pytest.approx(0.5, rel=1e-14)
+    assert not len(arrows(np.zeros((1, 3)), np.zeros((1, 3)), 0.01).faces)
+
+
+def test_simplified_surfaces_keep_their_extent():
+    fine = ellipsoid(np.array([1.0, 0.5, 0.25]), 200)
+    coarse = simplified(fine, 600)
+    assert 200 < len(coarse.faces) <= 600 < len(fine.faces)
+    np.testing.assert_allclose(np.ptp(coarse.vertices, axis=0), [2, 1, 0.5], rtol=0.15)
+    assert simplified(coarse, 600) is coarse
+
+
+def test_the_ellipsoid_of_inertia_of_an_ellipsoid_is_itself():
+    """Mass 2, semi-axes 0.3, 0.2, 0.1 m, turned and moved: I = m/5 (b² + c²), moved by Steiner's theorem."""
+    m, axes, centre = 2.0, np.array([0.3, 0.2, 0.1]), np.array([0.4, -0.1, 0.2])
+    turn, _ = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))
+    about_centre = turn @ np.diag(m / 5 * (np.sum(axes**2) - axes**2)) @ turn.T
+    about_origin = about_centre + m * (centre @ centre * np.eye(3) - np.outer(centre, centre))
+    xx, xy, xz, _, yy, yz, _, _, zz = about_origin.ravel()
+    shape = inertia_ellipsoid(ksl.Link("link", m, tuple(m * centre), (xx, yy, zz, xy, yz, xz)))
+    on = (shape.vertices - centre) @ turn / axes
+    np.testing.assert_allclose(np.linalg.norm(on, axis=1), 1, rtol=1e-9)
+    assert volume(shape) > 0
+
+
+def test_visuals_of_a_urdf_file(arm):
+    look = appearance(arm)
+    assert set(look.shapes) == {"upper", "lower"} and not look.ellipsoids and not look.notes
+    upper, lower = look.shapes["upper"][0], look.shapes["lower"][0]
+    assert upper.colour == (1, 0, 0)
+    np.testing.assert_allclose([upper.vertices.min(axis=0), upper.vertices.max(axis=0)], [[0, -0.05, -0.05], [1, 0.05, 0.05]], atol=1e-15)
+    np.testing.assert_allclose([lower.vertices[:, 0].min(), lower.vertices[:, 0].max()], [0, 0.6], atol=1e-15)
+
+
+MESHED = """<robot name="m"><link name="a"/><link name="b">
+<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+<visual><origin xyz="0 0 1"/><geometry><mesh filename="{}" scale="0.001 0.001 0.002"/></geometry></visual></link>
+<joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint></robot>"""
+
+
+def write_stl(path: Path) -> None:
+    """A tetrahedron with edges of 100 along the axes, as text."""
+    corners = np.array([[0, 0, 0], [100, 0, 0], [0, 100, 0], [0, 0, 100]])
+    facets = "".join(
+        "facet normal 0 0 0\nouter loop\n" + "".join(f"vertex {x} {y} {z}\n" for x, y, z in corners[list(face)]) + "endloop\nendfacet\n"
+        for face in ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))
+    )
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(f"solid t\n{facets}endsolid t\n")
+
+
+def test_a_mesh_is_found_scaled_and_moved(robot, tmp_path):
+    pytest.importorskip("trimesh")
+    write_stl(tmp_path / "parts" / "meshes" / "t.stl")
+    for name in ("package://parts/meshes/t.stl", "parts/meshes/t.stl", f"file://{tmp_path}/parts/meshes/t.stl"):
+        look = appearance(robot(MESHED.format(name)))
+        assert not look.notes
+        vertices = look.shapes["b"][0].vertices
+        np.testing.assert_allclose([vertices.min(axis=0), vertices.max(axis=0)], [[0, 0, 1], [0.1, 0.1, 1.2]], atol=1e-9)
+
+
+def test_what_cannot_be_drawn_is_said_and_becomes_an_ellipsoid(robot, tmp_path):
+    look = appearance(robot(MESHED.format("package://parts/meshes/t.stl")))
+    assert look.ellipsoids == {"b"}
+    assert look.notes == ["mesh package://parts/meshes/t.stl is not found: --package-path DIR names a folder that has the package"]
+    pytest.importorskip("trimesh")
+    (tmp_path / "bad.stl").write_text("solid nothing")
+    assert "bad.stl" in appearance(robot(MESHED.format("bad.stl"))).notes[0]
+
+
+def test_where_packages_are_looked_for(tmp_path, monkeypatch):
+    robot_file = tmp_path / "elsewhere" / "robot.urdf"
+    for variable, folder in (("ROS_PACKAGE_PATH", "ros"), ("AMENT_PREFIX_PATH", "ament/share")):
+        mesh = tmp_path / folder / f"of_{variable}" / "t.stl"
+        write_stl(mesh)
+        assert find_mesh(f"package://of_{variable}/t.stl", robot_file) is None
+        monkeypatch.setenv(variable, f"/nowhere:{tmp_path / folder.partition('/')[0]}")
+        assert find_mesh(f"package://of_{variable}/t.stl", robot_file) == mesh
+    mesh = tmp_path / "given" / "parts" / "t.stl"
+    write_stl(mesh)
+    for folder in (tmp_path / "given", tmp_path / "given" / "parts"):
+        assert find_mesh("package://parts/t.stl", robot_file, [folder]) == mesh
+
+
+# -------------------------------------------------------------------------------------------------------------- results
+
+
+def results_table(arm, swing, payload: float = 0.0):
+    """A small table as `ksl loads` writes it."""
+    import pyarrow as pa
+
+    t, q, v, a = swing
+    m = arm.with_payload("hand", payload) if payload else arm
+    tau = m.inverse_dynamics(q, v, a)
+    names = [j.name for j in arm.joints]
+    columns = {"case": pa.array(["swing"] * len(t) * len(names)).dictionary_encode(), "time": np.repeat(t, len(names))}
+    columns["joint"] = pa.array(names * len(t)).dictionary_encode()
+    for name, x in (("position", q), ("speed", v), ("acceleration", a), ("effort", tau)):
+        values = np.full((len(t), len(names)), np.nan)
+        values[:, :2] = x
+        columns[name] = pa.array(values.ravel(), from_pandas=True)
+    made = {"robot": "arm", "cases": [{"name": "swing", "gravity": [0, 0, -9.81], "payloads": [], "physics": [], "external": []}]}
+    return pa.table(columns).replace_schema_metadata({"ksl": json.dumps(made)})
+
+
+def test_results_become_the_scene_of_their_motion(arm, swing, tmp_path):
+    from pyarrow import parquet
+
+    parquet.write_table(results_table(arm, swing), tmp_path / "wrenches.parquet")
+    results = read_results(tmp_path)
+    scene, notes = scene_of_results(arm, results)
+    assert notes == [] and results.case == "swing"
+    for given, found in zip(swing, (scene.time, scene.q, scene.v, scene.a), strict=True):
+        np.testing.assert_array_equal(given, found)
+    with pytest.raises(ksl.MotionError, match="no load case named 'swang'; did you mean 'swing'"):
+        read_results(tmp_path, "swang")
+
+
+def test_results_of_another_robot_are_refused_or_noticed(arm, swing, tmp_path, robot, examples):
+    from pyarrow import parquet
+
+    table = results_table(arm, swing)
+    efforts = table.column("effort").to_numpy() * 1.1
+    parquet.write_table(table.set_column(table.schema.get_field_index("effort"), "effort", [efforts]), tmp_path / "wrenches.parquet")
+    _, notes = scene_of_results(arm, read_results(tmp_path))
+    assert len(notes) == 1 and notes[0].startswith("efforts of the results differ from those shown")
+    with pytest.raises(ksl.MotionError, match="they are those of arm, and not of panda"):
+        scene_of_results(ksl.load(examples / "robots/panda.urdf"), read_results(tmp_path))
+    parquet.write_table(table.drop_columns(["position"]), tmp_path / "wrenches.parquet")
+    with pytest.raises(ksl.MotionError, match="no column 'position'"):
+        read_results(tmp_path)

@@ -1,0 +1,114 @@
+"""`ksl view` and `Model.show`: what they print, and the sentences for bad input."""
+
+import socket
+import sys
+import urllib.request
+
+import numpy as np
+import pytest
+from ksl.commands.app import app
+from typer.testing import CliRunner
+
+import ksl
+
+pytest.importorskip("viser", reason="the package viser is not installed")
+
+
+def run(*arguments):
+    import ksl.commands  # noqa: F401  the commands
+
+    return CliRunner().invoke(app, ["view", *map(str, arguments)])
+
+
+def refused(*arguments) -> str:
+    done = run(*arguments)
+    assert done.exit_code == 2, done.output
+    return done.output.strip().removeprefix("ksl: ")
+
+
+@pytest.fixture(scope="module")
+def motion(arm, swing, tmp_path_factory):
+    t, q, _, _ = swing
+    path = tmp_path_factory.mktemp("motion") / "swing.csv"
+    np.savetxt(path, np.column_stack([t, q]), delimiter=",", header="time,shoulder,elbow", comments="")
+    return path
+
+
+def test_export(arm, motion, tmp_path):
+    file = tmp_path / "arm.html"
+    done = run(arm.file, motion, "--export", file, "--joint", "elbow")
+    assert done.exit_code == 0 and done.output.startswith(f"written: {file} (")
+    html = file.read_text(encoding="utf-8")
+    assert "swing.csv" in html and "what the structure carries" in html and 'src="http' not in html
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["arm.html"]
+
+
+def test_a_robot_at_rest_is_exported_too(arm, tmp_path):
+    assert run(arm.file, "--export", tmp_path / "arm.html").exit_code == 0
+
+
+def test_bad_input(arm, motion, tmp_path):
+    assert refused(arm.file, "--export", tmp_path / "no" / "a.html") == f"{tmp_path}/no/a.html: can't be written, since there is no such folder; give the name of a file in a folder that exists"
+    assert refused(arm.file, "--joint", "ellbow").startswith("arm: no joint named 'ellbow'; did you mean 'elbow'")
+    assert refused(arm.file, "--package-path", tmp_path / "no") == f"--package-path {tmp_path}/no: no such folder"
+    assert refused(arm.file, motion, "--case", "pick").startswith("--case pick: only results of `ksl loads` have load cases")
+    assert refused(arm.file, tmp_path / "absent.csv").startswith(f"{tmp_path}/absent.csv: can't be read")
+    assert refused(tmp_path / "absent.urdf").startswith(f"{tmp_path}/absent.urdf: ")
+    assert refused(arm.file, "--external", motion).startswith(f"--external {motion}: needs a motion")
+    assert "expected a number from 1 to 65535" in refused(arm.file, "--port", "70000", "--no-browser")
+
+
+def test_a_port_in_use(arm):
+    with socket.socket() as s:
+        s.bind(("127.0.0.1", 0))
+        s.listen()
+        port = s.getsockname()[1]
+        assert refused(arm.file, "--port", port, "--no-browser") == f"port {port} is in use; give another one, or none, and a free one is taken"
+
+
+def test_the_extra_is_missing(arm, monkeypatch, tmp_path):
+    monkeypatch.setitem(sys.modules, "viser", None)
+    assert refused(arm.file, "--no-browser") == "the viewer needs the extra ksl[view]: pip install 'ksl[view]'"
+    assert refused(arm.file, "--export", tmp_path / "a.html") == "the viewer needs the extra ksl[view]: pip install 'ksl[view]'"
+    assert not list(tmp_path.iterdir())
+
+
+def test_meshes_without_trimesh(arm, monkeypatch, robot, tmp_path):
+    from ksl.viewer.visuals import appearance
+
+    monkeypatch.setitem(sys.modules, "trimesh", None)
+    (tmp_path / "t.stl").write_text("solid t")
+    look = appearance(robot(open(arm.file).read().replace('<box size="1 0.1 0.1"/>', '<mesh filename="t.stl"/>')))
+    assert look.notes == ["meshes are not drawn: reading them needs the extra ksl[view] (pip install 'ksl[view]')"]
+    assert look.ellipsoids == {"upper"}
+
+
+def test_show_returns_a_handle(arm, swing, monkeypatch):
+    opened = []
+    monkeypatch.setattr("webbrowser.open", lambda url: opened.append(url) or False)
+    t, q, v, a = swing
+    with arm.show(q, v, a, t, joint="elbow") as handle:
+        assert opened == [handle.url] and handle.url.startswith("http://127.0.0.1:")
+        assert urllib.request.urlopen(handle.url, timeout=10).status == 200
+        handle.update([0.3, 0.4])
+        np.testing.assert_allclose(handle.stage._links[3].position, arm.frame_pose([0.3, 0.4], "hand")[:3, 3], atol=1e-14)
+        assert "<iframe" in handle._repr_html_() and handle.url in repr(handle)
+        text = handle.controls._readout.content
+        assert "at rest in this pose" in text and f"{9.81:.4g}" in text  # the elbow carries 1 kg
+    with pytest.raises(ValueError, match="did you mean 'elbow'"):
+        arm.show(joint="ellbow", browser=False)
+    with pytest.raises(ksl.MotionError, match="time has shape"):
+        arm.show(q, time=t[:5], browser=False)
+
+
+def test_the_readout_follows_axes_point_side_and_part(arm):
+    """Level arm: about the shoulder the elbow's force of 1 g has the arm 1 m, and on the parent's side all signs change."""
+    from ksl.viewer.readout import Choice, wrench_at
+    from ksl.viewer.scene import make_scene
+
+    scene = make_scene(arm, [0.0, 0.0])
+    g = 9.81
+    np.testing.assert_allclose(wrench_at(scene, 0, "elbow", Choice()), [0, 0, g, 0, -0.3 * g, 0], atol=1e-12)
+    np.testing.assert_allclose(wrench_at(scene, 0, "elbow", Choice("parent", "world", "world")), [0, 0, -g, 0, 1.3 * g, 0], atol=1e-12)
+    np.testing.assert_allclose(wrench_at(scene, 0, "elbow", Choice(at=(0.3, 0, 0), part="total")), [0, 0, g, 0, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(wrench_at(scene, 0, "elbow", Choice(part="actuation")), [0, 0, 0, 0, -0.3 * g, 0], atol=1e-12)
