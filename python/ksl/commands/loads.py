@@ -46,6 +46,7 @@ def loads(
     csv: Annotated[bool, typer.Option("--csv", help="Write wrenches.csv beside wrenches.parquet.")] = False,
     json: Annotated[bool, typer.Option("--json", help="Write report.json, everything that the report says in numbers.")] = False,
     pdf: Annotated[bool, typer.Option("--pdf", help="Write report.pdf, printed by Chromium or Chrome.")] = False,
+    components: Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Components that the report checks against the loads; see ksl size.")] = None,
     paper: Annotated[str, typer.Option(metavar="A4|letter", help="Paper of the PDF.")] = "A4",
     on: Annotated[str, typer.Option(metavar="child|parent", help="Side that the wrench acts on.")] = "child",
     at: Annotated[str, typer.Option(metavar="POINT", help="Point of the moments: joint, world, a link's name, or X,Y,Z from the joint's origin in its axes.")] = "joint",
@@ -104,7 +105,7 @@ def loads(
         fail(in_options(e, on=on, at=at, axes=axes, order=order))
     placement = Placement(cast("Side", on), point, axes, cast("Order", order))  # the request was not refused
     try:
-        report = ReportFiles.wanted(json, cast("Paper", paper) if pdf else None)
+        report = ReportFiles.wanted(json, cast("Paper", paper) if pdf else None, components)
         moved = read_motion(
             model, motion, map=columns, degrees=degrees, time_unit=time_unit, resample=resample, start=start, stop=stop,
             ignore_extra=ignore_extra, topic=topic, positions_only=positions_only,

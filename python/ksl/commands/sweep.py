@@ -62,7 +62,7 @@ def print_results(results: object) -> None:
     """The largest shares of limits, and how long it took."""
     from rich.text import Text
 
-    from ksl.report.page import format_number
+    from ksl.report.numbers import format_number
     from ksl.sweeps.run import SweepResults
 
     assert isinstance(results, SweepResults)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv as csv_module
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -51,7 +52,8 @@ def run_loads(
         uses = [use for joint, row in zip(case.model.joints, rows, strict=True) for use in uses_of(joint, row, case.motion.time, case.motion.q)]
         verdict = Verdict(tuple(uses), (*_doubts(case, balance), *not_given(case.model.joints)))
         notes = _notes(case, verdict)
-        report.write(stage, _report_input(case, provenance, curves, balance, rows, notes, verdict))
+        shown = _report_input(case, provenance, curves, balance, rows, notes, verdict)
+        report.write(stage, replace(shown, sizing=report.sizing(stage)))
         files = sorted(f.name for f in stage.iterdir())
     print_verdict(console, verdict, case.model.joints)
     print_summary(console, rows, curves.loads, case.placement)

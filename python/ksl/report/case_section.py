@@ -9,10 +9,12 @@ from html import escape
 from ksl.report.balance_section import balance_section, balance_verdict
 from ksl.report.charts import Charts
 from ksl.report.input import CaseCurves
-from ksl.report.joint_section import joint_section
+from ksl.report.joint_section import JointExtras, joint_section
 from ksl.report.numbers import Clock
 from ksl.report.rows import Row, with_limits
+from ksl.report.sizing_section import sizing_table
 from ksl.report.tables import summary_tables
+from ksl.sizing.sizing import Sizing
 
 
 @dataclass(frozen=True)
@@ -28,14 +30,16 @@ class Anchors:
         return Anchors(prefix, {loads.joint.name: f"{prefix}joint-{i}" for i, loads in enumerate(case.joints)})
 
 
-def case_sections(case: CaseCurves, rows: Sequence[Row], anchors: Anchors, charts: Charts) -> str:
-    """rows: of the summary, those of this case."""
+def case_sections(case: CaseCurves, rows: Sequence[Row], anchors: Anchors, charts: Charts, sizing: Sizing | None = None) -> str:
+    """rows: of the summary, those of this case.  sizing: its tables stand in the sections of the joints."""
     clock = Clock.of(case.time)
     html = _summary(case, rows, anchors, clock)
     html += balance_section(case.balance, case.time, charts, clock, f"{anchors.prefix}balance")
     for loads in case.joints:
         name = loads.joint.name
-        html += joint_section(loads, case.time, anchors.joints[name], charts, case.stills.get(name))
+        table = sizing_table(sizing, name, clock) if sizing else ""
+        extras = JointExtras(case.stills.get(name), case.raw_positions.get(name), table)
+        html += joint_section(loads, case.time, anchors.joints[name], charts, extras)
     return html
 
 

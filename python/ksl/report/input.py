@@ -10,6 +10,7 @@ from ksl.load_cases.quantities import JointLoads, PowerBalance
 from ksl.load_cases.verdict import Verdict
 from ksl.report.rows import Row
 from ksl.report.stills import Still
+from ksl.sizing.sizing import Sizing
 from ksl.states import Array
 
 NOT_USED = "in the file and not used: "
@@ -30,6 +31,8 @@ class CaseCurves:
     """What is special to this case: motion, payloads, gravity."""
     notes: Sequence[str] = ()
     """Of this case alone."""
+    raw_positions: Mapping[str, Array] = field(default_factory=dict)
+    """By joint, where the motion was smoothed: the positions (n) as they were given, rad or m."""
     stills: Mapping[str, Still] = field(default_factory=dict)
     """By joint: the mechanism at the sample where this joint bears most."""
 
@@ -51,3 +54,5 @@ class ReportInput:
     """Inputs with their hashes, versions, date, command line: what a signature needs."""
     verdict: Verdict | None = None
     """Red, amber or green, with the shares of limits, and the reasons."""
+    sizing: Sizing | None = None
+    """Components against the loads."""

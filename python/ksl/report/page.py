@@ -18,6 +18,7 @@ from ksl.report.input import ReportInput
 from ksl.report.numbers import Clock
 from ksl.report.provenance_section import provenance_section, signature_box
 from ksl.report.rows import with_limits
+from ksl.report.sizing_section import sizing_verdict
 from ksl.report.verdict_section import verdict_section
 from ksl.report.worst_section import worst_section
 
@@ -60,7 +61,8 @@ class _Page:
     def content(self) -> str:
         r = self.report
         balance = "" if self.several else balance_verdict(r.cases[0].balance, "balance")
-        header = f"<header><h1>{escape(r.title)}</h1>{self._made()}{self._verdict()}{self._facts()}{balance}{self._notes()}{signature_box()}</header>"
+        components = sizing_verdict(r.sizing) if r.sizing else ""
+        header = f"<header><h1>{escape(r.title)}</h1>{self._made()}{components}{self._verdict()}{self._facts()}{balance}{self._notes()}{signature_box()}</header>"
         made = provenance_section(r.provenance, r.notes) if r.provenance else ""
         return f"{self._navigation()}<main>{header}{self._cases()}{made}</main>"
 
@@ -76,12 +78,12 @@ class _Page:
     def _cases(self) -> str:
         r = self.report
         if not self.several:
-            return case_sections(r.cases[0], r.summary, self.anchors[0], self.charts)
+            return case_sections(r.cases[0], r.summary, self.anchors[0], self.charts, r.sizing)
         joints = {loads.joint.name: loads.joint for case in r.cases for loads in case.joints}
         html = worst_section([with_limits(row, joints[str(row["joint"])]) for row in r.summary], joints, self.of_joints)
         for i, (case, anchors) in enumerate(zip(r.cases, self.anchors, strict=True)):
             rows = [row for row in r.summary if row.get("case") == case.name]
-            sections = case_sections(case, rows, anchors, self.charts)
+            sections = case_sections(case, rows, anchors, self.charts, r.sizing if i == 0 else None)  # it is one for all cases
             html += f'<article class="case" id="case-{i}" aria-label="Load case {escape(case.name)}">{case_head(case, anchors)}{sections}</article>'
         return html
 
