@@ -19,7 +19,7 @@ from ksl.report.numbers import Clock
 from ksl.report.provenance_section import provenance_section, signature_box
 from ksl.report.rows import with_limits
 from ksl.report.sizing_section import sizing_verdict
-from ksl.report.verdict_section import verdict_section
+from ksl.report.verdict_section import uses_table, verdict_section
 from ksl.report.worst_section import worst_section
 
 FEW_NOTES = 8
@@ -60,20 +60,20 @@ class _Page:
 
     def content(self) -> str:
         r = self.report
+        verdicts = (sizing_verdict(r.sizing) if r.sizing else "") + (verdict_section(r.verdict) if r.verdict else "")
         balance = "" if self.several else balance_verdict(r.cases[0].balance, "balance")
-        components = sizing_verdict(r.sizing) if r.sizing else ""
-        header = f"<header><h1>{escape(r.title)}</h1>{self._made()}{components}{self._verdict()}{self._facts()}{balance}{self._notes()}{signature_box()}</header>"
+        head = f"<h1>{escape(r.title)}</h1>{self._made()}{verdicts}{signature_box()}{self._uses()}{self._facts()}{balance}{self._notes()}"
         made = provenance_section(r.provenance, r.notes) if r.provenance else ""
-        return f"{self._navigation()}<main>{header}{self._cases()}{made}</main>"
+        return f"{self._navigation()}<main><header>{head}</header>{self._cases()}{made}</main>"
 
     def _made(self) -> str:
         p = self.report.provenance
         return f'<p class="made">KSL {escape(__version__)}{", " + escape(p.date) if p else ""}</p>'
 
-    def _verdict(self) -> str:
+    def _uses(self) -> str:
         if self.report.verdict is None:
             return ""
-        return verdict_section(self.report.verdict, self.of_joints, {case.name: Clock.of(case.time) for case in self.report.cases})
+        return uses_table(self.report.verdict, self.of_joints, {case.name: Clock.of(case.time) for case in self.report.cases})
 
     def _cases(self) -> str:
         r = self.report
