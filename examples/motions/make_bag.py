@@ -12,6 +12,7 @@ those of an encoder with 2^20 steps a turn, header stamps jitter by some 20 µs,
 """
 
 import os
+import shutil
 import sys
 from pathlib import Path
 from types import SimpleNamespace
@@ -119,6 +120,10 @@ def write_mcap(path, states):
 
 def main():
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else HERE)
+    folder.mkdir(parents=True, exist_ok=True)
+    if (folder / "panda_pick" / "metadata.yaml").exists():  # writers don't overwrite
+        shutil.rmtree(folder / "panda_pick")
+    (folder / "panda_pick.bag").unlink(missing_ok=True)
     states = messages()
     write_ros1(folder / "panda_pick.bag", states)
     write_ros2(folder / "panda_pick", states)

@@ -29,6 +29,7 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl.mechanism import Joint as Joint
     from ksl.mechanism import Link as Link
     from ksl.model import Model as Model
+    from ksl.motions.reading import read_motion as read_motion
     from ksl.sizing.run import size as size
     from ksl.spatial import Acceleration as Acceleration
     from ksl.spatial import Inertia as Inertia
@@ -62,9 +63,10 @@ _MODULE_OF = {
     "__version__": "ksl._core",
     "check": "ksl.checks.run",
     "load": "ksl.loading",
+    "load_string": "ksl.loading",
+    "read_motion": "ksl.motions.reading",
     "size": "ksl.sizing.run",
     "sweep": "ksl.sweeps.run",
-    "load_string": "ksl.loading",
 }
 """Public names, and the modules that are imported when they are first used.  `import ksl` alone imports not even NumPy: the help of the
 command line needs none of it, and NumPy takes longer to import than the help to print.  A public name has a line here and one above."""

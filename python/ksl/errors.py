@@ -15,12 +15,12 @@ class MotionError(ValueError):
 
 class SizingError(ValueError):
     """Results or components can't be used for sizing.  Names the file, the line or joint, what is wrong and how to mend it."""
-class ViewerError(ValueError):
-    """A viewer can't be started, or its file can't be written.  Says what is missing or wrong, and how to mend it."""
 
 
 class SweepError(ValueError):
     """A sweep can't be run.  Names its file and key, what is wrong and how to mend it."""
+
+
 class ViewerError(ValueError):
     """A viewer can't be started, or its file can't be written.  Says what is missing or wrong, and how to mend it."""
 

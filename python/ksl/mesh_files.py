@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+SEARCHED = (("ROS_PACKAGE_PATH", ""), ("AMENT_PREFIX_PATH", "share"), ("CMAKE_PREFIX_PATH", "share"), ("GAZEBO_MODEL_PATH", ""), ("GZ_SIM_RESOURCE_PATH", ""))
+"""Environment variables that hold folders of packages, and where below each folder the packages are."""
+
 SAMPLED = 3000
 """Triangles of an STL file, spread evenly, that its extent is taken from."""
 TEXT_READ = 1 << 20
@@ -20,30 +23,33 @@ TEXT_READ = 1 << 20
 
 
 def package_of(uri: str) -> tuple[str, str] | None:
-    """(package, path in it) of package://NAME/PATH and model://NAME/PATH; None of other names."""
+    """(package, path in it) of package://NAME/PATH and model://NAME/PATH, also with a slash too many; None of other names."""
     scheme, separator, rest = uri.partition("://")
     if not separator or scheme not in ("package", "model"):
         return None
-    package, _, path = rest.partition("/")
+    package, _, path = rest.lstrip("/").partition("/")
     return package, path
 
 
-def package_folders(package: str, robot: Path, package_paths: Sequence[Path] = ()) -> list[Path]:
-    """Folders of a ROS package that exist, in this order: below or at a given path, around the robot file, in ROS_PACKAGE_PATH
-    and AMENT_PREFIX_PATH (and their likes of catkin and Gazebo)."""
+def package_folders(package: str, robot: Path, package_paths: Sequence[str | os.PathLike[str]] = ()) -> list[Path]:
+    """Folders of a ROS package that exist, in this order: below a given path, or that path itself; around the robot file; in
+    ROS_PACKAGE_PATH and AMENT_PREFIX_PATH (and their likes of catkin and Gazebo)."""
+    environment = tuple(os.environ.get(variable, "") for variable, _ in SEARCHED)
+    return _package_folders(package, robot, tuple(map(Path, package_paths)), environment)
+
+
+@lru_cache(maxsize=1024)
+def _package_folders(package: str, robot: Path, package_paths: tuple[Path, ...], environment: tuple[str, ...]) -> list[Path]:
     candidates: list[Path] = []
     for path in package_paths:
-        candidates += [path / package, path / "share" / package] + ([path] if path.name == package else [])
+        candidates += [path / package, path / "share" / package]
     for folder in robot.resolve().parents:
         candidates += [folder / package] + ([folder] if folder.name == package or _declares(folder, package) else [])
-    for variable, below in SEARCHED:
-        for entry in filter(None, os.environ.get(variable, "").split(os.pathsep)):
-            path = Path(entry)
+    for (_, below), value in zip(SEARCHED, environment):
+        for path in map(Path, filter(None, value.split(os.pathsep))):
             candidates += [path / below / package] + ([path] if path.name == package else [])
-    return [folder for folder in dict.fromkeys(candidates) if folder.is_dir()]
-
-
-SEARCHED = (("ROS_PACKAGE_PATH", ""), ("AMENT_PREFIX_PATH", "share"), ("CMAKE_PREFIX_PATH", "share"), ("GAZEBO_MODEL_PATH", ""), ("GZ_SIM_RESOURCE_PATH", ""))
+    candidates += package_paths  # a folder that is named is the package where nothing better is
+    return [folder for folder in dict.fromkeys(candidates) if folder.is_dir()] if package else []
 
 
 @lru_cache(maxsize=1024)
@@ -55,25 +61,21 @@ def _declares(folder: Path, package: str) -> bool:
         return False
 
 
-def find_mesh(uri: str, robot: Path, package_paths: Sequence[Path] = ()) -> Path | None:
+def find_mesh(uri: str, robot: Path, package_paths: Sequence[str | os.PathLike[str]] = ()) -> Path | None:
     """The file that a mesh's name in a robot file means, or None: package://, model://, file://, an absolute path, or one relative to
     the robot file.  A path relative to a package path is found too."""
     named = package_of(uri)
     if named:
-        candidates = [folder / named[1] for folder in _cached_folders(named[0], robot, tuple(package_paths))]
+        candidates = [folder / named[1] for folder in package_folders(named[0], robot, package_paths)]
     elif uri.startswith("file://"):
         candidates = [Path(unquote(uri[7:])), Path(uri[7:])]
     else:
-        candidates = [robot.parent / uri, *(path / uri for path in package_paths)]
+        uri = uri.replace("\\", "/") if "/" not in uri else uri  # written on Windows
+        candidates = [robot.parent / uri, *(Path(path) / uri for path in package_paths)]
     try:
         return next((path for path in candidates if path.is_file()), None)
     except (OSError, ValueError):  # a name too long, or with a zero byte
         return None
-
-
-@lru_cache(maxsize=256)
-def _cached_folders(package: str, robot: Path, package_paths: tuple[Path, ...]) -> list[Path]:
-    return package_folders(package, robot, package_paths)
 
 
 def same_but_for_capitals(missing: Path) -> Path | None:

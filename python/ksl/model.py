@@ -169,7 +169,8 @@ class Model(Surgery, InverseKinematicsCalls):
     ) -> Viewer:
         """Shows the robot with the wrenches at its joints in a page on this machine, and returns a handle of it at once.
 
-        q (nq), or (n, nq) with time (n), s, for playback; by default a pose within the limits.  v and a (…, nv): at rest where they are missing.
+        q (nq), or (n, nq) with time (n), s, for playback; by default a pose within the limits.  v and a (…, nv): differentiated from
+        q and time where they are missing, which needs the extra `ksl[loads]`; of a single pose zero.
         external: {link: (6) or (n, 6)}, at the link's origin, in its axes.  joint: the one that is selected first.
         port: of the page, on 127.0.0.1; None is 8080 or a free one.  package_paths: folders with the packages of `package://` meshes.
         browser: whether a browser is opened; None: in scripts, but not in notebooks, which show the page in place of the handle.

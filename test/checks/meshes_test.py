@@ -31,11 +31,17 @@ def test_packages_are_found_as_ros_finds_them(workspace, monkeypatch):
     assert findings.rules == {"package-missing": 2} and "gripper" in findings[0].found
     assert ksl.check(robot, package_paths=[workspace / "elsewhere", workspace / "install"]).status == 0
     assert ksl.check(robot, package_paths=[workspace / "elsewhere/gripper", workspace / "install"]).status == 0
+    assert ksl.check(robot, package_paths=[workspace / "src"]).rules == {"package-missing": 2}  # a folder without them
     monkeypatch.setenv("ROS_PACKAGE_PATH", f"/nowhere:{workspace / 'elsewhere'}")
     monkeypatch.setenv("AMENT_PREFIX_PATH", str(workspace / "install"))
-    other = robot.with_name("again.urdf")  # searches are remembered for each file
-    other.write_text(robot.read_text())
-    assert ksl.check(other).status == 0
+    assert ksl.check(robot).status == 0
+
+
+def test_a_slash_too_many_is_told_and_the_mesh_is_found(workspace):
+    robot = workspace / "src/arm-main/urdf/arm.urdf"
+    robot.write_text(robot_with("package:///arm_description/meshes/part.stl", "package:///arm_description/meshes/part.stl"))
+    (finding,) = ksl.check(robot)
+    assert (finding.rule, finding.value, finding.repair) == ("mesh-uri", 2, "Write package://arm_description/meshes/part.stl.") and finding.fixable
 
 
 def test_other_ways_to_name_a_file(tmp_path):

@@ -114,6 +114,7 @@ CASES = {
     "effort-zero": (changed(('effort="50"', 'effort="0"')), ARM),
     "velocity-zero": (changed(('effort="50" velocity="2"', 'effort="50" velocity="0"')), ARM),
     "limit-negative": (changed(('effort="50"', 'effort="-50"')), ARM),
+    "mesh-uri": (more(link("x", inside=visual("sub\\cube.stl")), hinge("j", "fore", "x")), more(link("x", inside=visual("sub/cube.stl")), hinge("j", "fore", "x"))),
     "package-missing": (more(link("x", inside=visual("package://nowhere/cube.stl")), hinge("j", "fore", "x")), more(link("x", inside=visual("cube.stl")), hinge("j", "fore", "x"))),
     "mesh-missing": (more(link("x", inside=visual("sphere.stl")), hinge("j", "fore", "x")), more(link("x", inside=visual("cube.stl")), hinge("j", "fore", "x"))),
     "mesh-unreadable": (more(link("x", inside=visual("short.stl")), hinge("j", "fore", "x")), more(link("x", inside=visual("cube.stl")), hinge("j", "fore", "x"))),
@@ -134,7 +135,9 @@ SDF = """<sdf version="1.10"><model name="m"><link name="a"><inertial><mass>1</m
 
 @pytest.fixture(autouse=True)
 def meshes(tmp_path):
+    (tmp_path / "sub").mkdir()
     (tmp_path / "cube.stl").write_bytes(stl())
+    (tmp_path / "sub/cube.stl").write_bytes(stl())
     (tmp_path / "short.stl").write_bytes(stl(declared=99))
 
 

@@ -1,5 +1,7 @@
 """Maps of columns, degrees, resampling and a window of time: in Python and as options of the command."""
 
+import json
+
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -240,7 +242,12 @@ def test_options_of_the_command(leg, written, time, tmp_path):
 
     table = pq.read_table(out / "wrenches.parquet")
     assert len(table) == 41 * len(leg.joints)
-    assert "motion.csv, CSV, 41 samples, median step 0.05 s" in (out / "report.html").read_text()
+    made = json.loads(table.schema.metadata[b"ksl"])
+    (case,) = made["cases"]
+    assert (case["motion"], case["format"], case["samples"], case["step"]) == (str(motion), "CSV", 41, pytest.approx(0.05))
+    assert "converted from deg to rad: hip" in case["reading"]
+    assert {i["role"] for i in made["inputs"]} == {"robot", "motion", "map"} and made["options"]["resample"] == 20
+    assert "# motion: " + str(motion) + ", CSV, 41 samples, median step 0.05 s, from 0.5 s to 2.5 s" in (out / "summary.csv").read_text()
 
 
 def test_mistakes_on_the_command_line(leg, written, time, tmp_path):

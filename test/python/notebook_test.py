@@ -50,4 +50,20 @@ def test_one_link_and_many():
     b = ksl.Builder("chain").add_link("l0")
     for i in range(1, 100):
         b.add_link(f"l{i}", 1.0).add_joint(f"j{i}", "revolute", f"l{i - 1}", f"l{i}", axis=(0, 1, 0))
-    assert "… and 40 more joints" in b.build()._repr_html_()
+    html = b.build()._repr_html_()
+    assert "… and 40 more joints" in html and len(html) < 500_000
+
+
+def test_surfaces(tmp_path):
+    """A unit cube is drawn by the two triangles of each of the three sides that the eye sees."""
+    path = tmp_path / "cube.urdf"
+    path.write_text('<robot name="r"><link name="cube"><visual><geometry><box size="1 1 1"/></geometry><material name="m"><color rgba="1 0 0 1"/></material></visual></link></robot>')
+    _, lines, circles = drawing(ksl.load(path))
+    surfaces = re.findall(r'points="([^"]*)" fill="#(......)"', ksl.load(path)._repr_html_())
+    assert len(surfaces) == 6 and not lines and not circles
+    assert all(colour[2:] == "0000" and colour[:2] > "60" for _, colour in surfaces), "red, lighter or darker with the light"
+    x, y = np.array([[float(c) for c in point.split(",")] for points, _ in surfaces for point in points.split()]).T
+    eye = np.array([2.0, -3.0, 1.2]) / np.linalg.norm([2.0, -3.0, 1.2])
+    across = np.array([3.0, 2.0, 0]) / math.hypot(3, 2)
+    wide, high = np.abs(across).sum(), np.abs(np.cross(eye, across)).sum()  # of the unit cube's projection
+    assert np.ptp(y) / np.ptp(x) == pytest.approx(high / wide, rel=2e-3)

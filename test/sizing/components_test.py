@@ -1,11 +1,13 @@
 """The components file: what is refused, with its line; what is left out, and that it is said."""
 
+import copy
 import re
 
 import numpy as np
 import pytest
 
 import ksl
+import ksl.sizing.results
 from ksl.errors import SizingError
 from ksl.sizing.catalogue import KINDS
 from ksl.sizing.components import components_of, read_components
@@ -13,6 +15,7 @@ from ksl.sizing.example import example_file
 from ksl.toml_lines import line_of, toml_lines
 from tables import results_table
 
+ABSENT = object()
 HEAD = 'robot = "panda"\n\n[[component]]\njoint = "panda_joint2"\n'
 
 
@@ -157,6 +160,25 @@ def test_the_example_has_every_kind_and_key_and_can_be_used(file, table):
     assert {f.kind for f in sizing.figures} == set(KINDS) and not sizing.left_out
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_any_wrong_value_is_a_sentence(table, kind):
+    """Every key of every kind with values of all types: a SizingError or a result, and nothing else."""
+    tomllib = pytest.importorskip("tomllib")
+    whole = next(c for c in tomllib.loads(example_file("panda_joint2"))["component"] if c["kind"] == kind)
+    results = ksl.sizing.results.Results(table)
+    for path in [(k,) for k in whole] + [(k, sub) for k, x in whole.items() if isinstance(x, dict) for sub in x]:
+        for wrong in ("x", -1, 0, float("nan"), 1e308, 10**400, [], {}, True, [[1, 2]], ABSENT):
+            tables = copy.deepcopy(whole)
+            inner = tables if len(path) == 1 else tables[path[0]]
+            inner[path[-1]] = wrong
+            if wrong is ABSENT:
+                del inner[path[-1]]
+            try:
+                ksl.size(results, {"component": [tables]}, joints=["panda_joint2"]).as_dict()
+            except SizingError as error:
+                assert len(str(error)) > 20
+
+
 def test_the_pandas_components_fit_the_panda(examples, table):
     parts = read_components(examples / "components/panda.toml")
     assert parts.robot == "panda" and {j for p in parts.parts for j in p.joints} == {*(f"panda_joint{i}" for i in range(1, 8)), "base"}
@@ -168,6 +190,12 @@ def test_tables_of_a_program_are_the_same_as_a_file(file, table):
     assert a.figures == b.figures
     with pytest.raises(SizingError, match="components: no limits key named 'torqe'; did you mean 'torque'"):
         components_of({"component": [{"joint": "a", "kind": "limits", "torqe": 5}]})
+
+
+def test_tables_may_hold_tuples_and_arrays():
+    points = np.array([[0.1, 0], [0, 0.1], [-0.1, 0]])
+    parts = components_of({"component": ({"joint": "a", "kind": "bolted flange", "points": points, "at": (0, 0, 1), "preload": np.float32(500), "required_clamp": np.int64(3)},)}).parts
+    assert parts[0].get("points") == points.tolist() and parts[0].get("preload") == 500 and parts[0].get("at") == [0, 0, 1]
 
 
 def test_lines_of_keys():

@@ -75,7 +75,7 @@ def test_peaks_are_those_of_the_loads(sizing, loads):
 def test_the_table_says_units_and_conventions(sizing):
     table = sizing.table
     assert table.num_rows == len(sizing.figures)
-    assert table.column_names == ["joint", "component", "kind", "figure", "value", "unit", "limit", "utilisation", "formula", "inputs", "source", "case", "time", "note"]
+    assert table.column_names == ["joint", "component", "kind", "figure", "value", "unit", "limit", "utilisation", "formula", "inputs", "source", "case", "time", "note", "bound"]
     said = json.loads(table.schema.metadata[b"ksl"])
     assert said["robot"] == "panda" and said["version"] == ksl.__version__ and said["cases"] == {"panda_pick": 1.0, "slow": 1.0}
     assert [len(i["sha256"]) for i in said["inputs"]] == [64, 64] and "1 is at the limit" in said["utilisation"]
@@ -88,6 +88,14 @@ def test_repr_and_verdict(sizing):
     assert "1 of 1 figures is over its limit" in tight.verdict and len(tight.exceeded) == 1
     nothing = ksl.size(results)
     assert nothing.worst is None and nothing.verdict == "panda: no components" and nothing.peaks
+
+
+def test_a_notebook_shows_a_table(sizing):
+    from xml.etree import ElementTree
+
+    page = ElementTree.fromstring(f"<div>{sizing._repr_html_()}</div>")
+    assert len(page.findall(".//tbody/tr")) == sum(f.utilisation is not None for f in sizing.figures)
+    assert "ISO 281" in "".join(row.get("title") for row in page.findall(".//tbody/tr"))
 
 
 def test_clouds_are_all_samples(sizing):
@@ -196,9 +204,19 @@ def test_bad_arguments(loads, tmp_path, monkeypatch, arguments, words):
     assert done.stderr.count("\n") == 1
 
 
-def test_the_example_is_printed(tmp_path):
+def test_a_missing_package_is_named(loads, monkeypatch):
+    monkeypatch.setitem(sys.modules, "rainflow", None)
+    done = command(loads, PANDA)
+    assert done.exit_code == 2 and "needs the package rainflow; install it with: pip install 'ksl[size]'" in done.stderr
+
+
+def test_the_example_is_printed_and_fits_the_results(loads, tmp_path):
     done = command("--example")
     assert done.exit_code == 0 and done.stdout == example_file()
+    own = tmp_path / "components.toml"
+    own.write_text(command(loads, "--example").stdout, encoding="utf-8")
+    done = command(loads, own)
+    assert done.exit_code == 0 and "panda_joint1" in done.stdout and "Left out" not in done.stdout
 
 
 def test_results_over_a_closed_pipe(loads):

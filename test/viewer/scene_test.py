@@ -7,10 +7,11 @@ from pathlib import Path
 import ksl
 import numpy as np
 import pytest
+from ksl.mesh_files import find_mesh
 from ksl.viewer.recorded import read_results, scene_of_motion, scene_of_results
 from ksl.viewer.scene import make_scene, resting_position, thinned
 from ksl.viewer.shapes import Shape, arrows, box, cylinder, ellipsoid, simplified
-from ksl.viewer.visuals import appearance, find_mesh, inertia_ellipsoid
+from ksl.viewer.visuals import appearance, inertia_ellipsoid
 
 G = 9.81
 

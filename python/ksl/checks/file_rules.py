@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from functools import partial
 from typing import TYPE_CHECKING, Literal
 
 from ksl.checks.findings import Repair
@@ -32,10 +33,18 @@ def _noted(notes: list[Note]) -> Iterator[Broken]:
     condition="The file is well-formed XML.",
     cause="A tag that is not closed, a quote or bracket that is missing, or a file that was cut short.",
     repair="Correct the line, or the one before it. What follows it may be missing from the other findings.",
+    accept="closes elements where their parents end, and removes tags that close nothing",
     formats=("urdf", "sdf", "mjcf", "unknown"),
 )
 def xml_syntax(robot: RobotFile) -> Iterator[Broken]:
-    return _noted(robot.syntax[:5])
+    for note in robot.syntax[:20]:
+        guess = partial(_mended, note) if robot.mended else None
+        yield Broken(note.found, note.line, guess=guess)
+
+
+def _mended(note: Note) -> str:
+    """The tree that is written has it already."""
+    return "removed" if "closes nothing" in note.found else f"closed there: {note.found}"
 
 
 @rule(

@@ -200,6 +200,7 @@ def _has_equal_moments(link: Link) -> bool:
     condition="What a joint moves has a mass, on the link itself or beyond it.",
     cause="The last link of a chain is a frame or a part without <inertial>.",
     repair="Give the link its mass and moments, or make the joint fixed.",
+    whole=True,
 )
 def massless_end(robot: RobotFile) -> Iterator[Broken]:
     if not any(link.mass or link.mass_unreadable for link in robot.links):
@@ -220,6 +221,7 @@ def massless_end(robot: RobotFile) -> Iterator[Broken]:
     cause="<inertial> was left out: the weight of the part is missing from every result.",
     repair="Add <inertial> with mass and moments.",
     formats=("urdf", "mjcf"),
+    whole=True,
 )
 def mass_missing(robot: RobotFile) -> Iterator[Broken]:
     for body in robot.bodies.values():
@@ -251,6 +253,7 @@ def inertial_default(robot: RobotFile) -> Iterator[Broken]:
     repair="Add a root link without <inertial>, and join this one to it by a fixed joint.",
     accept="adds the link ROOT_mount and the fixed joint ROOT_mount_joint",
     formats=("urdf",),
+    whole=True,
 )
 def root_inertial(robot: RobotFile) -> Iterator[Broken]:
     for root in robot.roots[:1]:

@@ -56,6 +56,7 @@ def axis_not_unit(robot: RobotFile) -> Iterator[Broken]:
     repair='Add <axis xyz="1 0 0"/> if x is meant, or the axis that is meant.',
     fix='writes the axis that the format takes, <axis xyz="1 0 0"/>',
     formats=("urdf",),
+    whole=True,
 )
 def axis_missing(robot: RobotFile) -> Iterator[Broken]:
     for joint in robot.joints:
@@ -99,6 +100,7 @@ def _chain(robot: RobotFile, joint: Joint) -> tuple[list[Joint], bool]:
     fix="corrects the name where only capitals or spaces at its ends differ",
     accept="takes the joint whose name ends like this one's leader and begins like its own",
     formats=("urdf", "sdf"),
+    whole=True,
 )
 def mimic_unknown(robot: RobotFile) -> Iterator[Broken]:
     for joint in robot.joints:

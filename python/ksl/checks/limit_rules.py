@@ -30,6 +30,7 @@ def _unit(joint: Joint) -> str:
     cause="Left out. Readers that keep to the format refuse the file; KSL takes the joint as unlimited.",
     repair='Add <limit lower="..." upper="..." effort="..." velocity="..."/>, or make a revolute joint continuous.',
     formats=("urdf",),
+    whole=True,
 )
 def limit_missing(robot: RobotFile) -> Iterator[Broken]:
     for joint in robot.joints:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ksl.checks.extent import shape_box
+from ksl.checks.findings import Repair
 from ksl.checks.repair import digits, set_attribute, shown
 from ksl.checks.robot import Link, RobotFile, Shape
 from ksl.checks.rule import Broken, rule
@@ -28,6 +29,50 @@ def _meshes(robot: RobotFile) -> Iterator[tuple[Link, Shape]]:
 
 
 @rule(
+    "mesh-uri",
+    "warning",
+    condition="Meshes are named package://NAME/PATH, file:///PATH, or by a path with forward slashes.",
+    cause="A slash too many, or the file was written on Windows. Some readers find the mesh nevertheless.",
+    repair="Correct the name.",
+    fix="removes the slash, and writes forward slashes",
+    formats=("urdf", "sdf"),
+)
+def mesh_uri(robot: RobotFile) -> Iterator[Broken]:
+    wrong = [(link, shape) for link, shape in _meshes(robot) if _corrected(shape.uri) != shape.uri]
+    for link, shape in wrong[:1]:
+        more = f", and {len(wrong) - 1} more" if len(wrong) > 1 else ""
+        fix = _all_corrected([shape for _, shape in wrong]) if robot.format == "urdf" else None
+        yield Broken(f"{shape.uri}{more}", shape.line, "link", link.name, float(len(wrong)), repair=f"Write {_corrected(shape.uri)}.", fix=fix)
+
+
+def _corrected(uri: str) -> str:
+    if uri.startswith(("package:///", "model:///")):
+        scheme, _, rest = uri.partition("://")
+        return f"{scheme}://{rest.lstrip('/')}"
+    return uri.replace("\\", "/") if "\\" in uri and "/" not in uri else uri
+
+
+def _all_corrected(shapes: list[Shape]) -> Repair:
+    def change() -> str:
+        for shape in shapes:
+            if shape.element is not None:
+                shape.element.set("filename", _corrected(shape.uri))
+        return f"{len(shapes)} name{'s' if len(shapes) > 1 else ''} of meshes corrected: {shapes[0].uri} is now {_corrected(shapes[0].uri)}"
+
+    return change
+
+
+def _package_is_found(robot: RobotFile, package: str) -> bool:
+    """Whether there is a folder for the package.  One that was only given for any package counts if a mesh is in it."""
+    folders = package_folders(package, robot.path, robot.package_paths)
+    given = [Path(path) for path in robot.package_paths]
+    if any(folder not in given or folder.name == package for folder in folders):
+        return True
+    meshes = [shape.uri for _, shape in _meshes(robot) if (package_of(shape.uri) or ("",))[0] == package]
+    return bool(folders) and any(find_mesh(uri, robot.path, robot.package_paths) for uri in meshes)
+
+
+@rule(
     "package-missing",
     "warning",
     condition="The packages that meshes are in are found.",
@@ -43,11 +88,9 @@ def package_missing(robot: RobotFile) -> Iterator[Broken]:
             first.setdefault(named[0], (link, shape))
             count[named[0]] += 1
     for package, (link, shape) in first.items():
-        if not package_folders(package, robot.path, robot.package_paths):
+        if not _package_is_found(robot, package):
             n = count[package]
             found = f"package {package} not found, with {n} mesh{'es' if n > 1 else ''}, the first of which is {shape.uri}"
-            if not package:
-                found = f"{n} mesh{'es' if n > 1 else ''} without the name of a package, the first of which is {shape.uri}"
             yield Broken(found, shape.line, "link", link.name)
 
 
@@ -71,7 +114,7 @@ def mesh_missing(robot: RobotFile) -> Iterator[Broken]:
             yield Broken("a mesh without a file name", shape.line, "link", link.name)
             continue
         folders = package_folders(named[0], robot.path, robot.package_paths) if named else []
-        if named and not folders:
+        if named and not _package_is_found(robot, named[0]):
             continue  # package-missing
         expected = folders[0] / named[1] if named else robot.path.parent / shape.uri.removeprefix("file://")
         other = same_but_for_capitals(expected.absolute())
@@ -151,4 +194,4 @@ def mesh_scales(robot: RobotFile) -> Iterator[Broken]:
             yield Broken(f"{uri} at scale {shown(least[0])} and, in line {most[2].line}, at scale {shown(most[0])}", least[2].line, "link", least[1].name, most[0] / least[0])
 
 
-RULES = [package_missing, mesh_missing, mesh_unreadable, mesh_units, mesh_scales]
+RULES = [mesh_uri, package_missing, mesh_missing, mesh_unreadable, mesh_units, mesh_scales]

@@ -148,6 +148,10 @@ class RobotFile:
     joints: list[Joint] = field(default_factory=list)
     syntax: list[Note] = field(default_factory=list)
     """Errors of the XML parser."""
+    mended: bool = False
+    """Whether closing the tags that were not closed, and removing those that close nothing, makes it well-formed."""
+    cut_short: bool = False
+    """Whether the file ends before its root element does."""
     encoding: list[Note] = field(default_factory=list)
     unreadable: list[Note] = field(default_factory=list)
     """Attributes and elements that are no numbers."""

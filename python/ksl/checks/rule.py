@@ -46,6 +46,8 @@ class Rule:
     accept: str
     """What `--fix` does about it if `--accept` names the rule; empty where that changes nothing."""
     formats: tuple[str, ...]
+    whole: bool
+    """Whether it needs the whole file: in one that was cut short everything is missing that stood behind."""
     check: Check
 
     def findings(self, robot: RobotFile) -> Iterator[Finding]:
@@ -63,7 +65,7 @@ def clipped(text: str, length: int = 200) -> str:
 
 
 def rule(
-    name: str, severity: Severity, *, condition: str, cause: str, repair: str, fix: str = "", accept: str = "", formats: tuple[str, ...] = ("urdf", "sdf", "mjcf")
+    name: str, severity: Severity, *, condition: str, cause: str, repair: str, fix: str = "", accept: str = "", formats: tuple[str, ...] = ("urdf", "sdf", "mjcf"), whole: bool = False
 ) -> Callable[[Check], Rule]:
     """Makes a rule of the function below: a generator of :class:`Broken` over a robot file."""
-    return lambda check: Rule(name, severity, condition, cause, repair, fix, accept, formats, check)
+    return lambda check: Rule(name, severity, condition, cause, repair, fix, accept, formats, whole, check)

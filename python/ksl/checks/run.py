@@ -92,10 +92,11 @@ def fix(
     robot, left_out = _read(path, ignored, packages, symmetry)
     if robot.format != "urdf":
         raise DescriptionError(f"{path}: only URDF files can be repaired; correct the findings by hand")
-    if robot.syntax:
-        first = robot.syntax[0]
-        raise DescriptionError(f"{path}:{first.line}: the XML is broken ({first.found}); correct that first, since what it hides would be lost")
     accepted = _rule_names(accept, "accept")
+    if robot.syntax and not (robot.mended and "xml-syntax" in accepted):
+        first = robot.syntax[0]
+        way_out = ", or accept xml-syntax (--accept xml-syntax)" if robot.mended else ", since what it hides would be lost"
+        raise DescriptionError(f"{path}:{first.line}: the XML is broken ({first.found}); correct that first{way_out}")
     changes = []
     for finding in _findings(robot, left_out):
         if finding._fix is not None and (finding.fixable or finding.rule in accepted):
@@ -166,12 +167,11 @@ def _load(robot: RobotFile) -> None:
 
 
 def _findings(robot: RobotFile, left_out: Sequence[str]) -> Findings:
-    found = [
-        finding
-        for rule in RULES.values()
-        if rule.name not in left_out and rule.name != "not-loaded" and robot.format in rule.formats
-        for finding in rule.findings(robot)
-    ]
+    asked = [rule for rule in RULES.values() if rule.name not in left_out and rule.name != "not-loaded" and robot.format in rule.formats]
+    if robot.cut_short:
+        robot.not_checked.append(f"what may stand behind the end of the file: {', '.join(rule.name for rule in asked if rule.whole)}")
+        asked = [rule for rule in asked if not rule.whole]
+    found = [finding for rule in asked for finding in rule.findings(robot)]
     if "not-loaded" not in left_out and not robot.syntax:
         found += [f for f in RULES["not-loaded"].findings(robot) if not any(_explains(other, f) for other in found)]
     return Findings(str(robot.path), found, robot.not_checked, left_out)

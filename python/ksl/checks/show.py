@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import groupby
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
@@ -25,8 +24,13 @@ def print_findings(findings: Findings, console: Console, everything: bool = Fals
     """The findings by rule, errors first; at most five places of a rule unless `everything`."""
     from rich.text import Text
 
-    for (severity, rule), group in groupby(sorted(findings, key=lambda f: (f.severity, f.rule)), key=lambda f: (f.severity, f.rule)):
-        same = list(group)
+    from ksl.checks.run import RULES
+
+    groups: dict[tuple[str, str], list[Finding]] = {}
+    order = list(RULES)
+    for f in sorted(findings, key=lambda f: (f.severity, order.index(f.rule))):
+        groups.setdefault((f.severity, f.rule), []).append(f)
+    for (severity, rule), same in groups.items():
         console.print(Text.assemble((f"{severity}  {rule}", STYLES[severity]), f"  {len(same)} places" if len(same) > 1 else ""))
         _print_rule(same, console, everything)
         console.print()

@@ -54,6 +54,7 @@ def pairs(robot: RobotFile) -> dict[str, str]:
     condition="Left and right limbs have the same mass, to the share that --symmetry states (5 %).",
     cause="One side was changed and the other was not, or a part was left out on one side.",
     repair="Give both sides the same masses, unless they really differ.",
+    whole=True,
 )
 def symmetry_mass(robot: RobotFile) -> Iterator[Broken]:
     paired = pairs(robot)

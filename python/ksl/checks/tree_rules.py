@@ -16,6 +16,7 @@ from ksl.checks.rule import Broken, rule
     condition="A joint has a type, a parent link and a child link, which differ.",
     cause="An element was left out or misspelt.",
     repair="Add what is missing.",
+    whole=True,
 )
 def joint_incomplete(robot: RobotFile) -> Iterator[Broken]:
     for joint in robot.joints:
@@ -53,6 +54,7 @@ def joint_type(robot: RobotFile) -> Iterator[Broken]:
     repair="Correct the name, or add the link.",
     fix="corrects the name where only capitals or spaces at its ends differ",
     formats=("urdf", "sdf"),
+    whole=True,
 )
 def link_undefined(robot: RobotFile) -> Iterator[Broken]:
     for joint in robot.joints:
@@ -112,6 +114,7 @@ def joint_cycle(robot: RobotFile) -> Iterator[Broken]:
     cause="The joint that carries the link is missing, was commented out, or names another child.",
     repair="Add a joint that carries the link, or remove it and what hangs on it.",
     formats=("urdf",),
+    whole=True,
 )
 def link_unreachable(robot: RobotFile) -> Iterator[Broken]:
     misspelt = {joint.child.strip().lower() for joint in robot.joints if joint.child not in robot.link_of}
@@ -130,6 +133,7 @@ def link_unreachable(robot: RobotFile) -> Iterator[Broken]:
     cause="Another file was meant, or the file only includes others.",
     repair="Name the file that has the links. If it is made by xacro, run xacro first: xacro FILE > robot.urdf.",
     formats=("urdf", "sdf"),
+    whole=True,
 )
 def no_link(robot: RobotFile) -> Iterator[Broken]:
     if not robot.links and robot.root is not None:

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ksl.checks.robot import Array, Note, RobotFile
+from ksl.checks.tags import balanced
+from ksl.checks.vocabulary import ELEMENTS
 from ksl.errors import DescriptionError
 
 if TYPE_CHECKING:
@@ -18,6 +20,9 @@ if TYPE_CHECKING:
 
 LARGEST = 64 << 20
 """Bytes.  The largest robot files known have some hundred kilobytes; meshes are in files of their own."""
+
+LARGEST_MENDED = 4 << 20
+"""Bytes up to which tags that are not closed are looked for."""
 
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$|[-+]?(inf|infinity|nan)$", re.IGNORECASE)
 
@@ -58,15 +63,27 @@ def parse(robot: RobotFile) -> None:
         except UnicodeDecodeError as e:
             encoding = "iso-8859-1"
             robot.encoding.append(Note(data.count(b"\n", 0, e.start) + 1, f"byte 0x{data[e.start]:02x} is not UTF-8; read as Latin-1"))
-    parser = etree.XMLParser(recover=True, resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False, encoding=encoding)
     try:
-        robot.root = etree.fromstring(data, parser)
+        robot.root, robot.syntax = _tree(data, encoding)
+        if robot.syntax and len(data) <= LARGEST_MENDED:
+            text, tags, robot.cut_short = balanced(data.decode("iso-8859-1"), ELEMENTS if b"<robot" in data else {})
+            # Latin-1 has a character for each byte, which come back as they were
+            if tags:
+                robot.root, others = _tree(text.encode("iso-8859-1"), encoding)
+                robot.syntax = tags + others
+                robot.mended = not others and not robot.cut_short
     except (etree.XMLSyntaxError, ValueError, LookupError) as e:
         robot.syntax.append(Note(getattr(e, "lineno", None), " ".join(str(e).split())[:200]))
-        return
-    for entry in parser.error_log:
-        if entry.level >= etree.ErrorLevels.ERROR and entry.type_name != "NS_ERR_UNDEFINED_NAMESPACE":
-            robot.syntax.append(Note(entry.line, " ".join(entry.message.split())[:200]))
+
+
+def _tree(data: bytes, encoding: str | None) -> tuple[_Element | None, list[Note]]:
+    """The root element as far as the parser can make one, and what it complains about."""
+    from lxml import etree
+
+    parser = etree.XMLParser(recover=True, resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False, encoding=encoding)
+    root = etree.fromstring(data, parser)
+    severe = [each for each in parser.error_log if each.level >= etree.ErrorLevels.ERROR and each.type_name != "NS_ERR_UNDEFINED_NAMESPACE"]
+    return root, [Note(each.line, " ".join(each.message.split())[:200]) for each in severe]
 
 
 def children(element: _Element, *tags: str) -> list[_Element]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, cast
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
@@ -55,6 +55,7 @@ def loads(
     payload: Annotated[list[str], typer.Option(metavar="MASS[,X,Y,Z]", help="Point mass, kg, at a point of the link's frame, m; with --on-link.")] = [],
     on_link: Annotated[list[str], typer.Option(metavar="NAME", help="Link that carries the payload.")] = [],
     external: Annotated[Path | None, typer.Option(metavar="FILE.csv", help="Wrenches on links: `time` and LINK.fx … LINK.tz, at the link's origin, in its axes.")] = None,
+    smooth: Annotated[float | None, typer.Option("--smooth", metavar="HZ", help="Low-pass measured positions at this frequency, without delay, before differentiating.")] = None,
     fail_on: Annotated[str, typer.Option("--fail-on", metavar="limits", help="End with status 3 if a limit is exceeded; results are written.")] = "",
     floating_base: FloatingBase = False,
     mimic: Mimic = "coupled",
@@ -75,8 +76,14 @@ def loads(
 ) -> None:
     """Compute the wrench through every joint along a motion and write wrenches.parquet, summary.csv and report.html.
 
-    A table has `time` and a column for each moving joint (rad, m); NAME.v and NAME.a if known. docs/motions.md lists the columns of
-    joints with several coordinates and of a floating base, and what each format may hold.
+    A table has `time` and a column for each moving joint (rad, m), and NAME.v and NAME.a if its rates are known.
+
+    A floating base has the columns floating_base.x .y .z .qx .qy .qz .qw (pose in the world) and, if its rates are known,
+    floating_base.vx .vy .vz .wx .wy .wz and .ax .ay .az .bx .by .bz (twist in the body's frame and its componentwise derivative).
+
+    A spherical joint has the columns NAME.qx .qy .qz .qw (a unit quaternion) and, if known, NAME.wx .wy .wz (angular velocity in
+    the child's axes) and NAME.bx .by .bz (its componentwise derivative). docs/motions.md lists those of cylindrical, universal,
+    planar and translation joints, and what each format of motions may hold.
     """
     from ksl.load_cases.load_case import LoadCase, Payload, Placement
     from ksl.load_cases.output import OutputError
@@ -104,18 +111,20 @@ def loads(
     except ValueError as e:
         fail(in_options(e, on=on, at=at, axes=axes, order=order))
     placement = Placement(cast("Side", on), point, axes, cast("Order", order))  # the request was not refused
+    reading: dict[str, Any] = {
+        "map": columns, "degrees": degrees, "time_unit": time_unit, "resample": resample, "start": start, "stop": stop,
+        "ignore_extra": ignore_extra, "topic": topic, "positions_only": positions_only, "smooth": smooth,
+    }  # fmt: skip
     try:
         report = ReportFiles.wanted(json, cast("Paper", paper) if pdf else None, components)
-        moved = read_motion(
-            model, motion, map=columns, degrees=degrees, time_unit=time_unit, resample=resample, start=start, stop=stop,
-            ignore_extra=ignore_extra, topic=topic, positions_only=positions_only,
-        )
+        moved = read_motion(model, motion, **reading)
         wrenches = read_external(model, external, moved.time) if external else {}
         carried = [Payload(link, kilograms, (x, y, z)) for link, (kilograms, (x, y, z)) in loaded.items()]
         case = LoadCase(model, moved, placement, wrenches, motion.stem, str(motion), carried)
-        inputs = [input_file(role, file) for role, file in (("robot", robot), ("motion", motion), ("external", external)) if file]
+        inputs = [input_file(role, file) for role, file in (("robot", robot), ("motion", motion), ("map", columns), ("external", external)) if file]
         options = {"on": on, "at": at, "axes": axes, "order": order, "floating_base": floating_base, "mimic": mimic, "strict": strict}
         options |= {"gravity": gravity, "model": model_name, "physics": physics, "friction_width": friction_width if physics else None}
+        options |= {name: str(value) if name == "map" else value for name, value in reading.items() if value not in (None, False)}
         verdict = run_loads(case, provenance_of([case], inputs, options, command_line()), output, csv, console(120), report)
     except BrokenPipeError:  # nobody reads what is printed: as any command
         raise

@@ -23,7 +23,7 @@ def size(
     json: Annotated[bool, typer.Option("--json", help="Print everything as JSON instead.")] = False,
     fail_on: Annotated[list[str], typer.Option("--fail-on", metavar="utilisation|left-out", help="End with status 3 if a utilisation is above 1, or a figure is left out; may be repeated.")] = [],
     force: Annotated[bool, typer.Option("--force", help="Replace the sizing of another robot in DIR.")] = False,
-    example: Annotated[bool, typer.Option("--example", help="Print a commented components file and end.")] = False,
+    example: Annotated[bool, typer.Option("--example", help="Print a commented components file, for the robot of RESULTS if they are given, and end.")] = False,
 ) -> None:
     """Check motors, gears, bearings, bolts and sections against the loads of their joints.
 
@@ -33,10 +33,8 @@ def size(
     from ksl.errors import SizingError
     from ksl.load_cases.output import OutputError
     from ksl.sizing.example import example_file
-    from ksl.sizing.printing import print_sizing
-    from ksl.sizing.run import size as size_components
 
-    if example:
+    if example and results is None:
         print(example_file(), end="")
         return
     if results is None:
@@ -46,6 +44,12 @@ def size(
             fail(f"--fail-on {word}: expected utilisation or left-out")
     points = _points(at)
     try:
+        from ksl.sizing.printing import print_sizing
+        from ksl.sizing.run import size as size_components
+
+        if example:
+            print(_example_of(results), end="")
+            return
         chosen = [name.strip() for name in joints.split(",")] if joints else None
         sizing = size_components(results, components, joints=chosen, at=points)
         written = sizing.write(output, force) if output else []
@@ -69,6 +73,16 @@ def size(
         fail(f"{unwritable(e)}" + (f"; results are in {output}" if output else ""))
     if ("utilisation" in fail_on and sizing.exceeded) or ("left-out" in fail_on and sizing.left_out):
         raise typer.Exit(3)
+
+
+def _example_of(results: Path) -> str:
+    """An example on the first joint of the results that turns."""
+    from ksl.sizing.example import example_file
+    from ksl.sizing.results import read_results
+
+    table = read_results(results)
+    turning = [joint.name for joint in table.joints.values() if joint.turns]
+    return example_file(turning[0] if turning else next(iter(table.joints)), table.robot)
 
 
 def _points(at: list[str]) -> dict[str, list[float]]:

@@ -8,10 +8,25 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ksl.commands.app import app, end_on_signals, errors, fail
-from ksl.commands.options import FloatingBase, FrictionWidth, Gravity, Mimic, ModelName, Physics, Robot, read_model
+from ksl.commands.options import (
+    ColumnMapFile,
+    Degrees,
+    FloatingBase,
+    FrictionWidth,
+    Gravity,
+    IgnoreExtra,
+    Mimic,
+    ModelName,
+    Physics,
+    PositionsOnly,
+    Robot,
+    TimeUnit,
+    Topic,
+    check_order,
+    read_model,
+)
 
 if TYPE_CHECKING:
-    from ksl.model import Model
     from ksl.viewer.recorded import Results
     from ksl.viewer.scene import Scene
 
@@ -33,30 +48,54 @@ def view(
     model_name: ModelName = "",
     physics: Physics = "",
     friction_width: FrictionWidth = 0.01,
+    columns: ColumnMapFile = None,
+    degrees: Degrees = False,
+    time_unit: TimeUnit = None,
+    ignore_extra: IgnoreExtra = False,
+    topic: Topic = None,
+    positions_only: PositionsOnly = False,
 ) -> None:
     """Show a robot, a motion or results of `ksl loads` with the wrenches at the joints, in a page on this machine or in a file.
 
     Force arrows have one head, moments two.  Blue is what the structure carries, orange what the drive exerts.
     """
     from ksl.errors import ViewerError
-    from ksl.viewer.recorded import is_results, read_results
+    from ksl.motions.reading import read_external, read_motion
+    from ksl.viewer.recorded import is_results, read_results, scene_of_motion, scene_of_results
+    from ksl.viewer.scene import make_scene
 
     if case and (motion is None or not is_results(motion)):
         fail(f"--case {case}: only results of `ksl loads` have load cases; give the folder that it has written")
     for folder in package_path:
         if not folder.is_dir():
             fail(f"--package-path {folder}: no such folder")
+    if external is not None and (motion is None or is_results(motion)):
+        fail(f"--external {external}: needs a motion, whose times it has")
+    if motion is not None:
+        check_order(robot, motion)
     end_on_signals()
     results: Results | None = None
     try:
         if motion is not None and is_results(motion):
             results = read_results(motion, case or None)
-        made = results.description if results else {}
+        made, options = (results.description, results.made_by.get("options", {})) if results else ({}, {})
+        floating_base, mimic = floating_base or bool(options.get("floating_base")), options.get("mimic", mimic) if mimic == "coupled" else mimic
+        model_name = model_name or options.get("model") or ""
         gravity = gravity or ",".join(f"{g!r}" for g in made.get("gravity", []))
         physics = physics or ",".join(made.get("physics", []))
         payloads = {p["link"]: (float(p["mass"]), p["center"]) for p in made.get("payloads", [])}
         model = read_model(robot, floating_base, mimic, False, gravity, payloads, name=model_name, physics=physics, friction_width=friction_width)
-        scene = _scene(model, motion, results, external, package_path)
+        if results is not None:
+            scene, notes = scene_of_results(model, results, package_path)
+            scene.look.notes[:0] = notes
+        elif motion is not None:
+            moved = read_motion(
+                model, motion, map=columns, degrees=degrees, time_unit=time_unit, ignore_extra=ignore_extra, topic=topic, positions_only=positions_only
+            )
+            wrenches = read_external(model, external, moved.time) if external else {}
+            scene = scene_of_motion(model, moved.time, moved.q, moved.v, moved.a, wrenches, package_path)
+        else:
+            scene = make_scene(model, package_paths=package_path)
         if joint:
             scene.joint_index(joint)
     except (ValueError, RuntimeError) as e:  # RuntimeError: an unknown KSL_ISA
@@ -73,24 +112,6 @@ def view(
         _serve(scene, port, joint, browser)
     except ViewerError as e:
         fail(e)
-
-
-def _scene(model: Model, motion: Path | None, results: Results | None, external: Path | None, package_path: list[Path]) -> Scene:
-    from ksl.motions.reading import read_external, read_motion
-    from ksl.viewer.recorded import scene_of_motion, scene_of_results
-    from ksl.viewer.scene import make_scene
-
-    if results is not None:
-        scene, notes = scene_of_results(model, results, package_path)
-        scene.look.notes[:0] = notes
-        return scene
-    if motion is None:
-        if external is not None:
-            fail(f"--external {external}: needs a motion, whose times it has")
-        return make_scene(model, package_paths=package_path)
-    moved = read_motion(model, motion)
-    wrenches = dict(read_external(model, external, moved.time)) if external else {}
-    return scene_of_motion(model, moved.time, moved.q, moved.v, moved.a, wrenches, package_path)
 
 
 def _serve(scene: Scene, port: int | None, joint: str, browser: bool) -> None:

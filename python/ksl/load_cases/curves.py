@@ -8,7 +8,7 @@ import numpy as np
 
 from ksl.load_cases.load_case import Block, LoadCase
 from ksl.load_cases.quantities import EFFORT_PARTS, JointLoads, PowerBalance, joint_loads, power_round_off
-from ksl.motions.rates import SPLINE_SAMPLES, derivative
+from ksl.motions.rates import SPLINE_SAMPLES, rates_beside_corners
 from ksl.states import Array
 
 
@@ -62,4 +62,8 @@ class Curves:
         energy = kinetic + potential
         supplied = self.case.model.external_power(motion.q, motion.v, external) if external else np.zeros(len(motion.time))
         round_off = power_round_off(motion.time, kinetic, potential, motion.q, motion.v, self._largest_effort)
-        return PowerBalance(self._drive, supplied, energy, derivative(motion.time, energy), round_off, self._dissipation)
+        before, after = rates_beside_corners(motion.time, energy, motion.corner_times)
+        total = self._drive + supplied - (0.0 if self._dissipation is None else self._dissipation)
+        # at a jump of the acceleration the power is that before or after it: the motion says which
+        rate = np.where(np.abs(before - total) < np.abs(after - total), before, after)
+        return PowerBalance(self._drive, supplied, energy, rate, round_off, self._dissipation)

@@ -91,17 +91,19 @@ def provenance_of(cases: Sequence[LoadCase], inputs: Sequence[InputFile] = (), o
 
 
 def input_file(role: str, path: str | os.PathLike[str]) -> InputFile:
-    """Reads a file once more for its hash.  What is no regular file has none."""
+    """Reads a file once more for its hash.  What is neither a regular file nor a folder has none; that of a bag's folder is of all its files."""
     import hashlib
 
     file = os.fspath(path)
     try:
-        if not stat.S_ISREG(os.stat(file).st_mode):
+        mode = os.stat(file).st_mode
+        if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
             return InputFile(role, file, None)
         digest = hashlib.sha256()
-        with open(file, "rb") as f:
-            while chunk := f.read(1 << 20):
-                digest.update(chunk)
+        for name in sorted(os.path.join(file, f) for f in os.listdir(file)) if stat.S_ISDIR(mode) else [file]:
+            with open(name, "rb") as f:
+                while chunk := f.read(1 << 20):
+                    digest.update(chunk)
     except OSError:
         return InputFile(role, file, None)
     return InputFile(role, file, digest.hexdigest())
@@ -120,10 +122,13 @@ def joint_description(joint: Joint) -> dict[str, Any]:
 
 
 def _case_description(case: LoadCase) -> dict[str, Any]:
-    time = case.motion.time
+    time, source = case.motion.time, case.motion.source
     return {
         "name": case.name,
-        "motion": str(case.motion.source) if case.motion.source else case.motion_file,
+        "motion": case.motion_file,
+        "format": source.format if source else None,
+        "step": float(np.median(np.diff(time))),
+        "reading": list(source.notes) if source else [],
         "samples": len(time),
         "start": float(time[0]),
         "end": float(time[-1]),
@@ -136,8 +141,9 @@ def _case_description(case: LoadCase) -> dict[str, Any]:
 
 def _of_case(case: Mapping[str, Any], several: bool) -> list[tuple[str, str]]:
     """Lines of one load case; one line if there are several."""
+    motion = ", ".join(x for x in (case["motion"] or "arrays", case["format"]) if x)
     parts = {
-        "motion": f"{case['motion'] or 'arrays'}, {case['samples']} samples, from {case['start']:.10g} s to {case['end']:.10g} s",
+        "motion": f"{motion}, {case['samples']} samples, median step {case['step']:.6g} s, from {case['start']:.10g} s to {case['end']:.10g} s",
         "gravity": f"({', '.join(f'{g:g}' for g in case['gravity'])}) m/s² in world axes",
         "payloads": "; ".join(str(Payload(p["link"], p["mass"], tuple(p["center"]))) for p in case["payloads"]) or "none",
         "physics of joints": ", ".join(case["physics"]) or "none",

@@ -149,7 +149,7 @@ def _write_summary(path: Path, rows: list[SummaryRow], provenance: Provenance) -
 
 def _doubts(case: LoadCase, balance: PowerBalance | None) -> list[str]:
     """Why the numbers themselves are doubted, most important first: reasons that forbid a green verdict."""
-    lines = list(case.motion.contradictions)
+    lines = [*case.motion.doubts, *case.motion.contradictions]
     if balance is not None and balance.doubtful:
         lines.append(
             f"power balance: the residual is {balance.relative_residual:.2g} of the largest power: positions, velocities and accelerations "
@@ -185,7 +185,9 @@ def _report_input(
     m = case.model
     facts = [("robot", f"{m.name} ({m.file})"), *_scene(case)]
     title = f"Joint loads of {m.name}"
-    shown = CaseCurves(case.name, case.motion.time, curves.loads, balance, stills=stills_of(case, curves.loads))
+    raw_q = case.motion.raw_q
+    raw = {} if raw_q is None else {j.name: m._position_of(j, raw_q) for j in m.joints if j.one_coordinate}
+    shown = CaseCurves(case.name, case.motion.time, curves.loads, balance, raw_positions=raw, stills=stills_of(case, curves.loads))
     return ReportInput(title, facts, notes, rows, [shown], provenance, verdict)
 
 

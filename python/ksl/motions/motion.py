@@ -10,11 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ksl._core import QUATERNION_ROUNDING, QUATERNION_TOLERANCE
+from ksl.calls import Calls
 from ksl.errors import MotionError
 from ksl.mechanism import Joint, Mechanism
 from ksl.motions.columns import METRES, columns_of
+from ksl.motions.corners import Found
+from ksl.motions.quality import Samples, doubts_about_noise, sentences_about_jumps
+from ksl.motions.rates import SPLINE_SAMPLES, derivative, derivatives, jumps_of, rates
 from ksl.motions.recorded import count
-from ksl.motions.rates import SPLINE_SAMPLES, derivative, rates
+from ksl.motions.smoothing import smoothed
+from ksl.motions.suspicions import suspicions
 from ksl.states import Array
 
 if TYPE_CHECKING:
@@ -54,20 +59,64 @@ class Motion:
     """What was not given, a line each."""
     contradictions: list[str] = field(default_factory=list)
     """Given rates that are not the derivatives of what is given, and quaternions that are not of unit length, a line each."""
+    doubts: list[str] = field(default_factory=list)
+    """Why results may be far from what the machine does: units that can't be, jumps, noise.  Sentences, the heaviest first; none is good."""
+    raw_q: Array | None = None
+    """The positions as given (n, nq), where `q` is smoothed."""
+    smooth: float | None = None
+    """The frequency, Hz, at which positions were smoothed."""
+    corner_times: Array = field(default_factory=lambda: np.empty(0))
+    """When the acceleration of any joint jumps, s, increasing: splines over time are split there."""
     source: Source | None = None
     """The file that it was read from, if it was."""
 
 
-def complete(model: Mechanism, time: Array, q: Array, given: list[list[Array | None]], name: str = "motion", place: Callable[[int], str] | None = None) -> Motion:
+def complete(
+    model: Mechanism,
+    time: Array,
+    q: Array,
+    given: list[list[Array | None]],
+    name: str = "motion",
+    place: Callable[[int], str] | None = None,
+    smooth: float | None = None,
+    measured: Samples | None = None,
+) -> Motion:
     """Computes missing velocities and accelerations.  `given` has [v, a] for each moving joint, each (n, nv) or None.
 
     name, place: what errors call the motion, and the sample k, if it is read from a file.
+    smooth: Hz; positions, and rates that are given, are low-passed at that frequency first, without delay.
+    measured: samples as they were before resampling, in which noise is looked for.
+    Accelerations that jump are found, and splines are split there; what is doubtful about the samples is in `doubts`.
     """
     where = place or (lambda k: f"{name}: sample {k + 1}")
-    contradictions: list[str] = []
-    said: dict[str, list[str]] = {}
-    v, a = np.empty((len(time), model.nv)), np.empty((len(time), model.nv))
     joints = model.joints[: len(model.joint_names)]
+    _check_count(name, time, joints, given)
+    q, contradictions = _with_unit_quaternions(where, joints, q)
+    raw_q, raw_given = q, given
+    if smooth is not None:
+        q, given = _smoothed(name, joints, time, q, given, smooth)
+    with np.errstate(over="ignore", invalid="ignore"):  # numbers that are not finite are refused later
+        v, a, found = _rates(where, joints, time, q, given, smooth is None)
+        for joint, (joint_v, joint_a) in zip(joints, given, strict=True):
+            rows, cols = _places(joint)
+            contradictions += _contradictions(joint, time, q[:, rows], v[:, cols], joint_v, joint_a)
+        given_jumps = _jumps_of_given_rates(joints, time, given)
+    corners, corner_times, impossible = sentences_about_jumps(found, given_jumps, time)
+    doubts = [*suspicions(model, time, q, v), *impossible]
+    if isinstance(model, Calls):
+        as_given = measured or Samples(time, raw_q, raw_given)
+        doubts += doubts_about_noise(model, joints, as_given, found, (q, v, a), smooth)
+    return Motion(
+        time, q, v, a, _differentiated(joints, given, smooth) + corners, contradictions, doubts, None if smooth is None else raw_q, smooth, corner_times
+    )  # fmt: skip
+
+
+def _places(joint: Joint) -> tuple[slice, slice]:
+    """Where a joint's numbers are in q and in v."""
+    return slice(joint.q_index, joint.q_index + joint.nq), slice(joint.v_index, joint.v_index + joint.nv)
+
+
+def _check_count(name: str, time: Array, joints: tuple[Joint, ...], given: list[list[Array | None]]) -> None:
     missing = [j for j, g in zip(joints, given, strict=True) if g[0] is None or g[1] is None]
     if missing and len(time) < SPLINE_SAMPLES:
         rates = " and ".join(" ".join(group) for group in columns_of(missing[0])[1:])
@@ -77,37 +126,113 @@ def complete(model: Mechanism, time: Array, q: Array, given: list[list[Array | N
         )
     if len(time) < 2:
         raise MotionError(f"{name}: {len(time)} sample, but means over time need at least 2; add samples")
-    q = q.copy()
-    for joint, (joint_v, joint_a) in zip(joints, given, strict=True):
-        rows, cols = slice(joint.q_index, joint.q_index + joint.nq), slice(joint.v_index, joint.v_index + joint.nv)
+
+
+def _with_unit_quaternions(where: Callable[[int], str], joints: tuple[Joint, ...], q: Array) -> tuple[Array, list[str]]:
+    """Positions whose quaternions are of unit length and don't jump, and lines about those that were not of unit length."""
+    q, lines = q.copy(), []
+    for joint in joints:
+        if joint.quaternion is None:
+            continue
+        rows, _ = _places(joint)
+        off = np.abs(np.linalg.norm(q[:, rows][:, -4:], axis=1) - 1)
+        q[:, rows] = continuous_unit(where, joint, q[:, rows])
+        if (off > QUATERNION_ROUNDING).any():
+            lines.append(f"quaternions of {joint.name} differ from unit length by up to {off.max():.2g}, and were normalised")
+    return q, lines
+
+
+def _smoothed(
+    name: str, joints: tuple[Joint, ...], time: Array, q: Array, given: list[list[Array | None]], cutoff: float
+) -> tuple[Array, list[list[Array | None]]]:
+    """Positions and given rates, low-passed.  Quaternions are, too, and then brought to unit length."""
+    if len(time) < SPLINE_SAMPLES:
+        raise MotionError(f"{name}: {count(len(time), 'sample')}, but smoothing needs at least {SPLINE_SAMPLES}; add samples, or leave out --smooth")
+    q = smoothed(time, q, cutoff, name)
+    for joint in joints:
         if joint.quaternion is not None:
-            off = np.abs(np.linalg.norm(q[:, rows][:, -4:], axis=1) - 1)
-            q[:, rows] = continuous_unit(where, joint, q[:, rows])
-            if (off > QUATERNION_ROUNDING).any():
-                contradictions.append(f"quaternions of {joint.name} differ from unit length by up to {off.max():.2g}, and were normalised")
-        with np.errstate(over="ignore", invalid="ignore"):  # numbers that are not finite are refused later
-            v[:, cols], a[:, cols] = _finite_rates(where, joint, time, q[:, rows], joint_v, joint_a)
-            contradictions += _contradictions(joint, time, q[:, rows], v[:, cols], joint_v, joint_a)
+            first = joint.q_index + joint.quaternion
+            q[:, first : first + 4] /= np.linalg.norm(q[:, first : first + 4], axis=1, keepdims=True)
+    return q, [[None if x is None else smoothed(time, x, cutoff, name) for x in group] for group in given]
+
+
+def _differentiated(joints: tuple[Joint, ...], given: list[list[Array | None]], smooth: float | None) -> list[str]:
+    said: dict[str, list[str]] = {}
+    for joint, (joint_v, joint_a) in zip(joints, given, strict=True):
         how = "accelerations" if joint_v is not None else "velocities" if joint_a is not None else "velocities and accelerations"
         if joint_v is None or joint_a is None:
             said.setdefault(how, []).append(joint.name)
     whose = {how: "all joints" if len(names) == len(joints) else ", ".join(names) for how, names in said.items()}
-    differentiated = [f"{how} of {names} differentiated from a quintic spline through the samples" for how, names in whose.items()]
-    return Motion(time, q, v, a, differentiated, contradictions)
+    lines = [f"{how} of {names} differentiated from a quintic spline through the samples" for how, names in whose.items()]
+    if smooth is not None:
+        lines.insert(0, f"positions and given rates smoothed at {smooth:g} Hz, without delay: amplitudes at that frequency are halved")
+    return lines
 
 
-def _finite_rates(where: Callable[[int], str], joint: Joint, time: Array, q: Array, given_v: Array | None, given_a: Array | None) -> tuple[Array, Array]:
-    """Rates, given or differentiated; refuses positions or times that can't be differentiated in floating point."""
+def _rates(
+    where: Callable[[int], str], joints: tuple[Joint, ...], time: Array, q: Array, given: list[list[Array | None]], split: bool
+) -> tuple[Array, Array, dict[str, Found]]:
+    """Velocities and accelerations, given or differentiated, and what jumps in the columns that were differentiated.
+
+    Refuses positions or times that can't be differentiated in floating point.  Columns of joints without quaternions share one spline:
+    its equations are factored once.
+    """
+    v, a = (np.empty((len(time), sum(j.nv for j in joints))) for _ in range(2))
     mend = "positions or rates are too large, or times too close: check their units (rad, m, s)"
-    try:
-        v, a = rates(joint, time, q, given_v, given_a)
-    except ValueError:  # a singular system of equations
-        raise MotionError(f"{where(0)}: {joint.name} can't be differentiated from this sample on; {mend}") from None
-    for rate, x in (("velocity", v), ("acceleration", a)):
-        bad = np.flatnonzero(~np.isfinite(x).all(axis=1))
-        if len(bad):
-            raise MotionError(f"{where(bad[0])}: the {rate} of {joint.name}, differentiated, is not finite; {mend}")
-    return v, a
+    plain: dict[int, list[Joint]] = {1: [], 2: []}  # joints of which velocities, or positions, are differentiated
+    for joint, (given_v, given_a) in zip(joints, given, strict=True):
+        rows, cols = _places(joint)
+        if given_v is not None:
+            v[:, cols] = given_v
+        if given_a is not None:
+            a[:, cols] = given_a
+        if given_v is not None and given_a is None:
+            plain[1].append(joint)
+        elif given_v is None and joint.quaternion is None and joint.kind != "planar":
+            plain[2].append(joint)
+        elif given_v is None:
+            try:
+                v[:, cols], a[:, cols] = rates(joint, time, q[:, rows], given_v, given_a)
+            except ValueError:  # a singular system of equations
+                raise MotionError(f"{where(0)}: {joint.name} can't be differentiated from this sample on; {mend}") from None
+    found: dict[str, Found] = {}
+    has_a = {joint.name: g[1] is not None for joint, g in zip(joints, given, strict=True)}
+    for order, of in plain.items():
+        if not of:
+            continue
+        places = [_places(j)[2 - order] if order == 1 else _places(j)[0] for j in of]
+        x = np.hstack([(v if order == 1 else q)[:, p] for p in places])
+        try:
+            first, second, jumps = derivatives(time, x, order, split)
+        except ValueError:
+            raise MotionError(f"{where(0)}: {of[0].name} can't be differentiated from this sample on; {mend}") from None
+        start = 0
+        for joint in of:
+            _, cols = _places(joint)
+            part = slice(start, start + joint.nv)
+            if order == 2:
+                v[:, cols] = first[:, part]
+            if not has_a[joint.name]:
+                a[:, cols] = second[:, part] if order == 2 else first[:, part]
+            for k, one in enumerate(jumps[part]):
+                found[columns_of(joint)[2 - order][k]] = one
+            start += joint.nv
+    for joint in joints:
+        _, cols = _places(joint)
+        for rate, x in (("velocity", v[:, cols]), ("acceleration", a[:, cols])):
+            bad = np.flatnonzero(~np.isfinite(x).all(axis=1))
+            if len(bad):
+                raise MotionError(f"{where(bad[0])}: the {rate} of {joint.name}, differentiated, is not finite; {mend}")
+    return v, a, found
+
+
+def _jumps_of_given_rates(joints: tuple[Joint, ...], time: Array, given: list[list[Array | None]]) -> dict[str, Found]:
+    """What jumps in velocities that are given together with their accelerations: nothing is differentiated, but energies are later."""
+    columns = {c: x for joint, (v, a) in zip(joints, given, strict=True) if v is not None and a is not None
+               for c, x in zip(columns_of(joint)[1], v.T, strict=True)}  # fmt: skip
+    if not columns or len(time) < SPLINE_SAMPLES:
+        return {}
+    return dict(zip(columns, jumps_of(time, np.column_stack(list(columns.values())), 1), strict=True))
 
 
 def _contradictions(joint: Joint, time: Array, q: Array, v: Array, given_v: Array | None, given_a: Array | None) -> list[str]:

@@ -34,9 +34,13 @@ def npz_table(file: str, source: BinaryIO) -> NpzTable:
             for name in archive.files:
                 try:
                     arrays[name] = archive[name]
-                except ValueError:  # pickled objects, which might run anything
-                    raise MotionError(f"{file}: array {name!r} holds Python objects; save numbers only") from None
-    except (zipfile.BadZipFile, zlib.error, EOFError, OSError):
+                except ValueError as e:
+                    if "pickle" not in str(e):
+                        raise
+                    raise MotionError(f"{file}: array {name!r} holds Python objects; save numbers only") from None  # reading them might run anything
+    except MotionError:
+        raise
+    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, NotImplementedError, RuntimeError, MemoryError):
         raise MotionError(f"{file}: is an NPZ file, but truncated or damaged; copy or write it again") from None
     joints = [str(n) for key in NAMES if key in arrays and arrays[key].dtype.kind == "U" for n in arrays.pop(key).ravel()]
     columns: dict[str, NDArray[np.float64]] = {}

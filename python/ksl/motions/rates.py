@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ksl.mechanism import Joint
+from ksl.motions.corners import Found, find_jumps, jumps_at
+from ksl.motions.noise import step_of
 from ksl.states import Array
 
 if TYPE_CHECKING:
@@ -15,6 +17,9 @@ if TYPE_CHECKING:
 SPLINE_SAMPLES = 6
 """A quintic needs six samples."""
 
+LARGEST = 1e100
+"""Beyond this, squares overflow: jumps are not looked for."""
+
 
 def derivative(time: Array, x: Array, order: int = 1) -> Array:
     """Derivative at the samples of the quintic not-a-knot spline through x (n, …)."""
@@ -22,6 +27,55 @@ def derivative(time: Array, x: Array, order: int = 1) -> Array:
 
     rates: Array = make_interp_spline(time, x, k=5, check_finite=False)(time, nu=order)
     return rates
+
+
+def rates_beside_corners(time: Array, x: Array, corner_times: Array) -> tuple[Array, Array]:
+    """First derivatives before and after each sample of a curve x (n), whose first and second derivatives may jump at the corner times.
+
+    They differ where a sample is at a corner.  The spline is split at all corners, see `corners`.
+    """
+    if not len(corner_times):
+        rate = derivative(time, x)
+        return rate, rate
+    slope, curvature = jumps_at(time, x, corner_times)
+    after = derivative(time, x - slope(time) - curvature(time)) + slope(time, 1) + curvature(time, 1)
+    before = after.copy()
+    index = np.minimum(np.searchsorted(time, corner_times), len(time) - 1)
+    at_sample = time[index] == corner_times
+    before[index[at_sample]] -= slope.sizes[at_sample]
+    return before, after
+
+
+def derivatives(time: Array, x: Array, order: int, split: bool = True) -> tuple[Array, Array, list[Found]]:
+    """First and, if order is 2, second derivatives of all columns of x (n, c), and the jumps at which their splines are split.
+
+    order: of the derivative that may jump: 2 for positions, 1 for velocities.  A column in which nothing jumps has the derivatives of
+    its quintic not-a-knot spline.  O(n c); equations of all columns are factored once.
+    """
+    from scipy.interpolate import make_interp_spline
+
+    spline = make_interp_spline(time, x, k=5, check_finite=False)
+    first: Array = spline(time, nu=1)
+    second: Array = spline(time, nu=2) if order == 2 else first
+    found = jumps_of(time, x, order) if split else [Found.nothing(order)] * x.shape[1]
+    cut = [c for c, f in enumerate(found) if len(f.jumps.times)]
+    if cut:
+        jumps = [found[c].jumps for c in cut]
+        spline = make_interp_spline(time, x[:, cut] - np.column_stack([j(time) for j in jumps]), k=5, check_finite=False)
+        first[:, cut] = spline(time, nu=1) + np.column_stack([j(time, 1) for j in jumps])
+        if order == 2:
+            second[:, cut] = spline(time, nu=2) + np.column_stack([j(time, 2) for j in jumps])
+    return first, second, found
+
+
+def jumps_of(time: Array, x: Array, order: int) -> list[Found]:
+    """Jumps of the derivative `order` of each column of x (n, c); none where numbers are so large that squares would overflow."""
+    if not np.abs(x).max(initial=0.0) < LARGEST:
+        return [Found.nothing(order)] * x.shape[1]
+    try:
+        return find_jumps(time, x, order, np.array([step_of(column) for column in x.T]))
+    except np.linalg.LinAlgError:  # times so close that polynomials are not determined
+        return [Found.nothing(order)] * x.shape[1]
 
 
 def rates(joint: Joint, time: Array, q: Array, v: Array | None, a: Array | None) -> tuple[Array, Array]:

@@ -15,6 +15,7 @@ from ksl.motions.columns import columns_of
 from ksl.motions.columns_used import Choice, choose_columns, sources, unused_in
 from ksl.motions.motion import Motion, Source, complete
 from ksl.motions.npz_table import NpzTable, with_matrices
+from ksl.motions.quality import Samples
 from ksl.motions.recognise import open_table
 from ksl.motions.recorded import Recorded, check_finite, listed
 from ksl.motions.resampling import resampled
@@ -39,6 +40,7 @@ def read_motion(
     ignore_extra: bool = False,
     topic: str | None = None,
     positions_only: bool = False,
+    smooth: float | None = None,
 ) -> Motion:
     """Reads a motion of the model: `time` and a column for each moving joint (rad or m); `NAME.v` and `NAME.a` if known.
 
@@ -53,6 +55,7 @@ def read_motion(
     ignore_extra: columns that belong to no joint are left out; otherwise they are refused.
     topic: which one of the topics of a bag; needed where several have joint states.
     positions_only: velocities and accelerations in the file are not used.
+    smooth: Hz, at which positions and given rates are low-passed without delay, after resampling; see docs/measured.md.
 
     What is missing is differentiated from a quintic spline; what is given is compared with it.  `Motion.source` says what was done.
     Raises MotionError with file, line or column, fault and mend.  100,000 samples of 7 joints take about 50 ms, and half a second to differentiate.
@@ -79,11 +82,12 @@ def read_motion(
     notes = [*table.notes, *time_notes, *choice.notes]
     if (rows.start, rows.stop) != (0, None):
         notes.append(f"used is the part from {time[0]:.9g} s to {time[-1]:.9g} s")
+    measured = Samples(time, q, given)
     if resample is not None:
         time, q, given, note = resampled(table.file, joints, time, q, given, resample, place)
         notes.append(note)
         place = lambda k: f"{table.file}: sample {k + 1} after resampling"
-    motion = complete(model, time, q, given, table.file, place)
+    motion = complete(model, time, q, given, table.file, place, smooth, measured)
     return replace(motion, source=Source(table.file, table.format, len(time), float(np.median(np.diff(time))), unused_in(notes)))
 
 

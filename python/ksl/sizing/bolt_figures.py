@@ -92,7 +92,7 @@ def _clamp(sheet: Sheet, phi: float, said: dict[str, str], axial: Array, shear: 
     share = float(bolts.required_preload(wanted, phi, axial[k, bolt], embedding)) / preload
     inputs = {**given, "F_A": f"{significant(float(axial[k, bolt]))} N", **sheet.given("required_clamp"), "bolt": _bolt(points, bolt)}
     formula = Formula(f"{bolts.CLAMP.text}; use: (F_Kerf + (1 − Φ) F_A + F_Z)/F_M", bolts.CLAMP.source)
-    sheet.add("residual clamp force", formula, left, "N", inputs, wanted, at=k, share=share, note="the joint opens at this bolt: the linear distribution no longer holds" if left < 0 else "")
+    sheet.add("residual clamp force", formula, left, "N", inputs, wanted, at=k, smallest=True, share=share, note="the joint opens at this bolt: the linear distribution no longer holds" if left < 0 else "")
     if not sheet.has("slip and required preload", "friction", "interfaces"):
         return
     needed = bolts.clamp_against_slip(shear, sheet.number("friction"), sheet.number("interfaces"))

@@ -18,8 +18,11 @@ from ksl.toml_lines import line_of, toml_lines
 
 TOP = ("robot", "required_life_h", "reliability", "iso_281", "cases", "shares", "component")
 
+LARGEST = 1e30
+"""Magnitudes beyond this one, or below its inverse, are no catalogue numbers, and their powers would overflow."""
+LARGEST_EXPONENT = 100.0
 AT_MOST_1 = ("gear_efficiency", "efficiency", "load_introduction", "load_factor")
-GEOMETRY = ("bolts", "circle_diameter", "points")
+GEOMETRY = ("bolts", "circle_diameter", "points", "contact_angle_deg")
 
 
 @dataclass(frozen=True)
@@ -70,7 +73,7 @@ def read_components(path: str | os.PathLike[str]) -> Components:
 
 def components_of(tables: Mapping[str, Any], file: str = "components") -> Components:
     """The same from tables that a program has: {"component": [{"joint": …, "kind": …}, …], …}."""
-    return _Reader(file, tables, {}).components()
+    return _Reader(file, _as_toml(tables), {}).components()
 
 
 class _Reader:
@@ -100,7 +103,7 @@ class _Reader:
         life = self.optional_number(t.get("required_life_h"), "required_life_h")
         reliability = self.optional_number(t.get("reliability", 90.0), "reliability") or 90.0
         edition = t.get("iso_281", 2007)
-        if edition not in RELIABILITY:
+        if not isinstance(edition, int) or edition not in RELIABILITY:
             raise self.fail(f"iso_281 = {edition!r}: expected the edition 2007 or 1990", "iso_281")
         self.reliability(reliability, edition, "reliability")
         robot = t.get("robot")
@@ -121,7 +124,7 @@ class _Reader:
             if not isinstance(table, Mapping):
                 raise self.fail(f"{which} must be a table: [{which}] and a line NAME = NUMBER for each case", which)
             for case, x in table.items():
-                if not _is_number(x) or not math.isfinite(x) or x < 0:
+                if not _is_number(x) or not 0 <= x <= LARGEST:
                     raise self.fail(f"{which}.{case} = {x!r}: expected a number, 0 or more", which, case)
             found[which] = {case: float(x) for case, x in table.items()}
         if found["cases"] and found["shares"]:
@@ -133,7 +136,7 @@ class _Reader:
     def optional_number(self, x: Any, *path: str | int) -> float | None:
         if x is None:
             return None
-        if not _is_number(x) or not math.isfinite(x) or x <= 0:
+        if not _is_number(x) or not 0 < x <= LARGEST:
             raise self.fail(f"{path[-1]} = {x!r}: expected a positive number", *path)
         return float(x)
 
@@ -144,7 +147,7 @@ class _Reader:
         word = entry.get("kind")
         if word is None:
             raise self.fail(f"component without kind; known: {', '.join(KINDS)}", *path)
-        if word not in KINDS:
+        if not isinstance(word, str) or word not in KINDS:
             raise SizingError(unknown_name(self.at(*path, "kind"), "kind of component", word, KINDS))
         kind = KINDS[word]
         self.known(entry, (*COMMON, *kind.by_name), word, *path)
@@ -188,6 +191,10 @@ class _Reader:
             wrong = "must be positive" if key.sign == "positive" else "must be 0 or more"
         elif name in AT_MOST_1 and numbers[0] > 1 and key.meaning[:2] != "fw":
             wrong = "must be at most 1"
+        elif any(v != 0 and not 1 / LARGEST <= abs(v) <= LARGEST for v in numbers):
+            wrong = f"is out of range: magnitudes are between {1 / LARGEST:g} and {LARGEST:g}"
+        elif name in ("k", "torque_exponent") and numbers[0] > LARGEST_EXPONENT:
+            wrong = f"must be at most {LARGEST_EXPONENT:g}"
         if wrong and (key.sign == "any" or key.name in GEOMETRY):  # without these nothing could be said of the component
             raise self.fail(f"{name} = {x!r} {wrong}", *path)
         if wrong:
@@ -245,5 +252,15 @@ class _Reader:
             raise self.fail(f"contact_angle_deg = {values['contact_angle_deg']:g}: expected 20, 25, 30, 35, 40 or 45", *path, "contact_angle_deg")
 
 
+def _as_toml(x: Any) -> Any:
+    """Tuples and NumPy's arrays and numbers as a TOML file would have them."""
+    if isinstance(x, Mapping):
+        return {k: _as_toml(v) for k, v in x.items()}
+    if isinstance(x, (list, tuple)):
+        return [_as_toml(v) for v in x]
+    return x.tolist() if hasattr(x, "tolist") else x
+
+
 def _is_number(x: object) -> bool:
-    return isinstance(x, (int, float)) and not isinstance(x, bool)
+    """Of integers those that fit a float; NaN and infinities count."""
+    return isinstance(x, float) or (isinstance(x, int) and not isinstance(x, bool) and abs(x) < 1e300)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Iterator
 
 from ksl.sizing.catalogue import KINDS, Key, Kind
@@ -11,7 +12,7 @@ HEAD = """\
 # The numbers are examples: replace them by those of your catalogue, and remove what you don't have.  A figure whose
 # numbers are missing is left out, and that is said.
 
-# robot = "NAME"          # if given, results of another robot are refused
+ROBOT
 required_life_h = 20000   # h; a component may have its own
 reliability = 90          # % of the life of bearings: 90, 95, 96, 97, 98 or 99
 iso_281 = 2007            # edition whose reliability factors are taken: 2007 or 1990
@@ -26,14 +27,16 @@ iso_281 = 2007            # edition whose reliability factors are taken: 2007 or
 """
 
 
-def example_file(joint: str = "JOINT") -> str:
-    """The commented file as text."""
-    return HEAD + "".join(line for kind in KINDS.values() for line in _component(kind, joint))
+def example_file(joint: str = "JOINT", robot: str = "") -> str:
+    """The commented file as text, with all components on one joint."""
+    named = f'{f"robot = {_quoted(robot)}":<24}' if robot else '# robot = "NAME"        '
+    head = HEAD.replace("ROBOT\n", f"{named}  # if given, results of another robot are refused\n")
+    return head + "".join(line for kind in KINDS.values() for line in _component(kind, joint))
 
 
 def _component(kind: Kind, joint: str) -> Iterator[str]:
     yield f"\n[[component]]             # {kind.name}: {kind.meaning}\n"
-    yield f'joint = "{joint}"           # or joints = ["{joint}", …]\n'
+    yield f"joint = {_quoted(joint)}           # or joints = [{_quoted(joint)}, …]\n"
     yield f'kind = "{kind.name}"\nname = "{kind.name} 1"\n'
     left_out = {"points", "load_factor"} if kind.name == "bolted flange" else set()
     yield from _lines((key for key in kind.keys if key.shape != "table"), left_out)
@@ -48,3 +51,8 @@ def _lines(keys: Iterable[Key], left_out: set[str], second: bool = False) -> Ite
         about = ", ".join(x for x in (key.unit, key.meaning) if x)
         default = "" if key.default is None or key.shape == "vector" else f"; {key.default:g} if left out" if isinstance(key.default, float) else f"; {key.default} if left out"
         yield f"{'# ' if key.name in left_out else ''}{f'{key.name} = {value}':<40}  # {about}{default}\n"
+
+
+def _quoted(name: str) -> str:
+    """A string of TOML, whose escapes are those of JSON."""
+    return json.dumps(name, ensure_ascii=False)

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
+
+NEAR = 0.8
+"""Utilisations from here on are near their limit."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +41,15 @@ class Figure:
     time: float | None
     """When in that case, s; None for means, lives and sums."""
     note: str = ""
+    bound: str = ""
+    """≤ where the limit is the largest value allowed, ≥ where it is the smallest; empty without a limit."""
+
+    @property
+    def verdict(self) -> Literal["over", "near", "within", ""]:
+        """Whether the limit is exceeded, near (from 80 % on), or kept with a margin; empty where nothing is compared."""
+        if self.utilisation is None:
+            return ""
+        return "over" if self.utilisation > 1 else "near" if self.utilisation >= NEAR else "within"
 
 
 @dataclass(frozen=True)

@@ -93,8 +93,9 @@ def _events(sheet: Sheet, ratio: float) -> None:
         over = above[part]
         if not over.any():
             continue
-        step = np.gradient(s.time[part]) if over.size > 1 else np.zeros(over.size)
-        duration = float(step[over].sum())
+        half = np.diff(s.time[part]) / 2
+        stands_for = np.concatenate([half, [0.0]]) + np.concatenate([[0.0], half])
+        duration = float(stands_for[over].sum())
         n_in = ratio * float(np.abs(s.speed[part][over]).max()) * RPM
         inputs = {"n_in": f"{significant(n_in)} r/min", "t": f"{significant(duration)} s above {limit:g} N m"}
         sheet.add(f"allowed occurrences of {case}", gears.EVENTS, gears.momentary_events(n_in, duration), "", inputs, case=case)

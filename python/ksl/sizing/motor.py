@@ -17,7 +17,7 @@ PEAK = Formula("max |T|, T = J N α + (T_load/N) · (1/η, η, 1)", ROTOR_TORQUE
 SPEED = Formula("n = N |ω|", "kinematics of the gear")
 POWER = Formula("P = T N ω", "power at the rotor")
 REGENERATED = Formula("E = −∫ min(T N ω, 0) dt over all cases", "energy that flows back into the drive, without losses in the winding and the converter")
-ENVELOPE = Formula("max |T|/T_max(n) over the cloud of samples, T_max linear between the points of the curve", "torque–speed curve of motor with drive, from the catalogue")
+ENVELOPE = Formula("max |T|/T_max(n) over all samples, T_max linear between the points of the curve; beyond its last speed at least n/n_last", "torque–speed curve of motor with drive, from the catalogue")
 CONTINUOUS = Formula("T_rms/T_S1(n_m), n_m the mean of |n|", "curve of continuous torque (S1), from the catalogue")
 BRAKE = Formula("max |T_load|/N while the joint is at rest", "statics of the brake on the rotor's shaft; the gear's friction, which helps, is left out")
 REFLECTED = Formula("J N²", "inertia of the rotor as the joint feels it")
@@ -44,7 +44,7 @@ def root_mean_square(x: ArrayLike, duration: ArrayLike) -> float:
 
 
 def envelope_share(torque: ArrayLike, rpm: ArrayLike, curve_rpm: ArrayLike, curve_torque: ArrayLike) -> Array:
-    """|T|/T_max(|n|) of each sample (n), for a curve of torque over speed; infinite beyond its last speed.
+    """|T|/T_max(|n|) of each sample (n), for a curve of torque over speed; beyond its last speed n/n_last if that is more.
 
     torque (n), N m; rpm (n), r/min; curve_rpm (k), increasing; curve_torque (k), N m.  Below the first speed the curve is flat.
     """
@@ -53,4 +53,4 @@ def envelope_share(torque: ArrayLike, rpm: ArrayLike, curve_rpm: ArrayLike, curv
     allowed = np.interp(n, speeds, np.asarray(curve_torque, dtype=float))
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(allowed > 0, T / allowed, np.where(T > 0, np.inf, 0.0))
-    return np.where(n > speeds[-1], np.inf, share)
+    return np.where(n > speeds[-1], np.maximum(share, n / speeds[-1]), share)

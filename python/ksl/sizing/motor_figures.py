@@ -84,6 +84,8 @@ def _torques(sheet: Sheet, torque: Array, rpm: Array, inputs: dict[str, str]) ->
             share = float(motor.envelope_share(rms, mean, *np.array(curve, dtype=float).T))
             said = {"T_rms": f"{significant(rms)} N m", "n_m": f"{significant(mean)} r/min", "T_S1(n_m)": f"{significant(float(np.interp(mean, *np.array(curve).T)))} N m"}
             sheet.add("rms torque, S1 curve", motor.CONTINUOUS, share, "", said, 1.0, case=governing)
+    else:
+        sheet.leave_out("rms torque and regenerated energy", "no case of the cycle lasts any time")
     k = int(np.argmax(np.abs(torque)))
     sheet.add("peak torque", motor.PEAK, abs(float(torque[k])), "N m", {**inputs, **_state(sheet, k)}, "peak_torque", at=k)
     curve = sheet.part.get("torque_speed")

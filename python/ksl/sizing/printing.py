@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from rich.console import Console
 from rich.text import Text
@@ -14,9 +14,6 @@ from ksl.sizing.peaks import PeakRow
 from ksl.sizing.sizing import Sizing
 
 WORST_SHOWN = 15
-NEAR = 0.8
-"""Utilisations from here on are marked."""
-
 HEADINGS = {
     "axial_force": "axial N",
     "radial_force": "radial N",
@@ -48,7 +45,7 @@ def print_sizing(sizing: Sizing, console: Console, brief: bool = False, peaks: b
     if not sizing.figures and not sizing.left_out:
         _wrapped(console, "`ksl size --example` prints a components file; with it, motors, gears, bearings and bolts are checked against these loads.", "")
         return
-    _wrapped(console, sizing.verdict, "  ", _style(sizing.worst.utilisation if sizing.worst else None) or "bold")
+    _wrapped(console, sizing.verdict, "  ", _style(sizing.worst) or "bold")
 
 
 def _references(figures: Iterable[Figure]) -> dict[tuple[str, str], int]:
@@ -64,10 +61,10 @@ def _print_joint(console: Console, figures: Sequence[Figure], references: dict[t
     for name, kind in dict.fromkeys((f.component, f.kind) for f in figures):
         console.print(Text(f"  {name}" + (f" ({kind})" if kind != name else "")), soft_wrap=True)
         for f in (f for f in figures if (f.component, f.kind) == (name, kind)):
-            limit = "" if f.limit is None else f"limit {significant(f.limit)}"
+            limit = _limit(f)
             marks = f"[{references[f.formula, f.source]}]" + (f" ({notes[f.note]})" if f.note else "")
-            line = f"  {_use(f.utilisation)}  {f.figure:<{names}}  {_value(f):>{values}}  {limit:<12} {marks}"
-            console.print(Text(line, style=_style(f.utilisation)), soft_wrap=True)
+            line = f"  {_use(f.utilisation)}  {f.figure:<{names}}  {_value(f):>{values}}  {limit:<9} {marks}"
+            console.print(Text(line, style=_style(f)), soft_wrap=True)
             where = [f"at {significant(f.time, 6)} s"] if f.time is not None else []
             where += [f"in {f.case}" if f.time is not None else f"mostly {f.case}"] if several and f.case else []
             _wrapped(console, "; ".join(filter(None, [f.inputs, " ".join(where)])), " " * 10, "dim", first=" " * 10)
@@ -100,18 +97,21 @@ def _print_worst(console: Console, figures: Sequence[Figure], most: int | None) 
     if not shown:
         return
     console.print(Text("\nUtilisation, worst first: 1 is at the limit", style="bold"))
-    widths = [max(len(x(f)) for f in shown) for x in (lambda f: f.joint, lambda f: f.component, lambda f: f.figure, _value)]
-    room = console.width - 8 - sum(widths[:3]) - 4
+    columns: list[Callable[[Figure], str]] = [lambda f: f.joint, lambda f: f.component, lambda f: f.figure, _value, _limit]
+    widths = [max(len(text(f)) for f in shown) for text in columns]
+    # Values and limits are left to the sheets above where there is no room; long names have a line of their own.
+    fitting = next((k for k in (5, 4, 3) if 8 + sum(widths[:k]) + 2 * k <= console.width + 2), 2)
     for f in shown:
-        names = f"  {_use(f.utilisation)}  {f.joint:<{widths[0]}}  {f.component:<{widths[1]}}"
-        figure = f"{f.figure:<{widths[2]}}"
-        value = f"  {_value(f):>{widths[3]}}"
-        # The value is left to the sheets above where there is no room, and figures have lines of their own where names are long.
-        lines = [names + "  " + figure + (value if room >= len(value) else "")] if room >= 0 else [names, " " * 10 + figure + value]
+        cells = [f"{text(f):>{w}}" if k == 3 else f"{text(f):<{w}}" for k, (text, w) in enumerate(zip(columns, widths, strict=True))]
+        lines = [f"  {_use(f.utilisation)}  " + "  ".join(cells[:fitting])] + ([" " * 10 + "  ".join(cells[2:])] if fitting == 2 else [])
         for line in lines:
-            console.print(Text(line.rstrip(), style=_style(f.utilisation)), soft_wrap=True)
+            console.print(Text(line.rstrip(), style=_style(f)), soft_wrap=True)
     if len(compared) > len(shown):
         console.print(f"          and {len(compared) - len(shown)} more, of at most {_use(compared[len(shown)].utilisation).strip()}")
+
+
+def _limit(f: Figure) -> str:
+    return "" if f.limit is None else f"{f.bound} {significant(f.limit)}"
 
 
 def _use(utilisation: float | None) -> str:
@@ -127,12 +127,13 @@ def _value(f: Figure) -> str:
 
 def print_peaks(rows: Sequence[PeakRow], console: Console) -> None:
     """The simultaneous sets of each joint: a row for each extreme, with everything that acts in that sample."""
-    several = len({row["case"] for row in rows}) > 1
     for joint in dict.fromkeys(str(row["joint"]) for row in rows):
         own = [row for row in rows if row["joint"] == joint]
+        cases = {str(row["case"]) for row in own}
+        several = len(cases) > 1
         about = "its origin" if own[0]["point"] == "0 0 0" else f"({', '.join(str(own[0]['point']).split())}) m from it"
         console.print()
-        _wrapped(console, f"{joint}: what acts together at each peak, on the child, about {about}", "  ", "bold")
+        _wrapped(console, f"{joint}: what acts together at each peak, on the child, about {about}" + ("" if several else f"; case {cases.pop()}"), "  ", "bold")
         columns = [name for name in HEADINGS if any(row[name] is not None for row in own)]
         if all(row["effort"] == row["axial_moment"] for row in own):  # the drive supplies what is about the axis, nothing else
             columns = [name for name in columns if name != "effort"]
@@ -154,10 +155,8 @@ def _number(x: object, digits: int = 4) -> str:
     return significant(x, digits) if isinstance(x, float) else ""
 
 
-def _style(utilisation: float | None) -> str:
-    if utilisation is None or utilisation < NEAR:
-        return ""
-    return "red" if utilisation > 1 else "yellow"
+def _style(f: Figure | None) -> str:
+    return {"over": "red", "near": "yellow"}.get(f.verdict if f else "", "")
 
 
 def _wrapped(console: Console, text: str, indent: str, style: str = "", first: str = "") -> None:

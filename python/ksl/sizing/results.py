@@ -309,9 +309,10 @@ def _words(column: Any) -> tuple[list[str], np.ndarray]:
     if hasattr(encoded, "chunks"):  # chunked arrays of older pyarrow
         encoded = encoded.unify_dictionaries().combine_chunks()
     words, index = encoded.dictionary.to_pylist(), encoded.indices.to_numpy(zero_copy_only=False).astype(np.intp)
-    used, first = np.unique(index, return_index=True)
-    order = used[np.argsort(first)]
-    renumbered = np.empty(len(words), dtype=np.intp)
+    first = np.full(len(words), len(index))
+    first[index[::-1]] = np.arange(len(index) - 1, -1, -1)  # what is assigned last stays: the first row of each word
+    order = np.argsort(first)[: int(np.count_nonzero(first < len(index)))]
+    renumbered = np.zeros(len(words), dtype=np.intp)
     renumbered[order] = np.arange(len(order))
     return [words[k] for k in order], renumbered[index]
 

@@ -17,7 +17,7 @@ from ksl.sizing.bearing_figures import crossed_roller_figures, opposed_figures, 
 from ksl.sizing.bolt_figures import flange_figures
 from ksl.sizing.components import Components, Part, components_of, read_components
 from ksl.sizing.fatigue_figures import fatigue_figures
-from ksl.sizing.figures import Figure
+from ksl.sizing.figures import Figure, LeftOut
 from ksl.sizing.gear_figures import planetary_figures, strain_wave_figures
 from ksl.sizing.limit_figures import limit_figures
 from ksl.sizing.motor_figures import Cloud, motor_figures
@@ -75,7 +75,7 @@ def size(
     figures = tuple(sorted(in_order, key=_by_utilisation))
     peaks = [row for joint in chosen for row in simultaneous_sets(samples(joint).about(points.get(joint, (0, 0, 0))))]
     left_out = tuple(x for sheet in sheets for x in sheet.left_out)
-    notes = (*table.notes, *_notes(table, parts))
+    notes = (*table.notes, *_notes(table, parts, left_out))
     return Sizing(table.robot, figures, tuple(peaks), left_out, notes, tuple(clouds), in_order, _provenance(table, results, components, parts))
 
 
@@ -166,11 +166,12 @@ def _by_utilisation(figure: Figure) -> tuple[bool, float]:
     return (figure.utilisation is None, -(figure.utilisation or 0.0))
 
 
-def _notes(table: Results, parts: Components | None) -> list[str]:
-    """What the reader should know of the spectrum."""
+def _notes(table: Results, parts: Components | None, left_out: Sequence[LeftOut]) -> list[str]:
+    """What the reader should know of the spectrum, and of numbers that were not used and that leave no figure out."""
     if parts is None:
         return []
-    notes = [f"{parts.file}: {sentence}" if not sentence.startswith(parts.file) else sentence for part in parts.parts for sentence in part.refused.values()]
+    said = "; ".join(x.why for x in left_out)
+    notes = [f"{sentence}; it is not used" for part in parts.parts for sentence in part.refused.values() if sentence not in said]
     spectrum = parts.spectrum
     if spectrum.shares:
         without = [case for case in table.cases if case not in spectrum.shares]

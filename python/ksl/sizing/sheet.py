@@ -106,8 +106,9 @@ class Sheet:
             case, time = self.samples.where(at)
         text = ", ".join(f"{name} = {x}" for name, x in inputs.items())
         joint, part = self.samples.joint.name, self.part
-        row = Figure(joint, part.name, part.kind.name, figure, float(value), unit, allowed, utilisation, formula.text, text, formula.source, case, time, note)
-        self.figures.append(row)
+        bound = "" if allowed is None else "≥" if smallest else "≤"
+        result = (float(value), unit, allowed, utilisation)
+        self.figures.append(Figure(joint, part.name, part.kind.name, figure, *result, formula.text, text, formula.source, case, time, note, bound))
 
     @property
     def of_one_pass(self) -> float:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from xml.sax.saxutils import escape, quoteattr
 
 from ksl.errors import SizingError
 from ksl.load_cases.output import staged
@@ -56,7 +57,7 @@ class Sizing:
     @property
     def exceeded(self) -> tuple[Figure, ...]:
         """Figures with a utilisation above 1."""
-        return tuple(f for f in self.figures if f.utilisation is not None and f.utilisation > 1)
+        return tuple(f for f in self.figures if f.verdict == "over")
 
     @property
     def verdict(self) -> str:
@@ -67,7 +68,7 @@ class Sizing:
         w = self.worst
         over = f"{len(self.exceeded)} of {compared} figures {'is over its' if len(self.exceeded) == 1 else 'are over their'} limit" if self.exceeded else f"all {compared} figures with a limit are within it"
         missing = f"; {len(self.left_out)} left out" if self.left_out else ""
-        return f"{self.robot}: {over}{missing}; worst: {w.joint}, {w.component}, {w.figure}, {significant(w.utilisation, 3)} of the limit"
+        return f"{self.robot}: {over}{missing}; worst: {w.joint}, {w.component}, {w.figure}, utilisation {significant(w.utilisation, 3)}"
 
     def of_joint(self, joint: str) -> tuple[Figure, ...]:
         """The figures of one joint, as they are computed."""
@@ -145,6 +146,20 @@ class Sizing:
         if len(self.figures) > 12:
             lines.append(f"  … and {len(self.figures) - 12} more in .figures and .table")
         return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        """For notebooks: the verdict and a table of what was compared."""
+        names = ("utilisation", "joint", "component", "figure", "value", "limit", "governs")
+        head = "".join(f"<th>{name}</th>" for name in names)
+        colours = {"over": "#c0392b", "near": "#b7950b"}
+        rows = []
+        for f in (f for f in self.figures if f.utilisation is not None):
+            when = f.case if f.time is None else f"{f.case}, {significant(f.time, 6)} s"
+            limit = "" if f.limit is None else f"{f.bound} {significant(f.limit)}"
+            cells = (significant(f.utilisation, 3), f.joint, f.component, f.figure, f"{significant(f.value)} {f.unit}".strip(), limit, when)
+            style = f' style="color:{colours[f.verdict]}"' if f.verdict in colours else ""
+            rows.append(f"<tr{style} title={quoteattr(f'{f.formula}; {f.inputs}; {f.source}')}>" + "".join(f"<td>{escape(c)}</td>" for c in cells) + "</tr>")
+        return f"<p>{escape(self.verdict)}</p><table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
 
 
 def _plain(row: Mapping[str, Any]) -> dict[str, Any]:

@@ -6,14 +6,14 @@ import os
 import threading
 import time as clock
 import webbrowser
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ksl.states import Array, Part, Side
+from ksl.states import Array, External, Part, Side
 from ksl.viewer.readout import Choice, readout
 from ksl.viewer.scene import Scene, make_scene
 from ksl.viewer.stage import Shown, Stage, legend, utilisation_legend
@@ -22,7 +22,7 @@ from ksl.viewer.viser_server import start_server, stop_server
 if TYPE_CHECKING:
     import viser
 
-    from ksl.model import Model
+    from ksl.calls import Calls
 
 FRAMES = 30
 """States that playback shows in a second."""
@@ -70,11 +70,11 @@ class Viewer:
             self.stage.show(self.scene, self.sample)
             self.controls.follow()
 
-    def update(self, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None, external: Mapping[str, ArrayLike] | None = None) -> None:
+    def update(self, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None, external: External | None = None) -> None:
         """Shows another state (nq), at rest unless v and a (nv) are given; external wrenches stay those of the scene unless given."""
-        wrenches = {name: w[self.sample if self.scene is self._recorded else 0] for name, w in self.scene.external.items()} if external is None else external
+        wrenches: External = {name: w[self.sample if self.scene is self._recorded else 0] for name, w in self.scene.external.items()} if external is None else external
         self.playing = False
-        self.show(0, make_scene(self._recorded.model, np.asarray(q, dtype=float), v, a, external=wrenches, look=self._recorded.look))
+        self.show(0, make_scene(self._recorded.model, q, v, a, external=wrenches, look=self._recorded.look))
 
     def play(self, speed: float | None = None) -> None:
         """Plays the motion from the state that is shown, or from the start if that is the last; speed 1 is real time."""
@@ -372,12 +372,12 @@ def _line(colour: tuple[int, int, int] | None, text: str) -> str:
 
 
 def show(
-    model: Model,
+    model: Calls,
     q: ArrayLike | None = None,
     v: ArrayLike | None = None,
     a: ArrayLike | None = None,
     time: ArrayLike | None = None,
-    external: Mapping[str, ArrayLike] | None = None,
+    external: External | None = None,
     *,
     joint: str | None = None,
     port: int | None = None,
@@ -385,10 +385,25 @@ def show(
     browser: bool | None = None,
 ) -> Viewer:
     """Opens a page that shows a model; see `Model.show`."""
+    if time is not None and q is not None and (v is None or a is None):
+        v, a = _differentiated(model, np.asarray(time, dtype=float), np.asarray(q, dtype=float), v, a)
     viewer = Viewer(make_scene(model, q, v, a, time, external, package_paths=package_paths), port, joint)
     if browser or (browser is None and not _in_notebook()):
         viewer.open()
     return viewer
+
+
+def _differentiated(model: Calls, time: Array, q: Array, v: ArrayLike | None, a: ArrayLike | None) -> tuple[Array, Array]:
+    """Velocities and accelerations of a motion, the missing ones from splines as in `Model.loads`."""
+    from ksl.errors import MotionError
+    from ksl.motions.motion import complete
+
+    if time.ndim != 1 or q.shape != (len(time), model.nq):
+        raise MotionError(f"time has shape {time.shape}, and q {q.shape}; expected (n) and (n, {model.nq})")
+    given = [None if x is None else np.broadcast_to(np.asarray(x, dtype=float), (len(time), model.nv)) for x in (v, a)]
+    joints = model.joints[: len(model.joint_names)]
+    motion = complete(model, time, q, [[None if x is None else x[:, j.v_index : j.v_index + j.nv] for x in given] for j in joints])
+    return motion.v, motion.a
 
 
 def _in_notebook() -> bool:

@@ -16,7 +16,7 @@ from ksl.states import Array
 from ksl.viewer.scene import Scene, make_scene, thinned
 
 if TYPE_CHECKING:
-    from ksl.model import Model
+    from ksl.calls import Calls
 
 TABLE = "wrenches.parquet"
 
@@ -30,7 +30,7 @@ def is_results(path: Path) -> bool:
 
 
 def scene_of_motion(
-    model: Model, time: Array, q: Array, v: Array, a: Array, external: Mapping[str, Array], package_paths: Sequence[str | os.PathLike[str]] = ()
+    model: Calls, time: Array, q: Array, v: Array, a: Array, external: Mapping[str, Array], package_paths: Sequence[str | os.PathLike[str]] = ()
 ) -> Scene:
     """The scene of a motion: of all its samples, or of about 1500 of them, the largest efforts included."""
     chosen = thinned(model.inverse_dynamics(q, v, a, external))
@@ -90,7 +90,7 @@ def read_results(path: Path, case: str | None = None) -> Results:
     return Results(chosen, columns["time"][:, 0].copy(), of["position"], of["speed"], of["acceleration"], of["effort"], made_by)
 
 
-def scene_of_results(model: Model, results: Results, package_paths: Sequence[str | os.PathLike[str]] = ()) -> tuple[Scene, list[str]]:
+def scene_of_results(model: Calls, results: Results, package_paths: Sequence[str | os.PathLike[str]] = ()) -> tuple[Scene, list[str]]:
     """The scene of a load case, and notes.
 
     Positions and rates are those of the table where every joint has one coordinate, otherwise those of the motion file that the table names.
@@ -125,7 +125,7 @@ def scene_of_results(model: Model, results: Results, package_paths: Sequence[str
     return scene_of_motion(model, time, q, v, a, external, package_paths), notes
 
 
-def _external(model: Model, results: Results, time: Array, notes: list[str]) -> dict[str, Array]:
+def _external(model: Calls, results: Results, time: Array, notes: list[str]) -> dict[str, Array]:
     from ksl.motions.reading import read_external
 
     if not results.description.get("external"):

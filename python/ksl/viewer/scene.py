@@ -13,11 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from ksl.errors import MotionError
 from ksl.mechanism import Joint
-from ksl.states import Array
+from ksl.states import Array, External, argument, items_of
 from ksl.viewer.visuals import Appearance, appearance
 
 if TYPE_CHECKING:
-    from ksl.model import Model
+    from ksl.calls import Calls
 
 SAMPLES = 1500
 """Longer motions are shown at about so many samples, at those of the largest efforts among them."""
@@ -44,7 +44,7 @@ class Scale:
 class Scene:
     """A model in n states, with all that outlets draw.  World axes; wrenches act on the child side, about the joint's origin, force first."""
 
-    model: Model
+    model: Calls
     look: Appearance
     time: Array
     """(n), s; zeros for a single pose."""
@@ -162,12 +162,12 @@ class Scene:
 
 
 def make_scene(
-    model: Model,
+    model: Calls,
     q: ArrayLike | None = None,
     v: ArrayLike | None = None,
     a: ArrayLike | None = None,
     time: ArrayLike | None = None,
-    external: Mapping[str, ArrayLike] | None = None,
+    external: External | None = None,
     *,
     package_paths: Sequence[str | os.PathLike[str]] = (),
     triangles: int = 20_000,
@@ -180,13 +180,14 @@ def make_scene(
     package_paths, triangles: as in `visuals.appearance`.  look: appearance of an earlier scene of the same robot, which is not read again.
     Raises ValueError for shapes that don't fit.  O(n · (bodies + links)), besides reading meshes.
     """
-    positions = np.atleast_2d(np.asarray(resting_position(model) if q is None else q, dtype=float))
+    positions = np.atleast_2d(np.asarray(resting_position(model) if q is None else argument(q, "q", model.nq, model._core), dtype=float))
     n = len(positions)
-    velocity, acceleration = (np.zeros((n, model.nv)) if x is None else np.broadcast_to(np.asarray(x, dtype=float), (n, model.nv)) for x in (v, a))
+    rates = (np.zeros(model.nv) if x is None else np.asarray(argument(x, name, model.nv, model._core), dtype=float) for x, name in ((v, "v"), (a, "a")))
+    velocity, acceleration = (np.broadcast_to(x, (n, model.nv)) for x in rates)
     times = np.zeros(n) if time is None else np.atleast_1d(np.asarray(time, dtype=float))
     if times.shape != (n,):
         raise MotionError(f"time has shape {times.shape}, and q {positions.shape}; expected a time for each position")
-    wrenches = {name: np.broadcast_to(np.asarray(w, dtype=float), (n, 6)) for name, w in (external or {}).items()}
+    wrenches = {name: np.broadcast_to(np.asarray(w, dtype=float), (n, 6)) for name, w in items_of(external)}
     names = [j.name for j in model.joints]
     requests = tuple(model._request("child", "joint", "world", "lin_ang", part, names) for part in ("total", "constraint"))
     tau, total, constraint = model._with_reactions(positions, velocity, acceleration, wrenches, requests)
@@ -215,7 +216,7 @@ def thinned(values: Array, most: int = SAMPLES) -> NDArray[np.intp]:
     return np.unique(np.concatenate([np.linspace(0, n - 1, most).round().astype(np.intp), peaks]))
 
 
-def resting_position(model: Model) -> Array:
+def resting_position(model: Calls) -> Array:
     """The neutral position, moved into the limits of joints."""
     q = model.neutral()
     for joint in model.joints:

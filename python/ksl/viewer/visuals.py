@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from ksl.mechanism import Link, Mechanism
+from ksl.mesh_files import find_mesh
 from ksl.states import Array
 from ksl.viewer.shapes import GREY, Colour, Shape, box, cylinder, ellipsoid, simplified
 
@@ -37,7 +38,7 @@ def appearance(model: Mechanism, package_paths: Sequence[str | os.PathLike[str]]
 
     The `<visual>` elements of its file where that is URDF: meshes (with the package trimesh), boxes, cylinders and spheres.
     A mesh that can't be found or read is replaced by that of the `<collision>` element, or else by the ellipsoid of inertia.
-    package_paths: folders in which packages of `package://` are looked for, before those of the environment; see `find_mesh`.
+    package_paths: folders in which packages of `package://` are looked for, before those of the environment; see `ksl.mesh_files.find_mesh`.
     triangles: surfaces with more are simplified.
     """
     found = Appearance()
@@ -69,30 +70,6 @@ def inertia_ellipsoid(link: Link) -> Shape:
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = axes * np.sign(np.linalg.det(axes)), centre
     return replace(ellipsoid(semi_axes).moved(pose), colour=ELLIPSOID)
-
-
-def find_mesh(filename: str, robot_file: Path, package_paths: Iterable[str | os.PathLike[str]] = ()) -> Path | None:
-    """The file that a `filename` of a robot file means, or None.
-
-    `package://NAME/path`: in NAME, or in the folder itself, of package_paths, of the variables ROS_PACKAGE_PATH and AMENT_PREFIX_PATH
-    (there in `share`), and of the folders that contain the robot file.  Other names are relative to the robot file, or absolute.
-    """
-    name = filename.removeprefix("file://")
-    if "://" not in name:
-        path = robot_file.parent / name
-        return path if path.is_file() else None
-    package, _, rest = name.partition("://")[2].partition("/")
-    for folder in [*map(Path, package_paths), *_ros_folders(), *robot_file.absolute().parents]:
-        candidates = [folder / package / rest] + ([folder / rest] if folder.name == package or folder in map(Path, package_paths) else [])
-        for path in candidates:
-            if path.is_file():
-                return path
-    return None
-
-
-def _ros_folders() -> list[Path]:
-    words = {v: [p for p in os.environ.get(v, "").split(os.pathsep) if p] for v in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH")}
-    return [Path(p) for p in words["ROS_PACKAGE_PATH"]] + [Path(p) / "share" for p in words["AMENT_PREFIX_PATH"]]
 
 
 # ---------------------------------------------------------------------------------------------------------------- URDF

@@ -1,0 +1,139 @@
+"""Motions that excite inertial parameters: periodic, and with a regressor of small condition number.
+
+Swevers, Ganseman, Tükel, De Schutter, Van Brussel, Optimal robot excitation and identification, T-RA 13 (1997): positions are finite Fourier series.
+"""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ksl.base_parameters import structural
+from ksl.errors import MotionError
+from ksl.model import Model
+from ksl.motions.generate.generated import SHARE, Generated, Limits, effort_stretch, limits_of, sample_times, whole_motion
+from ksl.states import Array
+
+HARMONICS = 5
+SAMPLES = 100
+"""Of a period, at which the regressor is evaluated during the search."""
+
+USED = 0.9
+"""Share of the range of positions that is used."""
+
+START = 40
+"""Random motions, of which the best one is then improved."""
+
+
+@dataclass(frozen=True)
+class Series:
+    """Fourier series of m joints with a fundamental frequency 1/period, whose velocities and accelerations are zero at t = 0.
+
+    q = c + Σ (A_l sin l ω t − B_l cos l ω t) / (l ω), v = Σ A_l cos + B_l sin, l = 1 … N.
+    """
+
+    limits: Limits
+    period: float
+
+    @property
+    def size(self) -> int:
+        """Numbers of a candidate: A, B, a share of the limits and a place of the middle for each joint."""
+        return len(self.limits.joints) * (2 * HARMONICS + 2)
+
+    def __call__(self, x: Array, t: Array) -> tuple[Array, Array, Array]:
+        """q, v and a (n, m) of the candidate x; any x gives a motion within the limits of position, speed and acceleration."""
+        m = len(self.limits.joints)
+        numbers = x.reshape(m, 2 * HARMONICS + 2)
+        A, B = numbers[:, :HARMONICS], numbers[:, HARMONICS : 2 * HARMONICS]
+        w = 2 * np.pi / self.period * np.arange(1, HARMONICS + 1)
+        A = A - A.mean(axis=1, keepdims=True)  # v(0) = Σ A = 0
+        B = B - np.outer(B @ w, w) / (w @ w)  # a(0) = Σ B l ω = 0
+        s, c = np.sin(np.outer(t, w)), np.cos(np.outer(t, w))
+        q, v, a = (s / w) @ A.T - (c / w) @ B.T, c @ A.T + s @ B.T, (-s * w) @ A.T + (c * w) @ B.T
+        low, high = q.min(axis=0), q.max(axis=0)
+        used = np.maximum.reduce(
+            [(high - low) / (2 * USED * self.limits.half), np.abs(v).max(axis=0) / (0.99 * SHARE * self.limits.velocity), np.abs(a).max(axis=0) / (0.99 * self.limits.acceleration)]
+        )
+        share = 1 / (1 + np.exp(-3 - numbers[:, -2]))  # between 0 and 1
+        scale = share / np.maximum(used, 1e-300)
+        room = np.maximum(USED * self.limits.half - scale * (high - low) / 2, 0.0)
+        middle = self.limits.middle + room * np.tanh(numbers[:, -1]) - scale * (high + low) / 2
+        return middle + scale * q, scale * v, scale * a
+
+
+def excitation(
+    model: Model,
+    period: float = 10.0,
+    rate: float = 250.0,
+    seconds: float = 20.0,
+    iterations: int | None = None,
+    seed: int = 0,
+    acceleration: float | None = None,
+    progress: Callable[[float, float], None] | None = None,
+) -> Generated:
+    """A periodic motion, starting at rest, that identifies inertial parameters well: the best one found in `seconds` of search.
+
+    The condition number of the regressor of the base parameters (σ_max / σ_min of all rows of a period, SI units) is made small by a random
+    search, (1 + 1) with steps that adapt: 5 harmonics, within limits of position, speed, effort and `acceleration` if that is given.
+    iterations: so many candidates instead of a time; with the same seed the motion is then the same.
+    progress: called with the share that is done, and the smallest condition number so far.
+    facts: condition (at the samples of the search), first (the best of 40 random ones), parameters, iterations.
+    Raises MotionError.
+    """
+    limits = limits_of(model, acceleration)
+    if iterations is not None and iterations < 1:
+        raise MotionError(f"{iterations} iterations; expected at least one")
+    if iterations is None and not 0 < seconds < np.inf:
+        raise MotionError(f"{seconds:g} seconds of search; expected a positive number")
+    t_fine = sample_times(period, rate)
+    base = structural(model)
+    if not len(base):
+        raise MotionError(f"{model.name}: efforts depend on no inertial parameter, so that no motion excites any")
+    series, t = Series(limits, period), np.arange(SAMPLES) * (period / SAMPLES)
+
+    def cost(x: Array) -> float:
+        """The condition number, and more where efforts are beyond their limits."""
+        motion = whole_motion(model, limits, t, *series(x, t))
+        W = base.regressor(model.inverse_dynamics_regressor(motion.q, motion.v, motion.a, links=base.links)).reshape(-1, len(base))
+        roots = np.linalg.eigvalsh(W.T @ W)
+        tau = np.abs(model.inverse_dynamics(motion.q, motion.v, motion.a)[:, limits.v_index]).max(axis=0) / (SHARE * limits.effort)
+        condition = np.sqrt(roots[-1] / roots[0]) if roots[0] > 1e-14 * roots[-1] else 1e7
+        return float(condition * (1 + 10 * max(0.0, float(tau.max()) - 1)))
+
+    rng, begin = np.random.default_rng(seed), clock.monotonic()
+
+    def done(k: int) -> float:
+        return k / iterations if iterations is not None else (clock.monotonic() - begin) / seconds
+
+    best, smallest, first, step, k = rng.normal(size=series.size), np.inf, np.inf, 0.5, 0
+    while k == 0 or done(k) < 1:
+        # a few numbers at a time: there are too many to change all of them by much
+        chosen = rng.random(series.size) < max(0.1, 4 / series.size)
+        x = rng.normal(size=series.size) if k < START else best + step * chosen * rng.normal(size=series.size)
+        found = cost(x)
+        if found < smallest:
+            best, smallest = x, found
+        if k < START:
+            first = smallest
+        else:  # the rule of one success in five
+            step = float(np.clip(step * (1.3 if x is best else 0.94), 0.02, 1.5))
+        k += 1
+        if progress is not None and k % 10 == 0:
+            progress(min(1.0, done(k)), smallest)
+    motion = whole_motion(model, limits, t_fine, *series(best, t_fine))
+    stretch, heavy = effort_stretch(model, limits, motion, SHARE)
+    if stretch > 1:  # between the samples of the search, or where all candidates were beyond a limit
+        t_fine, motion = t_fine * stretch, whole_motion(model, limits, t_fine * stretch, *_slower(series(best, t_fine), stretch))
+    facts: dict[str, object] = {
+        "kind": "excite", "period": period * stretch, "rate": rate / stretch, "seed": seed, "iterations": k, "condition": smallest, "first": first,
+        "parameters": len(base),
+    }  # fmt: skip
+    return Generated(motion, [*limits.notes, *heavy], facts)
+
+
+def _slower(states: tuple[Array, Array, Array], stretch: float) -> tuple[Array, Array, Array]:
+    q, v, a = states
+    return q, v / stretch, a / stretch**2

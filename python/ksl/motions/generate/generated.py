@@ -1,0 +1,145 @@
+"""What generators share: limits of the joints that they move, checks, and the motion with what is to be said of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ksl.errors import MotionError
+from ksl.mechanism import Joint, Mechanism
+from ksl.model import Model
+from ksl.motions.motion import Motion
+from ksl.states import Array
+
+USUAL_SPEED = {"rad": 1.0, "m": 0.25}
+"""rad/s and m/s, of joints whose speed the file doesn't limit."""
+
+SHARE = 0.8
+"""Of the limits of speed and effort that motions use where no time is given: the rest is the controller's."""
+
+ROUND_OFF = 1e-9
+
+
+@dataclass(frozen=True)
+class Generated:
+    """A motion, and what its user should know of it."""
+
+    motion: Motion
+    notes: list[str] = field(default_factory=list)
+    facts: dict[str, object] = field(default_factory=dict)
+    """How it was made: kind, seed, numbers that were found."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What the joints with one coordinate may do, (m) each, in the order of q; mimic joints limit their leaders."""
+
+    joints: tuple[Joint, ...]
+    lower: Array
+    upper: Array
+    velocity: Array
+    acceleration: Array
+    """Infinite unless it was given."""
+    effort: Array
+    """Infinite where the file gives none."""
+    notes: list[str]
+    """Which limits the file doesn't give."""
+
+    @property
+    def q_index(self) -> Array:
+        return np.array([j.q_index for j in self.joints], dtype=int)
+
+    @property
+    def v_index(self) -> Array:
+        return np.array([j.v_index for j in self.joints], dtype=int)
+
+    @property
+    def middle(self) -> Array:
+        return (self.lower + self.upper) / 2
+
+    @property
+    def half(self) -> Array:
+        return (self.upper - self.lower) / 2
+
+
+def limits_of(model: Mechanism, acceleration: float | None = None) -> Limits:
+    """Limits of the file, and `acceleration`, rad/s² or m/s², of every joint.  Raises MotionError for models without a joint to move."""
+    if acceleration is not None and not 0 < acceleration < np.inf:
+        raise MotionError(f"acceleration {acceleration:g}: expected a positive number, rad/s² or m/s²")
+    joints = tuple(j for j in model.joints[: len(model.joint_names)] if j.nv == 1)
+    if not joints:
+        raise MotionError(f"{model.name}: no joint with one coordinate, so there is nothing to move")
+    index = np.array([j.q_index for j in joints])
+    lower, upper = (np.array(r[index]) for r in model._ranges)
+    without_range = [j.name for j in joints if not (j.has_limits and j.lower is not None and j.upper is not None)]
+    velocity = np.array([j.velocity or np.inf for j in joints])
+    for follower in map(model.joint, model.follower_names):
+        k = next((i for i, j in enumerate(joints) if j.name == follower.leader), None)
+        if k is not None and follower.velocity and follower.multiplier:
+            velocity[k] = min(velocity[k], follower.velocity / abs(follower.multiplier))
+    without_speed = [j.name for j, x in zip(joints, velocity, strict=True) if np.isinf(x)]
+    velocity = np.array([USUAL_SPEED[j.unit] if np.isinf(x) else x for j, x in zip(joints, velocity, strict=True)])
+    effort = np.array([j.effort or np.inf for j in joints])
+    notes = []
+    if without_range:
+        notes.append(f"the file gives no limits of position for {', '.join(without_range)}: angles stay within ±π, lengths within ±1 m")
+    if without_speed:
+        notes.append(f"the file gives no limits of speed for {', '.join(without_speed)}: {USUAL_SPEED['rad']:g} rad/s and {USUAL_SPEED['m']:g} m/s were taken")
+    resting = [j.name for j in model.joints[: len(model.joint_names)] if j.nv > 1]
+    if resting:
+        notes.append(f"{', '.join(resting)}: more than one coordinate, and at rest in this motion")
+    return Limits(joints, lower, upper, velocity, np.full(len(joints), np.inf if acceleration is None else acceleration), effort, notes)
+
+
+def sample_times(duration: float, rate: float) -> Array:
+    """Times 0 … duration, `rate` of them a second; the last step ends at the duration.  Raises MotionError."""
+    if not (0 < duration < np.inf and 0 < rate < np.inf):
+        raise MotionError(f"duration {duration:g} s at {rate:g} samples a second: expected positive numbers")
+    steps = max(6, round(duration * rate))
+    if steps > 10_000_000:
+        raise MotionError(f"{duration:g} s at {rate:g} samples a second are {steps} samples; give a lower --rate or a shorter --duration")
+    out: Array = np.linspace(0, duration, steps + 1)
+    return out
+
+
+def whole_motion(model: Mechanism, limits: Limits, time: Array, q: Array, v: Array, a: Array) -> Motion:
+    """The motion of all joints, of which those of the limits have positions q, v and a (n, m); the others rest."""
+    n = len(time)
+    whole = np.tile(model.neutral(), (n, 1)), np.zeros((n, model.nv)), np.zeros((n, model.nv))
+    for x, part, index in zip(whole, (q, v, a), (limits.q_index, limits.v_index, limits.v_index), strict=True):
+        x[:, index] = part
+    return Motion(time, *whole)
+
+
+def excess(limits: Limits, q: Array, v: Array, a: Array) -> tuple[float, str]:
+    """How far a motion (n, m) of these joints uses its limits, 1 being at the worst of them, and words for that one."""
+    # positions: the distance from the middle, so that 1 is at a limit
+    shares = {
+        "position": np.abs(q - limits.middle).max(axis=0) / np.maximum(limits.half, 1e-300),
+        "speed": np.abs(v).max(axis=0) / limits.velocity,
+        "acceleration": np.abs(a).max(axis=0) / limits.acceleration,
+    }
+    what = max(shares, key=lambda k: shares[k].max())
+    worst = int(np.argmax(shares[what]))
+    return float(shares[what][worst]), f"{what} of {limits.joints[worst].name}"
+
+
+def effort_stretch(model: Model, limits: Limits, motion: Motion, share: float = 1.0) -> tuple[float, list[str]]:
+    """By which factor a motion must be slowed down to keep to a share of the limits of efforts, and notes on joints that can't hold still.
+
+    Slowed down by s, efforts are those of rest plus 1/s² of the others: speeds are divided by s, accelerations by s².
+    """
+    some = slice(None, None, max(1, len(motion.time) // 2000))
+    q, v, a = motion.q[some], motion.v[some], motion.a[some]
+    bare = model.with_physics(None) if model.physics else model
+    still = bare.inverse_dynamics(q, 0 * v, 0 * a)[:, limits.v_index]
+    moving = bare.inverse_dynamics(q, v, a)[:, limits.v_index] - still
+    bound = np.where(np.isfinite(limits.effort), share * limits.effort, 1e300)
+    heavy = (np.abs(still) > bound).any(axis=0)
+    room = np.where(moving > 0, bound - still, bound + still)  # in the direction of what is added
+    with np.errstate(divide="ignore", invalid="ignore"):
+        needed = np.where((moving != 0) & (room > 0), np.abs(moving) / room, 0.0)
+    names = [limits.joints[k].name for k in np.flatnonzero(heavy)]
+    notes = [f"{', '.join(names)}: holding still takes {100 * share:.0f} % of the limit of the effort or more at some positions, which no time mends"] if names else []
+    return float(np.sqrt(max(1.0, needed[:, ~heavy].max(initial=0.0)))), notes

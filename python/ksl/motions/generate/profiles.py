@@ -1,0 +1,150 @@
+"""Motions through waypoints: of least jerk, and with trapezoids of velocity; and the template of a motion's table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ksl.errors import MotionError
+from ksl.model import Model
+from ksl.motions.generate.generated import ROUND_OFF, SHARE, Generated, Limits, effort_stretch, excess, limits_of, sample_times, whole_motion
+from ksl.motions.generate.waypoints import Waypoints, between_limits
+from ksl.motions.motion import Motion
+from ksl.states import Array
+
+Curve = Callable[[Array], tuple[Array, Array, Array]]
+"""Positions, velocities and accelerations (n, m) at times (n)."""
+
+FINE = 2001
+"""Samples at which peaks are looked for."""
+
+SHARE_OF_ACCELERATION = 1 / 3
+"""Of the time between two waypoints, where no acceleration is given: a third each for acceleration, steady speed and deceleration."""
+
+
+def template(model: Model) -> Generated:
+    """One row: the neutral position, brought into the limits where these exclude it.  The columns are those of a motion."""
+    q, moved = model.neutral(), []
+    lower, upper = model._ranges
+    for joint in model.joints[: len(model.joint_names)]:
+        k = joint.q_index
+        if joint.nv == 1 and joint.has_limits and not lower[k] <= q[k] <= upper[k]:
+            q[k] = np.clip(q[k], lower[k], upper[k])
+            moved.append(joint.name)
+    notes = [f"the limits of {', '.join(moved)} exclude zero: at the nearest limit"] if moved else []
+    return Generated(Motion(np.zeros(1), q[None], np.zeros((1, model.nv)), np.zeros((1, model.nv))), notes, {"kind": "template"})
+
+
+def minimum_jerk(
+    model: Model, waypoints: Waypoints | None = None, duration: float | None = None, rate: float = 250.0, acceleration: float | None = None
+) -> Generated:
+    """Through waypoints without stopping, at rest at both ends, with the least integral of squared jerk.
+
+    That is the quintic spline through the waypoints with zero velocity and acceleration at its ends (Flash, Hogan, The coordination of arm
+    movements, J. Neuroscience 5, 1985, for one segment).
+    duration: s; otherwise the shortest that uses 80 % of the limits of speed and effort, and keeps to `acceleration`, if that is given (rad/s², m/s²).
+    waypoints: positions (k, m), with times or without: then durations are those of the joint that needs longest.
+    Raises MotionError if the motion can't keep to the limits.
+    """
+    limits = limits_of(model, acceleration)
+    points = between_limits(limits) if waypoints is None else waypoints
+    times = _relative_times(limits, points)
+
+    def at(total: float) -> Curve:
+        from scipy.interpolate import make_interp_spline
+
+        knots = times * (total / times[-1])
+        ends = [(1, np.zeros(len(limits.joints))), (2, np.zeros(len(limits.joints)))]
+        spline = make_interp_spline(knots, points.positions, k=5, bc_type=(ends, ends))
+        return lambda t: (spline(t), spline(t, nu=1), spline(t, nu=2))
+
+    return _finished(model, limits, points, at, duration, rate, times, "minjerk")
+
+
+def trapezoid(
+    model: Model, waypoints: Waypoints | None = None, duration: float | None = None, rate: float = 250.0, acceleration: float | None = None
+) -> Generated:
+    """From waypoint to waypoint, stopping at each: constant acceleration, steady speed, constant deceleration, all joints in step.
+
+    Arguments and errors as :func:`minimum_jerk`.  With an acceleration, and neither duration nor times, each segment is as fast as speed and
+    acceleration allow (Siciliano et al., Robotics: modelling, planning and control (2009), section 4.2.1).
+    """
+    limits = limits_of(model, acceleration)
+    points = between_limits(limits) if waypoints is None else waypoints
+    times = _relative_times(limits, points)
+    ramps = np.full(len(times) - 1, SHARE_OF_ACCELERATION)
+    if acceleration is not None and points.times is None:
+        times, ramps = _fastest(limits, points)
+
+    def at(total: float) -> Curve:
+        return lambda t: _trapezoids(t, times * (total / times[-1]), points.positions, ramps)
+
+    return _finished(model, limits, points, at, duration, rate, times, "trapezoid")
+
+
+def _relative_times(limits: Limits, points: Waypoints) -> Array:
+    """Times as given, or in proportion to how long the slowest joint needs at its limit of speed."""
+    if points.times is not None:
+        return points.times
+    needed = (np.abs(np.diff(points.positions, axis=0)) / limits.velocity).max(axis=1)
+    if not needed.any():
+        raise MotionError("all waypoints are the same position; give at least two that differ")
+    out: Array = np.concatenate([[0.0], np.cumsum(np.maximum(needed, 1e-3 * needed.max()))])
+    return out
+
+
+def _fastest(limits: Limits, points: Waypoints) -> tuple[Array, Array]:
+    """Times of waypoints, and shares of acceleration, of the fastest trapezoids."""
+    distance = np.maximum(np.abs(np.diff(points.positions, axis=0)), 1e-12)
+    speed = (SHARE * limits.velocity / distance).min(axis=1)  # of the path from 0 to 1, 1/s
+    acceleration = (limits.acceleration / distance).min(axis=1)
+    speed = np.minimum(speed, np.sqrt(acceleration))  # a triangle where the speed isn't reached
+    duration = 1 / speed + speed / acceleration
+    return np.concatenate([[0.0], np.cumsum(duration)]), speed / acceleration / duration
+
+
+def _trapezoids(t: Array, times: Array, positions: Array, ramps: Array) -> tuple[Array, Array, Array]:
+    """Positions, velocities and accelerations (n, m): between two waypoints all joints follow s(u), 0 to 1, with ramps of that share."""
+    k = np.clip(np.searchsorted(times, t, side="right") - 1, 0, len(times) - 2)
+    T, r = np.diff(times)[k], ramps[k]
+    u = np.clip((t - times[k]) / T, 0.0, 1.0)
+    peak = 1 / (1 - r)  # of ds/du
+    first, last = u < r, u >= 1 - r
+    s = np.where(first, peak * u**2 / (2 * r), np.where(last, 1 - peak * (1 - u) ** 2 / (2 * r), peak * (u - r / 2)))
+    s1 = np.where(first, peak * u / r, np.where(last, peak * (1 - u) / r, peak)) / T
+    s2 = np.where(first, peak / r, np.where(last, -peak / r, 0.0)) / T**2
+    s2[-1] = 0.0 if t[-1] >= times[-1] else s2[-1]  # at rest at the end
+    step = np.diff(positions, axis=0)[k]
+    return positions[k] + s[:, None] * step, s1[:, None] * step, s2[:, None] * step
+
+
+def _finished(
+    model: Model, limits: Limits, points: Waypoints, at: Callable[[float], Curve], duration: float | None, rate: float, times: Array, kind: str
+) -> Generated:
+    """The motion of the given duration, or of the times of the waypoints, or else of the shortest within all limits."""
+    given = duration if duration is not None else None if points.times is None else float(times[-1])
+    if given is not None and not 0 < given < np.inf:
+        raise MotionError(f"duration {given:g} s: expected a positive number")
+    shortest, notes = _shortest(model, limits, at, SHARE if given is None else 1.0)
+    total = shortest if given is None else given
+    # where positions alone are beyond limits, a longer time doesn't mend it
+    q, v, a = at(total)(np.linspace(0, total, FINE))
+    share, what = excess(limits, q, v, a)
+    if what.startswith("position") and share > 1 + 1e-6:
+        raise MotionError(f"{kind}: between waypoints the {what} goes {100 * (share - 1):.3g} % beyond its range; add waypoints, or move them away from the limits")
+    if given is not None and total < shortest * (1 - 1e-5):
+        reason = f"the {what} would be {share:.3g} of its limit" if share > 1 + ROUND_OFF else "efforts would be beyond their limits"
+        raise MotionError(f"{kind}: in {total:.6g} s {reason}; the shortest time within all limits is {shortest:.4g} s")
+    t = sample_times(total, rate)
+    motion = whole_motion(model, limits, t, *at(total)(t))
+    return Generated(motion, [*limits.notes, *points.notes, *notes], {"kind": kind, "duration": total, "rate": rate})
+
+
+def _shortest(model: Model, limits: Limits, at: Callable[[float], Curve], use: float) -> tuple[float, list[str]]:
+    """The shortest duration that uses that share of the limits of speed and effort, and keeps to that of acceleration; peaks of speed are as 1/T, of acceleration as 1/T²."""
+    u = np.linspace(0, 1, FINE)
+    q, v, a = at(1.0)(u)
+    total = max(float((np.abs(v).max(axis=0) / (use * limits.velocity)).max()), float(np.sqrt((np.abs(a).max(axis=0) / limits.acceleration).max())))
+    stretch, notes = effort_stretch(model, limits, whole_motion(model, limits, u * total, q, v / total, a / total**2), use)
+    return total * stretch * (1 + 1e-6), notes
