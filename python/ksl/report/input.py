@@ -31,10 +31,10 @@ class CaseCurves:
     """What is special to this case: motion, payloads, gravity."""
     notes: Sequence[str] = ()
     """Of this case alone."""
-    raw_positions: Mapping[str, Array] = field(default_factory=dict)
-    """By joint, where the motion was smoothed: the positions (n) as they were given, rad or m."""
     stills: Mapping[str, Still] = field(default_factory=dict)
     """By joint: the mechanism at the sample where this joint bears most."""
+    raw_positions: Mapping[str, Array] = field(default_factory=dict)
+    """By joint, where the motion was smoothed: the positions (n) as they were given, rad or m."""
 
 
 @dataclass(frozen=True)
