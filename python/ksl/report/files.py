@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ksl.report.input import ReportInput
 from ksl.report.pdf import Paper, find_browser, write_pdf
-from ksl.sizing.sizing import Sizing
+
+if TYPE_CHECKING:
+    from ksl.sizing.sizing import Sizing
 
 NAMES = ("report.html", "report.json", "report.pdf")
 

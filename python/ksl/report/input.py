@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from ksl.load_cases.provenance import Provenance
 from ksl.load_cases.quantities import JointLoads, PowerBalance
 from ksl.load_cases.verdict import Verdict
 from ksl.report.rows import Row
 from ksl.report.stills import Still
-from ksl.sizing.sizing import Sizing
 from ksl.states import Array
+
+if TYPE_CHECKING:
+    from ksl.sizing.sizing import Sizing
 
 NOT_USED = "in the file and not used: "
 """How notes about content that is ignored begin."""

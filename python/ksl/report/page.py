@@ -18,7 +18,6 @@ from ksl.report.input import ReportInput
 from ksl.report.numbers import Clock
 from ksl.report.provenance_section import provenance_section, signature_box
 from ksl.report.rows import with_limits
-from ksl.report.sizing_section import sizing_verdict
 from ksl.report.verdict_section import uses_table, verdict_section
 from ksl.report.worst_section import worst_section
 
@@ -60,7 +59,7 @@ class _Page:
 
     def content(self) -> str:
         r = self.report
-        verdicts = (sizing_verdict(r.sizing) if r.sizing else "") + (verdict_section(r.verdict) if r.verdict else "")
+        verdicts = self._components() + (verdict_section(r.verdict) if r.verdict else "")
         balance = "" if self.several else balance_verdict(r.cases[0].balance, "balance")
         head = f"<h1>{escape(r.title)}</h1>{self._made()}{verdicts}{signature_box()}{self._uses()}{self._facts()}{balance}{self._notes()}"
         made = provenance_section(r.provenance, r.notes) if r.provenance else ""
@@ -69,6 +68,13 @@ class _Page:
     def _made(self) -> str:
         p = self.report.provenance
         return f'<p class="made">KSL {escape(__version__)}{", " + escape(p.date) if p else ""}</p>'
+
+    def _components(self) -> str:
+        if self.report.sizing is None:
+            return ""
+        from ksl.report.sizing_section import sizing_verdict
+
+        return sizing_verdict(self.report.sizing)
 
     def _uses(self) -> str:
         if self.report.verdict is None:
