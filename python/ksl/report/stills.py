@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from ksl.load_cases.quantities import JointLoads, first_extreme, unit
+from ksl.mechanism import Joint
 from ksl.report.numbers import format_number
 
 if TYPE_CHECKING:
@@ -51,22 +52,35 @@ def stills_of(case: LoadCase, joints: Sequence[JointLoads]) -> dict[str, Still]:
     shown = [loads for loads in joints if loads.joint.nv or loads.joint.parent is None]
     if not shown:
         return {}
-    worst = [worst_sample(loads) for loads in shown]
-    m, samples = case.motion, np.array([k for k, _ in worst], dtype=np.intp)
+    worst = [largest_load(loads) for loads in shown]
+    m, samples = case.motion, np.array([load.sample for load in worst], dtype=np.intp)
     external = {link: w[samples] for link, w in case.external.items()}
     scene = make_scene(cast("Model", case.model), m.q[samples], m.v[samples], m.a[samples], m.time[samples], external)
     triangles = min(MOST_TRIANGLES, max(FEWEST_TRIANGLES, TRIANGLES_OF_ALL // len(shown)))
     stills = {}
-    for i, (loads, (k, caption)) in enumerate(zip(shown, worst, strict=True)):
+    for i, (loads, load) in enumerate(zip(shown, worst, strict=True)):
         figure = still(scene, i, loads.joint.name, triangles=triangles, width=WIDTH, height=HEIGHT)
         legend = _take_legend(figure["layout"])
-        stills[loads.joint.name] = Still(figure, legend, caption, float(m.time[k]))
+        stills[loads.joint.name] = Still(figure, legend, load.caption(loads.joint), float(m.time[load.sample]))
     return stills
 
 
-def worst_sample(loads: JointLoads) -> tuple[int, str]:
-    """The sample at which a joint bears most, and what: the drive's effort, the coupling's, or else the moment or the force."""
-    joint = loads.joint
+@dataclass(frozen=True)
+class LargestLoad:
+    """What a joint bears most, and when."""
+
+    quantity: str
+    sample: int
+    value: float
+    """The magnitude."""
+
+    def caption(self, joint: Joint) -> str:
+        words = {"effort": "largest effort", "coupling": "largest effort of the coupling"}.get(self.quantity, f"largest {self.quantity.replace('_', ' ')}")
+        return f"{words}: {format_number(self.value)} {unit(self.quantity, joint)}"
+
+
+def largest_load(loads: JointLoads) -> LargestLoad:
+    """The largest effort of the drive, or of the coupling; of joints without either the largest moment, or force."""
     if loads.effort is not None:
         name, x = "effort", loads.effort
     elif loads.coupling is not None:
@@ -76,8 +90,7 @@ def worst_sample(loads: JointLoads) -> tuple[int, str]:
         name = names[0] if np.any(loads.wrench[names[0]]) else names[1]
         x = loads.wrench[name]
     k = first_extreme(np.abs(x))
-    words = {"effort": "largest effort", "coupling": "largest effort of the coupling"}.get(name, f"largest {name.replace('_', ' ')}")
-    return k, f"{words}: {format_number(abs(float(x[k])))} {unit(name, joint)}"
+    return LargestLoad(name, k, abs(float(x[k])))
 
 
 def still_figure(still: Still, number: int, time: str) -> str:
