@@ -70,12 +70,18 @@ def _axis_charts(loads: JointLoads, time: Array, charts: Charts) -> str:
 
 
 def _drive_charts(loads: JointLoads, time: Array, charts: Charts) -> str:
-    """Charts of the drive.  Its limit applies to its effort, and not to moments about points other than the joint's origin."""
+    """Charts of the drive, or of the brake that relieves it.
+
+    The drive's limit applies to its effort, and not to moments about points other than the joint's origin.
+    """
     joint = loads.joint
     if loads.speed is None or loads.effort is None or loads.power is None:
         return ""
     speed, effort, drive = quiet(loads.speed), quiet(loads.effort), "Drive torque" if joint.has_angle else "Drive force"
     speed_label, effort_label = f"Speed, {unit('speed', joint)}", f"{drive}, {unit('effort', joint)}"
+    if loads.brake is not None:
+        brake = "Brake torque" if joint.has_angle else "Brake force"
+        return charts.over_time(time, brake, [Panel(f"{brake}, {unit('brake', joint)}", {"brake": quiet(loads.brake)})])
     driven = Panel(effort_label, {"drive": effort}, _in_sight(effort, joint.effort, REACH))
     html = charts.over_time(time, f"{drive} and power", [driven, Panel("Power, W", {"power": quiet(loads.power)})])
     parts = {name: quiet(x) for name, x in loads.parts.items() if peak(quiet(x)) > 0}

@@ -17,6 +17,7 @@ from ksl.report.numbers import format_number
 if TYPE_CHECKING:
     from ksl.load_cases.load_case import LoadCase
     from ksl.model import Model
+    from ksl.viewer.visuals import Appearance
 
 TRIANGLES_OF_ALL = 24_000
 """Of all pictures of a page together: 0.5 MB."""
@@ -40,8 +41,17 @@ class Still:
     """s."""
 
 
-def stills_of(case: LoadCase, joints: Sequence[JointLoads]) -> dict[str, Still]:
+def appearance_of(case: LoadCase) -> Appearance:
+    """What the robot looks like.  Reading its meshes takes longer than drawing it, so that load cases share it."""
+    from ksl.viewer.visuals import appearance
+
+    return appearance(case.model)
+
+
+def stills_of(case: LoadCase, joints: Sequence[JointLoads], look: Appearance | None = None) -> dict[str, Still]:
     """A picture for each moving joint, and for the joint between ground and robot, at its worst sample.
+
+    look: the appearance of the same robot, if it was read before.
 
     Meshes that can't be found or read are drawn as the viewer draws them: ellipsoids of inertia.  O(joints · triangles), besides
     reading meshes.
@@ -55,7 +65,7 @@ def stills_of(case: LoadCase, joints: Sequence[JointLoads]) -> dict[str, Still]:
     worst = [largest_load(loads) for loads in shown]
     m, samples = case.motion, np.array([load.sample for load in worst], dtype=np.intp)
     external = {link: w[samples] for link, w in case.external.items()}
-    scene = make_scene(cast("Model", case.model), m.q[samples], m.v[samples], m.a[samples], m.time[samples], external)
+    scene = make_scene(cast("Model", case.model), m.q[samples], m.v[samples], m.a[samples], m.time[samples], external, look=look)
     triangles = min(MOST_TRIANGLES, max(FEWEST_TRIANGLES, TRIANGLES_OF_ALL // len(shown)))
     stills = {}
     for i, (loads, load) in enumerate(zip(shown, worst, strict=True)):
@@ -75,13 +85,15 @@ class LargestLoad:
     """The magnitude."""
 
     def caption(self, joint: Joint) -> str:
-        words = {"effort": "largest effort", "coupling": "largest effort of the coupling"}.get(self.quantity, f"largest {self.quantity.replace('_', ' ')}")
+        words = {"effort": "largest effort", "brake": "largest effort of the brake", "coupling": "largest effort of the coupling"}.get(self.quantity, f"largest {self.quantity.replace('_', ' ')}")
         return f"{words}: {format_number(self.value)} {unit(self.quantity, joint)}"
 
 
 def largest_load(loads: JointLoads) -> LargestLoad:
-    """The largest effort of the drive, or of the coupling; of joints without either the largest moment, or force."""
-    if loads.effort is not None:
+    """The largest effort of the brake where one holds, of the drive, or of the coupling; of joints without either the largest moment, or force."""
+    if loads.brake is not None:
+        name, x = "brake", loads.brake
+    elif loads.effort is not None:
         name, x = "effort", loads.effort
     elif loads.coupling is not None:
         name, x = "coupling", loads.coupling
