@@ -456,7 +456,8 @@ def test_a_motion_from_a_pipe(two, tmp_path, name):
     os.close(read)
     assert p.returncode == 0, p.stderr
     assert run("loads", *two, "-o", tmp_path / "file").returncode == 0
-    assert pq.read_table(tmp_path / "q" / "wrenches.parquet").equals(pq.read_table(tmp_path / "file" / "wrenches.parquet"))
+    piped, read = (pq.read_table(tmp_path / folder / "wrenches.parquet").drop_columns(["case"]) for folder in ("q", "file"))
+    assert piped.equals(read)
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")

@@ -167,7 +167,7 @@ def _cases(
     moved = read_motion(model, motion, **reading)
     wrenches = read_external(model, external, moved.time) if external else {}
     inputs = [input_file(role, file) for role, file in (("motion", motion), ("external", external)) if file]
-    return [LoadCase(model, moved, placement, wrenches, motion.stem, str(motion), carried)], inputs
+    return [LoadCase(model, moved, placement, wrenches, "standard input" if str(motion) == "-" else motion.stem, str(motion), carried)], inputs
 
 
 def _placement(model: Model, on: str, at: list[str], axes: str, order: str, joints: str) -> Placement:
