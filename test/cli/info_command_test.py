@@ -34,7 +34,7 @@ def test_time_is_linear_in_links():
         text(m, 200)
         return time.process_time() - start
 
-    assert seconds(chain(4000)) < 16 * max(seconds(chain(500)), 0.01)
+    assert seconds(chain(2400)) < 16 * max(seconds(chain(300)), 0.01)
 
 
 def test_tree():

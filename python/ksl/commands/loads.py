@@ -55,6 +55,7 @@ def loads(
     csv: Annotated[bool, typer.Option("--csv", help="Write wrenches.csv beside wrenches.parquet.")] = False,
     json: Annotated[bool, typer.Option("--json", help="Write report.json, everything that the report says in numbers.")] = False,
     pdf: Annotated[bool, typer.Option("--pdf", help="Write report.pdf, printed by Chromium or Chrome.")] = False,
+    components: Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Components that the report checks against the loads; see ksl size.")] = None,
     paper: Annotated[str, typer.Option(metavar="A4|letter", help="Paper of the PDF.")] = "A4",
     on: Annotated[str, typer.Option(metavar="child|parent", help="Side that the wrench acts on.")] = "child",
     at: Annotated[list[str], typer.Option(metavar="POINT", help="Point of the moments: joint, world, a link's name, or X,Y,Z from the joint's origin in its axes; JOINT=X,Y,Z for one joint (repeatable).")] = [],
@@ -126,7 +127,7 @@ def loads(
         "ignore_extra": ignore_extra, "topic": topic, "positions_only": positions_only, "smooth": smooth,
     }  # fmt: skip
     try:
-        report = ReportFiles.wanted(json, cast("Paper", paper) if pdf else None)
+        report = ReportFiles.wanted(json, cast("Paper", paper) if pdf else None, components)
         carried = [Payload(link, kilograms, (x, y, z)) for link, (kilograms, (x, y, z)) in loaded.items()]
         found, files = _cases(model, motion, cases, external, placement, carried, reading)
         inputs = [input_file("robot", robot), *([input_file("map", columns)] if columns else []), *files]

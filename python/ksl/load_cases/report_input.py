@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from ksl.load_cases.case_result import CaseResult
 from ksl.load_cases.load_case import LoadCase
@@ -11,7 +12,10 @@ from ksl.load_cases.quantities import SummaryRow
 from ksl.load_cases.verdict import Verdict
 from ksl.mechanism import Mechanism
 from ksl.report.input import CaseCurves, ReportInput
-from ksl.report.stills import stills_of
+from ksl.report.stills import appearance_of, stills_of
+
+if TYPE_CHECKING:
+    from ksl.viewer.visuals import Appearance
 
 Facts = list[tuple[str, str]]
 
@@ -26,7 +30,8 @@ def report_input(
     if several:
         facts.append(("load cases", _listed([case["name"] for case in provenance.cases])))
     facts += ([] if several else _scene(first)) + _expressed(first)
-    cases = [_curves(result, several) for result in shown]
+    look = appearance_of(first)  # meshes are read once
+    cases = [_curves(result, several, look) for result in shown]
     return ReportInput(f"Joint loads of {model.name}", facts, notes, rows, cases, provenance, verdict)
 
 
@@ -34,11 +39,13 @@ def _listed(names: Sequence[str]) -> str:
     return ", ".join(names[:20]) + (f" and {len(names) - 20} more" if len(names) > 20 else "")
 
 
-def _curves(result: CaseResult, several: bool) -> CaseCurves:
-    case = result.case
+def _curves(result: CaseResult, several: bool, look: Appearance) -> CaseCurves:
+    case, m, raw = result.case, result.case.model, result.case.motion.raw_q
     loads = [l for l in result.loads or [] if case.placement.wanted(l.joint.name)]
     facts = _scene(case) if several else []
-    return CaseCurves(case.name, case.motion.time, loads, result.balance, facts, result.doubts if several else (), stills_of(case, loads))
+    raw_positions = {} if raw is None else {l.joint.name: m._position_of(l.joint, raw) for l in loads if l.joint.one_coordinate}
+    doubts = result.doubts if several else ()
+    return CaseCurves(case.name, case.motion.time, loads, result.balance, facts, doubts, stills_of(case, loads, look), raw_positions)
 
 
 def _scene(case: LoadCase) -> Facts:

@@ -115,8 +115,9 @@ class Run:
         """Writes wrenches.parquet, summary.csv and report.html.
 
         csv: wrenches.csv too.  force: results of another robot in that folder are replaced, and not refused.  advance: is told the
-        number of samples of each block that is done.  report: whether there shall be report.json and report.pdf.  Returns the names of the files.  All are written, or none: see :func:`staged`.
-        Raises MotionError where results are not finite, and OutputError.
+        number of samples of each block that is done.  report: whether there shall be report.json and report.pdf, and components that the
+        report checks.  Returns the names of the files.  All are written, or none: see :func:`staged`.
+        Raises MotionError where results are not finite, SizingError and OutputError.
         """
         folder = Path(directory)
         if not force:
@@ -125,7 +126,7 @@ class Run:
             with WrenchFiles(stage, self._writer(), csv) as files:
                 self._compute(files, advance)
             write_summary(stage / "summary.csv", self.rows, self.provenance)
-            report.write(stage, self._report_input(self._shown()))
+            report.write(stage, replace(self._report_input(self._shown()), sizing=report.sizing(stage)))
             return sorted(f.name for f in stage.iterdir())
 
     def report(self, path: str | os.PathLike[str], case: str | None = None) -> None:
