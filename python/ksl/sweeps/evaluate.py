@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
+import json
 import time
+import traceback
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ksl._core import __version__
 from ksl.errors import SweepError
 from ksl.load_cases.load_case import Block, LoadCase
-from ksl.sweeps.description import Sweep
+from ksl.load_cases.provenance import UNITS
+from ksl.load_cases.summary_table import PEAKS
+from ksl.sweeps.description import Sweep, described
 from ksl.sweeps.peaks import Peaks
 from ksl.sweeps.sampling import sample
 from ksl.sweeps.variants import Variants
 
 if TYPE_CHECKING:
     import pyarrow as pa
+
+UNITS_OF_SWEEPS = f"{UNITS}; shares of limits: 1 is at the limit; parameters: see `parameters`"
+CONVENTIONS_OF_SWEEPS = f"{PEAKS}; wrenches are exerted on the child, about the joint's origin, in the joint's axes; effort is the drive's"
 
 
 @dataclass(frozen=True)
@@ -63,6 +71,9 @@ class Evaluator:
         self._variants = Variants(plan.robot, plan.sweep)
         self._values = sample(plan.sweep)
         self._peaks = Peaks(self._variants.model)
+        taken = [p.name for p in plan.sweep.parameters if p.name in self._peaks.names()]
+        if taken:
+            raise SweepError(f"{plan.sweep.file}: parameter {taken[0]!r} is named like a column of the results; give it another `name`")
         self._dynamics = 0.0
 
     def extent(self) -> tuple[int, int]:
@@ -113,7 +124,21 @@ class Evaluator:
         for name in self._peaks.names():
             values = np.concatenate([row[name] for row in rows])
             columns[name] = pa.array(values, mask=np.isnan(values))
-        return pa.table(columns)
+        return pa.table(columns, metadata={"ksl": json.dumps(self._said())})
+
+    def _said(self) -> dict[str, Any]:
+        """What the metadata of the partitions say: the same in all, and no date, so that the bits are the same each time."""
+        from ksl.load_cases.provenance import joint_description
+
+        model = self._variants.model
+        return {
+            "version": __version__,
+            "robot": model.name,
+            "joints": [joint_description(j) for j in model.joints],
+            "parameters": described(self.plan.sweep),
+            "units": UNITS_OF_SWEEPS,
+            "conventions": CONVENTIONS_OF_SWEEPS,
+        }
 
     def _wrenches(self, cases: range, case: int, load_case: LoadCase, block: Block) -> pa.Table:
         """Every wrench of a case.  The metadata say the parameters of all cases of the partition, and no date: the same bits each time."""
@@ -122,10 +147,18 @@ class Evaluator:
         from ksl.load_cases.provenance import Provenance, joint_description
         from ksl.load_cases.wrench_table import TableWriter
 
-        described = [{"name": str(i), **{name: x[i].item() for name, x in self._values.items()}} for i in cases]
-        provenance = Provenance(load_case.model.name, [joint_description(j) for j in load_case.model.joints], described)
+        cases_described = [{"name": str(i), **{name: x[i].item() for name, x in self._values.items()}} for i in cases]
+        provenance = Provenance(load_case.model.name, [joint_description(j) for j in load_case.model.joints], cases_described)
         table = TableWriter(load_case.model, load_case.placement, provenance).table(block, case - cases.start)
         return table.set_column(0, "case", pa.array(np.full(len(table), case)))
+
+
+def refused(error: Exception) -> SweepError:
+    """What a worker answers instead of a partition.  A ValueError is of the robot, the motion or a case; others are faults of KSL."""
+    if isinstance(error, ValueError):
+        return SweepError(str(error))
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    return SweepError(f"a fault in KSL: {type(error).__name__}: {error} ({last.filename}:{last.lineno}); please report it, with the sweep")
 
 
 def _parquet(tables: list[pa.Table]) -> bytes:

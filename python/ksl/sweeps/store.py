@@ -15,8 +15,10 @@ import numpy as np
 
 from ksl._core import __version__
 from ksl.errors import SweepError
-from ksl.load_cases.output import OutputError
-from ksl.sweeps.evaluate import Plan, Result
+from ksl.load_cases.output import OutputError, cannot_write
+from ksl.load_cases.provenance import InputFile, input_file
+from ksl.sweeps.description import described
+from ksl.sweeps.evaluate import CONVENTIONS_OF_SWEEPS, UNITS_OF_SWEEPS, Plan, Result
 
 MANIFEST = "sweep.json"
 DATA_SETS = ("cases", "wrenches")
@@ -35,6 +37,8 @@ class Store:
                 raise SweepError(f"{directory}: holds another sweep ({_difference(found, manifest)}); give another folder with -o, or --force to replace it")
             _remove(directory)
             found = None
+        if found is None:
+            self._refuse_unknown()
         try:
             for name in self._data_sets():
                 (directory / name).mkdir(parents=True, exist_ok=True)
@@ -42,8 +46,16 @@ class Store:
                     part.unlink()
             if found is None:
                 write_whole(directory / MANIFEST, json.dumps(manifest, indent=1).encode())
+        except OutputError:
+            raise
         except OSError as error:
-            raise OutputError(f"{directory}: results can't be written there ({error.strerror}); give a folder that can be written with -o") from None
+            raise OutputError(f"{directory}: {cannot_write(error)}") from None
+
+    def _refuse_unknown(self) -> None:
+        """Partitions without a description may be of any sweep: they would be taken for those of this one."""
+        for name in DATA_SETS:
+            if any((self.directory / name).glob("part-*.parquet")):
+                raise SweepError(f"{self.directory / name}: holds partitions, but {MANIFEST} beside it is missing; remove them, or give another folder with -o")
 
     def _data_sets(self) -> tuple[str, ...]:
         return DATA_SETS if self.plan.with_wrenches else DATA_SETS[:1]
@@ -71,18 +83,34 @@ class Store:
 def describe(plan: Plan) -> dict[str, Any]:
     """What makes the results of a sweep: its fingerprint is the same if and only if they are."""
     sweep = plan.sweep
-    files = [plan.robot, *([sweep.motion] if sweep.motion else []), *(str(v) for p in sweep.parameters if p.kind == "motion" for v in p.values)]
     made_by = {
         "version": __version__,
-        "inputs": [{"file": os.path.basename(f), "sha256": _sha256(f)} for f in files],
-        "base": dict(sweep.base),
+        "inputs": [{"file": os.path.basename(f.file), "sha256": f.sha256} for f in _inputs(plan)],
+        "base": {**sweep.base, "reading": sweep.reading},
         "sampling": {"kind": sweep.sampling, "cases": sweep.cases, "seed": sweep.seed if sweep.sampling != "grid" else None},
-        "parameters": [{**{k: v for k, v in vars(p).items() if p.kind != "motion" or k != "values"}, "unit": p.unit} for p in sweep.parameters],
+        "parameters": described(sweep),
         "partition": plan.size,
         "wrenches": plan.with_wrenches,
-        "units": "SI: N, N m, rad, m, s, W, J; payload kg, tilt deg; position_share, speed_share and effort_share are 1 at the limit",
+        "units": UNITS_OF_SWEEPS,
+        "conventions": CONVENTIONS_OF_SWEEPS,
     }
+    made_by = json.loads(json.dumps(made_by, default=_plain))  # a program may give arrays
     return {"fingerprint": hashlib.sha256(json.dumps(made_by, sort_keys=True).encode()).hexdigest(), **made_by}
+
+
+def _inputs(plan: Plan) -> list[InputFile]:
+    sweep, columns = plan.sweep, plan.sweep.reading.get("map")
+    named = [("motion", sweep.path(name)) for name in sweep.motions]
+    named += [("map", sweep.path(columns))] if isinstance(columns, str) else []
+    files = [input_file(role, file) for role, file in (("robot", plan.robot), *named)]
+    for f in files:
+        if f.sha256 is None:  # the results could not be told from those of another file
+            raise SweepError(f"{f.file}: can't be read again; a sweep needs its {f.role} as a file")
+    return files
+
+
+def _plain(x: Any) -> Any:
+    return x.tolist() if hasattr(x, "tolist") else str(x)
 
 
 def worst_cases(files: Sequence[Path], parameters: Sequence[str]) -> list[dict[str, Any]]:
@@ -91,8 +119,11 @@ def worst_cases(files: Sequence[Path], parameters: Sequence[str]) -> list[dict[s
 
     best: dict[tuple[str, str], tuple[float, dict[str, Any]]] = {}
     for file in files:
-        table = pyarrow.parquet.read_table(file)
-        quantities = [name for name in table.column_names if name.endswith(("_peak", "_share", "_rms"))]
+        try:
+            table = pyarrow.parquet.read_table(file)
+        except (OSError, pyarrow.ArrowInvalid):  # ArrowInvalid is a ValueError
+            raise SweepError(f"{file}: is damaged; remove it, and run the sweep again: only its cases are then computed") from None
+        quantities = [name for name in table.column_names if name not in parameters and name.endswith(("_peak", "_share", "_rms"))]
         joints = np.array(table["joint"].to_pylist())
         for joint in dict.fromkeys(joints):
             rows = np.flatnonzero(joints == joint)
@@ -114,7 +145,7 @@ def write_whole(path: Path, contents: bytes) -> None:
         os.replace(part, path)
     except OSError as error:
         part.unlink(missing_ok=True)
-        raise OutputError(f"{path}: can't be written ({error.strerror}); free some space, or give another folder with -o") from None
+        raise OutputError(f"{path}: {cannot_write(error)}") from None
     except BaseException:
         part.unlink(missing_ok=True)
         raise
@@ -128,14 +159,6 @@ def _csv(rows: Sequence[Mapping[str, Any]]) -> str:
     table.writeheader()
     table.writerows(rows)
     return text.getvalue()
-
-
-def _sha256(file: str) -> str:
-    try:
-        with open(file, "rb") as contents:
-            return hashlib.file_digest(contents, "sha256").hexdigest() if hasattr(hashlib, "file_digest") else hashlib.sha256(contents.read()).hexdigest()
-    except OSError as error:
-        raise SweepError(f"{file}: can't be read ({error.strerror}); check its name in the sweep") from None
 
 
 def _read(path: Path) -> dict[str, Any] | None:
