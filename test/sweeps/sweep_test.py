@@ -248,7 +248,7 @@ def test_the_worst_cases_are_those_of_the_table(tmp_path):
     worst = max(of_joint, key=lambda row: row["effort_peak"])
     found = rows["panda_joint2", "effort_peak"]
     assert (found["value"], found["case"], found["speed"]) == (worst["effort_peak"], worst["case"], worst["speed"])
-    assert (tmp_path / "worst.csv").read_text().startswith("joint,quantity,value,case,payload_panda_flange,speed\n")
+    assert (tmp_path / "worst.csv").read_text().startswith("joint,quantity,value,unit,case,payload_panda_flange,speed\n")
 
 
 def test_wrenches_on_request(tmp_path):
@@ -315,7 +315,10 @@ def test_the_command(tmp_path):
     (tmp_path / "sweep.toml").write_text(f'[base]\nmotion = "{PICK}"\n[[vary]]\nkind = "speed"\nvalues = [0.5, 1.0]\n')
     done = command(PANDA, tmp_path / "sweep.toml", "-o", tmp_path / "out", "--workers", 1)
     assert done.returncode == 0, done.stderr
-    assert "of the effort limit" in done.stdout and "2 cases computed" in done.stdout and max(map(len, done.stdout.splitlines())) < 140
+    lines = done.stdout.splitlines()
+    assert lines[0].split() == ["joint", "limit", "of", "share", "in", "case"] and "2 cases computed" in done.stdout
+    assert max(len(line) for line in lines if "written to" not in line) <= 80
+    assert "0 cases computed" in command(PANDA, tmp_path / "sweep.toml", "-o", tmp_path / "out").stdout
     broken = tmp_path / "broken.toml"
     broken.write_text("[base\n")
     for arguments, words in (((PANDA, broken), "is not TOML"), ((PANDA, tmp_path / "none.toml"), "can't be read"), ((PANDA, tmp_path / "sweep.toml", "--engine", "slurm"), "local")):

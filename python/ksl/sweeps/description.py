@@ -25,6 +25,8 @@ NEEDS = {"payload": ("link",), "tilt": ("axis",), "center": ("link", "axis")}
 TAKES = {"payload": ("link", "center"), "speed": (), "tilt": ("axis",), "mass": ("link",), "center": ("link", "axis"), "motion": ()}
 AT_MOST = 10_000_000
 """Cases of one sweep."""
+TAKEN = ("case", "joint", "kind", "quantity", "value", "unit")
+"""Columns of the results that are no parameters."""
 OF_BASE = ("motion", "reading", "gravity", "physics", "friction_width", "floating_base", "mimic", "model")
 
 
@@ -149,8 +151,8 @@ def _parameter(given: Mapping[str, Any], number: int, latin: bool, file: str) ->
         if key not in given:
             raise SweepError(f"{where}: `{key}` is missing; {kind} is the {KINDS[kind][1]}")
     name = given.get("name", kind if not given.get("link") else f"{kind}_{given['link']}")
-    if not isinstance(name, str) or not name or name in ("case", "joint", "kind"):
-        raise SweepError(f"{where}: name = {name!r}; expected a name for its column, other than case, joint and kind")
+    if not isinstance(name, str) or not name or name in TAKEN:
+        raise SweepError(f"{where}: name = {name!r}; expected a name for its column, other than {', '.join(TAKEN)}")
     center, axis = _vector(given, "center", where), _vector(given, "axis", where)
     if "axis" in TAKES[kind] and not any(axis):
         raise SweepError(f"{where}: axis has no direction; give three numbers, for instance [1, 0, 0]")

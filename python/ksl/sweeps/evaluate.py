@@ -15,6 +15,7 @@ from ksl.errors import SweepError
 from ksl.load_cases.load_case import Block, LoadCase
 from ksl.load_cases.provenance import UNITS
 from ksl.load_cases.summary_table import PEAKS
+from ksl.mechanism import Joint
 from ksl.sweeps.description import Sweep, described
 from ksl.sweeps.peaks import Peaks
 from ksl.sweeps.sampling import sample
@@ -75,6 +76,10 @@ class Evaluator:
         if taken:
             raise SweepError(f"{plan.sweep.file}: parameter {taken[0]!r} is named like a column of the results; give it another `name`")
         self._dynamics = 0.0
+
+    @property
+    def joints(self) -> list[Joint]:
+        return self._variants.model.joints
 
     def extent(self) -> tuple[int, int]:
         """Joints, and samples of the longest motion."""
@@ -157,6 +162,8 @@ def refused(error: Exception) -> SweepError:
     """What a worker answers instead of a partition.  A ValueError is of the robot, the motion or a case; others are faults of KSL."""
     if isinstance(error, ValueError):
         return SweepError(str(error))
+    if isinstance(error, MemoryError):
+        return SweepError("the memory of a worker is too small; use fewer workers")
     last = traceback.extract_tb(error.__traceback__)[-1]
     return SweepError(f"a fault in KSL: {type(error).__name__}: {error} ({last.filename}:{last.lineno}); please report it, with the sweep")
 

@@ -22,8 +22,6 @@ def evaluate(plan: Plan, partition: int) -> Result | SweepError:
             _evaluators.clear()
             _evaluators[plan.key] = Evaluator(plan)
         return _evaluators[plan.key].partition(partition)
-    except MemoryError:
-        raise
     except Exception as error:
         return refused(error)
 

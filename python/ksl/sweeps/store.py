@@ -9,7 +9,7 @@ import os
 import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,11 +17,18 @@ from ksl._core import __version__
 from ksl.errors import SweepError
 from ksl.load_cases.output import OutputError, cannot_write
 from ksl.load_cases.provenance import InputFile, input_file
+from ksl.load_cases.quantities import unit
+from ksl.mechanism import Joint
 from ksl.sweeps.description import described
 from ksl.sweeps.evaluate import CONVENTIONS_OF_SWEEPS, UNITS_OF_SWEEPS, Plan, Result
 
+if TYPE_CHECKING:
+    import pyarrow as pa
+
 MANIFEST = "sweep.json"
 DATA_SETS = ("cases", "wrenches")
+OF_WORST = ("_peak", "_rms", "_share")
+"""Ends of the names of quantities that worst.csv has."""
 
 
 class Store:
@@ -72,9 +79,10 @@ class Store:
         for name in reversed(self._data_sets()):
             write_whole(self._path(name, result.partition), result.files[name])
 
-    def worst(self) -> list[dict[str, Any]]:
+    def worst(self, joints: Sequence[Joint]) -> list[dict[str, Any]]:
         """The worst case of each joint and quantity, from all partitions; also written as worst.csv."""
-        rows = worst_cases([self._path("cases", p) for p in range(self.plan.partitions)], [p.name for p in self.plan.sweep.parameters])
+        files = [self._path("cases", p) for p in range(self.plan.partitions)]
+        rows = worst_cases(files, [p.name for p in self.plan.sweep.parameters], joints)
         text = _csv(rows)
         write_whole(self.directory / "worst.csv", text.encode())
         return rows
@@ -113,28 +121,43 @@ def _plain(x: Any) -> Any:
     return x.tolist() if hasattr(x, "tolist") else str(x)
 
 
-def worst_cases(files: Sequence[Path], parameters: Sequence[str]) -> list[dict[str, Any]]:
-    """For each joint and each peak or share its largest value, and the case, with the values of its parameters."""
-    import pyarrow.parquet
-
+def worst_cases(files: Sequence[Path], parameters: Sequence[str], joints: Sequence[Joint]) -> list[dict[str, Any]]:
+    """For each joint and each peak, root mean square or share its largest value, its unit, and the case, with the values of its parameters."""
     best: dict[tuple[str, str], tuple[float, dict[str, Any]]] = {}
     for file in files:
-        try:
-            table = pyarrow.parquet.read_table(file)
-        except (OSError, pyarrow.ArrowInvalid):  # ArrowInvalid is a ValueError
-            raise SweepError(f"{file}: is damaged; remove it, and run the sweep again: only its cases are then computed") from None
-        quantities = [name for name in table.column_names if name not in parameters and name.endswith(("_peak", "_share", "_rms"))]
-        joints = np.array(table["joint"].to_pylist())
-        for joint in dict.fromkeys(joints):
-            rows = np.flatnonzero(joints == joint)
+        table = _table(file)
+        quantities = [name for name in table.column_names if name not in parameters and name.endswith(tuple(OF_WORST))]
+        for i, joint in enumerate(joints):
             for quantity in quantities:
-                x = table[quantity].to_numpy()[rows]
+                x = table[quantity].to_numpy()[i :: len(joints)]  # each case has a row for each joint, in order
                 if np.isnan(x).all():
                     continue
                 k = int(np.nanargmax(x))
-                if (joint, quantity) not in best or x[k] > best[joint, quantity][0]:
-                    best[joint, quantity] = (float(x[k]), {name: table[name][int(rows[k])].as_py() for name in ("case", *parameters)})
-    return [{"joint": joint, "quantity": quantity, "value": value, **case} for (joint, quantity), (value, case) in best.items()]
+                if (joint.name, quantity) not in best or x[k] > best[joint.name, quantity][0]:
+                    case = {name: table[name][i + k * len(joints)].as_py() for name in ("case", *parameters)}
+                    best[joint.name, quantity] = (float(x[k]), case)
+    by_name = {j.name: j for j in joints}
+    return [
+        {"joint": joint, "quantity": quantity, "value": value, "unit": _unit(quantity, by_name[joint]), **best[joint, quantity][1]}
+        for joint in by_name
+        for quantity, (value, _) in ((q, found) for (of, q), found in best.items() if of == joint)
+    ]
+
+
+def _table(file: Path) -> pa.Table:
+    import pyarrow as pa
+    import pyarrow.parquet
+
+    try:
+        return pyarrow.parquet.read_table(file)
+    except (OSError, pa.ArrowInvalid):
+        raise SweepError(f"{file}: is damaged; remove it, and run the sweep again: only its cases are then computed") from None
+
+
+def _unit(quantity: str, joint: Joint) -> str:
+    """Of a peak or root mean square; empty for shares of limits."""
+    name, _, part = quantity.rpartition("_")
+    return "" if part == "share" else unit(name, joint)
 
 
 def write_whole(path: Path, contents: bytes) -> None:
@@ -155,7 +178,7 @@ def _csv(rows: Sequence[Mapping[str, Any]]) -> str:
     import io
 
     text = io.StringIO(newline="")
-    table = csv.DictWriter(text, list(rows[0]) if rows else ["joint", "quantity", "value"], lineterminator="\n")
+    table = csv.DictWriter(text, list(rows[0]) if rows else ["joint", "quantity", "value", "unit"], lineterminator="\n")
     table.writeheader()
     table.writerows(rows)
     return text.getvalue()
