@@ -1,5 +1,7 @@
 """ksl.sweep: the cases are what the description says, each equals a load case of its own, and nothing that is complete is lost."""
 
+import errno
+import json
 import os
 import signal
 import subprocess
@@ -16,7 +18,9 @@ from ksl.load_cases.curves import Curves
 from ksl.load_cases.load_case import LoadCase
 from ksl.load_cases.quantities import summarise
 from ksl.motions.reading import read_motion
+from ksl.sweeps import on_ray
 from ksl.sweeps.description import sweep_from
+from ksl.sweeps.evaluate import Evaluator, Plan
 from ksl.sweeps.sampling import sample
 from ksl.sweeps.variants import Variants, shifted
 
@@ -261,7 +265,69 @@ def test_wrenches_on_request(tmp_path):
     assert np.abs(effort).max() == results.cases.to_table().to_pylist()[3]["effort_peak"]
 
 
+def test_metadata_say_units_and_parameters(tmp_path):
+    results = ksl.sweep(PANDA, described({**PAYLOAD, "values": np.array([0.0, 2.0])}), tmp_path, workers=1)
+    said = json.loads(results.cases.to_table().schema.metadata[b"ksl"])
+    assert said["robot"] == "panda" and said["parameters"][0]["unit"] == "kg" and "N m" in said["units"] and "first sample" in said["conventions"]
+    units = {row["quantity"]: row["unit"] for row in results.worst if row["joint"] == "panda_joint2"}
+    assert (units["effort_peak"], units["power_peak"], units["speed_share"]) == ("N m", "W", "")
+    assert repr(results).startswith("<ksl sweep in ") and "of a limit" in repr(results) and len(repr(results)) < 250
+
+
+def test_motions_are_read_as_the_base_says(tmp_path, monkeypatch):
+    """Degrees and a map, by names relative to the description, from wherever the sweep is started."""
+    motion = ksl.read_motion(ksl.load(PANDA), PICK)
+    names = [f"j{i}" for i in range(1, 8)]
+    rows = np.column_stack([motion.time, np.degrees(motion.q)])
+    (tmp_path / "in").mkdir()
+    np.savetxt(tmp_path / "in" / "pick.csv", rows, delimiter=",", header=",".join(["time", *names]), comments="", fmt="%.17g")
+    (tmp_path / "in" / "map.toml").write_text("[columns]\n" + "".join(f'j{i} = "panda_joint{i}"\n' for i in range(1, 8)))
+    vary = '[[vary]]\nkind = "motion"\nvalues = ["pick.csv"]\n'
+    (tmp_path / "in" / "sweep.toml").write_text(f'[base]\nreading = {{ degrees = true, map = "map.toml" }}\n{vary}')
+    monkeypatch.chdir(tmp_path)
+    row = ksl.sweep(PANDA, Path("in") / "sweep.toml", "out", workers=1).cases.to_table().to_pylist()[1]
+    expected = ksl.sweep(PANDA, described({"kind": "speed", "values": [1]}), "other", workers=1).cases.to_table().to_pylist()[1]
+    assert row["motion"] == "pick.csv" and row["effort_peak"] == pytest.approx(expected["effort_peak"], rel=1e-6)
+    (tmp_path / "in" / "map.toml").write_text((tmp_path / "in" / "map.toml").read_text() + "\n")
+    with pytest.raises(ksl.SweepError, match="holds another sweep"):
+        ksl.sweep(PANDA, Path("in") / "sweep.toml", "out", workers=1)
+
+
 # -------------------------------------------------------------------------------------------------------------- mistakes
+
+
+def test_a_fault_of_a_worker_is_said_at_once(monkeypatch):
+    def fault(self, index):
+        raise TypeError("of KSL")
+
+    monkeypatch.setattr(Evaluator, "partition", fault)
+    answer = on_ray.evaluate(Plan(PANDA, sweep_from(described(SPEED)), 1), 0)
+    assert isinstance(answer, ksl.SweepError) and "fault in KSL: TypeError: of KSL (" in str(answer)
+
+
+def test_damaged_and_unknown_partitions(tmp_path):
+    ksl.sweep(PANDA, described(SPEED), tmp_path, workers=1)
+    part = tmp_path / "cases" / "part-000000.parquet"
+    whole = part.read_bytes()
+    part.write_bytes(whole[:-100])
+    with pytest.raises(ksl.SweepError, match="part-000000.parquet: is damaged; remove it"):
+        ksl.sweep(PANDA, described(SPEED), tmp_path, workers=1)
+    part.unlink()
+    assert ksl.sweep(PANDA, described(SPEED), tmp_path, workers=1).computed == 2 and part.read_bytes() == whole
+    (tmp_path / "sweep.json").unlink()
+    with pytest.raises(ksl.SweepError, match="sweep.json beside it is missing"):
+        ksl.sweep(PANDA, described(PAYLOAD), tmp_path, workers=1)
+
+
+def test_a_folder_that_cannot_be_written(tmp_path):
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(OSError, match=r"can't be written there \(Not a directory\)"):
+        ksl.sweep(PANDA, described(SPEED), tmp_path / "file", workers=1)
+    full = OSError(errno.ENOSPC, "No space left on device")
+    with pytest.MonkeyPatch.context() as m, pytest.raises(OSError, match=r"can't be written there \(No space left on device\); free some space"):
+        m.setattr(Path, "write_bytes", lambda *_: (_ for _ in ()).throw(full))
+        ksl.sweep(PANDA, described(SPEED), tmp_path / "out", workers=1)
+    assert not list((tmp_path / "out").rglob("*.part"))
 
 
 def test_results_of_another_sweep_are_kept_unless_forced(tmp_path):
@@ -298,6 +364,10 @@ def test_results_of_another_sweep_are_kept_unless_forced(tmp_path):
         ({"vary": [{"kind": "motion", "values": ["nowhere.csv"]}]}, "nowhere.csv"),
         (described({"kind": "speed", "values": [1e200]}), "case 0: speed = 1e"),
         ({**described(SPEED), "base": {"motion": PICK, "gravety": [0, 0, 0]}}, "did you mean 'gravity'"),
+        ({**described(SPEED), "base": {"motion": PICK, "reading": {"degree": True}}}, "did you mean 'degrees'"),
+        ({**described(SPEED), "base": {"motion": PICK, "reading": {"degrees": "yes"}}}, "degrees is 'yes'; expected true or false"),
+        ({**described(SPEED), "base": {"motion": PICK, "reading": {"smooth": "20"}}}, "expected a number"),
+        (described({**SPEED, "name": "effort_peak"}), "named like a column of the results"),
         ({**described(SPEED), "base": {"motion": PICK, "physics": ["dampin"]}}, r"\[base\]"),
     ],
 )

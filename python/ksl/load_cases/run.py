@@ -126,7 +126,7 @@ class Run:
             with WrenchFiles(stage, self._writer(), csv) as files:
                 self._compute(files, advance)
             write_summary(stage / "summary.csv", self.rows, self.provenance)
-            report.write(stage, replace(self._report_input(self._shown()), sizing=report.sizing(stage)))
+            report.write(stage, replace(self._report_input(self._shown()), sizing=report.sizing(stage, folder)))
             return sorted(f.name for f in stage.iterdir())
 
     def report(self, path: str | os.PathLike[str], case: str | None = None) -> None:

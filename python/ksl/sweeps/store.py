@@ -188,7 +188,7 @@ def _read(path: Path) -> dict[str, Any] | None:
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
         return found if isinstance(found, dict) and "fingerprint" in found else None
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError):  # of the second the folder's error is clearer
         return None
     except (OSError, ValueError):
         raise SweepError(f"{path}: is not the description of a sweep; remove it, or give another folder with -o") from None
