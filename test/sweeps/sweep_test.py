@@ -265,6 +265,21 @@ def test_wrenches_on_request(tmp_path):
     assert np.abs(effort).max() == results.cases.to_table().to_pylist()[3]["effort_peak"]
 
 
+def test_utilisations_are_those_of_sizing_each_case(tmp_path):
+    components = str(EXAMPLES / "components" / "panda.toml")
+    tables = {"base": {"motion": PICK, "components": components}, "vary": [PAYLOAD]}
+    results = ksl.sweep(PANDA, tables, tmp_path, workers=1)
+    rows = results.cases.to_table().to_pylist()
+    for case, mass in enumerate(PAYLOAD["values"]):
+        sizing = ksl.size(ksl.loads(PANDA, PICK, payloads={TOOL: (mass, PAYLOAD["center"])}), components)
+        for row in (r for r in rows if r["case"] == case):
+            found = [f for f in sizing.figures if f.joint == row["joint"] and f.utilisation is not None]
+            assert (row["utilisation"], row["utilisation_of"]) == ((None, None) if not found else (pytest.approx(found[0].utilisation, rel=1e-9), f"{found[0].component}: {found[0].figure}"))
+    worst = max((row for row in rows if row["utilisation"]), key=lambda row: row["utilisation"])
+    assert max(r["value"] for r in results.worst if r["quantity"] == "utilisation") == worst["utilisation"]
+    assert "sha256" in (tmp_path / "sweep.json").read_text() and "panda.toml" in (tmp_path / "sweep.json").read_text()
+
+
 def test_metadata_say_units_and_parameters(tmp_path):
     results = ksl.sweep(PANDA, described({**PAYLOAD, "values": np.array([0.0, 2.0])}), tmp_path, workers=1)
     said = json.loads(results.cases.to_table().schema.metadata[b"ksl"])
@@ -367,6 +382,7 @@ def test_results_of_another_sweep_are_kept_unless_forced(tmp_path):
         ({**described(SPEED), "base": {"motion": PICK, "reading": {"degree": True}}}, "did you mean 'degrees'"),
         ({**described(SPEED), "base": {"motion": PICK, "reading": {"degrees": "yes"}}}, "degrees is 'yes'; expected true or false"),
         ({**described(SPEED), "base": {"motion": PICK, "reading": {"smooth": "20"}}}, "expected a number"),
+        ({**described(SPEED), "base": {"motion": PICK, "components": "nowhere.toml"}}, "nowhere.toml: can't be read"),
         (described({**SPEED, "name": "effort_peak"}), "named like a column of the results"),
         ({**described(SPEED), "base": {"motion": PICK, "physics": ["dampin"]}}, r"\[base\]"),
     ],

@@ -74,7 +74,7 @@ def print_results(results: SweepResults) -> None:
     from ksl.report.numbers import format_number
 
     out = console(80)
-    shares = [row for row in results.worst if row["quantity"].endswith("_share")]
+    shares = [row for row in results.worst if row["quantity"].endswith(("_share", "utilisation"))]
     rest = [row for row in results.worst if row["quantity"] in ("effort_peak", "moment_peak", "bending_moment_peak")]
     head = "share" if shares else "largest"
     table = Table("joint", "limit of" if shares else "what", head, "in case", box=None, pad_edge=False, header_style="dim")
@@ -82,7 +82,7 @@ def print_results(results: SweepResults) -> None:
     for row in sorted(shares or rest, key=lambda row: -row["value"])[:PRINTED]:
         value = percent(row["value"]) if shares else f"{format_number(row['value'])} {row['unit']}"
         at = ", ".join(f"{name} {_shown(x)}" for name, x in row.items() if name not in NO_PARAMETERS)
-        what = row["quantity"].rpartition("_")[0].replace("_", " ")
+        what = row["quantity"].rpartition("_")[0].replace("_", " ") or "components"
         table.add_row(Text(row["joint"]), what, value, Text(f"{row['case']}: {at}"))
     out.print(table)
     rate = f", {results.computed / results.seconds:.0f} a second; {100 * results.share_of_dynamics:.0f} % of the workers' time was dynamics"

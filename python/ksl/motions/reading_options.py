@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Mapping
 
@@ -24,7 +23,7 @@ def check_options(where: str, options: Mapping[str, object]) -> None:
         elif x is None:
             continue
         elif name in NUMBERS:
-            if isinstance(x, (bool, str)) or not hasattr(x, "__float__") or math.isnan(float(x)):
+            if isinstance(x, (bool, str)) or not hasattr(x, "__float__"):
                 raise MotionError(f"{where}: {name} is {x!r}; expected a number")
         elif name in WORDS and not isinstance(x, str):
             raise MotionError(f"{where}: {name} is {x!r}; expected a word in quotes")

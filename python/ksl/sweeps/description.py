@@ -27,7 +27,7 @@ AT_MOST = 10_000_000
 """Cases of one sweep."""
 TAKEN = ("case", "joint", "kind", "quantity", "value", "unit")
 """Columns of the results that are no parameters."""
-OF_BASE = ("motion", "reading", "gravity", "physics", "friction_width", "floating_base", "mimic", "model")
+OF_BASE = ("motion", "reading", "components", "gravity", "physics", "friction_width", "floating_base", "mimic", "model")
 
 
 @dataclass(frozen=True)
@@ -69,6 +69,8 @@ class Sweep:
     """What all cases share besides: gravity, physics, friction_width, floating_base, mimic, model."""
     reading: Mapping[str, Any] = field(default_factory=dict)
     """How motions are read: arguments of `ksl.read_motion`."""
+    components: str | None = None
+    """File of catalogue numbers, for utilisations."""
     partition: int = 0
     """Cases of one partition of the results; 0 is chosen by the sweep."""
     folder: str = ""
@@ -120,9 +122,12 @@ def sweep_from(tables: Mapping[str, Any], file: str = "<sweep>") -> Sweep:
         cases = math.prod(len(p.values) for p in parameters)
     if cases > AT_MOST:
         raise SweepError(f"{file}: {cases:,} cases; at most {AT_MOST:,}: give fewer values, or split the sweep")
+    components = base.pop("components", None)
+    if components is not None and not isinstance(components, str):
+        raise SweepError(f"{file}: [base] components = {components!r}; expected the name of a file")
     reading = _reading(base.pop("reading", {}), file)
     seed, partition = _count(head, "seed", 0, file), _count(head, "partition", 0, file)
-    return Sweep(file, parameters, sampling, cases, seed, motion, base, reading, partition, os.path.dirname(os.path.abspath(file)))
+    return Sweep(file, parameters, sampling, cases, seed, motion, base, reading, components, partition, os.path.dirname(os.path.abspath(file)))
 
 
 def _reading(given: Any, file: str) -> dict[str, Any]:

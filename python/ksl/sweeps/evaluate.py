@@ -16,6 +16,7 @@ from ksl.load_cases.load_case import Block, LoadCase
 from ksl.load_cases.provenance import UNITS
 from ksl.load_cases.summary_table import PEAKS
 from ksl.mechanism import Joint
+from ksl.sizing.components import read_components
 from ksl.sweeps.description import Sweep, described
 from ksl.sweeps.peaks import Peaks
 from ksl.sweeps.sampling import sample
@@ -24,8 +25,12 @@ from ksl.sweeps.variants import Variants
 if TYPE_CHECKING:
     import pyarrow as pa
 
+    from ksl.sizing.figures import Figure
+
 UNITS_OF_SWEEPS = f"{UNITS}; shares of limits: 1 is at the limit; parameters: see `parameters`"
 CONVENTIONS_OF_SWEEPS = f"{PEAKS}; wrenches are exerted on the child, about the joint's origin, in the joint's axes; effort is the drive's"
+UTILISATION = ("utilisation", "utilisation_of")
+"""Columns of sweeps with components."""
 
 
 @dataclass(frozen=True)
@@ -72,13 +77,14 @@ class Evaluator:
         self._variants = Variants(plan.robot, plan.sweep)
         self._values = sample(plan.sweep)
         self._peaks = Peaks(self._variants.model)
-        taken = [p.name for p in plan.sweep.parameters if p.name in self._peaks.names()]
+        self._components = read_components(plan.sweep.path(plan.sweep.components)) if plan.sweep.components is not None else None
+        taken = [p.name for p in plan.sweep.parameters if p.name in (*self._peaks.names(), *UTILISATION)]
         if taken:
             raise SweepError(f"{plan.sweep.file}: parameter {taken[0]!r} is named like a column of the results; give it another `name`")
         self._dynamics = 0.0
 
     @property
-    def joints(self) -> list[Joint]:
+    def joints(self) -> tuple[Joint, ...]:
         return self._variants.model.joints
 
     def extent(self) -> tuple[int, int]:
@@ -92,21 +98,45 @@ class Evaluator:
         tables: dict[str, list[pa.Table]] = {}
         rows: list[dict[str, Any]] = []
         for case in cases:
-            values = {name: x[case].item() for name, x in self._values.items()}
-            try:
-                with np.errstate(over="ignore", invalid="ignore"):
-                    load_case, block = self._block(values)
-                    row = self._peaks.of(load_case.motion, block)
-                if not (np.isfinite(block.tau).all() and np.isfinite(block.in_joint_axes).all()):
-                    raise ValueError("results are not finite; check the values, and the units of the motion")
-            except ValueError as error:
-                raise SweepError(f"{self.plan.sweep.file}: case {case}: {_listed(values)}: {error}") from None
+            row, wrenches = self._case(cases, case)
             rows.append(row)
-            if self.plan.with_wrenches:
-                tables.setdefault("wrenches", []).append(self._wrenches(cases, case, load_case, block))
+            if wrenches is not None and self.plan.with_wrenches:
+                tables.setdefault("wrenches", []).append(wrenches)
         tables["cases"] = [self._table(cases, rows)]
         files = {name: _parquet(parts) for name, parts in tables.items()}
         return Result(index, files, time.perf_counter() - start, self._dynamics)
+
+    def _case(self, cases: range, case: int) -> tuple[dict[str, Any], pa.Table | None]:
+        """The row of a case, and its wrenches if they are wanted or components need them."""
+        values = {name: x[case].item() for name, x in self._values.items()}
+        try:
+            with np.errstate(over="ignore", invalid="ignore"):
+                load_case, block = self._block(values)
+                row: dict[str, Any] = self._peaks.of(load_case.motion, block)
+            if not (np.isfinite(block.tau).all() and np.isfinite(block.in_joint_axes).all()):
+                raise ValueError("results are not finite; check the values, and the units of the motion")
+            wrenches = None
+            if self.plan.with_wrenches or self._components is not None:
+                wrenches = self._wrenches(cases, case, load_case, block)
+            if self._components is not None:
+                row |= self._utilisations(wrenches)
+            return row, wrenches
+        except ValueError as error:
+            raise SweepError(f"{self.plan.sweep.file}: case {case}: {_listed(values)}: {error}") from None
+        except ModuleNotFoundError as error:
+            raise SweepError(f"{self.plan.sweep.components}: needs the package {error.name}; install it with: pip install 'ksl[size]'") from None
+
+    def _utilisations(self, wrenches: pa.Table) -> dict[str, Any]:
+        """The largest utilisation of each joint's components, and of which component and figure it is."""
+        from ksl.sizing.run import size
+
+        worst: dict[str, Figure] = {}
+        for figure in size(wrenches, self._components).figures:  # worst first
+            if figure.utilisation is not None:
+                worst.setdefault(figure.joint, figure)
+        of = [worst.get(j.name) for j in self.joints]
+        share = np.array([np.nan if f is None or f.utilisation is None else f.utilisation for f in of])
+        return {UTILISATION[0]: share, UTILISATION[1]: [None if f is None else f"{f.component}: {f.figure}" for f in of]}
 
     def _block(self, values: dict[str, Any]) -> tuple[LoadCase, Block]:
         model, motion = self._variants.case(values)
@@ -129,6 +159,10 @@ class Evaluator:
         for name in self._peaks.names():
             values = np.concatenate([row[name] for row in rows])
             columns[name] = pa.array(values, mask=np.isnan(values))
+        if self._components is not None:
+            values = np.concatenate([row[UTILISATION[0]] for row in rows])
+            columns[UTILISATION[0]] = pa.array(values, mask=np.isnan(values))
+            columns[UTILISATION[1]] = pa.array([text for row in rows for text in row[UTILISATION[1]]], pa.string())
         return pa.table(columns, metadata={"ksl": json.dumps(self._said())})
 
     def _said(self) -> dict[str, Any]:

@@ -40,10 +40,10 @@ class SweepResults:
     """Of the time of the workers; the rest is sums, peaks and tables."""
 
     def __repr__(self) -> str:
-        share = max((row for row in self.worst if row["quantity"].endswith("_share")), key=lambda row: row["value"], default=None)
+        share = max((row for row in self.worst if row["quantity"].endswith(("_share", "utilisation"))), key=lambda row: row["value"], default=None)
         worst = ""
         if share is not None:
-            what = share["quantity"].removesuffix("_share")
+            what = share["quantity"].removesuffix("_share").replace("utilisation", "components")
             worst = f", at most {percent(share['value'])} of a limit ({what} of {share['joint']}, case {share['case']})"
         return f"<ksl sweep in {self.directory}: {self.computed} cases computed in {self.seconds:.3g} s{worst}>"
 
@@ -111,7 +111,7 @@ def usable_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _plan(robot: str, given: Sweep, wrenches: bool) -> tuple[Plan, list[Joint]]:
+def _plan(robot: str, given: Sweep, wrenches: bool) -> tuple[Plan, tuple[Joint, ...]]:
     """Checks the sweep on its first case, before any worker starts, and chooses the size of partitions.  Also returns the joints."""
     first = Evaluator(Plan(robot, given, 1))
     joints, samples = first.extent()

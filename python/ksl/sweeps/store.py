@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 MANIFEST = "sweep.json"
 DATA_SETS = ("cases", "wrenches")
-OF_WORST = ("_peak", "_rms", "_share")
+OF_WORST = ("_peak", "_rms", "_share", "utilisation")
 """Ends of the names of quantities that worst.csv has."""
 
 
@@ -110,6 +110,7 @@ def _inputs(plan: Plan) -> list[InputFile]:
     sweep, columns = plan.sweep, plan.sweep.reading.get("map")
     named = [("motion", sweep.path(name)) for name in sweep.motions]
     named += [("map", sweep.path(columns))] if isinstance(columns, str) else []
+    named += [("components", sweep.path(sweep.components))] if sweep.components is not None else []
     files = [input_file(role, file) for role, file in (("robot", plan.robot), *named)]
     for f in files:
         if f.sha256 is None:  # the results could not be told from those of another file
@@ -155,9 +156,9 @@ def _table(file: Path) -> pa.Table:
 
 
 def _unit(quantity: str, joint: Joint) -> str:
-    """Of a peak or root mean square; empty for shares of limits."""
+    """Of a peak or root mean square; empty for shares of limits and utilisations."""
     name, _, part = quantity.rpartition("_")
-    return "" if part == "share" else unit(name, joint)
+    return "" if part in ("share", "utilisation") else unit(name, joint)
 
 
 def write_whole(path: Path, contents: bytes) -> None:
