@@ -393,6 +393,13 @@ def test_mistakes_are_named_before_anything_is_written(tmp_path, tables, words):
     assert not (tmp_path / "out").exists()
 
 
+def test_robots_and_descriptions_that_are_none(tmp_path):
+    with pytest.raises(ksl.SweepError, match="robot is Model; expected the name of a file"):
+        ksl.sweep(ksl.load(PANDA), described(SPEED), tmp_path)
+    with pytest.raises(ksl.SweepError, match="description is int; expected a TOML file"):
+        ksl.sweep(PANDA, 5, tmp_path)
+
+
 def command(*arguments) -> subprocess.CompletedProcess:
     return subprocess.run([sys.executable, "-m", "ksl", "sweep", *map(str, arguments)], capture_output=True, text=True, timeout=120)
 

@@ -72,6 +72,13 @@ class Motion:
     source: Source | None = None
     """The file that it was read from, if it was."""
 
+    def __repr__(self) -> str:
+        file = f" {self.source.file}" if self.source else ""
+        n, width = len(self.time), self.q.shape[1] if self.q.ndim == 2 else 0
+        span = f", {self.time[0]:.6g} s to {self.time[-1]:.6g} s" if n else ""
+        doubts = f", {count(len(self.doubts), 'doubt')}" if self.doubts else ""
+        return f"<ksl motion{file}: {count(n, 'sample')} of {count(width, 'position')}{span}{doubts}>"
+
 
 def complete(
     model: Mechanism,

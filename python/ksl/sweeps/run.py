@@ -82,6 +82,11 @@ def sweep(
     force: replaces the results of another sweep.  progress(cases done, cases): called after each partition.
     Raises SweepError and OutputError.  About 1 ms of a core for a case of 1,000 samples and 7 joints.
     """
+    for name, what in (("robot", robot), ("directory", directory)):
+        if not isinstance(what, (str, os.PathLike)):
+            raise SweepError(f"{name} is {type(what).__name__}; expected the name of a file or folder, since workers read it themselves")
+    if not isinstance(description, (str, os.PathLike, Mapping)):
+        raise SweepError(f"description is {type(description).__name__}; expected a TOML file, or its tables as a mapping")
     given = sweep_from(description) if isinstance(description, Mapping) else read_sweep(description)
     if engine not in ("local", "ray"):
         raise SweepError(f"engine={engine!r}; expected 'local' or 'ray'")
