@@ -1,0 +1,89 @@
+#!/usr/bin/env python3
+"""Make the pictures of the tutorials and of the README: run their pages, and photograph what they have made in a headless Chromium.
+
+    scripts/tutorial_pictures.py [NAME …]      writes docs/images/NAME; all of them without a name
+
+Needs the packages ksl[all], playwright, duckdb, pandas, pillow and example-robot-data, and Chromium."""
+
+import io
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+IMAGES = ROOT / "docs" / "images"
+CHROMIUM = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
+LARGEST = 150_000  # bytes of a picture
+
+
+@dataclass(frozen=True)
+class Picture:
+    """What a page of the tutorials has made, as a browser shows it."""
+
+    page: str
+    """The tutorial that makes the file."""
+    file: str
+    """HTML file in the folder of the tutorial."""
+    size: tuple[int, int]
+    """Of the window, in pixels."""
+    prepare: Callable = lambda page: None
+    """Done with the page before it is photographed: scrolls, for example."""
+
+
+def top_at(selector: str, offset: int = 12) -> Callable:
+    """Scrolls an element of the page to its top."""
+
+    def scroll(page) -> None:
+        page.locator(selector).first.evaluate("(e, offset) => window.scrollTo(0, e.getBoundingClientRect().top + window.scrollY - offset)", offset)
+
+    return scroll
+
+
+PICTURES = {}
+
+
+def photograph(browser, url: str, picture: Picture) -> bytes:
+    """PNG of the page in at most 256 colours."""
+    from PIL import Image
+
+    width, height = picture.size
+    page = browser.new_page(viewport={"width": width, "height": height})
+    page.goto(url)
+    page.wait_for_timeout(4000)  # pictures of the mechanism are drawn after the page is loaded
+    picture.prepare(page)
+    page.wait_for_timeout(1500)
+    shot = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
+    page.close()
+    out = io.BytesIO()
+    shot.quantize(256, dither=Image.Dither.NONE).save(out, "PNG", optimize=True)
+    return out.getvalue()
+
+
+def main(names: list[str]) -> None:
+    from playwright.sync_api import sync_playwright
+
+    sys.path.insert(0, str(ROOT / "test" / "contract"))
+    from pages import TUTORIALS, Walk
+
+    chosen = {name: PICTURES[name] for name in names or PICTURES}
+    with sync_playwright() as api, tempfile.TemporaryDirectory() as folder:
+        browser = api.chromium.launch(executable_path=shutil.which("chromium") or shutil.which("google-chrome"), args=CHROMIUM)
+        walks = {}
+        for name, picture in chosen.items():
+            if picture.page not in walks:
+                walk = walks[picture.page] = Walk(TUTORIALS / f"{picture.page}.md", Path(folder) / picture.page)
+                walk.until(len(walk.blocks) - 1)
+                walk.close()
+            png = photograph(browser, (walks[picture.page].folder / picture.file).as_uri(), picture)
+            if len(png) > LARGEST:
+                sys.exit(f"{name}: {len(png)} bytes, more than {LARGEST}; make the window smaller")
+            (IMAGES / name).write_bytes(png)
+            print(f"{name}: {len(png) // 1000} kB")
+        browser.close()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
