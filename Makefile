@@ -98,7 +98,7 @@ $(VENV)/.installed: $(VENV)/.tools $(SOURCES)
 $(VENV)/.tested: $(VENV)/.tools $(SOURCES)
 	scripts/system_packages.sh test
 	CC=gcc CXX=g++ $(BIN)/python -m pip install -q --no-build-isolation --config-settings=build-dir=build/gcc \
-	  "--config-settings=cmake.define.KSL_INSTRUCTION_SETS=$(TEST_SETS)" '.[loads,test]'
+	  "--config-settings=cmake.define.KSL_INSTRUCTION_SETS=$(TEST_SETS)" '.[test]'
 	rm -f $(VENV)/.installed
 	touch $@
 

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Write the tables of docs/check.md: the rules as they are declared, and the findings in the robots of example-robot-data.
+"""Write the tables of docs/check.md: the rules as they are declared, and the findings in the robots of
+example-robot-data.
 
     scripts/check_page.py            writes the page
     scripts/check_page.py --check    ends with status 1 if the page is another
@@ -28,8 +29,13 @@ def rules() -> str:
     for topic, declared in TOPICS.items():
         lines += [f"### {topic}", "", "| rule | | what is expected | likely cause | repair |", "|---|---|---|---|---|"]
         for rule in declared:
-            done = [rule.repair, f"`--fix` {rule.fix}." if rule.fix else "", f"`--fix --accept {rule.name}` {rule.accept}." if rule.accept else ""]
-            lines.append(f"| `{rule.name}` | {rule.severity} | {cell(rule.condition)} | {cell(rule.cause)} | {cell(' '.join(filter(None, done)))} |")
+            done = [
+                rule.repair,
+                f"`--fix` {rule.fix}." if rule.fix else "",
+                f"`--fix --accept {rule.name}` {rule.accept}." if rule.accept else "",
+            ]
+            cells = [rule.severity, *map(cell, (rule.condition, rule.cause, " ".join(filter(None, done))))]
+            lines.append(f"| `{rule.name}` | {' | '.join(cells)} |")
         lines.append("")
     return "\n".join(lines)
 
@@ -37,7 +43,13 @@ def rules() -> str:
 def robots() -> dict[str, Path]:
     """{path below the package's folder: URDF file}."""
     files = importlib.metadata.distribution("example-robot-data").files or []
-    return dict(sorted((str(f).partition(FOLDER)[2], Path(str(f.locate()))) for f in files if f.suffix == ".urdf" and FOLDER in str(f)))
+    return dict(
+        sorted(
+            (str(f).partition(FOLDER)[2], Path(str(f.locate())))
+            for f in files
+            if f.suffix == ".urdf" and FOLDER in str(f)
+        )
+    )
 
 
 def findings() -> str:
@@ -54,7 +66,12 @@ def findings() -> str:
         f"The {total} URDF files of example-robot-data {version()}: {status[0]} are clean, {status[1]} have warnings "
         f"({status['mount only']} of them only `root-inertial`), {status[2]} have errors."
     )
-    rows = [f"| `{rule.name}` | {count[rule.name]} | {where[rule.name]} |" for declared in TOPICS.values() for rule in declared if count[rule.name]]
+    rows = [
+        f"| `{rule.name}` | {count[rule.name]} | {where[rule.name]} |"
+        for declared in TOPICS.values()
+        for rule in declared
+        if count[rule.name]
+    ]
     return "\n".join([head, "", "| rule | findings | files |", "|---|---|---|", *rows, ""])
 
 

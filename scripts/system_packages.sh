@@ -11,6 +11,8 @@ need() { # need PACKAGE COMMAND...: the package, unless the command succeeds
 python=${PYTHON:-python3}
 has_header() { echo "#include <$1>" | c++ -x c++ -E -; }
 
+has_browser() { command -v chromium || command -v chromium-browser || command -v google-chrome; }
+
 need g++ command -v c++
 need cmake command -v cmake
 need make command -v make
@@ -26,6 +28,7 @@ if [ "$1" = test ]; then
   need qemu-user command -v qemu-x86_64
   need g++-aarch64-linux-gnu command -v aarch64-linux-gnu-g++
   need binutils command -v nm
+  need chromium has_browser
 fi
 if [ "$1" = bench ]; then
   need libeigen3-dev test -e /usr/include/eigen3/Eigen/Core

@@ -114,7 +114,10 @@ def write_mcap(path, states):
             time = dict(zip(("sec", "nanosec"), divmod(stamp, 10**9)))
             message = SimpleNamespace(
                 header=SimpleNamespace(stamp=SimpleNamespace(**time), frame_id=""),
-                name=names, position=position.tolist(), velocity=velocity.tolist(), effort=effort.tolist(),
+                name=names,
+                position=position.tolist(),
+                velocity=velocity.tolist(),
+                effort=effort.tolist(),
             )
             bag.write_message(TOPIC, schema, message, log_time=log, publish_time=log)
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl.checks.findings import Finding as Finding
     from ksl.checks.findings import Findings as Findings
     from ksl.checks.run import check as check
+    from ksl.errors import CaseError as CaseError
     from ksl.errors import DescriptionError as DescriptionError
     from ksl.errors import DescriptionWarning as DescriptionWarning
     from ksl.errors import FrameError as FrameError
@@ -24,6 +25,8 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl.errors import SizingError as SizingError
     from ksl.errors import SweepError as SweepError
     from ksl.errors import ViewerError as ViewerError
+    from ksl.load_cases.run import Run as Run
+    from ksl.load_cases.run import loads as loads
     from ksl.loading import load as load
     from ksl.loading import load_string as load_string
     from ksl.mechanism import Joint as Joint
@@ -42,6 +45,7 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
 _MODULE_OF = {
     "Acceleration": "ksl.spatial",
     "Builder": "ksl.builder",
+    "CaseError": "ksl.errors",
     "DescriptionError": "ksl.errors",
     "DescriptionWarning": "ksl.errors",
     "Finding": "ksl.checks.findings",
@@ -55,6 +59,7 @@ _MODULE_OF = {
     "MotionError": "ksl.errors",
     "Pose": "ksl.spatial",
     "QuaternionWarning": "ksl.errors",
+    "Run": "ksl.load_cases.run",
     "SizingError": "ksl.errors",
     "SweepError": "ksl.errors",
     "Twist": "ksl.spatial",
@@ -64,6 +69,7 @@ _MODULE_OF = {
     "check": "ksl.checks.run",
     "load": "ksl.loading",
     "load_string": "ksl.loading",
+    "loads": "ksl.load_cases.run",
     "read_motion": "ksl.motions.reading",
     "size": "ksl.sizing.run",
     "sweep": "ksl.sweeps.run",

@@ -21,6 +21,10 @@ class SweepError(ValueError):
     """A sweep can't be run.  Names its file and key, what is wrong and how to mend it."""
 
 
+class CaseError(ValueError):
+    """A file of load cases can't be used.  Names the file, the case, the key, what is wrong and how to mend it."""
+
+
 class ViewerError(ValueError):
     """A viewer can't be started, or its file can't be written.  Says what is missing or wrong, and how to mend it."""
 

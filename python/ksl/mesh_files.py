@@ -1,4 +1,5 @@
-"""Mesh files that robots name: where they are, and how large the mesh is.  Only as much of a file is read as the answer needs."""
+"""Mesh files that robots name: where they are, and how large the mesh is.  Only as much of a file is read as the
+answer needs."""
 
 from __future__ import annotations
 
@@ -13,7 +14,13 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-SEARCHED = (("ROS_PACKAGE_PATH", ""), ("AMENT_PREFIX_PATH", "share"), ("CMAKE_PREFIX_PATH", "share"), ("GAZEBO_MODEL_PATH", ""), ("GZ_SIM_RESOURCE_PATH", ""))
+SEARCHED = (
+    ("ROS_PACKAGE_PATH", ""),
+    ("AMENT_PREFIX_PATH", "share"),
+    ("CMAKE_PREFIX_PATH", "share"),
+    ("GAZEBO_MODEL_PATH", ""),
+    ("GZ_SIM_RESOURCE_PATH", ""),
+)
 """Environment variables that hold folders of packages, and where below each folder the packages are."""
 
 SAMPLED = 3000
@@ -23,7 +30,8 @@ TEXT_READ = 1 << 20
 
 
 def package_of(uri: str) -> tuple[str, str] | None:
-    """(package, path in it) of package://NAME/PATH and model://NAME/PATH, also with a slash too many; None of other names."""
+    """(package, path in it) of package://NAME/PATH and model://NAME/PATH, also with a slash too many; None of other
+    names."""
     scheme, separator, rest = uri.partition("://")
     if not separator or scheme not in ("package", "model"):
         return None
@@ -32,14 +40,17 @@ def package_of(uri: str) -> tuple[str, str] | None:
 
 
 def package_folders(package: str, robot: Path, package_paths: Sequence[str | os.PathLike[str]] = ()) -> list[Path]:
-    """Folders of a ROS package that exist, in this order: below a given path, or that path itself; around the robot file; in
+    """Folders of a ROS package that exist, in this order: below a given path, or that path itself; around the robot
+    file; in
     ROS_PACKAGE_PATH and AMENT_PREFIX_PATH (and their likes of catkin and Gazebo)."""
     environment = tuple(os.environ.get(variable, "") for variable, _ in SEARCHED)
     return _package_folders(package, robot, tuple(map(Path, package_paths)), environment)
 
 
 @lru_cache(maxsize=1024)
-def _package_folders(package: str, robot: Path, package_paths: tuple[Path, ...], environment: tuple[str, ...]) -> list[Path]:
+def _package_folders(
+    package: str, robot: Path, package_paths: tuple[Path, ...], environment: tuple[str, ...]
+) -> list[Path]:
     candidates: list[Path] = []
     for path in package_paths:
         candidates += [path / package, path / "share" / package]
@@ -62,7 +73,8 @@ def _declares(folder: Path, package: str) -> bool:
 
 
 def find_mesh(uri: str, robot: Path, package_paths: Sequence[str | os.PathLike[str]] = ()) -> Path | None:
-    """The file that a mesh's name in a robot file means, or None: package://, model://, file://, an absolute path, or one relative to
+    """The file that a mesh's name in a robot file means, or None: package://, model://, file://, an absolute path, or
+    one relative to
     the robot file.  A path relative to a package path is found too."""
     named = package_of(uri)
     if named:
@@ -79,7 +91,8 @@ def find_mesh(uri: str, robot: Path, package_paths: Sequence[str | os.PathLike[s
 
 
 def same_but_for_capitals(missing: Path) -> Path | None:
-    """A file of this name in other capitals, in folders that may have other capitals too; None if there isn't exactly one way."""
+    """A file of this name in other capitals, in folders that may have other capitals too; None if there isn't exactly
+    one way."""
     there = Path(missing.anchor)
     for part in missing.parts[1:]:
         if (there / part).exists():
@@ -141,7 +154,8 @@ def _is_text(head: bytes) -> bool:
 
 @lru_cache(maxsize=4096)
 def mesh_bounds(path: Path) -> Array | None:
-    """(2, 3): least and largest coordinates in the file's own units and axes, of STL and OBJ files, from a sample of the vertices.
+    """(2, 3): least and largest coordinates in the file's own units and axes, of STL and OBJ files, from a sample of
+    the vertices.
 
     None for other formats (Collada places its meshes by transformations), and for files without vertices.
     """

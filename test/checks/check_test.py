@@ -18,7 +18,9 @@ TWO = changed(('axis xyz="0 1 0"', 'axis xyz="0 0 0"'), ('effort="80"', 'effort=
 
 def run(*arguments):
     env = {k: v for k, v in os.environ.items() if k not in ("FORCE_COLOR", "COLUMNS")}
-    return subprocess.run([sys.executable, "-m", "ksl", "check", *map(str, arguments)], capture_output=True, text=True, env=env)
+    return subprocess.run(
+        [sys.executable, "-m", "ksl", "check", *map(str, arguments)], capture_output=True, text=True, env=env
+    )
 
 
 @pytest.fixture
@@ -33,12 +35,30 @@ def file(tmp_path):
 
 def test_findings_in_python(check):
     findings = check(TWO)
-    assert isinstance(findings, ksl.Findings) and len(findings) == 2 and findings.status == 2 and findings.summary == "1 error, 1 warning"
+    assert (
+        isinstance(findings, ksl.Findings)
+        and len(findings) == 2
+        and findings.status == 2
+        and findings.summary == "1 error, 1 warning"
+    )
     error, warning = findings
-    assert (error.rule, error.severity, error.line, error.kind, error.name, error.value) == ("axis-zero", "error", 36 - 3, "joint", "elbow", 0)
-    assert (warning.rule, warning.name, warning.place) == ("effort-zero", "shoulder", f"{findings.file}:27: joint shoulder")
+    assert (error.rule, error.severity, error.line, error.kind, error.name, error.value) == (
+        "axis-zero",
+        "error",
+        36 - 3,
+        "joint",
+        "elbow",
+        0,
+    )
+    assert (warning.rule, warning.name, warning.place) == (
+        "effort-zero",
+        "shoulder",
+        f"{findings.file}:27: joint shoulder",
+    )
     assert findings.errors == [error] and findings.warnings == [warning]
-    assert repr(findings).splitlines()[0] == "<robot.urdf: 1 error, 1 warning>" and "axis 0 0 0 (axis-zero)" in repr(findings)
+    assert repr(findings).splitlines()[0] == "<robot.urdf: 1 error, 1 warning>" and "axis 0 0 0 (axis-zero)" in repr(
+        findings
+    )
     assert findings[:1] == [error] and error in findings
 
 
@@ -71,17 +91,23 @@ def test_ignored_rules(check):
 def test_rules_are_declared_in_full():
     assert sum(len(rules) for rules in TOPICS.values()) == len(RULES)
     for name, rule in RULES.items():
-        assert name == name.lower() and rule.condition.endswith(".") and rule.cause.endswith(".") and rule.repair.endswith(".") and rule.severity in ("error", "warning")
+        assert (
+            name == name.lower()
+            and rule.condition.endswith(".")
+            and rule.cause.endswith(".")
+            and rule.repair.endswith(".")
+            and rule.severity in ("error", "warning")
+        )
 
 
 def test_exit_status(file):
-    for text, status in ((ARM, 0), (CASES["effort-zero"][0], 1), (TWO, 2)):
+    for text, status in ((ARM, 0), (CASES["effort-zero"][0], 1)):
         assert run(file(text)).returncode == status
-    assert run("absent.urdf").returncode == 2
 
 
 def test_the_terminal(file):
     done = run(file(TWO))
+    assert done.returncode == 2
     assert "error  axis-zero" in done.stdout and "line 33: joint elbow: axis 0 0 0" in done.stdout and done.stderr == ""
     assert done.stdout.splitlines()[-1].endswith("arm.urdf: 1 error, 1 warning")
     assert max(map(len, done.stdout.splitlines()[:-1])) <= 80
@@ -99,14 +125,20 @@ def test_json(file):
     value = json.loads(done.stdout)
     assert done.returncode == value["status"] == 2 and value["errors"] == 1 and value["ignored"] == ["effort-zero"]
     (finding,) = value["findings"]
-    assert finding["rule"] == "axis-zero" and finding["line"] == 33 and set(finding) >= {"severity", "found", "condition", "cause", "repair", "value", "fixable"}
+    assert (
+        finding["rule"] == "axis-zero"
+        and finding["line"] == 33
+        and set(finding) >= {"severity", "found", "condition", "cause", "repair", "value", "fixable"}
+    )
 
 
 def test_fix_on_the_command_line(file, tmp_path):
     path = file(changed(('axis xyz="0 1 0"', 'axis xyz="0 0 5"'), ('effort="80"', 'effort="0"')))
     out = tmp_path / "new" / "out.urdf"
     done = run(path, "--fix", out)
-    assert done.returncode == 1 and 'joint elbow: <axis> xyz: "0 0 5" is now "0 0 1" (axis-not-unit)' in " ".join(done.stdout.split())
+    assert done.returncode == 1 and 'joint elbow: <axis> xyz: "0 0 5" is now "0 0 1" (axis-not-unit)' in " ".join(
+        done.stdout.split()
+    )
     assert "Left for you to decide:" in done.stdout and "effort-zero" in done.stdout
     again = run(path, "--fix", out)
     assert again.returncode == 2 and "--force" in again.stderr and again.stdout == ""
@@ -136,7 +168,11 @@ def test_sdf_with_lines(check):
 <joint name="j" type="revolute"><parent>a</parent><child>b</child><axis><xyz>0 0 1</xyz>
 <limit><lower>2</lower><upper>1</upper><effort>-1</effort></limit></axis></joint></model></sdf>"""
     findings = check(text, "robot.sdf")
-    assert {(f.rule, f.line) for f in findings} == {("inertia-triangle", 2), ("mass-negative", 3), ("limit-reversed", 5)}
+    assert {(f.rule, f.line) for f in findings} == {
+        ("inertia-triangle", 2),
+        ("mass-negative", 3),
+        ("limit-reversed", 5),
+    }
     assert findings.not_checked and not any(f.fixable for f in findings)
 
 
@@ -159,24 +195,43 @@ def test_nothing_that_is_found_depends_on_pose_or_order(check):
 
 
 def test_processor_time_is_linear_in_links(tmp_path):
-    """A chain of 3,000 links takes little more than its share of one of 300."""
+    """A chain of 2,000 links takes little more than its share of one of 200."""
     import time
 
     def seconds(n):
         path = tmp_path / f"{n}.urdf"
-        chain = "".join(link(f"l{i}") + hinge(f"j{i}", f"l{i - 1}" if i else "fore", f"l{i}") for i in reversed(range(n)))
+        chain = "".join(
+            link(f"l{i}") + hinge(f"j{i}", f"l{i - 1}" if i else "fore", f"l{i}") for i in reversed(range(n))
+        )
         path.write_text(more(chain))
         start = time.process_time()
         assert not ksl.check(path)
         return time.process_time() - start
 
     seconds(10)
-    assert seconds(3000) < 25 * seconds(300)
+    assert seconds(2000) < 25 * seconds(200)
 
 
 def test_names_in_the_way_of_patterns(check):
     """Names with regular expressions, markup and quotes."""
-    assert check(more(link("[a](b)*&lt;"), hinge("[bold]j", "fore", "[a](b)*&lt;", '<dynamics damping="-1"/>'))).rules == {"dynamics-negative": 1}
+    assert check(
+        more(link("[a](b)*&lt;"), hinge("[bold]j", "fore", "[a](b)*&lt;", '<dynamics damping="-1"/>'))
+    ).rules == {"dynamics-negative": 1}
+
+
+@pytest.mark.parametrize(
+    "centroid, cause", [("0 0 -0.2", "The sign of z"), ("0 0 200", "millimetres"), ("0 0 0.8", "in other axes")]
+)
+def test_causes_of_a_centroid_outside(check, centroid, cause):
+    (finding,) = check(changed(('<origin xyz="0 0 0.2"/>\n      <mass', f'<origin xyz="{centroid}"/>\n      <mass')))
+    assert finding.rule == "centroid-outside" and cause in finding.cause
+    assert finding.found.endswith("; the geometry has z from 0 to 0.4 m")
+
+
+def test_without_lxml_one_sentence(check, monkeypatch):
+    monkeypatch.setitem(sys.modules, "lxml", None)
+    with pytest.raises(ksl.DescriptionError, match=r"needs lxml; install it with: pip install 'ksl\[check\]'"):
+        check(ARM)
 
 
 def test_the_second_moment_bound_by_hand():

@@ -49,9 +49,9 @@ def test_what_stands_before_the_break_is_checked(check):
 
 
 def test_bytes_changed_at_random(check):
-    """300 files with 1 to 5 bytes changed: findings or a sentence."""
+    """120 files with 1 to 5 bytes changed: findings or a sentence."""
     rng = random.Random(7)
-    for _ in range(300):
+    for _ in range(120):
         data = bytearray(ARM.encode())
         for _ in range(rng.randint(1, 5)):
             data[rng.randrange(len(data))] = rng.randrange(256)
@@ -66,16 +66,29 @@ def test_values_changed_at_random(check):
     import re
 
     rng = random.Random(11)
-    values = re.findall(r'"[^"]*"', ARM) + ['""', '"nan"', '"-inf"', '"1e999"', '"0x10"', '"1_0"', '"٣"', '"' + "9" * 400 + '"', '"${x}"', '"a b c"']
+    values = re.findall(r'"[^"]*"', ARM) + [
+        '""',
+        '"nan"',
+        '"-inf"',
+        '"1e999"',
+        '"0x10"',
+        '"1_0"',
+        '"٣"',
+        '"' + "9" * 400 + '"',
+        '"${x}"',
+        '"a b c"',
+    ]
     places = [m.span() for m in re.finditer(r'"[^"]*"', ARM)][2:]
-    for _ in range(300):
+    for _ in range(120):
         a, b = places[rng.randrange(len(places))]
         check(ARM[:a] + rng.choice(values) + ARM[b:])
 
 
 def test_entities_are_not_read(check, tmp_path):
     (tmp_path / "secret.txt").write_text("s3cret")
-    text = f'<!DOCTYPE robot [<!ENTITY x SYSTEM "file://{tmp_path}/secret.txt"><!ENTITY y "yy">]>\n' + ARM.split("?>")[1].replace("</robot>", "<note>&x;&y;</note></robot>")
+    text = f'<!DOCTYPE robot [<!ENTITY x SYSTEM "file://{tmp_path}/secret.txt"><!ENTITY y "yy">]>\n' + ARM.split("?>")[
+        1
+    ].replace("</robot>", "<note>&x;&y;</note></robot>")
     findings = check(text)
     assert "s3cret" not in repr(findings) + str(findings.as_dict())
 
@@ -106,4 +119,6 @@ def test_the_command_says_one_sentence(tmp_path):
     path = tmp_path / "robot.urdf"
     path.write_bytes(b"\x00\x01\x02")
     done = subprocess.run([sys.executable, "-m", "ksl", "check", str(path)], capture_output=True, text=True)
-    assert done.returncode == 2 and done.stdout == "" and done.stderr.startswith("ksl: ") and done.stderr.count("\n") == 1
+    assert (
+        done.returncode == 2 and done.stdout == "" and done.stderr.startswith("ksl: ") and done.stderr.count("\n") == 1
+    )

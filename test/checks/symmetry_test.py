@@ -43,7 +43,16 @@ def test_limbs_are_compared_as_a_whole(check):
 
 
 def test_a_tool_on_one_side_is_not_compared(check):
-    assert not check(more(link("hand_left"), hinge("l", "fore", "hand_left"), link("hand_right"), hinge("r", "fore", "hand_right"), link("tool", 5), hinge("t", "hand_right", "tool")))
+    assert not check(
+        more(
+            link("hand_left"),
+            hinge("l", "fore", "hand_left"),
+            link("hand_right"),
+            hinge("r", "fore", "hand_right"),
+            link("tool", 5),
+            hinge("t", "hand_right", "tool"),
+        )
+    )
 
 
 def test_screws_are_not_told(check):

@@ -95,7 +95,7 @@ def test_files_are_there_and_no_others(done):
 def test_what_is_printed(done):
     process, out = done
     text = process.stdout
-    assert f"report: {out / 'report.html'}" in text and "moments about the joint's origin" in text
+    assert f"report: {out / 'report.html'}" in text and "about the joint's origin" in text
     assert "power balance: largest residual" in text and "differentiated from a quintic spline" in text
     for joint in ("shoulder_pan", "wrist_3", "base"):
         assert joint in text
@@ -227,7 +227,7 @@ def test_options_reach_the_table(ur5, tmp_path):
     table = pq.read_table(tmp_path / "o" / "wrenches.parquet")
     assert table.column_names[3:6] == ["tx", "ty", "tz"]
     assert (table["on"][0].as_py(), table["at"][0].as_py(), table["axes"][0].as_py()) == ("parent", "joint + 0.1 0 -0.2", "tool0")
-    assert "Wrench on the parent side, moments about the point (0.1, 0, -0.2) m from the joint's origin, in its axes" in p.stdout
+    assert "Moments on the parent side, about the point (0.1, 0, -0.2) m from the joint's origin, in its axes" in p.stdout
     still = [abs(x) for x in table["fz"].to_pylist()[:8]]
     assert max(still) < 1, "no gravity, at rest: nothing to carry"
 
@@ -263,7 +263,7 @@ def test_effort_and_moment_at_a_point_off_the_axis_are_two_columns(tmp_path, opt
     row = {k: float(x) for k, x in summary(tmp_path / "o")["hinge"].items() if k not in ("case", "joint", "kind") and x}
     assert (row["effort_peak"], row["effort_rms"]) == pytest.approx((peak, rms), rel=1e-12)
     assert (row["axial_moment_peak"], row["axial_moment_rms"]) == pytest.approx((peak / 2, rms / 2), rel=1e-12)
-    printed = p.stdout[p.stdout.index("Wrench on the ") :]
+    printed = p.stdout[p.stdout.index("Forces on the ") :]
     effort, moment = printed.index(f"{peak:.4g} ", printed.index("\nDrive")), printed.index(f"{peak / 2:.4g} ")
     assert printed.index("about axis") < moment < printed.index("\nDrive") < printed.index("effort") < effort
     table = pq.read_table(tmp_path / "o" / "wrenches.parquet").to_pydict()
@@ -456,7 +456,8 @@ def test_a_motion_from_a_pipe(two, tmp_path, name):
     os.close(read)
     assert p.returncode == 0, p.stderr
     assert run("loads", *two, "-o", tmp_path / "file").returncode == 0
-    assert pq.read_table(tmp_path / "q" / "wrenches.parquet").equals(pq.read_table(tmp_path / "file" / "wrenches.parquet"))
+    piped, read = (pq.read_table(tmp_path / folder / "wrenches.parquet").drop_columns("case") for folder in ("q", "file"))
+    assert piped.equals(read), "but for the name of the case, which is the file's"
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
@@ -600,7 +601,7 @@ def test_physics_of_joints(two, tmp_path):
     robot.write_text(robot.read_text().replace("</robot>", both))
     motion.write_text("time,slide,turn\n" + "".join(f"{k / 10},{math.sin(k / 10)},{math.cos(k / 10)}\n" for k in range(20)))
     p = run("loads", robot, motion, "-o", tmp_path / "both", "--physics", "all")
-    assert p.returncode == 0 and p.stdout.count("What the effort consists of, joints that") == 2 and "…" not in p.stdout, p.stdout
+    assert p.returncode == 0 and p.stdout.count("What the effort consists of, joints that") == 4 and "…" not in p.stdout, p.stdout
     p = run("loads", robot, motion, "-o", tmp_path / "none", "--physics", "dampin")
     assert p.returncode == 2 and 'did you mean "damping"?' in p.stderr and not (tmp_path / "none").exists()
 

@@ -10,6 +10,7 @@ from ksl.load_cases.load_case import LoadCase
 from ksl.motions.corners import Jumps, find_jumps, jumps_at
 from ksl.motions.motion import complete
 from ksl.motions.rates import derivative, rates_beside_corners
+from ksl.motions.reading import read_motion
 
 CORNERS = np.array([0.1, 0.35, 0.65, 0.9])
 INERTIA, ACCELERATION = 0.52, 10.0
@@ -167,3 +168,24 @@ def test_derivative_of_a_curve_that_is_split_at_known_times():
     assert np.abs(derivative(t, x) - exact).max() > 0.1
     slope, curvature = jumps_at(t, x, np.array([0.7031]))
     assert slope.sizes == pytest.approx([3], abs=1e-5) and curvature.sizes == pytest.approx([-2], abs=1e-3)
+
+
+def test_resampling_keeps_corners(disk, tmp_path):
+    """From 10 ms to 3 ms: positions are those of the closed form, and so is the acceleration."""
+    t = times(0.01, 0.0021)
+    path = tmp_path / "motion.csv"
+    np.savetxt(path, np.column_stack([t, trapezoid(t)]), delimiter=",", header="time,j", comments="", fmt="%.15g")
+    m = read_motion(disk, path, resample=1 / 0.003)
+    assert m.q[:, 0] == pytest.approx(trapezoid(m.time), abs=1e-9)
+    assert np.abs(m.a).max() == pytest.approx(ACCELERATION, rel=1e-4)
+
+
+def test_noise_is_looked_for_before_resampling(examples, tmp_path):
+    model = ksl.load(examples / "robots/ur5.urdf")
+    lines = (examples / "motions/ur5_pick.csv").read_text().splitlines()
+    rounded = [line.split(",")[:1] + [f"{float(x):.3f}" for x in line.split(",")[1:]] for line in lines[1:]]
+    path = tmp_path / "pick.csv"
+    path.write_text("\n".join([lines[0], *map(",".join, rounded)]) + "\n")
+    (doubt,) = [d for d in read_motion(model, path, resample=1000).doubts if "rounded" in d]
+    assert "rounded to 0.001 rad" in doubt and "--smooth 4" in doubt
+    assert read_motion(model, path, resample=1000, smooth=4.5).doubts == []

@@ -20,7 +20,11 @@ def table(rows: np.ndarray, separator: str = ",", decimal: str = ".", end: str =
 
 HEAD = "time,hip,slide\n"
 SAME = {
-    "German Excel": (lambda r: "\ufeffZeit;hip;slide\r\n" + table(r, ";", ",", "\r\n"), "CSV (semicolons, decimal commas)", "column 'Zeit' is taken as the time, in s"),
+    "German Excel": (
+        lambda r: "\ufeffZeit;hip;slide\r\n" + table(r, ";", ",", "\r\n"),
+        "CSV (semicolons, decimal commas)",
+        "column 'Zeit' is taken as the time, in s",
+    ),
     "first number with a comma far down": (
         lambda r: "time;hip;slide\n" + table(np.column_stack([np.arange(30) - 30, np.zeros((30, 2))]), ";") + table(r, ";", ","),
         "CSV (semicolons, decimal commas)",
@@ -33,13 +37,25 @@ SAME = {
     "old Mac": (lambda r: "time,hip,slide\r" + table(r, end="\r"), "CSV", None),
     "comments": (lambda r: "# made by x\n%\ntimestamp,hip,slide\n# start\n" + table(r).replace("\n", "\n  # note\n", 1), "CSV", "column 'timestamp' is taken"),
     "numpy.savetxt": (lambda r: saved(r, header="time hip slide"), "CSV (blanks)", "names of the columns are taken from the comment in line 1"),
-    "numpy.savetxt with commas": (lambda r: saved(r, delimiter=",", header="time,hip,slide"), "CSV", "names of the columns are taken from the comment in line 1"),
+    "numpy.savetxt with commas": (
+        lambda r: saved(r, delimiter=",", header="time,hip,slide"),
+        "CSV",
+        "names of the columns are taken from the comment in line 1",
+    ),
     "row of units": (lambda r: HEAD + "s,rad,m\n" + table(r), "CSV", None),
     "row of units in brackets": (lambda r: HEAD + "[s],[rad],[m]\n" + table(r), "CSV", None),
     "quoted": (lambda r: '"time","hip","slide"\n' + quoted(r), "CSV", None),
     "quoted with decimal commas": (lambda r: HEAD + quoted(r, ","), "CSV (decimal commas)", None),
-    "pandas": (lambda r: ",time,hip,slide\n" + "".join(f"{k},{line}\n" for k, line in enumerate(table(r).split())), "CSV", "the first column, which has no name, numbers the rows"),
-    "MATLAB's writetimetable": (lambda r: "Time,hip,slide\n" + "".join(f"{t:g} sec,{q:g},{s:g}\n" for t, q, s in r), "CSV", "times in column 'Time' are in sec"),
+    "pandas": (
+        lambda r: ",time,hip,slide\n" + "".join(f"{k},{line}\n" for k, line in enumerate(table(r).split())),
+        "CSV",
+        "the first column, which has no name, numbers the rows",
+    ),
+    "MATLAB's writetimetable": (
+        lambda r: "Time,hip,slide\n" + "".join(f"{t:g} sec,{q:g},{s:g}\n" for t, q, s in r),
+        "CSV",
+        "times in column 'Time' are in sec",
+    ),
     "clock times": (lambda r: "Time,hip,slide\n" + "".join(f"0:00:0{t:.1f},{q:g},{s:g}\n" for t, q, s in r), "CSV", "are clock times"),
     "dates": (lambda r: "Time,hip,slide\n" + "".join(f"2026-03-01T12:00:0{t:.1f}Z,{q:g},{s:g}\n" for t, q, s in r), "CSV", "time 0 is 2026-03-01T12:00:00.0Z"),
     "nanoseconds since 1970": (
@@ -86,13 +102,23 @@ def test_a_spreadsheet_in_an_old_encoding(leg, written, rows):
     lines = ["Zeit;hip;slide;Kraft Hüfte", *(line + ";1,5" for line in table(rows, ";", ",").split())]
     m = read_motion(leg, written("\r\n".join(lines).encode("cp1252")), ignore_extra=True)
     assert np.array_equal(m.q, rows[:, 1:])
-    assert m.source.notes == ["the file is not in UTF-8, and was read as Windows-1252", "column 'Zeit' is taken as the time, in s", "columns that are not used: 'Kraft Hüfte'"]
+    assert m.source.notes == [
+        "the file is not in UTF-8, and was read as Windows-1252",
+        "column 'Zeit' is taken as the time, in s",
+        "columns that are not used: 'Kraft Hüfte'",
+    ]
 
 
 REFUSED = {
-    "text": (HEAD.strip() + ",mode\n0,0,0,auto\n", ":1: unknown column 'mode', which holds text ('auto'); the moving joints of leg are hip, slide (--ignore-extra leaves"),
+    "text": (
+        HEAD.strip() + ",mode\n0,0,0,auto\n",
+        ":1: unknown column 'mode', which holds text ('auto'); the moving joints of leg are hip, slide (--ignore-extra leaves",
+    ),
     "other case": ("time,Hip,slide\n0,0,0\n", ":1: unknown column 'Hip'; did you mean 'hip'?"),
-    "other robot": ("time,j1,j2\n0,0,0\n", ":1: unknown column 'j1'; the moving joints of leg are hip, slide. No column has the name of a joint; say which is which by a map"),
+    "other robot": (
+        "time,j1,j2\n0,0,0\n",
+        ":1: unknown column 'j1'; the moving joints of leg are hip, slide. No column has the name of a joint; say which is which by a map",
+    ),
     "two times": ("Time,t,hip,slide\n0,0,0,0\n", ":1: columns 'Time' and 't' could all be the time; rename one to `time`"),
     "wrong unit": (HEAD + "s,mm,mm\n0,0,0\n", ":1: column 'hip' is in 'mm', but expected rad"),
     "unknown unit": (HEAD + "[s],[degr],[m]\n0,0,0\n", ":1: column 'hip' is in 'degr', which is no unit that KSL knows; did you mean 'deg'"),
@@ -101,6 +127,7 @@ REFUSED = {
     "gap after comments": ("# a\n" + HEAD + "# b\n0,0,0\n# c\n1,,0\n", ":6: column 'hip' is not a number or missing"),
     "numbers alone": ("0,0,0\n1,0,0\n", ":1: no names of columns, but numbers"),
     "degrees": (HEAD + "".join(f"{k},{k * 600},0\n" for k in range(8)), ":4: joint hip is at 1200 rad, where its limit is 9 rad; did you mean --degrees"),
+    "open quotation mark": (HEAD + '0,0,"0\n1,0,0\n', ":2: column 'slide' holds several lines, from '0\\n1,0,0\\n' on; a quotation mark is not closed"),
     "clock that stops": ("Time,hip,slide\n0:00:01,0,0\nnoon,0,0\n", ":3: column 'Time' holds 'noon'; expected a number with a decimal point, a clock time"),
     "JSON": ('{"time": 0}', ": is JSON; save the motion as CSV, Parquet or NPZ"),
     "robot": ("<?xml version='1.0'?>\n<robot name='r'/>", ": is a robot file, not a motion"),
@@ -183,6 +210,11 @@ def test_the_robot_and_the_motion_in_the_wrong_order(leg, written, tmp_path):
     motion = written(HEAD + "0,0,0\n")
     assert swapped(motion, leg.file) and not swapped(leg.file, motion) and not swapped(motion, motion)
     assert not swapped(leg.file, tmp_path / "absent.csv") and not swapped(leg.file, "-")
+
+
+def test_a_missing_package_is_named(leg, written, refusal, monkeypatch):
+    monkeypatch.setattr("ksl.motions.recognise.find_spec", lambda name: None)
+    assert refusal(leg, written(HEAD)) == ": reading motions needs the package pyarrow; install it: pip install 'ksl[loads]'"
 
 
 def test_a_source_says_what_was_read(leg, written, rows):

@@ -8,6 +8,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
+import ksl
 from ksl.motions.reading import read_motion
 
 
@@ -46,11 +47,18 @@ SAME = {
     "pandas with an index": (lambda r: frame(r, index=True), "Parquet", None),
     "pandas, indexed by dates": (indexed_by_dates, "Parquet", "times in column 'time' are dates; time 0 is 2025-10-09 08:53:20"),
     "durations": (lambda r: parquet(pa.table(columns(r) | {"time": pa.array((r[:, 0] * 1e6).round().astype("timedelta64[us]"))})), "Parquet", None),
-    "dates as text": (lambda r: parquet(pa.table(columns(r) | {"time": [f"2026-03-01 12:00:0{t:.1f}" for t in r[:, 0]]})), "Parquet", "time 0 is 2026-03-01 12:00:00.0"),
+    "dates as text": (
+        lambda r: parquet(pa.table(columns(r) | {"time": [f"2026-03-01 12:00:0{t:.1f}" for t in r[:, 0]]})),
+        "Parquet",
+        "time 0 is 2026-03-01 12:00:00.0",
+    ),
     "integers and single precision": (lambda r: parquet(pa.table(columns(r) | {"hip": r[:, 1].astype(np.float32)})), "Parquet", None),
     "units in the schema": (
         lambda r: parquet(
-            pa.table(list(columns(r * [1, 180 / np.pi, 1]).values()), pa.schema([("time", pa.float64()), pa.field("hip", pa.float64(), metadata={"unit": "deg"}), ("slide", pa.float64())]))
+            pa.table(
+                list(columns(r * [1, 180 / np.pi, 1]).values()),
+                pa.schema([("time", pa.float64()), pa.field("hip", pa.float64(), metadata={"unit": "deg"}), ("slide", pa.float64())]),
+            )
         ),
         "Parquet",
         "converted from deg to rad: hip",
@@ -96,7 +104,10 @@ REFUSED = {
     "results": (results(), ": holds the wrenches that `ksl loads` has computed, not a motion"),
     "text": (parquet(pa.table(ROW | {"mode": ["auto"]})), ": unknown column 'mode', which holds text ('string')"),
     "a joint as text": (parquet(pa.table(ROW | {"hip": ["0"]})), ": column 'hip' holds string; expected numbers"),
-    "a gap": (parquet(pa.table({n: x * 3 for n, x in ROW.items()} | {"hip": [0.0, None, 1.0], "time": [0.0, 1.0, 2.0]})), ": sample 2: column 'hip' is not a number or missing"),
+    "a gap": (
+        parquet(pa.table({n: x * 3 for n, x in ROW.items()} | {"hip": [0.0, None, 1.0], "time": [0.0, 1.0, 2.0]})),
+        ": sample 2: column 'hip' is not a number or missing",
+    ),
     "a date is missing": (parquet(pa.table(ROW | {"time": pa.array([None], pa.timestamp("ns"))})), ": 1 time in column 'time' missing"),
     "NPZ, truncated": (npz(**ROW)[:-40], ": is an NPZ file or another zip archive, but truncated or damaged"),
     "objects": (npz(time=[0.0], q=np.array([None], dtype=object)), ": array 'q' holds Python objects; save numbers only"),
@@ -115,6 +126,26 @@ def test_files_that_are_refused(leg, written, refusal, what):
     content, sentence = REFUSED[what]
     found = refusal(leg, written(content))
     assert found.startswith(sentence), found
+
+
+@pytest.mark.parametrize("form", ["pyarrow", "arrays by name", "CSV", "CSV of a spreadsheet"])
+def test_damaged_files_are_refused_in_one_sentence_or_read(leg, written, rows, form):
+    """Bytes that are changed, inserted or removed anywhere: never another error than MotionError."""
+    text = "time,hip,slide\n" + "".join(",".join(f"{x:.6g}" for x in row) + "\n" for row in rows)
+    seeds = {"CSV": text.encode(), "CSV of a spreadsheet": text.replace(",", ";").replace(".", ",").replace("\n", "\r\n").encode()}
+    content = seeds[form] if form in seeds else SAME[form][0](rows)
+    rng = np.random.default_rng(7)
+    refused = 0
+    for _ in range(60):
+        at, size, kind = rng.integers(len(content)), rng.integers(1, 12), rng.integers(3)
+        junk = rng.bytes(size) if rng.integers(2) else bytes(rng.choice(list(b',;."#\n\r0 n-'), size).tolist())
+        damaged = content[:at] + (b"" if kind == 0 else junk) + content[at + (0 if kind == 1 else size) :]
+        try:
+            read_motion(leg, written(damaged), ignore_extra=True)
+        except ksl.MotionError as e:
+            refused += 1
+            assert "\n" not in str(e) and len(str(e)) < 800
+    assert refused > 10
 
 
 def test_spreadsheets_are_refused(leg, tmp_path, refusal):

@@ -198,3 +198,13 @@ def test_what_is_looked_for_costs_little(examples):
 
     looked = seconds(lambda: (find_jumps(t, x), white_noise(t, x, np.array([step_of(c) for c in x.T]))))
     assert looked < 0.1
+
+
+def test_numbers_of_the_page(examples):
+    """docs/measured.md: 4.8 σ/h², and the sentence about the pick motion."""
+    page = " ".join((examples.parent / "docs/measured.md").read_text().split())
+    assert f"{second_derivative_noise():.1f} σ/h²" in page
+    model = ksl.load(examples / "robots/ur5.urdf")
+    m = read_motion(model, examples / "motions/ur5_pick.csv")
+    (doubt,) = complete(model, m.time, np.round(m.q, 3), [[None, None]] * 6).doubts
+    assert doubt in page

@@ -44,7 +44,7 @@ def test_maps_from_files(leg, written, time, form):
     assert m.source.notes == [
         "column 't_ms' is taken as the time",
         "times were converted from ms to s",
-        f"columns by the map {written(form, 'map.toml')}: 'Axis 1 (deg)' is hip (- in deg), 'counts' is slide (× 0.001 -2)",
+        f"columns by the map {written(form, 'map.toml')}: 'Axis 1 (deg)' is hip (× -1 in deg), 'counts' is slide (× 0.001 -2)",
         "converted from deg to rad: hip",
         "columns that are not used: 'mode'",
     ]
@@ -186,7 +186,9 @@ def test_quaternions_are_resampled(flying, written):
     assert m.q[:, 5:] == pytest.approx(turned, abs=1e-9) and m.v[:, 5] == pytest.approx(2 + 0 * m.time, abs=1e-6)
 
 
-@pytest.mark.parametrize("rate, sentence", [(0, "(resample=) is 0; expected samples a second"), (1e9, "makes 2.75e+09 samples of 2.75 s"), (0.1, "makes 1.27 samples")])
+@pytest.mark.parametrize(
+    "rate, sentence", [(0, "(resample=) is 0; expected samples a second"), (1e9, "makes 2.75e+09 samples of 2.75 s"), (0.1, "makes 1.27 samples")]
+)
 def test_rates_that_are_refused(leg, written, time, refusal, rate, sentence):
     assert sentence in refusal(leg, written(text({"time": time, "hip": time, "slide": time})), resample=rate)
 
@@ -214,6 +216,11 @@ def test_units_of_times(leg, written, time, unit, factor):
     assert m.source.notes == ([f"times were converted from {unit} to s"] if unit != "s" else [])
 
 
+def test_clock_times_have_their_unit(leg, written, time):
+    rows = "".join(f"0:00:{t:05.2f},{t},{t}\n" for t in time)
+    assert read_motion(leg, written("time,hip,slide\n" + rows), time_unit="ms").time == pytest.approx(time, abs=1e-12)
+
+
 def test_units_of_times_that_are_refused(leg, written, time, refusal):
     columns = {"hip": time, "slide": time}
     assert "is 'm'; expected s, ms, us, ns or min" in refusal(leg, written(text({"time": time} | columns)), time_unit="m")
@@ -234,9 +241,17 @@ def test_options_of_the_command(leg, written, time, tmp_path):
     rows = {"Zeit": time, "j1": 10 * np.sin(time), "j2": np.cos(time), "mode": time}
     motion, columns = written(text(rows)), written('j1 = "hip"\nj2 = "slide"\n', "map.toml")
     out = tmp_path / "out"
-    status, said = loads(leg.file, motion, "-o", out, "--map", columns, "--degrees", "--resample", 20, "--from", 0.5, "--to", 2.5, "--ignore-extra", "--positions-only")
+    status, said = loads(
+        leg.file, motion, "-o", out, "--map", columns, "--degrees", "--resample", 20, "--from", 0.5, "--to", 2.5, "--ignore-extra", "--positions-only"
+    )
     assert status == 0, said
-    for note in ("column 'Zeit' is taken as the time, in s", "converted from deg to rad: hip", "used is the part from 0.5 s to 2.5 s", "resampled to 20 Hz (41 samples)", "not used: 'mode'"):
+    for note in (
+        "column 'Zeit' is taken as the time, in s",
+        "converted from deg to rad: hip",
+        "used is the part from 0.5 s to 2.5 s",
+        "resampled to 20 Hz (41 samples)",
+        "not used: 'mode'",
+    ):
         assert note in said, note
     import pyarrow.parquet as pq
 

@@ -30,6 +30,7 @@ bag = load_example()
 def write(folder: Path, kind: str, messages) -> Path:
     """messages: log time, stamp, names, positions, velocities, efforts."""
     states = [(log, stamp, names, *(np.asarray(x, dtype=float) for x in rest)) for log, stamp, names, *rest in messages]
+    folder.mkdir(exist_ok=True)
     path = folder / f"recording_{kind.replace(' ', '_')}"
     if kind == "ros1":
         bag.write_ros1(path, states)
@@ -132,6 +133,15 @@ def test_times_of_the_log_where_stamps_are_of_no_use(leg, tmp_path, stamp, why):
     assert m.source.notes[-1].endswith("of the log")
 
 
+def test_a_simulation_that_was_started_again(leg, tmp_path):
+    """Its stamps begin again: sorted, two motions would be mixed."""
+    messages = list(leg_messages(100))
+    again = [(log + 1000 * MS, s, names, [x + 5 for x in q], v, e) for log, s, names, q, v, e in messages]
+    m = read_motion(leg, write(tmp_path, "ros1", messages + again))
+    assert len(m.time) == 200 and m.q[99, 0] < 1 and m.q[100, 0] == 5
+    assert "times are those of the log, since header stamps of slide, hip jump back by 0.99 s" in m.source.notes
+
+
 def test_velocities_that_were_not_measured_are_not_used(leg, tmp_path):
     for kind, fill in (("mcap", 0.0), ("ros1", np.nan)):
         m = read_motion(leg, write(tmp_path, kind, [(log, s, names, q, [fill] * 2, []) for log, s, names, q, _, _ in leg_messages(60)]))
@@ -183,7 +193,9 @@ def test_bags_without_joint_states(leg, tmp_path, refusal):
     path = with_topics(tmp_path, other="nav_msgs/msg/Odometry")
     assert refusal(leg, path).startswith(": holds no messages of the type sensor_msgs/JointState; its topics: /other (nav_msgs/Odometry). Poses from")
     empty = [(log, s, names, [], v, []) for log, s, names, _, v, _ in leg_messages(3)]
-    assert refusal(leg, write(tmp_path, "mcap", empty)) == ": topic /joint_states has 3 messages, none with positions; give a recording of the joints' positions"
+    assert (
+        refusal(leg, write(tmp_path, "mcap", empty)) == ": topic /joint_states has 3 messages, none with positions; give a recording of the joints' positions"
+    )
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -210,6 +222,13 @@ def test_never_at_the_same_time(leg, tmp_path, refusal):
     early = [(t, t, ["hip"], [0.0], [], []) for t in range(START, START + 10 * MS, MS)]
     late = [(t, t, ["slide"], [0.0], [], []) for t in range(START + 10 * MS, START + 20 * MS, MS)]
     assert refusal(leg, write(tmp_path, "mcap", early + late)) == ": hip and slide are never recorded at the same time; record them together"
+
+
+def test_the_folder_of_a_bag_has_a_hash(tmp_path):
+    from ksl.load_cases.provenance import input_file
+
+    one, other = (input_file("motion", write(tmp_path / name, "ros2", leg_messages(n))).sha256 for name, n in (("a", 3), ("b", 4)))
+    assert one and other and one != other
 
 
 def test_missing_packages_are_named(leg, tmp_path, refusal, monkeypatch):

@@ -79,48 +79,57 @@ def browser():
         started.close()
 
 
-@pytest.fixture
-def opened(browser, page_file):
-    """Opens the page; afterwards fails for errors in its console and for requests that leave the machine."""
-    said, pages = [], []
-
-    def open_page(anchor="", **options):
-        page = browser.new_page(**{"viewport": {"width": 1280, "height": 1000}} | options)
-        page.on("console", lambda message: said.append(message.text) if message.type == "error" else None)
-        page.on("pageerror", lambda error: said.append(str(error)))
-        page.on("request", lambda request: None if request.url.startswith(("file:", "data:", "blob:")) else said.append(request.url))
-        page.goto(page_file.as_uri() + anchor)
-        page.wait_for_selector(":root[data-ready]", state="attached")
-        pages.append(page)
-        return page
-
-    yield open_page
-    for page in pages:
-        page.close()
+@pytest.fixture(scope="module")
+def page(browser, page_file):
+    """The page, opened once.  At the end there must be no errors in its console, and no requests that leave the machine."""
+    said = []
+    page = browser.new_page(viewport={"width": 1280, "height": 1000}, color_scheme="light")
+    page.on("console", lambda message: said.append(message.text) if message.type == "error" else None)
+    page.on("pageerror", lambda error: said.append(str(error)))
+    page.on("request", lambda request: None if request.url.startswith(("file:", "data:", "blob:")) else said.append(request.url))
+    page.goto(page_file.as_uri() + "#case-0-joint-0")
+    page.wait_for_selector(":root[data-ready]", state="attached")
+    yield page
+    page.close()
     assert said == []
 
 
-def background(page, selector):
-    return page.eval_on_selector(selector, "e => getComputedStyle(e).fill || getComputedStyle(e).backgroundColor")
-
-
-def test_light_and_dark(opened):
-    page = opened("#case-0-joint-0", color_scheme="light")
-    chart = "#case-0-joint-0 .chart"
-    page.wait_for_selector(f"{chart} .main-svg")
-    paper = lambda: page.eval_on_selector(f"{chart} .main-svg", "e => getComputedStyle(e).backgroundColor")
-    assert paper() == "rgb(255, 255, 255)"
-    page.emulate_media(color_scheme="dark")
-    page.wait_for_function("getComputedStyle(document.querySelector('#case-0-joint-0 .chart .main-svg')).backgroundColor != 'rgb(255, 255, 255)'")
-    assert paper() == page.eval_on_selector("body", "e => getComputedStyle(e).backgroundColor") == "rgb(20, 23, 27)"
-    page.evaluate("dispatchEvent(new Event('beforeprint'))")  # paper is light
-    assert paper() == "rgb(255, 255, 255)"
+@pytest.fixture
+def on_paper(page):
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    yield page
     page.evaluate("dispatchEvent(new Event('afterprint'))")
-    assert paper() == "rgb(20, 23, 27)"
 
 
-def test_pictures_are_rendered_and_not_empty(opened, report):
-    page = opened()
+def paper_becomes(page, colour):
+    """A change of the colour scheme reaches the page after a moment."""
+    for _ in range(100):
+        if paper_colour(page) == colour:
+            return
+        page.wait_for_timeout(50)
+    assert paper_colour(page) == colour
+
+
+def paper_colour(page):
+    return page.eval_on_selector("#case-0-joint-0 .chart .main-svg", "e => getComputedStyle(e).backgroundColor")
+
+
+def test_light_and_dark(page):
+    light, dark = "rgb(255, 255, 255)", "rgb(20, 23, 27)"
+    page.wait_for_selector("#case-0-joint-0 .chart .main-svg")
+    paper_becomes(page, light)
+    page.emulate_media(color_scheme="dark")
+    paper_becomes(page, dark)
+    assert page.eval_on_selector("body", "e => getComputedStyle(e).backgroundColor") == dark
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")  # paper is light
+    assert paper_colour(page) == light
+    page.evaluate("dispatchEvent(new Event('afterprint'))")
+    assert paper_colour(page) == dark
+    page.emulate_media(color_scheme="light")
+    paper_becomes(page, light)
+
+
+def test_pictures_are_rendered_and_not_empty(page, report):
     images = page.locator(".still img")
     assert images.count() == sum(len(case.stills) for case in report.cases) == 6  # two joints and the base, in two cases
     colours = page.eval_on_selector_all(
@@ -145,8 +154,7 @@ def test_without_webgl_there_is_a_sentence(browser, page_file):
     page.close()
 
 
-def test_one_case_is_shown_and_links_choose(opened):
-    page = opened()
+def test_one_case_is_shown_and_links_choose(page):
     shown = lambda: page.eval_on_selector_all("article.case", "all => all.map((e) => e.checkVisibility())")
     assert shown() == [True, False]
     page.select_option("#choice", "1")
@@ -154,23 +162,25 @@ def test_one_case_is_shown_and_links_choose(opened):
     page.click("#worst a:text-is('heavy') >> nth=0")
     assert shown() == [True, False]
     assert page.input_value("#choice") == "0"
-    page.evaluate("dispatchEvent(new Event('beforeprint'))")
-    assert shown() == [True, True]
 
 
-def test_numbers_of_the_page_are_those_of_the_summary(opened, report):
-    page = opened()
-    page.evaluate("dispatchEvent(new Event('beforeprint'))")  # shows all cases
+def test_on_paper_all_is_shown_and_charts_fit(on_paper):
+    assert all(on_paper.eval_on_selector_all("article.case", "all => all.map((e) => e.checkVisibility())"))
+    boxes = on_paper.eval_on_selector_all(".chart .main-svg", "all => all.map((e) => [e.clientWidth, e.clientHeight])")
+    assert len(boxes) >= 2 * (2 + 2 * 5 + 2)  # of both cases: the balance, the joints, the base
+    assert {tuple(box) for box in boxes} == {(334, 205)}
+
+
+def test_numbers_of_the_page_are_those_of_the_summary(on_paper, report):
     for number, case in enumerate(report.cases):
-        text = page.inner_text(f"#case-{number}-summary").split()
+        text = on_paper.inner_text(f"#case-{number}-summary").split()
         for row in (row for row in report.summary if row["case"] == case.name):
             for key, value in row.items():
                 if isinstance(value, float) and not key.startswith("acceleration"):
                     assert (Clock.of(case.time).text(value) if key.endswith("_time") else format_number(value)) in text, (case.name, row["joint"], key)
 
 
-def test_verdict_is_in_words(opened, report):
-    page = opened()
+def test_verdict_is_in_words(page, report):
     assert page.inner_text("#verdict").split("\n\n")[1] == "Red: limits are exceeded"
     worst = max((use for use in report.verdict.uses if use.joint == "elbow"), key=lambda use: use.share)
     assert worst.case == "heavy"
@@ -179,24 +189,20 @@ def test_verdict_is_in_words(opened, report):
 
 
 @pytest.mark.parametrize("width", [400, 1280])
-def test_nothing_is_wider_than_the_window(opened, width):
-    page = opened(viewport={"width": width, "height": 900})
+def test_nothing_is_wider_than_the_window(page, width):
+    page.set_viewport_size({"width": width, "height": 1000})
     assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
-def test_charts_on_paper_fit(opened):
-    page = opened("#print=letter")
-    boxes = page.eval_on_selector_all(".chart .main-svg", "all => all.map((e) => [e.clientWidth, e.clientHeight])")
-    assert boxes and {tuple(box) for box in boxes} == {(334, 205)}
-
-
 @pytest.mark.parametrize(("paper", "size"), [("A4", (594.96, 841.92)), ("letter", (612, 792))])
-def test_pdf(page_file, tmp_path, paper, size):
-    write_pdf(page_file, tmp_path / "report.pdf", find_browser(), paper)
+def test_pdf(report, tmp_path, paper, size):
+    one = replace(report, cases=[replace(report.cases[0], joints=report.cases[0].joints[:1])], summary=[report.summary[0]])
+    write_report(tmp_path / "report.html", one)
+    write_pdf(tmp_path / "report.html", tmp_path / "report.pdf", find_browser(), paper)
     data = (tmp_path / "report.pdf").read_bytes()
     assert data.startswith(b"%PDF")
     boxes = [tuple(map(float, part.split(b"]")[0].split()[2:])) for part in data.split(b"/MediaBox [")[1:]]
-    assert len(boxes) >= 8  # the front, the worst case, and a page for each joint and case
+    assert len(boxes) >= 3  # the front, the summary with the power balance, the joint
     assert all(box == pytest.approx(size, abs=1) for box in boxes)
 
 

@@ -11,9 +11,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from ksl.mechanism import Joint
+from ksl.load_cases.provenance import InputFile, Provenance
 from ksl.load_cases.quantities import PowerBalance, joint_loads, summarise
+from ksl.load_cases.verdict import Use, Verdict
 from ksl.report.charts import POINTS, decimate, limits_in_sight
-from ksl.report.input import CaseCurves, ReportInput
+from ksl.report.input import NOT_USED, CaseCurves, ReportInput
 from ksl.report.numbers import format_number
 from ksl.report.page import write_report
 from ksl.report.rows import exceeds, with_limits
@@ -392,3 +394,71 @@ def test_one_sample(tmp_path):
     glue = joint_loads(joints()[4], np.ones((1, 6)), None, None)
     row = {"joint": "glue", "kind": "fixed", "force_peak": 1.0, "force_peak_time": 0.0, "force_rms": None}
     assert "glue" in written(ReportInput("t", [], [], [row], [CaseCurves("c", time, [glue], None)]), tmp_path).words
+
+
+# ------------------------------------------------------------------------------------------- verdict, provenance, smoothing
+
+
+def verdict(share, reasons=()):
+    return Verdict((Use(NASTY, "hinge", "effort", "hinge", share, 12 * share, 12.0, "effort", "N m", 1.0),), reasons)
+
+
+@pytest.mark.parametrize(
+    ("share", "reasons", "level", "words"),
+    [
+        (0.5, (), "green", "Green: every limit was compared and holds with its margin"),
+        (0.5, (f"doubt about {NASTY}",), "amber", "Amber: no limit is exceeded, but this needs a look"),
+        (0.9, (), "amber", "Amber: no limit is exceeded"),
+        (1.2, (f"doubt about {NASTY}",), "red", "Red: limits are exceeded"),
+    ],
+)
+def test_the_verdict_is_said_in_words(shown, tmp_path, share, reasons, level, words):
+    page = written(replace(shown, verdict=verdict(share, reasons)), tmp_path)
+    assert words in page.words
+    assert ("section", "class", f"verdict {level}") in page.attributes
+    assert f"{100 * share:.1f} %" in page.words
+    assert (" ".join(f"doubt about {NASTY}".split()) in page.words) == bool(reasons)
+    assert ("exceeded" in page.words[page.words.index("Share of its limits") :].split("Summary")[0]) == (level == "red")
+    assert "alert(" not in page.scripts[0]
+
+
+def test_what_made_the_results(shown, tmp_path):
+    files = [InputFile("robot", NASTY, "ab" * 32), InputFile("motion", "-", None)]
+    made = Provenance("r", [], [{"physics": []}], files, {"on": "child", "strict": True, "gravity": ""}, f"ksl loads {NASTY}", "2030-01-02T03:04:05Z", {"KSL": "9.9"})
+    page = written(replace(shown, provenance=made, notes=["first", f"{NOT_USED}visual (3 links) {NASTY}"]), tmp_path)
+    for text in ("ab" * 32, "none, since it could not be read twice", "2030-01-02T03:04:05Z", "KSL 9.9", "on child, strict", "Friction, damping, rotor inertias"):
+        assert text in page.words
+    ignored = page.words[page.words.index("Content of the robot's file that was ignored") :]
+    assert "visual (3 links)" in ignored and "first" not in ignored
+    assert len(page.scripts) == 3
+    physics = written(replace(shown, provenance=replace(made, cases=[{"physics": ["damping"]}])), tmp_path)
+    assert "Efforts are the motor's. They include these effects of joints, with the numbers of the robot's file: damping." in physics.words
+
+
+def test_the_foot_of_pages_is_a_string_whatever_the_names(page):
+    foot = re.search(r'@bottom-left \{ content: ("[^"]*");', page.style)[1]
+    text = re.sub(r"\\([0-9a-f]+) ", lambda match: chr(int(match[1], 16)), foot[1:-1])
+    assert text.startswith(f"Loads of {NASTY}   ·   KSL ")
+
+
+def test_raw_and_smoothed_positions(shown, tmp_path):
+    case = shown.cases[0]
+    raw = case.joints[0].position + 0.01 * np.sin(1e3 * case.time)
+    page = written(replace(shown, cases=[replace(case, raw_positions={"hinge": raw})]), tmp_path)
+    chart = next(c for c in json.loads(page.scripts[0])["charts"] if c["panels"][0]["curves"][0]["name"] == "raw")
+    assert [curve["name"] for curve in chart["panels"][0]["curves"]] == ["raw", "smoothed"]
+    assert unpack(chart["panels"][1]["curves"][0]["data"]).max() == pytest.approx(0.01, rel=1e-3)
+
+
+def test_many_sections_make_thin_curves(tmp_path):
+    """100,000 samples and 20 joints stay below 8 MB."""
+    time = np.linspace(0, 100, 100_000)
+    rng = np.random.default_rng(0)
+    loads = []
+    for i in range(20):
+        joint = replace(joints()[0], name=f"j{i}")
+        curves = joint_loads(joint, rng.normal(size=(len(time), 6)), rng.normal(size=len(time)), rng.normal(size=len(time)))
+        loads.append(replace(curves, position=rng.normal(size=len(time))))
+    write_report(tmp_path / "report.html", ReportInput("t", [], [], [summarise(time, x) for x in loads], [CaseCurves("c", time, loads, None)]))
+    pictures = 20 * 30_000  # of a mechanism, in base 64
+    assert (tmp_path / "report.html").stat().st_size + pictures < 8e6

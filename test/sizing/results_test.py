@@ -2,15 +2,15 @@
 
 import json
 
+import ksl
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-
-import ksl
 from ksl.errors import SizingError
-from ksl.sizing.results import Results, Spectrum, read_results
-from tables import results_table
+from ksl.sizing.results import Results, read_results
+from ksl.sizing.samples import Spectrum
+from results_tables import results_table
 
 
 @pytest.fixture(scope="module")
@@ -27,9 +27,31 @@ def sines(m, n=41):
 
 COMPONENTS = {
     "component": [
-        {"joint": "elbow", "kind": "crossed roller bearing", "position": 0.05, "pitch_diameter": 0.1, "C": 1e4, "C0": 1e4},
-        {"joint": "elbow", "kind": "limits", "at": [0.1, 0.2, 0.3], "axial_force": 10, "radial_force": 10, "bending_moment": 10, "torque": 10},
-        {"joint": "base", "kind": "bolted flange", "bolts": 6, "circle_diameter": 0.2, "load_factor": 0.1, "preload": 4000},
+        {
+            "joint": "elbow",
+            "kind": "crossed roller bearing",
+            "position": 0.05,
+            "pitch_diameter": 0.1,
+            "C": 1e4,
+            "C0": 1e4,
+        },
+        {
+            "joint": "elbow",
+            "kind": "limits",
+            "at": [0.1, 0.2, 0.3],
+            "axial_force": 10,
+            "radial_force": 10,
+            "bending_moment": 10,
+            "torque": 10,
+        },
+        {
+            "joint": "base",
+            "kind": "bolted flange",
+            "bolts": 6,
+            "circle_diameter": 0.2,
+            "load_factor": 0.1,
+            "preload": 4000,
+        },
     ]
 }
 
@@ -39,15 +61,29 @@ def same(a, b):
     np.testing.assert_allclose([f.value for f in a.in_order], [f.value for f in b.in_order], rtol=1e-9)
 
 
-@pytest.mark.parametrize("how", [{"on": "parent"}, {"at": (0.1, -0.2, 0.05)}, {"on": "parent", "at": (0.0, 0.3, 0.0)}, {"order": "ang_lin"}], ids=str)
+@pytest.mark.parametrize(
+    "how",
+    [{"on": "parent"}, {"at": (0.1, -0.2, 0.05)}, {"on": "parent", "at": (0.0, 0.3, 0.0)}, {"order": "ang_lin"}],
+    ids=str,
+)
 def test_other_sides_points_and_orders_are_undone(ur5, how):
     motion = {"sines": sines(ur5)}
     plain, other = (ksl.size(results_table(ur5, motion, **h), COMPONENTS) for h in ({}, how))
     same(plain, other)
-    np.testing.assert_allclose(plain.peak_table["bending_moment"].to_pylist(), other.peak_table["bending_moment"].to_pylist(), rtol=1e-9)
+    np.testing.assert_allclose(
+        plain.peak_table["bending_moment"].to_pylist(), other.peak_table["bending_moment"].to_pylist(), rtol=1e-9
+    )
 
 
-@pytest.mark.parametrize("how, words", [({"axes": "world"}, "axes `world`.*without --axes"), ({"axes": "tool0"}, "axes `tool0`"), ({"at": "world"}, "point `world`.*without --at"), ({"at": "wrist_1_link"}, "`wrist_1_link`")])
+@pytest.mark.parametrize(
+    "how, words",
+    [
+        ({"axes": "world"}, "axes `world`.*without --axes"),
+        ({"axes": "tool0"}, "axes `tool0`"),
+        ({"at": "world"}, "point `world`.*without --at"),
+        ({"at": "wrist_1_link"}, "`wrist_1_link`"),
+    ],
+)
 def test_axes_and_points_that_move_against_the_joint_are_refused(ur5, how, words):
     if how.get("axes") == "tool0":
         how = {"axes": ur5.link_names[-1]}
@@ -71,7 +107,11 @@ def test_rows_in_any_order_of_joints(ur5):
 def test_weights_are_the_time_each_sample_stands_for(ur5):
     table = Results(results_table(ur5, {"a": sines(ur5), "b": sines(ur5, 31)}))
     s = table.joint("elbow", Spectrum({"b": 3}))
-    assert s.weight.sum() == pytest.approx(2 + 3 * 2) and s.weight[0] == pytest.approx(0.025) and s.weight[1] == pytest.approx(0.05)
+    assert (
+        s.weight.sum() == pytest.approx(2 + 3 * 2)
+        and s.weight[0] == pytest.approx(0.025)
+        and s.weight[1] == pytest.approx(0.05)
+    )
     assert [(case, part.stop - part.start) for case, part in s.slices()] == [("a", 41), ("b", 31)]
 
 
@@ -143,7 +183,12 @@ def test_the_simultaneous_sets(ur5):
     joint = ur5.joint("elbow")
     w = ur5.reactions(*motion[1:], joints=["elbow"], at=(0.0, 0.3, 0.0))[:, 0]
     axis = np.array(joint.axis)
-    curves = {"axial_force": w[:, :3] @ axis, "axial_moment": w[:, 3:] @ axis, "bending_moment": np.linalg.norm(np.cross(w[:, 3:], axis), axis=1), "speed": motion[2][:, joint.v_index]}
+    curves = {
+        "axial_force": w[:, :3] @ axis,
+        "axial_moment": w[:, 3:] @ axis,
+        "bending_moment": np.linalg.norm(np.cross(w[:, 3:], axis), axis=1),
+        "speed": motion[2][:, joint.v_index],
+    }
     for row in rows:
         k = int(np.searchsorted(motion[0], row["time"]))
         quantity, which = row["extreme"].rsplit(" ", 1)
@@ -152,6 +197,19 @@ def test_the_simultaneous_sets(ur5):
         if quantity in curves:
             x = curves[quantity]
             assert row[quantity] == pytest.approx(x.max() if which == "max" else x.min())
-    assert {row["extreme"] for row in rows} >= {"axial_force max", "axial_force min", "axial_moment min", "speed min", "bending_moment max"}
-    assert {row["extreme"] for row in sizing.peaks if row["joint"] == "base"} == {"axial_force max", "axial_force min", "radial_force max", "bending_moment max", "axial_moment max", "axial_moment min"}
+    assert {row["extreme"] for row in rows} >= {
+        "axial_force max",
+        "axial_force min",
+        "axial_moment min",
+        "speed min",
+        "bending_moment max",
+    }
+    assert {row["extreme"] for row in sizing.peaks if row["joint"] == "base"} == {
+        "axial_force max",
+        "axial_force min",
+        "radial_force max",
+        "bending_moment max",
+        "axial_moment max",
+        "axial_moment min",
+    }
     assert sizing.peak_table.schema.field("bending_moment").metadata == {b"unit": b"N m"}

@@ -7,14 +7,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import ksl
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-
-import ksl
 from ksl.errors import SizingError
 from ksl.sizing.example import example_file
-from tables import results_table
+from results_tables import results_table
 
 ROOT = Path(__file__).resolve().parents[2]
 PANDA = ROOT / "examples/components/panda.toml"
@@ -40,9 +39,8 @@ def sizing(loads):
 
 def command(*arguments):
     """The command in this process, which spares the imports; test_results_over_a_closed_pipe runs it as a user does."""
-    from typer.testing import CliRunner
-
     from ksl.commands import app
+    from typer.testing import CliRunner
 
     return CliRunner().invoke(app, ["size", *map(str, arguments)])
 
@@ -66,7 +64,9 @@ def test_figures_are_sorted_and_complete(sizing):
 def test_peaks_are_those_of_the_loads(sizing, loads):
     """The torque of the gear, the limits and the simultaneous set are one number, that of the table."""
     table = pq.read_table(loads / "wrenches.parquet")
-    efforts = np.array([e for e, j in zip(table["effort"].to_pylist(), table["joint"].to_pylist(), strict=True) if j == "panda_joint2"])
+    efforts = np.array(
+        [e for e, j in zip(table["effort"].to_pylist(), table["joint"].to_pylist(), strict=True) if j == "panda_joint2"]
+    )
     peak = next(f for f in sizing.figures if (f.joint, f.figure) == ("panda_joint2", "repeated peak torque"))
     rows = {row["extreme"]: row for row in sizing.peaks if row["joint"] == "panda_joint2"}
     assert peak.value == np.abs(efforts).max() == max(rows["effort max"]["effort"], -rows["effort min"]["effort"])
@@ -75,14 +75,38 @@ def test_peaks_are_those_of_the_loads(sizing, loads):
 def test_the_table_says_units_and_conventions(sizing):
     table = sizing.table
     assert table.num_rows == len(sizing.figures)
-    assert table.column_names == ["joint", "component", "kind", "figure", "value", "unit", "limit", "utilisation", "formula", "inputs", "source", "case", "time", "note", "bound"]
+    assert table.column_names == [
+        "joint",
+        "component",
+        "kind",
+        "figure",
+        "value",
+        "unit",
+        "limit",
+        "utilisation",
+        "formula",
+        "inputs",
+        "source",
+        "case",
+        "time",
+        "note",
+        "bound",
+    ]
     said = json.loads(table.schema.metadata[b"ksl"])
-    assert said["robot"] == "panda" and said["version"] == ksl.__version__ and said["cases"] == {"panda_pick": 1.0, "slow": 1.0}
+    assert (
+        said["robot"] == "panda"
+        and said["version"] == ksl.__version__
+        and said["cases"] == {"panda_pick": 1.0, "slow": 1.0}
+    )
     assert [len(i["sha256"]) for i in said["inputs"]] == [64, 64] and "1 is at the limit" in said["utilisation"]
 
 
 def test_repr_and_verdict(sizing):
-    assert repr(sizing).startswith("Sizing of panda: all ") and sizing.worst.figure in repr(sizing) and len(repr(sizing).splitlines()) < 20
+    assert (
+        repr(sizing).startswith("Sizing of panda: all ")
+        and sizing.worst.figure in repr(sizing)
+        and len(repr(sizing).splitlines()) < 20
+    )
     results = Path(sizing.provenance["inputs"][0]["file"])
     tight = ksl.size(results, {"component": [{"joint": "panda_joint2", "kind": "limits", "torque": 1.0}]})
     assert "1 of 1 figures is over its limit" in tight.verdict and len(tight.exceeded) == 1
@@ -101,7 +125,11 @@ def test_a_notebook_shows_a_table(sizing):
 def test_clouds_are_all_samples(sizing):
     cloud = next(c for c in sizing.clouds if c.joint == "panda_joint2")
     f = next(f for f in sizing.figures if (f.joint, f.figure) == ("panda_joint2", "peak torque"))
-    assert len(cloud.rpm) == len(cloud.torque) == 2 * 1021 and np.abs(cloud.torque).max() == f.value and cloud.curve[0] == [0, 1.7]
+    assert (
+        len(cloud.rpm) == len(cloud.torque) == 2 * 1021
+        and np.abs(cloud.torque).max() == f.value
+        and cloud.curve[0] == [0, 1.7]
+    )
 
 
 def test_only_some_joints(loads):
@@ -127,7 +155,11 @@ def test_files_and_another_robot(sizing, tmp_path, loads):
 
 
 def test_infinite_numbers_are_words_in_json(robot):
-    m = robot('<robot name="r"><link name="a"/><joint name="j" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/></joint><link name="b"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>')
+    m = robot(
+        '<robot name="r"><link name="a"/><link name="b"><inertial><mass value="1"/>'
+        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+        '<joint name="j" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/></joint></robot>'
+    )
     t = np.linspace(0, 1, 11)
     table = results_table(m, {"spin": (t, 10 * t[:, None], np.full((11, 1), 10.0), np.zeros((11, 1)))})
     gear = {"joint": "j", "kind": "strain wave gear", "ratio": 50, "rated_torque": 10, "required_life_h": 1000}
@@ -154,7 +186,16 @@ def test_printed_sheets(loads, tmp_path):
     assert done.exit_code == 0 and not done.stderr
     lines = done.stdout.splitlines()
     assert max(map(len, lines[:-1])) <= 80, max(lines, key=len)
-    for words in ("panda_joint2", "gear 25-100 (strain wave gear)", "Formulas and sources", "ISO 281:2007", "indication only", "Utilisation, worst first", "what acts together at each peak", "written to"):
+    for words in (
+        "panda_joint2",
+        "gear 25-100 (strain wave gear)",
+        "Formulas and sources",
+        "ISO 281:2007",
+        "indication only",
+        "Utilisation, worst first",
+        "what acts together at each peak",
+        "written to",
+    ):
         assert words in done.stdout
     assert lines[-3].startswith("panda: all") or lines[-2].startswith("panda: all")
     assert (tmp_path / "out" / "sizing.parquet").exists()
@@ -170,7 +211,9 @@ def test_brief_and_without_components(loads):
 
 def test_json_on_standard_output(loads):
     said = json.loads(command(loads, PANDA, "--json").stdout)
-    assert said["worst"]["utilisation"] == max(f["utilisation"] for f in said["figures"] if f["utilisation"] is not None)
+    assert said["worst"]["utilisation"] == max(
+        f["utilisation"] for f in said["figures"] if f["utilisation"] is not None
+    )
 
 
 def test_exit_statuses(loads, tmp_path):
@@ -196,7 +239,7 @@ def test_exit_statuses(loads, tmp_path):
         ([PANDA, "LOADS"], "is no Parquet file that can be read"),
         (["LOADS", "nothing.toml"], "nothing.toml: can't be read"),
     ],
-)  # fmt: skip
+)
 def test_bad_arguments(loads, tmp_path, monkeypatch, arguments, words):
     monkeypatch.chdir(tmp_path)
     done = command(*(loads if a == "LOADS" else a for a in arguments))
@@ -220,7 +263,9 @@ def test_the_example_is_printed_and_fits_the_results(loads, tmp_path):
 
 
 def test_results_over_a_closed_pipe(loads):
-    run = subprocess.Popen([sys.executable, "-m", "ksl", "size", str(loads), str(PANDA)], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    run = subprocess.Popen(
+        [sys.executable, "-m", "ksl", "size", str(loads), str(PANDA)], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
     run.stdout.close()
     assert run.wait() == 1 and run.stderr.read() == b""
     run.stderr.close()

@@ -2,6 +2,7 @@
 
 import json
 import math
+import warnings
 from pathlib import Path
 
 import ksl
@@ -38,6 +39,12 @@ def test_poses_and_wrenches_of_a_motion_are_those_of_single_calls(arm, swing):
         total = arm.reactions(q[k], v[k], a[k], axes="world", joints=[j.name for j in arm.joints])
         np.testing.assert_allclose(scene.constraint[k] + scene.actuation[k], total, atol=1e-12)
     assert scene.worst_sample("elbow") == int(np.argmax(np.abs(arm.inverse_dynamics(q, v, a)[:, 1])))
+
+
+def test_the_joint_that_is_selected_is_the_one_nearest_to_its_limit(arm):
+    """Level: shoulder 45 %, elbow 29 %.  With the upper arm upright the shoulder holds 1 kg at 0.3 m, 6 %, and the elbow the same, 29 %."""
+    assert make_scene(arm, [0.0, 0.0]).worst_joint() == "shoulder"
+    assert make_scene(arm, [math.pi / 2, -math.pi / 2]).worst_joint() == "elbow"
 
 
 def test_screw_axis(arm):
@@ -242,3 +249,18 @@ def test_results_of_another_robot_are_refused_or_noticed(arm, swing, tmp_path, r
     parquet.write_table(table.drop_columns(["position"]), tmp_path / "wrenches.parquet")
     with pytest.raises(ksl.MotionError, match="no column 'position'"):
         read_results(tmp_path)
+
+
+def test_arrows_start_where_the_moments_are_about(examples):
+    """Moments about the joint's origin, moved to the world's by f × (−r), are those that `at="world"` gives, for every kind of joint and format."""
+    reference = examples.parent / "test"
+    for file in ("engine/every_kind.urdf", "reference/read_sdf.sdf"):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            m = ksl.load(reference / file)
+        rng = np.random.default_rng(3)
+        q, v, a = m.random(rng), rng.normal(size=m.nv), rng.normal(size=m.nv)
+        scene = make_scene(m, q, v, a)
+        total = scene.constraint[0] + scene.actuation[0]
+        about_world = m.reactions(q, v, a, at="world", axes="world", joints=[j.name for j in m.joints])
+        np.testing.assert_allclose(total[:, 3:] + np.cross(scene.origins[0], total[:, :3]), about_world[:, 3:], atol=1e-10)

@@ -10,6 +10,7 @@ from ksl.commands.app import app
 from typer.testing import CliRunner
 
 import ksl
+import ksl.viewer.live
 
 pytest.importorskip("viser", reason="the package viser is not installed")
 
@@ -99,6 +100,30 @@ def test_show_returns_a_handle(arm, swing, monkeypatch):
         arm.show(joint="ellbow", browser=False)
     with pytest.raises(ksl.MotionError, match="time has shape"):
         arm.show(q, time=t[:5], browser=False)
+
+
+def test_what_is_shown_on_demand(arm):
+    """Lengths of arrows are those of the wrenches in the scale of the scene; colours and places are those of closed forms."""
+    from ksl.viewer.scene import SCREW, make_scene
+    from ksl.viewer.stage import legend
+
+    scene = make_scene(arm, [0.0, 0.0], [2.0, 0.0], [0.0, 0.0], external={"hand": [0, 0, -20.0, 0, 3.0, 0]})
+    with ksl.viewer.live.Viewer(scene, joint="elbow") as viewer:
+        stage, shown = viewer.stage, viewer.shown
+        shafts, heads = (node.batched_scales for node in stage._external._nodes)
+        assert shafts[0, 2] + heads[0, 2] == pytest.approx(20 * scene.scale.force, rel=1e-6)
+        assert shafts[1, 2] + heads[1, 2] + heads[2, 2] == pytest.approx(3 * scene.scale.moment, rel=1e-6)
+        assert not stage._centre.visible and not stage._screw_line.visible and not stage._links[1].show_axes
+        shown.centre_of_mass = shown.screw_axis = shown.frames = shown.utilisation = True
+        shown.external = False
+        viewer.show(0)
+        np.testing.assert_allclose(stage._centre.position, [2.3 / 3, 0, 0], atol=1e-14)
+        line = stage._screw_line.points[0]
+        np.testing.assert_allclose(line[:, [0, 2]], 0, atol=1e-6)  # along y through the shoulder
+        assert stage._screw_line.visible and tuple(stage._screw_line.colors.ravel()[:3]) == SCREW
+        assert stage._links[1].show_axes and stage._surfaces["lower"][0][0].color[0] > 200, "beyond the limit: red"
+        assert not stage._external._nodes[0].batched_scales[:, 2].any()
+        assert [text for colour, text in legend(scene) if colour][-1] == "external wrenches"
 
 
 def test_the_readout_follows_axes_point_side_and_part(arm):

@@ -26,13 +26,13 @@ def page_of(browser, url: str, offline: bool = False):
     if offline:
         page.route("**/*", lambda route: route.continue_() if route.request.url.startswith(("file:", "data:", "blob:")) else (faults.append(route.request.url), route.abort()))
     page.goto(url)
-    page.wait_for_function(READY, timeout=20_000)
+    page.wait_for_function(READY, timeout=60_000)
     yield page
     context.close()
     assert faults == []
 
 
-def until(condition, seconds: float = 15.0, page=None):
+def until(condition, seconds: float = 60.0, page=None):
     """Waits until a condition holds; the page works on meanwhile."""
     end = time.monotonic() + seconds
     while not condition():
@@ -68,7 +68,7 @@ def live(browser, arm, swing):
 def test_the_page_is_ready_at_once(live):
     """In 2 s where nothing else runs; other work on this machine may slow it down."""
     viewer, page, seconds = live
-    assert seconds < 10
+    assert seconds < 20
     np.testing.assert_allclose(at(page, "hand"), viewer.scene.poses[0, 3, :3, 3], atol=1e-6)
 
 

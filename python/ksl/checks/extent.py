@@ -9,7 +9,8 @@ from ksl.mesh_files import find_mesh, mesh_bounds
 
 
 def shape_box(robot: RobotFile, shape: Shape) -> Array | None:
-    """(2, 3): least and largest coordinates of a shape in the link's axes; None for a mesh whose extent is not known."""
+    """(2, 3): least and largest coordinates of a shape in the link's axes; None for a mesh whose extent is not
+    known."""
     if shape.kind == "mesh":
         path = find_mesh(shape.uri, robot.path, robot.package_paths)
         bounds = mesh_bounds(path) if path else None
@@ -28,7 +29,8 @@ def shape_box(robot: RobotFile, shape: Shape) -> Array | None:
 def link_box(robot: RobotFile, link: Link) -> Array | None:
     """(2, 3) around a link's geometry; None if too little of it is known.
 
-    Meshes of collisions stand for the whole link.  Spheres and boxes don't: they may cover only its foot, while the mesh to look at,
+    Meshes of collisions stand for the whole link.  Spheres and boxes don't: they may cover only its foot, while the
+    mesh to look at,
     whose extent is not known, is larger.
     """
     known: dict[str, list[Array]] = {}

@@ -117,7 +117,9 @@ def element_repeated(robot: RobotFile) -> Iterator[Broken]:
     "unknown-tag",
     "warning",
     condition="Every element is one that readers of URDF know.",
-    cause="A spelling mistake, an element in the wrong place, or one of another format. Readers skip it without notice.",
+    cause=(
+        "A spelling mistake, an element in the wrong place, or one of another format. Readers skip it without notice."
+    ),
     repair="Correct the name or the place, or remove it.",
     fix="corrects the name where exactly one known element is near and is missing there",
     formats=("urdf",),
@@ -132,13 +134,22 @@ def unknown_tag(robot: RobotFile) -> Iterator[Broken]:
                 continue
             right = nearest(child.tag, [tag for tag in known if tag in MANY or element.find(tag) is None])
             if right:
-                yield Broken(f"<{child.tag}> in <{element.tag}>", child.sourceline, kind, name, repair=f"Did you mean <{right}>?", fix=_renamed(child, right))
+                yield Broken(
+                    f"<{child.tag}> in <{element.tag}>",
+                    child.sourceline,
+                    kind,
+                    name,
+                    repair=f"Did you mean <{right}>?",
+                    fix=_renamed(child, right),
+                )
             else:
                 places.setdefault((child.tag, element.tag), []).append((kind, name, child.sourceline))
     for (tag, parent), where in places.items():
         kind, name, line = where[0]
         right_place = next((f"It belongs into <{p}>." for p, others in ELEMENTS.items() if tag in others), None)
-        yield Broken(f"<{tag}> in <{parent}>{_and_more(where)}", line, kind, name, float(len(where)), repair=right_place)
+        yield Broken(
+            f"<{tag}> in <{parent}>{_and_more(where)}", line, kind, name, float(len(where)), repair=right_place
+        )
 
 
 def _and_more(places: list[Place]) -> str:
@@ -185,10 +196,14 @@ def unknown_attribute(robot: RobotFile) -> Iterator[Broken]:
         if known is None:
             continue
         strange = [each for each in element.attrib if each not in known and "}" not in each and ":" not in each]
-        near = {each: right for each in strange if (right := nearest(each, [k for k in known if element.get(k) is None]))}
+        near = {
+            each: right for each in strange if (right := nearest(each, [k for k in known if element.get(k) is None]))
+        }
         for each, right in near.items():
             fix = _renamed_attribute(element, each, right)
-            yield Broken(f"{each} of <{element.tag}>", element.sourceline, kind, name, repair=f"Did you mean {right}?", fix=fix)
+            yield Broken(
+                f"{each} of <{element.tag}>", element.sourceline, kind, name, repair=f"Did you mean {right}?", fix=fix
+            )
         others = tuple(sorted(each for each in strange if each not in near))
         if others:
             places.setdefault((element.tag, others), []).append((kind, name, element.sourceline))
@@ -223,4 +238,12 @@ def not_loaded(robot: RobotFile) -> Iterator[Broken]:
         yield Broken(said, int(line[1]) if line else None)
 
 
-RULES = [xml_syntax, xml_encoding, xacro_unexpanded, number_unreadable, element_repeated, unknown_tag, unknown_attribute]
+RULES = [
+    xml_syntax,
+    xml_encoding,
+    xacro_unexpanded,
+    number_unreadable,
+    element_repeated,
+    unknown_tag,
+    unknown_attribute,
+]

@@ -1,7 +1,9 @@
 """Rules that compare masses and inertias with the size of the link's geometry: wrong points and wrong units.
 
-The second moment of a body about its centroid along an axis is at most m (upper − c)(c − lower), when the body lies between lower
-and upper and c is its centroid (Bhatia and Davis, A better bound on the variance, American Mathematical Monthly 107, 2000).
+The second moment of a body about its centroid along an axis is at most m (upper − c)(c − lower), when the body lies
+between lower
+and upper and c is its centroid (Bhatia and Davis, A better bound on the variance, American Mathematical Monthly 107,
+2000).
 So there are inertias that no distribution of the mass within the geometry has.
 """
 
@@ -20,7 +22,8 @@ from ksl.checks.robot import Array, Inertial, Link, RobotFile
 from ksl.checks.rule import Broken, rule
 
 MARGIN = 0.25
-"""Of the box's diagonal, by which the body may reach beyond its geometry: covers, cables, screws and motors are often not drawn."""
+"""Of the box's diagonal, by which the body may reach beyond its geometry: covers, cables, screws and motors are often
+not drawn."""
 ROOM = 0.01
 """m, the least margin."""
 MARKER = 0.011
@@ -30,7 +33,8 @@ DENSEST = 25_000.0
 LIGHTEST = 0.1
 """kg/m³ of the box.  Air has 1.2; hollow parts, thin legs and plates in their boxes have at least 10."""
 SMALLEST = 1e-3
-"""m³: lightweight parts below it are not judged by their density: markers, sensors and points of contact are given token masses."""
+"""m³: lightweight parts below it are not judged by their density: markers, sensors and points of contact are given
+token masses."""
 WRONG_UNITS = 100.0
 """Ratio of second moments beyond which units are the likely cause: 10 times in length."""
 LOOSE = 1.5
@@ -38,7 +42,8 @@ LOOSE = 1.5
 ABOUT_END, NEAR, ORDINARY, CHANGES = 2.0, 0.25, (0.15, 2.0), 0.1
 """What makes it likely that moments are about the link's origin; see about_origin."""
 LIKELY = (0.02, 1.0)
-"""Ratio of the squares of radius of gyration and half diagonal: a bar has 1/3, a hollow part more, a heavy core 0.05."""
+"""Ratio of the squares of radius of gyration and half diagonal: a bar has 1/3, a hollow part more, a heavy core
+0.05."""
 FACTORS = ((1e3, "g m²"), (1e4, "kg cm²"), (1e6, "kg mm²"), (1e7, "g cm²"), (1e9, "g mm²"))
 """How many times too large a number in these units is, when it is read as kg m²."""
 
@@ -83,12 +88,17 @@ def _fits(robot: RobotFile) -> list[Fit]:
 
 
 def about_origin(fit: Fit) -> Array | None:
-    """The moments about the centroid (3, 3 in link axes), if those of the file are likely about the link's origin; None otherwise.
+    """The moments about the centroid (3, 3 in link axes), if those of the file are likely about the link's origin;
+    None otherwise.
 
-    Looks along the line from the origin to the centroid.  A uniform bar of length L has the second moment m L²/12 about its centroid
-    and m L²/3 about its end.  So it is likely that moments are about the origin if they are more than ABOUT_END times those of a
-    uniform bar, if subtracting m c² leaves those of an ordinary part, and if a body can have what is left.  Of the links of
-    example-robot-data whose centroid is farther than NEAR of their size from the origin this holds for 1 %, and if their moments were
+    Looks along the line from the origin to the centroid.  A uniform bar of length L has the second moment m L²/12
+    about its centroid
+    and m L²/3 about its end.  So it is likely that moments are about the origin if they are more than ABOUT_END times
+    those of a
+    uniform bar, if subtracting m c² leaves those of an ordinary part, and if a body can have what is left.  Of the
+    links of
+    example-robot-data whose centroid is farther than NEAR of their size from the origin this holds for 1 %, and if
+    their moments were
     about the origin for two thirds.
     """
     I, c, m = fit.inertial.in_link_axes, fit.inertial.centroid, fit.inertial.mass or 0.0
@@ -100,7 +110,11 @@ def about_origin(fit: Fit) -> Array | None:
     length = float(abs(u) @ fit.size)  # of the box, along the line
     uniform = length**2 / 12
     along = float(np.trace(I) / 2 - u @ I @ u) / m
-    if away < NEAR * length or along < ABOUT_END * uniform or not ORDINARY[0] < (along - away**2) / uniform < ORDINARY[1]:
+    if (
+        away < NEAR * length
+        or along < ABOUT_END * uniform
+        or not ORDINARY[0] < (along - away**2) / uniform < ORDINARY[1]
+    ):
         return None
     moved = I - m * (c @ c * np.eye(3) - np.outer(c, c))
     low, middle, high = principal_moments(moved)
@@ -118,7 +132,7 @@ def _of_size(size: Array) -> str:
     condition="The centroid lies within the link's geometry, or near it.",
     cause="The centroid is in millimetres, in other axes or from another origin than the link's.",
     repair="Give the centroid in m, in the link's axes, from its origin.",
-    accept="multiplies a centroid by 0.001 that then lies in the geometry",
+    accept="multiplies a centroid by 0.001 that then lies in the geometry (other causes are left)",
 )
 def centroid_outside(robot: RobotFile) -> Iterator[Broken]:
     for fit in _fits(robot):
@@ -126,10 +140,16 @@ def centroid_outside(robot: RobotFile) -> Iterator[Broken]:
             c = fit.inertial.centroid
             away = float(np.linalg.norm(np.maximum(np.maximum(fit.box[0] - c, c - fit.box[1]), 0)))
             millimetres = away > 50 * float(fit.size.max())
-            cause = "The centroid is in millimetres." if millimetres else None
+            cause = "The centroid is in millimetres." if millimetres else _cause_outside(fit)
             inside = bool((c / 1000 >= fit.box[0]).all() and (c / 1000 <= fit.box[1]).all())
             guess = _set_centroid(fit.inertial, c / 1000) if millimetres and inside and robot.format == "urdf" else None
-            found = f"centroid {' '.join(shown(x) for x in c)} m, {_of_size(fit.size)}"
+            out = [i for i in range(3) if not fit.box[0, i] <= c[i] <= fit.box[1, i]]
+            middle = fit.box.mean(axis=0)
+            ends = ", ".join(
+                f"{'xyz'[i]} from {shown(middle[i] - fit.size[i] / 2)} to {shown(middle[i] + fit.size[i] / 2)} m"
+                for i in out
+            )
+            found = f"centroid {' '.join(shown(x) for x in c)} m; the geometry has {ends}"
             yield Broken(found, fit.inertial.line, "link", fit.link.name, away, cause=cause, guess=guess)
 
 
@@ -137,8 +157,14 @@ def centroid_outside(robot: RobotFile) -> Iterator[Broken]:
     "inertia-about-origin",
     "warning",
     condition="Moments are about the centroid: along the line to the origin they are those of a body of this length.",
-    cause="The moments are about the link's origin. With m (c² 1 − c cᵀ) subtracted, they are those of a body of this size.",
-    repair="Look whether the program that made them takes the origin. If so, subtract m (c² 1 − c cᵀ), c being the centroid.",
+    cause=(
+        "The moments are about the link's origin. With m (c² 1 − c cᵀ) subtracted, they are those of a "
+        "body of this size."
+    ),
+    repair=(
+        "Look whether the program that made them takes the origin. If so, subtract m (c² 1 − c cᵀ), c "
+        "being the centroid."
+    ),
     accept="subtracts m (c² 1 − c cᵀ) from the moments",
 )
 def inertia_about_origin(robot: RobotFile) -> Iterator[Broken]:
@@ -146,7 +172,11 @@ def inertia_about_origin(robot: RobotFile) -> Iterator[Broken]:
         I = fit.inertial.in_link_axes
         moved = about_origin(fit)
         if moved is not None and I is not None:
-            found = f"moments {_diagonal(I)} kg m² with the centroid {shown(float(np.linalg.norm(fit.inertial.centroid)))} m from the origin, {_of_size(fit.size)}; about the origin they would leave {_diagonal(moved)}"
+            found = (
+                f"moments {_diagonal(I)} kg m² with the centroid "
+                f"{shown(float(np.linalg.norm(fit.inertial.centroid)))} m from the origin, {_of_size(fit.size)}; "
+                f"about the origin they would leave {_diagonal(moved)}"
+            )
             guess = _set_moments(fit.inertial, moved, "about the centroid") if robot.format == "urdf" else None
             yield Broken(found, fit.inertial.line, "link", fit.link.name, guess=guess)
 
@@ -162,7 +192,14 @@ def _set_moments(inertial: Inertial, moments: Array, how: str) -> Repair:
         assert inertial.element is not None
         own = inertial.rotation.T @ moments @ inertial.rotation  # in the axes of the file's <origin>
         inertia = inertial.element.find("inertia")
-        for name, (i, j) in {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}.items():
+        for name, (i, j) in {
+            "ixx": (0, 0),
+            "ixy": (0, 1),
+            "ixz": (0, 2),
+            "iyy": (1, 1),
+            "iyz": (1, 2),
+            "izz": (2, 2),
+        }.items():
             inertia.set(name, digits(float(own[i, j])))
         return f"moments are now {how}: {_diagonal(own)} kg m²"
 
@@ -188,7 +225,10 @@ def inertia_units(robot: RobotFile) -> Iterator[Broken]:
         half = np.maximum(np.linalg.norm(fit.size) / 2 * (1 + 2 * MARGIN), ROOM)
         ratio = float(np.trace(I) / 2 / mass / half**2)
         gyration = float(np.sqrt(max(np.trace(I) / 2, 0) / mass))
-        found = f"moments {_diagonal(I)} kg m² and mass {shown(mass)} kg: radius of gyration {shown(gyration)} m, {_of_size(fit.size)}"
+        found = (
+            f"moments {_diagonal(I)} kg m² and mass {shown(mass)} kg: radius of gyration {shown(gyration)} m, "
+            f"{_of_size(fit.size)}"
+        )
         if ratio > WRONG_UNITS:
             likely = {unit: factor for factor, unit in FACTORS if LIKELY[0] < ratio / factor < LIKELY[1]}
             cause = f"The moments are in {' or '.join(likely)}." if likely else None
@@ -197,16 +237,27 @@ def inertia_units(robot: RobotFile) -> Iterator[Broken]:
                 ((unit, factor),) = likely.items()
                 guess = _set_moments(fit.inertial, I / factor, f"in kg m², taken as {unit}")
             if np.ptp(np.diag(I)) == 0:
-                cause = "A placeholder: all moments are equal." + (f" Otherwise they are in {' or '.join(likely)}." if likely else "")
+                cause = "A placeholder: all moments are equal." + (
+                    f" Otherwise they are in {' or '.join(likely)}." if likely else ""
+                )
             yield Broken(found, fit.inertial.line, "link", fit.link.name, gyration, cause=cause, guess=guess)
         elif 0 < gyration < float(fit.size.max()) / 300 and fit.size.max() > 0.02:
-            yield Broken(found, fit.inertial.line, "link", fit.link.name, gyration, cause="The moments are too small by a factor of units, or a placeholder.")
+            yield Broken(
+                found,
+                fit.inertial.line,
+                "link",
+                fit.link.name,
+                gyration,
+                cause="The moments are too small by a factor of units, or a placeholder.",
+            )
 
 
 @rule(
     "inertia-too-large",
     "warning",
-    condition=f"The mass can be distributed within {LOOSE:g} times the room of the geometry so that it has these moments.",
+    condition=(
+        f"The mass can be distributed within {LOOSE:g} times the room of the geometry so that it has these moments."
+    ),
     cause="The moments are of another part, about another point, or a placeholder.",
     repair="Take mass, centroid and moments from the CAD program again.",
 )
@@ -219,7 +270,10 @@ def inertia_too_large(robot: RobotFile) -> Iterator[Broken]:
             continue
         excess = fit.excess(I)
         if excess > LOOSE**2 and about_origin(fit) is None:  # one finding is enough
-            found = f"moments {_diagonal(I)} kg m² and mass {shown(fit.inertial.mass or 0.0)} kg need {np.sqrt(excess):.3g} times the room of the {_of_size(fit.size)}"
+            found = (
+                f"moments {_diagonal(I)} kg m² and mass {shown(fit.inertial.mass or 0.0)} kg need "
+                f"{np.sqrt(excess):.3g} times the room of the {_of_size(fit.size)}"
+            )
             yield Broken(found, fit.inertial.line, "link", fit.link.name, excess)
 
 
@@ -245,6 +299,22 @@ def mass_units(robot: RobotFile) -> Iterator[Broken]:
         elif density < LIGHTEST and volume > SMALLEST:
             cause = "The mass is in tonnes, a placeholder, or that of another part, or the geometry is in mm."
             yield Broken(found, fit.inertial.line, "link", fit.link.name, density, cause=cause)
+
+
+def _cause_outside(fit: Fit) -> str | None:
+    """Why a centroid may be outside: left at the origin, or with a wrong sign."""
+    c = fit.inertial.centroid
+    if not c.any():
+        return "<origin> of <inertial> was left out or at zero: the centroid of this link is not at its origin."
+    for axis, name in enumerate("xyz"):
+        mirrored = c.copy()
+        mirrored[axis] *= -1
+        if (mirrored >= fit.box[0]).all() and (mirrored <= fit.box[1]).all():
+            return (
+                f"The sign of {name} is wrong, or the mesh is mirrored and the centroid is not: with the other "
+                "sign it lies within."
+            )
+    return None
 
 
 def _set_centroid(inertial: Inertial, centroid: Array) -> Repair:

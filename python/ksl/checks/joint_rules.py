@@ -45,7 +45,9 @@ def axis_not_unit(robot: RobotFile) -> Iterator[Broken]:
             unit = " ".join(digits(x) for x in joint.axis / length)
             given = " ".join(shown(x) for x in joint.axis)
             fix = set_attribute(joint.axis_element, "xyz", unit) if robot.format == "urdf" else None
-            yield Broken(f"axis {given} has the length {length:.6g}", joint.axis_line, "joint", joint.name, length, fix=fix)
+            yield Broken(
+                f"axis {given} has the length {length:.6g}", joint.axis_line, "joint", joint.name, length, fix=fix
+            )
 
 
 @rule(
@@ -60,7 +62,12 @@ def axis_not_unit(robot: RobotFile) -> Iterator[Broken]:
 )
 def axis_missing(robot: RobotFile) -> Iterator[Broken]:
     for joint in robot.joints:
-        if joint.kind in WITH_AXIS and joint.axis_element is None and joint.element is not None and joint.element.tag == "joint":
+        if (
+            joint.kind in WITH_AXIS
+            and joint.axis_element is None
+            and joint.element is not None
+            and joint.element.tag == "joint"
+        ):
             yield Broken(f"{joint.kind} joint without <axis>", joint.line, "joint", joint.name, fix=_with_axis(joint))
 
 
@@ -108,16 +115,36 @@ def mimic_unknown(robot: RobotFile) -> Iterator[Broken]:
             name = joint.mimic.leader
             same = [known for known in robot.joint_of if known.strip().lower() == name.strip().lower()]
             prefixed = _with_prefix(robot, joint.name, name)
-            fix = set_attribute(joint.mimic.element, "joint", same[0]) if len(same) == 1 and robot.format == "urdf" else None
-            guess = set_attribute(joint.mimic.element, "joint", prefixed) if prefixed and robot.format == "urdf" else None
+            fix = (
+                set_attribute(joint.mimic.element, "joint", same[0])
+                if len(same) == 1 and robot.format == "urdf"
+                else None
+            )
+            guess = (
+                set_attribute(joint.mimic.element, "joint", prefixed) if prefixed and robot.format == "urdf" else None
+            )
             repair = f"Did you mean {prefixed}?" if prefixed else suggest(name, robot.joint_of)
             found = f'it mimics joint "{name}", which does not exist'
-            yield Broken(found, joint.mimic.line, "joint", joint.name, repair=repair, cause="A prefix was left out." if prefixed else None, fix=fix, guess=guess)
+            yield Broken(
+                found,
+                joint.mimic.line,
+                "joint",
+                joint.name,
+                repair=repair,
+                cause="A prefix was left out." if prefixed else None,
+                fix=fix,
+                guess=guess,
+            )
 
 
 def _with_prefix(robot: RobotFile, follower: str, leader: str) -> str | None:
-    """left_thumb_1 for the leader thumb_1 of left_thumb_2: what a macro with a prefix that one name lacks was meant to say."""
-    found = [name for name in robot.joint_of if leader and name.endswith(leader) and name != follower and follower.startswith(name[: -len(leader)])]
+    """left_thumb_1 for the leader thumb_1 of left_thumb_2: what a macro with a prefix that one name lacks was meant
+    to say."""
+    found = [
+        name
+        for name in robot.joint_of
+        if leader and name.endswith(leader) and name != follower and follower.startswith(name[: -len(leader)])
+    ]
     return found[0] if len(found) == 1 else None
 
 
@@ -132,9 +159,13 @@ def mimic_kind(robot: RobotFile) -> Iterator[Broken]:
     for joint in robot.joints:
         leader = robot.joint_of.get(joint.mimic.leader) if joint.mimic else None
         if joint.mimic and joint.kind not in ("", "fixed", *ONE_COORDINATE):
-            yield Broken(f"it mimics joint {joint.mimic.leader} and is {joint.kind}", joint.mimic.line, "joint", joint.name)
+            yield Broken(
+                f"it mimics joint {joint.mimic.leader} and is {joint.kind}", joint.mimic.line, "joint", joint.name
+            )
         elif joint.mimic and joint.kind != "fixed" and leader and leader.kind and leader.kind not in ONE_COORDINATE:
-            yield Broken(f"it mimics joint {leader.name}, which is {leader.kind}", joint.mimic.line, "joint", joint.name)
+            yield Broken(
+                f"it mimics joint {leader.name}, which is {leader.kind}", joint.mimic.line, "joint", joint.name
+            )
 
 
 @rule(
@@ -151,7 +182,14 @@ def mimic_fixed(robot: RobotFile) -> Iterator[Broken]:
     for joint in fixed[:1]:
         assert joint.mimic
         more = f", and so do {len(fixed) - 1} more fixed joints" if len(fixed) > 1 else ""
-        yield Broken(f"it mimics joint {joint.mimic.leader}{more}", joint.mimic.line, "joint", joint.name, float(len(fixed)), fix=_without_mimic(fixed))
+        yield Broken(
+            f"it mimics joint {joint.mimic.leader}{more}",
+            joint.mimic.line,
+            "joint",
+            joint.name,
+            float(len(fixed)),
+            fix=_without_mimic(fixed),
+        )
 
 
 def _without_mimic(joints: list[Joint]) -> Repair:
@@ -179,7 +217,12 @@ def mimic_loop(robot: RobotFile) -> Iterator[Broken]:
         if closed and not told.intersection(names):
             told.update(names)
             assert joint.mimic
-            yield Broken(f"it mimics {' → '.join([*names[1:], _leader(followed[-1])])}: no joint leads", joint.mimic.line, "joint", joint.name)
+            yield Broken(
+                f"it mimics {' → '.join([*names[1:], _leader(followed[-1])])}: no joint leads",
+                joint.mimic.line,
+                "joint",
+                joint.name,
+            )
 
 
 def _leader(joint: Joint) -> str:
@@ -190,7 +233,10 @@ def _leader(joint: Joint) -> str:
     "mimic-chain",
     "warning",
     condition="A mimic joint follows a joint that is none.",
-    cause="Fingers with several joints, each written as a follower of the one before. KSL follows the chain; some readers take the first leader's position as it is, or refuse.",
+    cause=(
+        "Fingers with several joints, each written as a follower of the one before. KSL follows the "
+        "chain; some readers take the first leader's position as it is, or refuse."
+    ),
     repair="Name the joint that leads all of them, with the product of the multipliers.",
     fix="names the joint that leads all of them, with the product of the multipliers and the offset that belongs to it",
     formats=("urdf", "sdf"),
@@ -207,8 +253,15 @@ def mimic_chain(robot: RobotFile) -> Iterator[Broken]:
             multiplier *= each.mimic.multiplier
         direct = Mimic(joint.mimic.line, joint.mimic.element, followed[-1].name, multiplier, offset)
         names = " → ".join(j.name for j in followed[1:])
-        repair = f'Name {direct.leader} with the multiplier {shown(multiplier)} and the offset {shown(offset)}.'
-        yield Broken(f"it mimics {names}", joint.mimic.line, "joint", joint.name, repair=repair, fix=_direct(direct) if robot.format == "urdf" else None)
+        repair = f"Name {direct.leader} with the multiplier {shown(multiplier)} and the offset {shown(offset)}."
+        yield Broken(
+            f"it mimics {names}",
+            joint.mimic.line,
+            "joint",
+            joint.name,
+            repair=repair,
+            fix=_direct(direct) if robot.format == "urdf" else None,
+        )
 
 
 def _direct(mimic: Mimic) -> Repair:
@@ -216,9 +269,16 @@ def _direct(mimic: Mimic) -> Repair:
         element = mimic.element
         assert element is not None
         old = element.get("joint")
-        for name, value in (("joint", mimic.leader), ("multiplier", digits(mimic.multiplier)), ("offset", digits(mimic.offset))):
+        for name, value in (
+            ("joint", mimic.leader),
+            ("multiplier", digits(mimic.multiplier)),
+            ("offset", digits(mimic.offset)),
+        ):
             element.set(name, value)
-        return f"<mimic> named {old}; now {mimic.leader}, multiplier {shown(mimic.multiplier)}, offset {shown(mimic.offset)}"
+        return (
+            f"<mimic> named {old}; now {mimic.leader}, multiplier {shown(mimic.multiplier)}, offset "
+            f"{shown(mimic.offset)}"
+        )
 
     return change
 
@@ -237,4 +297,14 @@ def dynamics_negative(robot: RobotFile) -> Iterator[Broken]:
                 yield Broken(f"{what} {shown(value)}", joint.dynamics_line or joint.line, "joint", joint.name, value)
 
 
-RULES = [axis_zero, axis_not_unit, axis_missing, mimic_unknown, mimic_kind, mimic_fixed, mimic_loop, mimic_chain, dynamics_negative]
+RULES = [
+    axis_zero,
+    axis_not_unit,
+    axis_missing,
+    mimic_unknown,
+    mimic_kind,
+    mimic_fixed,
+    mimic_loop,
+    mimic_chain,
+    dynamics_negative,
+]

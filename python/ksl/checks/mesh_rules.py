@@ -13,7 +13,13 @@ from ksl.checks.findings import Repair
 from ksl.checks.repair import digits, set_attribute, shown
 from ksl.checks.robot import Link, RobotFile, Shape
 from ksl.checks.rule import Broken, rule
-from ksl.mesh_files import find_mesh, mesh_fault, package_folders, package_of, same_but_for_capitals
+from ksl.mesh_files import (
+    find_mesh,
+    mesh_fault,
+    package_folders,
+    package_of,
+    same_but_for_capitals,
+)
 
 LARGEST = 50.0
 """m: the largest robot arms and cranes are smaller; a part of 0.1 m drawn in mm has 100."""
@@ -42,7 +48,15 @@ def mesh_uri(robot: RobotFile) -> Iterator[Broken]:
     for link, shape in wrong[:1]:
         more = f", and {len(wrong) - 1} more" if len(wrong) > 1 else ""
         fix = _all_corrected([shape for _, shape in wrong]) if robot.format == "urdf" else None
-        yield Broken(f"{shape.uri}{more}", shape.line, "link", link.name, float(len(wrong)), repair=f"Write {_corrected(shape.uri)}.", fix=fix)
+        yield Broken(
+            f"{shape.uri}{more}",
+            shape.line,
+            "link",
+            link.name,
+            float(len(wrong)),
+            repair=f"Write {_corrected(shape.uri)}.",
+            fix=fix,
+        )
 
 
 def _corrected(uri: str) -> str:
@@ -57,7 +71,10 @@ def _all_corrected(shapes: list[Shape]) -> Repair:
         for shape in shapes:
             if shape.element is not None:
                 shape.element.set("filename", _corrected(shape.uri))
-        return f"{len(shapes)} name{'s' if len(shapes) > 1 else ''} of meshes corrected: {shapes[0].uri} is now {_corrected(shapes[0].uri)}"
+        return (
+            f"{len(shapes)} name{'s' if len(shapes) > 1 else ''} of meshes corrected: {shapes[0].uri} is now "
+            f"{_corrected(shapes[0].uri)}"
+        )
 
     return change
 
@@ -90,7 +107,9 @@ def package_missing(robot: RobotFile) -> Iterator[Broken]:
     for package, (link, shape) in first.items():
         if not _package_is_found(robot, package):
             n = count[package]
-            found = f"package {package} not found, with {n} mesh{'es' if n > 1 else ''}, the first of which is {shape.uri}"
+            found = (
+                f"package {package} not found, with {n} mesh{'es' if n > 1 else ''}, the first of which is {shape.uri}"
+            )
             yield Broken(found, shape.line, "link", link.name)
 
 
@@ -191,7 +210,13 @@ def mesh_scales(robot: RobotFile) -> Iterator[Broken]:
     for uri, each in uses.items():
         least, most = min(each, key=lambda use: use[0]), max(each, key=lambda use: use[0])
         if most[0] / least[0] >= SCALES:
-            yield Broken(f"{uri} at scale {shown(least[0])} and, in line {most[2].line}, at scale {shown(most[0])}", least[2].line, "link", least[1].name, most[0] / least[0])
+            yield Broken(
+                f"{uri} at scale {shown(least[0])} and, in line {most[2].line}, at scale {shown(most[0])}",
+                least[2].line,
+                "link",
+                least[1].name,
+                most[0] / least[0],
+            )
 
 
 RULES = [mesh_uri, package_missing, mesh_missing, mesh_unreadable, mesh_units, mesh_scales]

@@ -34,9 +34,13 @@ def read_mjcf(robot: RobotFile) -> None:
         if link.mass > 0:
             c = np.array(link.first_moment) / link.mass
             xx, yy, zz, xy, yz, zx = link.inertia
-            moments = np.array([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]]) - link.mass * (c @ c * np.eye(3) - np.outer(c, c))
+            moments = np.array([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]]) - link.mass * (
+                c @ c * np.eye(3) - np.outer(c, c)
+            )
             size = abs(np.array([xx, yy, zz])).sum()
-            inertial = Inertial(line, None, link.mass, c, np.eye(3), moments, rounding=1e-6 * size)  # the shift to the origin and back rounds, too
+            inertial = Inertial(
+                line, None, link.mass, c, np.eye(3), moments, rounding=1e-6 * size
+            )  # the shift to the origin and back rounds, too
         robot.links.append(Link(link.name, line, None, inertial, has_inertial=inertial is not None))
     for each in model.joints:
         if each.parent is None:
@@ -44,4 +48,20 @@ def read_mjcf(robot: RobotFile) -> None:
         line = lines.get(("joint", each.name))
         mimic = Mimic(line, None, each.leader, each.multiplier, each.offset) if each.leader else None
         limits = (each.lower, each.upper, each.effort, each.velocity)
-        robot.joints.append(Joint(each.name, line, None, each.kind, each.parent, each.child, np.array(each.axis), line, None, line, None, *limits, mimic=mimic))
+        robot.joints.append(
+            Joint(
+                each.name,
+                line,
+                None,
+                each.kind,
+                each.parent,
+                each.child,
+                np.array(each.axis),
+                line,
+                None,
+                line,
+                None,
+                *limits,
+                mimic=mimic,
+            )
+        )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ksl.checks.robot import Array, Inertial, Joint, Link, Mimic, RobotFile, Shape
-from ksl.checks.xml_file import Numbers, children, half_unit, line_of, rotation_of
+from ksl.checks.xml_file import Numbers, children, half_unit, line_of, rotation_of, rotation_of_quaternion
 
 if TYPE_CHECKING:
     from lxml.etree import _Element
@@ -20,7 +20,10 @@ def read_sdf(robot: RobotFile) -> None:
     """Fills in links and joints of all models of the file from `robot.root`."""
     root = robot.root
     assert root is not None
-    models = [*children(root, "model"), *(model for world in children(root, "world") for model in children(world, "model"))]
+    models = [
+        *children(root, "model"),
+        *(model for world in children(root, "world") for model in children(world, "model")),
+    ]
     for model in models:
         _model(robot, model, f"{model.get('name', '')}::" if len(models) > 1 else "")
     robot.name = models[0].get("name", "") if models else ""
@@ -51,9 +54,7 @@ def _pose(numbers: Numbers, parent: _Element) -> tuple[Array, Array] | None:
     if values is None:
         return np.eye(3), np.zeros(3)
     if quaternion:
-        x, y, z, w = values[3:] / (np.linalg.norm(values[3:]) or 1.0)
-        S = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-        return np.eye(3) + 2 * w * S + 2 * S @ S, values[:3]
+        return rotation_of_quaternion(values[3:]), values[:3]
     return rotation_of(np.radians(values[3:]) if pose.get("degrees") == "true" else values[3:]), values[:3]
 
 
@@ -66,7 +67,9 @@ def _link(robot: RobotFile, element: _Element, scope: str) -> Link:
         link.has_inertial = True
         link.inertial = _inertial(numbers, inertial)
     else:
-        link.inertial = Inertial(link.line, None, 1.0, np.zeros(3), np.eye(3), None)  # what the format takes; a rule says it
+        link.inertial = Inertial(
+            link.line, None, 1.0, np.zeros(3), np.eye(3), None
+        )  # what the format takes; a rule says it
     for role in ("visual", "collision"):
         for each in children(element, role):
             shape = _shape(numbers, each, role)
@@ -84,11 +87,17 @@ def _inertial(numbers: Numbers, element: _Element) -> Inertial:
     rounding = 0.0
     if inertia is not None:
         given = {name: numbers.text(inertia, name) for name in MOMENTS}
-        xx, yy, zz = (1.0 if given[name] is None else float(given[name][0]) for name in MOMENTS[:3])  # type: ignore[index]
-        xy, yz, xz = (0.0 if given[name] is None else float(given[name][0]) for name in MOMENTS[3:])  # type: ignore[index]
+        xx, yy, zz = (_one(given[name], 1.0) for name in MOMENTS[:3])
+        xy, yz, xz = (_one(given[name], 0.0) for name in MOMENTS[3:])
         moments = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         rounding = sum(half_unit(inertia.findtext(name, "")) for name in MOMENTS[:3])
-    return Inertial(line_of(element), element, 1.0 if mass is None else float(mass[0]), centroid, rotation, moments, rounding)
+    return Inertial(
+        line_of(element), element, 1.0 if mass is None else float(mass[0]), centroid, rotation, moments, rounding
+    )
+
+
+def _one(value: Array | None, otherwise: float) -> float:
+    return otherwise if value is None else float(value[0])
 
 
 def _shape(numbers: Numbers, element: _Element, role: str) -> Shape | None:
@@ -100,7 +109,17 @@ def _shape(numbers: Numbers, element: _Element, role: str) -> Shape | None:
     rotation, translation = pose if pose else (np.eye(3), np.full(3, np.nan))
     if shape.tag == "mesh":
         scale = numbers.text(shape, "scale", 3)
-        return Shape(line, shape, role, "mesh", np.zeros(3), rotation, translation, shape.findtext("uri", "").strip(), np.ones(3) if scale is None else scale)
+        return Shape(
+            line,
+            shape,
+            role,
+            "mesh",
+            np.zeros(3),
+            rotation,
+            translation,
+            shape.findtext("uri", "").strip(),
+            np.ones(3) if scale is None else scale,
+        )
     radius, length = numbers.text(shape, "radius"), numbers.text(shape, "length")
     size = numbers.text(shape, "size", 3) if shape.tag == "box" else None
     if size is not None:
@@ -109,7 +128,9 @@ def _shape(numbers: Numbers, element: _Element, role: str) -> Shape | None:
         return Shape(line, shape, role, "sphere", np.full(3, abs(radius[0])), rotation, translation)
     if shape.tag in ("cylinder", "capsule") and radius is not None and length is not None:
         end = abs(length[0]) / 2 + (abs(radius[0]) if shape.tag == "capsule" else 0)
-        return Shape(line, shape, role, "cylinder", np.array([abs(radius[0]), abs(radius[0]), end]), rotation, translation)
+        return Shape(
+            line, shape, role, "cylinder", np.array([abs(radius[0]), abs(radius[0]), end]), rotation, translation
+        )
     return None
 
 
@@ -134,9 +155,21 @@ def _joint(robot: RobotFile, element: _Element, scope: str) -> Joint:
         return None if value is None else float(value[0])
 
     joint.limit_line, joint.limit_element = line_of(limit), limit
-    joint.lower, joint.upper, joint.effort, joint.velocity = (number(limit, tag) for tag in ("lower", "upper", "effort", "velocity"))
-    joint.damping, joint.friction, joint.dynamics_line = number(dynamics, "damping"), number(dynamics, "friction"), line_of(dynamics)
+    joint.lower, joint.upper, joint.effort, joint.velocity = (
+        number(limit, tag) for tag in ("lower", "upper", "effort", "velocity")
+    )
+    joint.damping, joint.friction, joint.dynamics_line = (
+        number(dynamics, "damping"),
+        number(dynamics, "friction"),
+        line_of(dynamics),
+    )
     if mimic is not None:
         multiplier, offset = number(mimic, "multiplier"), number(mimic, "offset")
-        joint.mimic = Mimic(line_of(mimic), mimic, scope + mimic.get("joint", ""), 1.0 if multiplier is None else multiplier, offset or 0.0)
+        joint.mimic = Mimic(
+            line_of(mimic),
+            mimic,
+            scope + mimic.get("joint", ""),
+            1.0 if multiplier is None else multiplier,
+            offset or 0.0,
+        )
     return joint

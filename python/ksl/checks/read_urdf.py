@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ksl.checks.robot import Array, Inertial, Joint, Link, Mimic, Note, RobotFile, Shape
-from ksl.checks.xml_file import Numbers, children, half_unit, line_of, rotation_of
+from ksl.checks.robot import Array, Inertial, Joint, Kind, Link, Mimic, Note, RobotFile, Shape
+from ksl.checks.xml_file import Numbers, children, half_unit, line_of, rotation_of, rotation_of_quaternion
 
 if TYPE_CHECKING:
     from lxml.etree import _Element
@@ -32,11 +32,13 @@ def read_urdf(robot: RobotFile) -> None:
             robot.joints.append(_joint(robot, element))
 
 
-def _once(robot: RobotFile, parent: _Element, kind: str, name: str, tags: tuple[str, ...]) -> None:
+def _once(robot: RobotFile, parent: _Element, kind: Kind, name: str, tags: tuple[str, ...]) -> None:
     for tag in tags:
         found = children(parent, tag)
         if len(found) > 1:
-            robot.repeated.append(Note(line_of(found[1]), f"<{tag}> stands {len(found)} times in <{parent.tag}>", kind, name))  # type: ignore[arg-type]
+            robot.repeated.append(
+                Note(line_of(found[1]), f"<{tag}> stands {len(found)} times in <{parent.tag}>", kind, name)
+            )
 
 
 def _origin(numbers: Numbers, parent: _Element) -> tuple[Array, Array]:
@@ -44,11 +46,13 @@ def _origin(numbers: Numbers, parent: _Element) -> tuple[Array, Array]:
     origin = parent.find("origin")
     t, rpy = numbers.vector(origin, "xyz"), numbers.vector(origin, "rpy")
     rotation = np.eye(3) if rpy is None or not rpy.any() else rotation_of(rpy)
-    quaternion = None if origin is None or origin.get("quat_xyzw") is None else numbers.several(origin.get("quat_xyzw"), 4, line_of(origin), "quat_xyzw")
-    if quaternion is not None and quaternion.any():
-        x, y, z, w = quaternion / np.linalg.norm(quaternion)
-        S = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-        rotation = np.eye(3) + 2 * w * S + 2 * S @ S
+    quaternion = (
+        None
+        if origin is None or origin.get("quat_xyzw") is None
+        else numbers.several(origin.get("quat_xyzw"), 4, line_of(origin), "quat_xyzw")
+    )
+    if quaternion is not None:
+        rotation = rotation_of_quaternion(quaternion)
     return rotation, np.zeros(3) if t is None else t
 
 
@@ -73,7 +77,10 @@ def _link(robot: RobotFile, element: _Element) -> Link:
 def _inertial(numbers: Numbers, element: _Element) -> Inertial:
     mass, inertia = element.find("mass"), element.find("inertia")
     rotation, centroid = _origin(numbers, element)
-    for child, tag, mend in ((mass, "mass", '<mass value="1.5"/> for example'), (inertia, "inertia", '<inertia ixx="..." .../>')):
+    for child, tag, mend in (
+        (mass, "mass", '<mass value="1.5"/> for example'),
+        (inertia, "inertia", '<inertia ixx="..." .../>'),
+    ):
         if child is None:
             numbers.note(line_of(element), f"<inertial> has no <{tag}>, expected {mend}")
     if mass is not None and mass.get("value") is None:
@@ -82,7 +89,9 @@ def _inertial(numbers: Numbers, element: _Element) -> Inertial:
     if inertia is not None:
         absent = [name for name in MOMENTS if inertia.get(name) is None]
         if absent:
-            numbers.note(line_of(inertia), f"<inertia> has no {', '.join(absent)}, expected all of ixx, ixy, ixz, iyy, iyz, izz")
+            numbers.note(
+                line_of(inertia), f"<inertia> has no {', '.join(absent)}, expected all of ixx, ixy, ixz, iyy, iyz, izz"
+            )
         values = [numbers.attribute(inertia, name) for name in MOMENTS]
         if not absent and None not in values:
             xx, yy, zz, xy, yz, xz = values
@@ -100,7 +109,17 @@ def _shape(numbers: Numbers, element: _Element, role: str) -> Shape | None:
     rotation, translation = _origin(numbers, element)
     if shape.tag == "mesh":
         scale = numbers.vector(shape, "scale")
-        return Shape(line, shape, role, "mesh", np.zeros(3), rotation, translation, shape.get("filename", ""), np.ones(3) if scale is None else scale)
+        return Shape(
+            line,
+            shape,
+            role,
+            "mesh",
+            np.zeros(3),
+            rotation,
+            translation,
+            shape.get("filename", ""),
+            np.ones(3) if scale is None else scale,
+        )
     if shape.tag == "box":
         size = numbers.vector(shape, "size")
         return None if size is None else Shape(line, shape, role, "box", abs(size) / 2, rotation, translation)
@@ -126,7 +145,9 @@ def _joint(robot: RobotFile, element: _Element) -> Joint:
         joint.axis, joint.axis_line, joint.axis_element = numbers.vector(axis, "xyz"), line_of(axis), axis
     if limit is not None:
         joint.limit_line, joint.limit_element = line_of(limit), limit
-        joint.lower, joint.upper, joint.effort, joint.velocity = (numbers.attribute(limit, k) for k in ("lower", "upper", "effort", "velocity"))
+        joint.lower, joint.upper, joint.effort, joint.velocity = (
+            numbers.attribute(limit, k) for k in ("lower", "upper", "effort", "velocity")
+        )
     if dynamics is not None:
         joint.dynamics_line = line_of(dynamics)
         joint.damping, joint.friction = (numbers.attribute(dynamics, k) for k in ("damping", "friction"))
@@ -134,5 +155,7 @@ def _joint(robot: RobotFile, element: _Element) -> Joint:
     mimic = element.find("mimic")
     if mimic is not None:
         factor, offset = (numbers.attribute(mimic, k) for k in ("multiplier", "offset"))
-        joint.mimic = Mimic(line_of(mimic), mimic, mimic.get("joint", ""), 1.0 if factor is None else factor, offset or 0.0)
+        joint.mimic = Mimic(
+            line_of(mimic), mimic, mimic.get("joint", ""), 1.0 if factor is None else factor, offset or 0.0
+        )
     return joint

@@ -47,7 +47,8 @@ def remove(element: _Element) -> None:
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
-    """The known name that was likely meant: the same in other capitals, or one that differs by a few letters.  None if there is none."""
+    """The known name that was likely meant: the same in other capitals, or one that differs by a few letters.  None
+    if there is none."""
     names = list(known)
     folded = {each.strip().lower(): each for each in names}
     if name.strip().lower() in folded:
@@ -57,6 +58,6 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
 
 
 def suggest(name: str, known: Iterable[str]) -> str | None:
-    """"Did you mean hand?", or None where nothing is near."""
+    """ "Did you mean hand?", or None where nothing is near."""
     near = nearest(name, known)
     return f"Did you mean {near}?" if near else None

@@ -19,12 +19,29 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Format = Literal["urdf", "sdf", "mjcf", "unknown"]
+Kind = Literal["link", "joint", ""]
+"""Of what a finding is about; empty for the file."""
 
-MOVING = {"revolute", "continuous", "prismatic", "helical", "screw", "cylindrical", "universal", "revolute2", "spherical", "ball", "planar", "translation", "floating"}
+MOVING = {
+    "revolute",
+    "continuous",
+    "prismatic",
+    "helical",
+    "screw",
+    "cylindrical",
+    "universal",
+    "revolute2",
+    "spherical",
+    "ball",
+    "planar",
+    "translation",
+    "floating",
+}
 ONE_COORDINATE = {"revolute", "continuous", "prismatic", "helical", "screw"}
 WITH_AXIS = ONE_COORDINATE | {"cylindrical", "universal", "revolute2", "planar"}
 NEGLIGIBLE = 0.05
 """Share of a body's mass and moments below which one of the links that it is welded of doesn't matter."""
+URDF_TYPES = ("fixed", "revolute", "continuous", "prismatic", "floating", "planar")
 TYPES = sorted(MOVING - {"revolute2"} | {"fixed"})
 
 
@@ -40,9 +57,11 @@ class Inertial:
     rotation: Array
     """(3, 3): from the axes of the moments to those of the link."""
     moments: Array | None
-    """(3, 3) about the centroid, kg m², in the axes that the file gives; None if a number is missing or can't be read."""
+    """(3, 3) about the centroid, kg m², in the axes that the file gives; None if a number is missing or can't be
+    read."""
     rounding: float = 0.0
-    """Half a unit of the last printed digit of the moments, summed over the diagonal: what rounding may have changed."""
+    """Half a unit of the last printed digit of the moments, summed over the diagonal: what rounding may have
+    changed."""
 
     @property
     def in_link_axes(self) -> Array | None:
@@ -85,7 +104,9 @@ class Link:
     @property
     def largest_moment(self) -> float:
         """Largest element of the inertia matrix, kg m²; 0 where it is not known."""
-        return 0.0 if self.inertial is None or self.inertial.moments is None else float(abs(self.inertial.moments).max())
+        return (
+            0.0 if self.inertial is None or self.inertial.moments is None else float(abs(self.inertial.moments).max())
+        )
 
 
 @dataclass
@@ -132,7 +153,7 @@ class Note:
 
     line: int | None
     found: str
-    kind: Literal["link", "joint", ""] = ""
+    kind: Kind = ""
     name: str = ""
 
 
@@ -224,9 +245,14 @@ class RobotFile:
 
     @cached_property
     def moves_mass(self) -> dict[str, bool]:
-        """{link: whether it, or what it carries, has a mass}, of links that are reached from a root.  A mass that can't be read is one."""
+        """{link: whether it, or what it carries, has a mass}, of links that are reached from a root.  A mass that
+        can't be read is one."""
         order = [name for root in self.roots for name in self.subtree(root.name)]
-        heavy = {name: self.link_of[name].mass != 0 or self.link_of[name].mass_unreadable for name in order if name in self.link_of}
+        heavy = {
+            name: self.link_of[name].mass != 0 or self.link_of[name].mass_unreadable
+            for name in order
+            if name in self.link_of
+        }
         for name in reversed(order):  # every link comes after the one that carries it
             above = self.joint_above.get(name)
             if above is not None and above.parent in heavy:
@@ -244,7 +270,8 @@ class RobotFile:
     def matters(self, link: Link) -> bool:
         """Whether a link has a share of the mass or of the moments of the body that it is welded into.
 
-        Frames, sensors and markers are often given token masses so that simulators accept them.  Beside the part that they sit on
+        Frames, sensors and markers are often given token masses so that simulators accept them.  Beside the part that
+        they sit on
         these change no result.
         """
         heaviest, largest = self._largest_of_bodies[self.welded.get(link.name, link.name)]
@@ -252,4 +279,7 @@ class RobotFile:
 
     @cached_property
     def _largest_of_bodies(self) -> dict[str, tuple[float, float]]:
-        return {name: (max(link.mass for link in body), max(link.largest_moment for link in body)) for name, body in self.bodies.items()}
+        return {
+            name: (max(link.mass for link in body), max(link.largest_moment for link in body))
+            for name, body in self.bodies.items()
+        }

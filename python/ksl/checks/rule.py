@@ -53,9 +53,21 @@ class Rule:
     def findings(self, robot: RobotFile) -> Iterator[Finding]:
         for b in self.check(robot):
             yield Finding(
-                self.name, b.severity or self.severity, str(robot.path), b.line, b.kind, clipped(b.name), clipped(b.found, 600), self.condition,
-                b.cause or self.cause, b.repair or self.repair, b.value, b.fix is not None, b.fix is None and b.guess is not None, b.fix or b.guess,
-            )  # fmt: skip
+                self.name,
+                b.severity or self.severity,
+                str(robot.path),
+                b.line,
+                b.kind,
+                clipped(b.name),
+                clipped(b.found, 600),
+                self.condition,
+                b.cause or self.cause,
+                b.repair or self.repair,
+                b.value,
+                b.fix is not None,
+                b.fix is None and b.guess is not None,
+                b.fix or b.guess,
+            )
 
 
 def clipped(text: str, length: int = 200) -> str:
@@ -65,7 +77,16 @@ def clipped(text: str, length: int = 200) -> str:
 
 
 def rule(
-    name: str, severity: Severity, *, condition: str, cause: str, repair: str, fix: str = "", accept: str = "", formats: tuple[str, ...] = ("urdf", "sdf", "mjcf"), whole: bool = False
+    name: str,
+    severity: Severity,
+    *,
+    condition: str,
+    cause: str,
+    repair: str,
+    fix: str = "",
+    accept: str = "",
+    formats: tuple[str, ...] = ("urdf", "sdf", "mjcf"),
+    whole: bool = False,
 ) -> Callable[[Check], Rule]:
     """Makes a rule of the function below: a generator of :class:`Broken` over a robot file."""
     return lambda check: Rule(name, severity, condition, cause, repair, fix, accept, formats, whole, check)

@@ -9,7 +9,17 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ksl.checks import file_rules, fit_rules, inertia_rules, joint_rules, limit_rules, mesh_rules, name_rules, symmetry_rules, tree_rules
+from ksl.checks import (
+    file_rules,
+    fit_rules,
+    inertia_rules,
+    joint_rules,
+    limit_rules,
+    mesh_rules,
+    name_rules,
+    symmetry_rules,
+    tree_rules,
+)
 from ksl.checks.findings import Finding, Findings
 from ksl.checks.robot import RobotFile
 from ksl.checks.rule import Rule
@@ -46,11 +56,14 @@ def check(
 
     path: also of a file that :func:`ksl.load` refuses; it is checked as far as it can be read.
     ignore: names of rules that are left out, `inertia-triangle` for example; docs/check.md has all of them.
-    package_paths: folders in which package://NAME/… is looked for, besides those around the file, in ROS_PACKAGE_PATH and in
+    package_paths: folders in which package://NAME/… is looked for, besides those around the file, in ROS_PACKAGE_PATH
+    and in
     AMENT_PREFIX_PATH.
     symmetry: share of its mass, 0 to 1, by which a limb may differ from that of the other side.
-    Returns the findings, errors first: a sequence of :class:`ksl.checks.findings.Finding`, with `table` as an Arrow table.
-    Raises DescriptionError where there is no XML file to check, ValueError for an unknown rule.  Cost: O(links), and the first bytes of
+    Returns the findings, errors first: a sequence of :class:`ksl.checks.findings.Finding`, with `table` as an Arrow
+    table.
+    Raises DescriptionError where there is no XML file to check, ValueError for an unknown rule.  Cost: O(links), and
+    the first bytes of
     each mesh; of STL and OBJ meshes also a sample of the vertices.  Needs lxml, of the extra `ksl[check]`.
     """
     robot, left_out = _read(path, ignore, package_paths, symmetry)
@@ -83,7 +96,8 @@ def fix(
     out: a new file; the original is never overwritten, and another existing file only with `force`.
     ignore, package_paths, symmetry: as :func:`check` takes them.
     accept: names of rules whose likely cause is right: moments in kg mm², limits in degrees … These are repaired, too.
-    Raises DescriptionError where the file is no URDF or is not well-formed, and OutputError where `out` can't be written.
+    Raises DescriptionError where the file is no URDF or is not well-formed, and OutputError where `out` can't be
+    written.
     """
     from ksl.checks.write import write_tree
 
@@ -95,17 +109,26 @@ def fix(
     accepted = _rule_names(accept, "accept")
     if robot.syntax and not (robot.mended and "xml-syntax" in accepted):
         first = robot.syntax[0]
-        way_out = ", or accept xml-syntax (--accept xml-syntax)" if robot.mended else ", since what it hides would be lost"
+        way_out = (
+            ", or accept xml-syntax (--accept xml-syntax)" if robot.mended else ", since what it hides would be lost"
+        )
         raise DescriptionError(f"{path}:{first.line}: the XML is broken ({first.found}); correct that first{way_out}")
     changes = []
     for finding in _findings(robot, left_out):
         if finding._fix is not None and (finding.fixable or finding.rule in accepted):
             changes.append((finding, finding._fix()))
     write_tree(robot, Path(out), force)
-    return Fixed(str(out), changes, check(out, ignore=ignored, package_paths=[*packages, robot.path.parent], symmetry=symmetry))
+    return Fixed(
+        str(out), changes, check(out, ignore=ignored, package_paths=[*packages, robot.path.parent], symmetry=symmetry)
+    )
 
 
-def _read(path: str | os.PathLike[str], ignore: Iterable[str] | str, package_paths: Iterable[str | os.PathLike[str]] | str, symmetry: float) -> tuple[RobotFile, list[str]]:
+def _read(
+    path: str | os.PathLike[str],
+    ignore: Iterable[str] | str,
+    package_paths: Iterable[str | os.PathLike[str]] | str,
+    symmetry: float,
+) -> tuple[RobotFile, list[str]]:
     """The file as the rules see it, and the rules that are left out."""
     left_out = _rule_names(ignore, "ignore")
     if not (0 <= symmetry <= 1):
@@ -127,7 +150,9 @@ def _rule_names(names: Iterable[str] | str, argument: str) -> list[str]:
     given = [names] if isinstance(names, str) else list(names)
     for name in given:
         if name not in RULES:
-            raise ValueError(f"{argument}={name!r}: no such rule; {near_names(name, RULES)}docs/check.md lists all {len(RULES)}")
+            raise ValueError(
+                f"{argument}={name!r}: no such rule; {near_names(name, RULES)}docs/check.md lists all {len(RULES)}"
+            )
     return given
 
 
@@ -167,9 +192,15 @@ def _load(robot: RobotFile) -> None:
 
 
 def _findings(robot: RobotFile, left_out: Sequence[str]) -> Findings:
-    asked = [rule for rule in RULES.values() if rule.name not in left_out and rule.name != "not-loaded" and robot.format in rule.formats]
+    asked = [
+        rule
+        for rule in RULES.values()
+        if rule.name not in left_out and rule.name != "not-loaded" and robot.format in rule.formats
+    ]
     if robot.cut_short:
-        robot.not_checked.append(f"what may stand behind the end of the file: {', '.join(rule.name for rule in asked if rule.whole)}")
+        robot.not_checked.append(
+            f"what may stand behind the end of the file: {', '.join(rule.name for rule in asked if rule.whole)}"
+        )
         asked = [rule for rule in asked if not rule.whole]
     found = [finding for rule in asked for finding in rule.findings(robot)]
     if "not-loaded" not in left_out and not robot.syntax:
@@ -178,7 +209,8 @@ def _findings(robot: RobotFile, left_out: Sequence[str]) -> Findings:
 
 
 def _explains(finding: Finding, refusal: Finding) -> bool:
-    """Whether a finding says what the loader stopped at: it is about the same line, or about a link or joint that the loader names."""
+    """Whether a finding says what the loader stopped at: it is about the same line, or about a link or joint that the
+    loader names."""
     if finding.severity != "error":
         return False
     names = re.findall(r"[^\s,;:\"]+", refusal.found)

@@ -10,15 +10,25 @@ from ksl.checks.robot import RobotFile
 from ksl.checks.rule import Broken, rule
 
 WORDS = {
-    "l": "r", "lf": "rf", "lh": "rh", "lm": "rm", "lr": "rr", "fl": "fr", "hl": "hr", "rl": "rr", "bl": "br", "ml": "mr",
-}  # fmt: skip
+    "l": "r",
+    "lf": "rf",
+    "lh": "rh",
+    "lm": "rm",
+    "lr": "rr",
+    "fl": "fr",
+    "hl": "hr",
+    "rl": "rr",
+    "bl": "br",
+    "ml": "mr",
+}
 """Words of names that mean the left side, and those of the right: left; left front, hind, middle, rear; front left …"""
 LIGHT = 0.01
 """kg.  Differences below it are not reported: a screw."""
 
 
 def right_of(name: str) -> list[str]:
-    """Names that the right counterpart of a link may have: forearm_right of forearm_left, RF_HIP of LF_HIP, RShoulder of LShoulder."""
+    """Names that the right counterpart of a link may have: forearm_right of forearm_left, RF_HIP of LF_HIP, RShoulder
+    of LShoulder."""
     candidates = []
     for left, right in (("left", "right"), ("Left", "Right"), ("LEFT", "RIGHT")):
         if left in name:
@@ -72,7 +82,11 @@ def symmetry_mass(robot: RobotFile) -> Iterator[Broken]:
         if difference > LIGHT and difference > robot.symmetry * max(on_left, on_right):
             worst = max(masses, key=lambda m: abs(m[0] - m[1]))
             share = difference / max(on_left, on_right)
-            most = f"; most of it {worst[2]}, {shown(worst[0])} kg, and {paired[worst[2]]}, {shown(worst[1])} kg" if len(limb) > 1 else ""
+            most = (
+                f"; most of it {worst[2]}, {shown(worst[0])} kg, and {paired[worst[2]]}, {shown(worst[1])} kg"
+                if len(limb) > 1
+                else ""
+            )
             found = f"limb {left} has {shown(on_left)} kg, {right} has {shown(on_right)} kg: {share:.0%} less{most}"
             yield Broken(found, robot.link_of[worst[2]].line, "link", left, share)
 

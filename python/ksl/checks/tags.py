@@ -1,19 +1,22 @@
 """Tags that are not closed, or close nothing.
 
-The XML parser's own recovery closes the wrong element at the first such mistake, so that all that follows is in the wrong place.
-An element that is not closed nearly always ends where its parent does, or where an element begins that can't stand in it: in URDF a
+The XML parser's own recovery closes the wrong element at the first such mistake, so that all that follows is in the
+wrong place.
+An element that is not closed nearly always ends where its parent does, or where an element begins that can't stand in
+it: in URDF a
 <link> in a <link>.  So it is closed there, and the rest can be checked.
 """
 
 from __future__ import annotations
 
 import re
-
 from collections.abc import Collection, Mapping
 
 from ksl.checks.robot import Note
 
-TOKEN = re.compile(r"<!--|<!\[CDATA\[|<\?|<!|</([A-Za-z_][\w:.\-]*)\s*>|<([A-Za-z_][\w:.\-]*)((?:\"[^\"<]*\"|'[^'<]*'|[^\"'<>])*)>")
+TOKEN = re.compile(
+    r"<!--|<!\[CDATA\[|<\?|<!|</([A-Za-z_][\w:.\-]*)\s*>|<([A-Za-z_][\w:.\-]*)((?:\"[^\"<]*\"|'[^'<]*'|[^\"'<>])*)>"
+)
 SKIPPED = {"<!--": "-->", "<![CDATA[": "]]>", "<?": "?>", "<!": ">"}
 
 
@@ -95,7 +98,8 @@ def _balanced(text: str, vocabulary: Mapping[str, Collection[str]]) -> tuple[str
 
 
 def _depth_for(name: str, opened: list[tuple[str, int]], vocabulary: Mapping[str, Collection[str]]) -> int:
-    """How many of the open elements stay open when an element of this name begins: down to one in which it may stand."""
+    """How many of the open elements stay open when an element of this name begins: down to one in which it may
+    stand."""
     for depth in range(len(opened), max(0, len(opened) - 8), -1):
         allowed = vocabulary.get(opened[depth - 1][0])
         if allowed is None:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from itertools import dropwhile
 
 from ksl.checks.repair import set_attribute, suggest
-from ksl.checks.robot import TYPES, Joint, RobotFile
+from ksl.checks.robot import TYPES, URDF_TYPES, Joint, RobotFile
 from ksl.checks.rule import Broken, rule
 
 
@@ -20,11 +20,21 @@ from ksl.checks.rule import Broken, rule
 )
 def joint_incomplete(robot: RobotFile) -> Iterator[Broken]:
     for joint in robot.joints:
-        absent = [what for what, given in (("type", joint.kind), ("parent", joint.parent), ("child", joint.child)) if not given]
+        absent = [
+            what
+            for what, given in (("type", joint.kind), ("parent", joint.parent), ("child", joint.child))
+            if not given
+        ]
         if absent:
             yield Broken(f"no {', no '.join(absent)}", joint.line, "joint", joint.name)
         elif joint.parent == joint.child:
-            yield Broken(f"link {joint.child} is both its parent and its child", joint.line, "joint", joint.name, repair="Name two links.")
+            yield Broken(
+                f"link {joint.child} is both its parent and its child",
+                joint.line,
+                "joint",
+                joint.name,
+                repair="Name two links.",
+            )
 
 
 @rule(
@@ -47,6 +57,20 @@ def joint_type(robot: RobotFile) -> Iterator[Broken]:
 
 
 @rule(
+    "joint-type-extension",
+    "warning",
+    condition="The type of a joint is fixed, revolute, continuous, prismatic, floating or planar.",
+    cause="A type that KSL reads and URDF doesn't have.",
+    repair="Keep it if only KSL reads the file. Otherwise describe the joint by several joints with massless links between them.",
+    formats=("urdf",),
+)
+def joint_type_extension(robot: RobotFile) -> Iterator[Broken]:
+    for joint in robot.joints:
+        if joint.kind in TYPES and joint.kind not in URDF_TYPES:
+            yield Broken(f'type "{joint.kind}"', joint.line, "joint", joint.name)
+
+
+@rule(
     "link-undefined",
     "error",
     condition="The parent and the child of a joint are links of the file.",
@@ -59,13 +83,24 @@ def joint_type(robot: RobotFile) -> Iterator[Broken]:
 def link_undefined(robot: RobotFile) -> Iterator[Broken]:
     for joint in robot.joints:
         for end, name in (("parent", joint.parent), ("child", joint.child)):
-            if not name or name in robot.link_of or (robot.format == "sdf" and (name in ("world", "__model__") or "::" in name)):
+            if (
+                not name
+                or name in robot.link_of
+                or (robot.format == "sdf" and (name in ("world", "__model__") or "::" in name))
+            ):
                 continue
             same = [known for known in robot.link_of if known.strip().lower() == name.strip().lower()]
             element = None if joint.element is None else joint.element.find(end)
             fix = set_attribute(element, "link", same[0]) if len(same) == 1 and robot.format == "urdf" else None
             line = joint.line if element is None else element.sourceline
-            yield Broken(f'{end} link "{name}" does not exist', line, "joint", joint.name, repair=suggest(name, robot.link_of), fix=fix)
+            yield Broken(
+                f'{end} link "{name}" does not exist',
+                line,
+                "joint",
+                joint.name,
+                repair=suggest(name, robot.link_of),
+                fix=fix,
+            )
 
 
 @rule(
@@ -82,7 +117,13 @@ def link_two_parents(robot: RobotFile) -> Iterator[Broken]:
             carriers.setdefault(joint.child, []).append(joint)
     for link, joints in carriers.items():
         if len(joints) > 1:
-            yield Broken(f"carried by {len(joints)} joints: {', '.join(j.name for j in joints)}", joints[1].line, "link", link, float(len(joints)))
+            yield Broken(
+                f"carried by {len(joints)} joints: {', '.join(j.name for j in joints)}",
+                joints[1].line,
+                "link",
+                link,
+                float(len(joints)),
+            )
 
 
 @rule(
@@ -103,7 +144,9 @@ def joint_cycle(robot: RobotFile) -> Iterator[Broken]:
         if link in path:
             around = [robot.joint_above[name] for name in dropwhile(lambda name: name != link, path)]
             if len(around) > 1:  # a joint from a link to itself is another rule's
-                yield Broken(f"joints {', '.join(j.name for j in reversed(around))} form a cycle", around[0].line, "link", link)
+                yield Broken(
+                    f"joints {', '.join(j.name for j in reversed(around))} form a cycle", around[0].line, "link", link
+                )
         done.update(path)
 
 
@@ -122,7 +165,9 @@ def link_unreachable(robot: RobotFile) -> Iterator[Broken]:
         if link.name.strip().lower() in misspelt:
             continue  # link-undefined says it
         below = sum(1 for _ in robot.subtree(link.name)) - 1
-        carried = f", and {below} link{'s' if below > 1 else ''} that hang{'' if below > 1 else 's'} on it" if below else ""
+        carried = (
+            f", and {below} link{'s' if below > 1 else ''} that hang{'' if below > 1 else 's'} on it" if below else ""
+        )
         yield Broken(f"no joint carries it{carried}; the root is {robot.roots[0].name}", link.line, "link", link.name)
 
 
@@ -140,4 +185,13 @@ def no_link(robot: RobotFile) -> Iterator[Broken]:
         yield Broken("no link in the file", robot.root.sourceline, value=0.0)
 
 
-RULES = [no_link, joint_incomplete, joint_type, link_undefined, link_two_parents, joint_cycle, link_unreachable]
+RULES = [
+    no_link,
+    joint_incomplete,
+    joint_type,
+    joint_type_extension,
+    link_undefined,
+    link_two_parents,
+    joint_cycle,
+    link_unreachable,
+]

@@ -12,7 +12,6 @@ from ksl.load_cases.output import OutputError, staged
 
 def write_tree(robot: RobotFile, out: Path, force: bool = False) -> None:
     """Writes the tree of a robot file to another file, completely or not at all.  Raises OutputError."""
-    from lxml import etree
 
     if out.exists() and os.path.samefile(out, robot.path):
         raise OutputError(f"{out}: is the file that is checked, which is never overwritten; name another file")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ksl.checks.robot import Array, Note, RobotFile
+from ksl.checks.robot import Array, Kind, Note, RobotFile
 from ksl.checks.tags import balanced
 from ksl.checks.vocabulary import ELEMENTS
 from ksl.errors import DescriptionError
@@ -24,7 +24,7 @@ LARGEST = 64 << 20
 LARGEST_MENDED = 4 << 20
 """Bytes up to which tags that are not closed are looked for."""
 
-NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$|[-+]?(inf|infinity|nan)$", re.IGNORECASE)
+NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$|[-+]?(inf|infinity|nan)$", re.ASCII | re.IGNORECASE)
 
 
 def contents(path: Path) -> bytes:
@@ -36,13 +36,21 @@ def contents(path: Path) -> bytes:
             raise DescriptionError(f"{path}: is a pipe or device; write the robot to a file first")
         size = path.stat().st_size
         if size > LARGEST:
-            raise DescriptionError(f"{path}: {size >> 20} MB, which no robot file has; expected at most {LARGEST >> 20} MB of XML")
+            raise DescriptionError(
+                f"{path}: {size >> 20} MB, which no robot file has; expected at most {LARGEST >> 20} MB of XML"
+            )
         data = path.read_bytes()
     except OSError as e:
-        raise DescriptionError(f"{path}: can't be read ({os.strerror(e.errno) if e.errno else e}); name an existing robot file") from None
+        raise DescriptionError(
+            f"{path}: can't be read ({os.strerror(e.errno) if e.errno else e}); name an existing robot file"
+        ) from None
     if not data.strip():
         raise DescriptionError(f"{path}: is empty; expected a URDF, SDF or MJCF file")
-    if b"<" not in data or b"\0" in data.replace(b"\xff\xfe", b"", 1)[:2000:2] and not data.startswith((b"\xff\xfe", b"\xfe\xff")):
+    if (
+        b"<" not in data
+        or b"\0" in data.replace(b"\xff\xfe", b"", 1)[:2000:2]
+        and not data.startswith((b"\xff\xfe", b"\xfe\xff"))
+    ):
         raise DescriptionError(f"{path}: is no XML file; expected URDF, SDF or MJCF")
     return data
 
@@ -62,7 +70,9 @@ def parse(robot: RobotFile) -> None:
             data.decode("utf-8")
         except UnicodeDecodeError as e:
             encoding = "iso-8859-1"
-            robot.encoding.append(Note(data.count(b"\n", 0, e.start) + 1, f"byte 0x{data[e.start]:02x} is not UTF-8; read as Latin-1"))
+            robot.encoding.append(
+                Note(data.count(b"\n", 0, e.start) + 1, f"byte 0x{data[e.start]:02x} is not UTF-8; read as Latin-1")
+            )
     try:
         robot.root, robot.syntax = _tree(data, encoding)
         if robot.syntax and len(data) <= LARGEST_MENDED:
@@ -80,9 +90,15 @@ def _tree(data: bytes, encoding: str | None) -> tuple[_Element | None, list[Note
     """The root element as far as the parser can make one, and what it complains about."""
     from lxml import etree
 
-    parser = etree.XMLParser(recover=True, resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False, encoding=encoding)
+    parser = etree.XMLParser(
+        recover=True, resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False, encoding=encoding
+    )
     root = etree.fromstring(data, parser)
-    severe = [each for each in parser.error_log if each.level >= etree.ErrorLevels.ERROR and each.type_name != "NS_ERR_UNDEFINED_NAMESPACE"]
+    severe = [
+        each
+        for each in parser.error_log
+        if each.level >= etree.ErrorLevels.ERROR and each.type_name != "NS_ERR_UNDEFINED_NAMESPACE"
+    ]
     return root, [Note(each.line, " ".join(each.message.split())[:200]) for each in severe]
 
 
@@ -113,11 +129,11 @@ def half_unit(text: str) -> float:
 class Numbers:
     """Reads numbers for one link or joint, and notes those that can't be read."""
 
-    def __init__(self, robot: RobotFile, kind: str, name: str) -> None:
+    def __init__(self, robot: RobotFile, kind: Kind, name: str) -> None:
         self.robot, self.kind, self.name = robot, kind, name
 
     def note(self, line: int | None, found: str) -> None:
-        self.robot.unreadable.append(Note(line, found, self.kind, self.name))  # type: ignore[arg-type]
+        self.robot.unreadable.append(Note(line, found, self.kind, self.name))
 
     def several(self, text: str | None, count: int, line: int | None, what: str) -> Array | None:
         """`count` finite numbers separated by spaces; None, with a note, where they are not that."""
@@ -127,7 +143,8 @@ class Numbers:
             if "${" not in (text or ""):  # a finding of its own: xacro that was not expanded
                 shown = (text or "").strip()[:60]
                 comma = "; numbers have a decimal point" if "," in shown else ""
-                self.note(line, f'{what} is "{shown}", expected {f"{count} finite numbers" if count > 1 else "a finite number"}{comma}')
+                expected = f"{count} finite numbers" if count > 1 else "a finite number"
+                self.note(line, f'{what} is "{shown}", expected {expected}{comma}')
             return None
         return np.array(values, dtype=float)
 
@@ -153,4 +170,20 @@ def rotation_of(rpy: Array) -> Array:
     """Rz(yaw) Ry(pitch) Rx(roll): the fixed-axes angles of URDF and SDF."""
     cr, cp, cy = np.cos(rpy)
     sr, sp, sy = np.sin(rpy)
-    return np.array([[cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr], [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr], [-sp, cp * sr, cp * cr]])
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
+def rotation_of_quaternion(xyzw: Array) -> Array:
+    """The rotation of a quaternion of any length; none for zero."""
+    length = float(np.linalg.norm(xyzw))
+    if length == 0:
+        return np.eye(3)
+    x, y, z, w = xyzw / length
+    S = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.asarray(np.eye(3) + 2 * w * S + 2 * S @ S)

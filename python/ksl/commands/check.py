@@ -17,13 +17,42 @@ if TYPE_CHECKING:
 @app.command()
 def check(
     robot: Robot,
-    ignore: Annotated[list[str], typer.Option("--ignore", metavar="RULE", help="A rule that is left out, inertia-triangle for example; may be repeated.")] = [],
-    package_path: Annotated[list[Path], typer.Option("--package-path", metavar="DIR", help="Where the packages of package:// are; may be repeated.")] = [],
-    symmetry: Annotated[float, typer.Option("--symmetry", metavar="SHARE", help="Share of its mass by which a limb may differ from that of the other side.")] = 0.05,
-    fix: Annotated[Path | None, typer.Option("--fix", metavar="OUT.urdf", help="Write the repaired file there; print what was changed and what is left.")] = None,
-    accept: Annotated[list[str], typer.Option("--accept", metavar="RULE", help="With --fix: repair this rule's findings, too; their likely cause is right. May be repeated.")] = [],
+    ignore: Annotated[
+        list[str],
+        typer.Option(
+            "--ignore", metavar="RULE", help="A rule that is left out, inertia-triangle for example; may be repeated."
+        ),
+    ] = [],
+    package_path: Annotated[
+        list[Path],
+        typer.Option("--package-path", metavar="DIR", help="Where the packages of package:// are; may be repeated."),
+    ] = [],
+    symmetry: Annotated[
+        float,
+        typer.Option(
+            "--symmetry",
+            metavar="SHARE",
+            help="Share of its mass by which a limb may differ from that of the other side.",
+        ),
+    ] = 0.05,
+    fix: Annotated[
+        Path | None,
+        typer.Option(
+            "--fix", metavar="OUT.urdf", help="Write the repaired file there; print what was changed and what is left."
+        ),
+    ] = None,
+    accept: Annotated[
+        list[str],
+        typer.Option(
+            "--accept",
+            metavar="RULE",
+            help="With --fix: repair this rule's findings, too; their likely cause is right. May be repeated.",
+        ),
+    ] = [],
     force: Annotated[bool, typer.Option("--force", help="Overwrite OUT.urdf if it exists.")] = False,
-    everything: Annotated[bool, typer.Option("--all", help="Print every place, and not the first five of a rule.")] = False,
+    everything: Annotated[
+        bool, typer.Option("--all", help="Print every place, and not the first five of a rule.")
+    ] = False,
     json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> None:
     """Look for what is wrong in a robot file: masses and inertias, joints, limits, names, meshes, the tree.
@@ -53,7 +82,9 @@ def check(
     raise typer.Exit(findings.status)
 
 
-def _of_option(error: Exception, ignore: list[str], accept: list[str], package_path: list[Path], symmetry: float) -> str:
+def _of_option(
+    error: Exception, ignore: list[str], accept: list[str], package_path: list[Path], symmetry: float
+) -> str:
     """What Python says of an argument, said of the option that gave it."""
     from ksl.commands.options import in_options
 
@@ -69,7 +100,10 @@ def _of_option(error: Exception, ignore: list[str], accept: list[str], package_p
 
 
 def _changes(fixed: Fixed) -> dict[str, Any]:
-    changes = [{"rule": f.rule, "line": f.line, "kind": f.kind, "name": f.name, "change": change} for f, change in fixed.changes]
+    changes = [
+        {"rule": f.rule, "line": f.line, "kind": f.kind, "name": f.name, "change": change}
+        for f, change in fixed.changes
+    ]
     return {"changes": changes}
 
 

@@ -15,10 +15,10 @@ from ksl.commands.options import (
     FrictionWidth,
     From,
     Gravity,
+    MOTION_HELP,
     IgnoreExtra,
     Mimic,
     ModelName,
-    MotionFile,
     Physics,
     PositionsOnly,
     Resample,
@@ -31,9 +31,17 @@ from ksl.commands.options import (
     in_options,
     numbers,
     read_model,
+    suggestion,
 )
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
+    from ksl.load_cases.load_case import LoadCase, Payload, Placement
+    from ksl.load_cases.provenance import InputFile
+    from ksl.load_cases.run import Run
+    from ksl.model import Model
+    from ksl.report.files import ReportFiles
     from ksl.report.pdf import Paper
     from ksl.states import Order, Side
 
@@ -41,21 +49,25 @@ if TYPE_CHECKING:
 @app.command()
 def loads(
     robot: Robot,
-    motion: MotionFile,
+    motion: Annotated[Path | None, typer.Argument(metavar="[MOTION]", help=MOTION_HELP)] = None,
+    cases: Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Load cases: docs/cases.md. MOTION is then that of cases that name none.")] = None,
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the results.")] = Path("loads"),
     csv: Annotated[bool, typer.Option("--csv", help="Write wrenches.csv beside wrenches.parquet.")] = False,
     json: Annotated[bool, typer.Option("--json", help="Write report.json, everything that the report says in numbers.")] = False,
     pdf: Annotated[bool, typer.Option("--pdf", help="Write report.pdf, printed by Chromium or Chrome.")] = False,
+    components: Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Components that the report checks against the loads; see ksl size.")] = None,
     paper: Annotated[str, typer.Option(metavar="A4|letter", help="Paper of the PDF.")] = "A4",
     on: Annotated[str, typer.Option(metavar="child|parent", help="Side that the wrench acts on.")] = "child",
-    at: Annotated[str, typer.Option(metavar="POINT", help="Point of the moments: joint, world, a link's name, or X,Y,Z from the joint's origin in its axes.")] = "joint",
+    at: Annotated[list[str], typer.Option(metavar="POINT", help="Point of the moments: joint, world, a link's name, or X,Y,Z from the joint's origin in its axes; JOINT=X,Y,Z for one joint (repeatable).")] = [],
     axes: Annotated[str, typer.Option(metavar="AXES", help="joint, world, or a link's name.")] = "joint",
     order: Annotated[str, typer.Option(metavar="lin_ang|ang_lin", help="Force or moment first.")] = "lin_ang",
+    joints: Annotated[str, typer.Option(metavar="NAMES", help="Joints whose wrenches are wanted, separated by commas; otherwise all.")] = "",
     payload: Annotated[list[str], typer.Option(metavar="MASS[,X,Y,Z]", help="Point mass, kg, at a point of the link's frame, m; with --on-link.")] = [],
     on_link: Annotated[list[str], typer.Option(metavar="NAME", help="Link that carries the payload.")] = [],
     external: Annotated[Path | None, typer.Option(metavar="FILE.csv", help="Wrenches on links: `time` and LINK.fx … LINK.tz, at the link's origin, in its axes.")] = None,
     smooth: Annotated[float | None, typer.Option("--smooth", metavar="HZ", help="Low-pass measured positions at this frequency, without delay, before differentiating.")] = None,
     fail_on: Annotated[str, typer.Option("--fail-on", metavar="limits", help="End with status 3 if a limit is exceeded; results are written.")] = "",
+    force: Annotated[bool, typer.Option("--force", help="Replace results of another robot in DIR.")] = False,
     floating_base: FloatingBase = False,
     mimic: Mimic = "coupled",
     strict: Strict = False,
@@ -84,11 +96,11 @@ def loads(
     the child's axes) and NAME.bx .by .bz (its componentwise derivative). docs/motions.md lists those of cylindrical, universal,
     planar and translation joints, and what each format of motions may hold.
     """
-    from ksl.load_cases.load_case import LoadCase, Payload, Placement
+    from ksl.load_cases.load_case import Payload
     from ksl.load_cases.output import OutputError
+    from ksl.load_cases.printing import print_run
     from ksl.load_cases.provenance import input_file, provenance_of
-    from ksl.load_cases.run import run_loads
-    from ksl.motions.reading import read_external, read_motion
+    from ksl.load_cases.run import Run
     from ksl.report.files import ReportFiles
 
     if fail_on not in ("", "limits"):
@@ -97,34 +109,37 @@ def loads(
         fail(f"{len(payload)} --payload and {len(on_link)} --on-link; give one --on-link NAME for each --payload MASS[,X,Y,Z]")
     if len(set(on_link)) != len(on_link):
         fail(f"--on-link {max(on_link, key=on_link.count)} is given more than once; a link carries one payload")
+    if motion is None and cases is None:
+        fail("loads needs a motion: ksl loads ROBOT MOTION, or ksl loads ROBOT --cases FILE.toml")
+    if cases is not None and external is not None:
+        fail("--external and --cases: external wrenches of load cases are in their file, as external = [...]")
     if paper not in ("A4", "letter"):
         fail(f"--paper {paper}: expected A4 or letter")
     values = [numbers(p, "--payload", 1, 4) for p in payload]
     end_on_signals()
-    check_order(robot, motion)
+    if motion is not None:
+        check_order(robot, motion)
     loaded = {link: (p[0], p[1:] or [0.0, 0.0, 0.0]) for link, p in zip(on_link, values)}
     model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics, friction_width=friction_width)
-    point = numbers(at, "--at", 3) if "," in at else at
-    try:
-        model._request(on, point, axes, order, "total", [])
-    except ValueError as e:
-        fail(in_options(e, on=on, at=at, axes=axes, order=order))
-    placement = Placement(cast("Side", on), point, axes, cast("Order", order))  # the request was not refused
+    placement = _placement(model, on, at, axes, order, joints)
     reading: dict[str, Any] = {
         "map": columns, "degrees": degrees, "time_unit": time_unit, "resample": resample, "start": start, "stop": stop,
         "ignore_extra": ignore_extra, "topic": topic, "positions_only": positions_only, "smooth": smooth,
     }  # fmt: skip
     try:
-        report = ReportFiles.wanted(json, cast("Paper", paper) if pdf else None)
-        moved = read_motion(model, motion, **reading)
-        wrenches = read_external(model, external, moved.time) if external else {}
+        report = ReportFiles.wanted(json, cast("Paper", paper) if pdf else None, components)
         carried = [Payload(link, kilograms, (x, y, z)) for link, (kilograms, (x, y, z)) in loaded.items()]
-        case = LoadCase(model, moved, placement, wrenches, motion.stem, str(motion), carried)
-        inputs = [input_file(role, file) for role, file in (("robot", robot), ("motion", motion), ("map", columns), ("external", external)) if file]
-        options = {"on": on, "at": at, "axes": axes, "order": order, "floating_base": floating_base, "mimic": mimic, "strict": strict}
-        options |= {"gravity": gravity, "model": model_name, "physics": physics, "friction_width": friction_width if physics else None}
+        found, files = _cases(model, motion, cases, external, placement, carried, reading)
+        inputs = [input_file("robot", robot), *([input_file("map", columns)] if columns else []), *files]
+        options = {"on": on, "at": at, "axes": axes, "order": order, "joints": joints, "floating_base": floating_base, "mimic": mimic}
+        options |= {"strict": strict, "gravity": gravity, "model": model_name, "physics": physics, "friction_width": friction_width if physics else None}
         options |= {name: str(value) if name == "map" else value for name, value in reading.items() if value not in (None, False)}
-        verdict = run_loads(case, provenance_of([case], inputs, options, command_line()), output, csv, console(120), report)
+        run = Run(found, provenance_of(found, inputs, options, command_line()))
+        out = console(120)
+        written = _written(run, output, csv, force, out, report)
+        print_run(out, run)
+        for line in (f"written to {output}: {', '.join(written)}", f"report: {output / 'report.html'}"):
+            out.print(line, markup=False, soft_wrap=True)
     except BrokenPipeError:  # nobody reads what is printed: as any command
         raise
     except (ValueError, OutputError, RuntimeError) as e:  # RuntimeError: an unknown KSL_ISA
@@ -132,5 +147,64 @@ def loads(
     except OSError as e:
         discard_output()
         fail(f"{unwritable(e)}; results are in {output}")
-    if fail_on and verdict.exceeded:
+    if fail_on and run.verdict.exceeded:
         raise typer.Exit(3)
+
+
+def _cases(
+    model: Model, motion: Path | None, cases: Path | None, external: Path | None, placement: Placement, carried: list[Payload],
+    reading: dict[str, Any],
+) -> tuple[list[LoadCase], list[InputFile]]:  # fmt: skip
+    """The load cases, and the files that they come from.  reading: how motions are read, in a file of cases those without options."""
+    from ksl.load_cases.case_file import read_cases
+    from ksl.load_cases.load_case import LoadCase
+    from ksl.load_cases.provenance import input_file
+    from ksl.motions.reading import read_external, read_motion
+
+    if cases is not None:
+        return read_cases(model, cases, placement, motion, carried, reading)
+    assert motion is not None
+    moved = read_motion(model, motion, **reading)
+    wrenches = read_external(model, external, moved.time) if external else {}
+    inputs = [input_file(role, file) for role, file in (("motion", motion), ("external", external)) if file]
+    return [LoadCase(model, moved, placement, wrenches, "standard input" if str(motion) == "-" else motion.stem, str(motion), carried)], inputs
+
+
+def _placement(model: Model, on: str, at: list[str], axes: str, order: str, joints: str) -> Placement:
+    """Where and how wrenches are expressed.  `at` holds one common point, and JOINT=X,Y,Z of single joints."""
+    from ksl.load_cases.load_case import Placement
+
+    common = [point for point in at if "=" not in point]
+    if len(common) > 1:
+        fail(f"--at {common[1]}: the second point for all joints; give JOINT=X,Y,Z for single joints")
+    text = common[0] if common else "joint"
+    point = numbers(text, "--at", 3) if "," in text else text
+    points: dict[str, list[float]] = {}
+    for name, _, xyz in (one.rpartition("=") for one in at if "=" in one):
+        _known(model, name, f"--at {name}={xyz}")
+        points[name] = numbers(xyz, f"--at {name}=", 3)
+    chosen = [name.strip() for name in joints.split(",")] if joints else []
+    for name in chosen:
+        _known(model, name, f"--joints {joints}")
+    try:
+        model._request(on, point, axes, order, "total", [])
+    except ValueError as e:
+        fail(in_options(e, on=on, at=text, axes=axes, order=order))
+    return Placement(cast("Side", on), point, axes, cast("Order", order), points, chosen)  # the request was not refused
+
+
+def _known(model: Model, joint: str, option: str) -> None:
+    names = [j.name for j in model.joints]
+    if joint not in names:
+        fail(f"{option}: no joint {joint!r}; {suggestion(joint, names, f'the joints of {model.name} are')}")
+
+
+def _written(run: Run, output: Path, csv: bool, force: bool, out: Console, report: ReportFiles) -> list[str]:
+    """Writes the files, and shows how far it is where a person watches."""
+    if not out.is_terminal:
+        return run.write(output, csv, force, report=report)
+    from rich.progress import Progress
+
+    with Progress(console=out, transient=True) as progress:
+        task = progress.add_task("wrenches", total=sum(len(case.motion.time) for case in run.cases))
+        return run.write(output, csv, force, lambda samples: progress.advance(task, samples), report)

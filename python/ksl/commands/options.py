@@ -32,7 +32,8 @@ To = Annotated[float | None, typer.Option("--to", metavar="SECONDS", help="Use t
 IgnoreExtra = Annotated[bool, typer.Option("--ignore-extra", help="Leave out columns of the motion that belong to no joint.")]
 Topic = Annotated[str | None, typer.Option("--topic", metavar="NAME", help="Topic of a bag, where several have joint states.")]
 PositionsOnly = Annotated[bool, typer.Option("--positions-only", help="Differentiate the positions, even if the motion has velocities or accelerations.")]
-MotionFile = Annotated[Path, typer.Argument(metavar="MOTION", help="CSV, Parquet, NPZ, MCAP or ROS bag with the positions of all moving joints over time; - is standard input.")]
+MOTION_HELP = "CSV, Parquet, NPZ, MCAP or ROS bag with the positions of all moving joints over time; - is standard input."
+MotionFile = Annotated[Path, typer.Argument(metavar="MOTION", help=MOTION_HELP)]
 ModelName = Annotated[str, typer.Option("--model", metavar="NAME", help="Which model of an SDF file that has several.")]
 DEFAULT_FRICTION_WIDTH = 0.01
 """rad/s or m/s, as that of ksl.load."""
@@ -52,7 +53,7 @@ def numbers(text: str, option: str, *counts: int) -> list[float]:
     except ValueError:
         values = []
     if len(values) not in counts or not all(math.isfinite(x) for x in values):
-        fail(f"{option} {text}: expected {' or '.join(str(c) for c in counts)} finite numbers separated by commas")
+        fail(f"{option}{'' if option.endswith('=') else ' '}{text}: expected {' or '.join(str(c) for c in counts)} finite numbers separated by commas")
     return values
 
 

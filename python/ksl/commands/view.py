@@ -31,6 +31,10 @@ if TYPE_CHECKING:
     from ksl.viewer.scene import Scene
 
 
+NOTES = 5
+"""How many notes are printed: a robot without any of its meshes has dozens."""
+
+
 @app.command()
 def view(
     robot: Robot,
@@ -100,8 +104,10 @@ def view(
             scene.joint_index(joint)
     except (ValueError, RuntimeError) as e:  # RuntimeError: an unknown KSL_ISA
         fail(e)
-    for note in scene.look.notes:
+    for note in scene.look.notes[:NOTES]:
         errors.print(f"ksl: note: {note}")
+    if len(scene.look.notes) > NOTES:
+        errors.print(f"ksl: note: and {len(scene.look.notes) - NOTES} more of this kind")
     try:
         if export is not None:
             from ksl.viewer.export import export as write

@@ -22,17 +22,18 @@ class Curves:
     def __post_init__(self) -> None:
         n = len(self.case.motion.time)
         self._drive, self._largest_effort = np.empty(n), 0.0
-        self._dissipation = np.empty(n) if self.case.model.physics else None
+        self._dissipation = np.empty(n) if self.case.model.physics and not self.case.brake else None
         model, motion = self.case.model, self.case.motion
         for joint in model.joints:
             empty = joint_loads(joint, np.empty((0, 6)), None, None)
             speed = model._velocity_of(joint, motion.v) if joint.one_coordinate else None
-            effort = np.empty(n) if joint.one_coordinate and joint.leader is None else None
+            effort = np.zeros(n) if joint.one_coordinate and joint.leader is None else None
+            brake = np.empty(n) if effort is not None and self.case.brake else None
             coupling = np.empty(n) if joint.leader is not None else None
-            parts: dict[str, Array] = {name: np.empty(n) for name in EFFORT_PARTS} if model.physics and effort is not None else {}
+            parts: dict[str, Array] = {name: np.empty(n) for name in EFFORT_PARTS} if model.physics and effort is not None and brake is None else {}
             position, acceleration = (model._position_of(joint, motion.q), model._velocity_of(joint, motion.a)) if joint.one_coordinate else (None, None)
             wrench: dict[str, Array] = {name: np.empty(n) for name in empty.wrench}
-            self.loads.append(JointLoads(joint, wrench, speed, effort, coupling, parts, position, acceleration))
+            self.loads.append(JointLoads(joint, wrench, speed, effort, coupling, parts, position, acceleration, brake))
 
     def add(self, block: Block) -> None:
         """Adds the samples `block.rows`; each sample must be added once, in any order."""
@@ -41,8 +42,9 @@ class Curves:
             part = joint_loads(collected.joint, block.in_joint_axes[:, i], None, None)
             for name, x in part.wrench.items():
                 collected.wrench[name][block.rows] = x
-            if collected.effort is not None:
-                collected.effort[block.rows] = block.tau[:, collected.joint.v_index]
+            supplied = collected.brake if self.case.brake else collected.effort
+            if supplied is not None:
+                supplied[block.rows] = block.tau[:, collected.joint.v_index]
             if collected.coupling is not None:
                 collected.coupling[block.rows] = block.coupling[:, followers[collected.joint.name]]
             if block.parts is not None:
@@ -58,6 +60,9 @@ class Curves:
         motion, external = self.case.motion, self.case.external
         if len(motion.time) < SPLINE_SAMPLES:
             return None
+        if self.case.static:
+            none = np.zeros(len(motion.time))
+            return PowerBalance(none, none, none, none)
         kinetic, potential = self.case.model.energy(motion.q, motion.v)
         energy = kinetic + potential
         supplied = self.case.model.external_power(motion.q, motion.v, external) if external else np.zeros(len(motion.time))

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ksl import _core
 from ksl.calls import Calls
 from ksl.motions.motion import Motion
 from ksl.states import Array, Order, Point, Side
@@ -23,6 +24,17 @@ class Placement:
     at: Point = "joint"
     axes: str = "joint"
     order: Order = "lin_ang"
+    points: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    """Points of joints that have one of their own: from the joint's origin, in its axes, m."""
+    joints: Sequence[str] = ()
+    """The joints whose wrenches are wanted; all if empty."""
+
+    def of(self, joint: str) -> str:
+        """The point of a joint in one word or three numbers."""
+        return Placement(at=self.points[joint]).point if joint in self.points else self.point
+
+    def wanted(self, joint: str) -> bool:
+        return not self.joints or joint in self.joints
 
     @property
     def point(self) -> str:
@@ -32,6 +44,11 @@ class Placement:
     @property
     def about(self) -> str:
         """The point as people read it."""
+        own = ", ".join(f"({', '.join(f'{x:g}' for x in p)}) m for {joint}" for joint, p in self.points.items())
+        return self._common + (f", but {own}, from its origin in its axes" if own else "")
+
+    @property
+    def _common(self) -> str:
         if not isinstance(self.at, str):
             return f"the point ({', '.join(f'{x:g}' for x in self.at)}) m from the joint's origin, in its axes"
         return {"joint": "the joint's origin", "world": "the world's origin"}.get(self.at, f"the origin of {self.at}")
@@ -45,7 +62,9 @@ class Payload:
     mass: float
     """kg."""
     center: tuple[float, float, float]
-    """In the link's frame, m."""
+    """Of mass, in the link's frame, m."""
+    inertia: tuple[float, ...] | None = None
+    """About the centre of mass, in the link's axes, kg m²: nine numbers, by rows; None for a point mass."""
 
     def __str__(self) -> str:
         return f"{self.mass:g} kg on {self.link} at ({', '.join(f'{x:g}' for x in self.center)}) m"
@@ -64,6 +83,12 @@ class LoadCase:
     """Empty for a motion that is no file's."""
     payloads: Sequence[Payload] = ()
     """What `model` carries besides its links, for the record."""
+    brake: bool = False
+    """Whether brakes supply the efforts; those of the drives are then zero."""
+    kind: str = "motion"
+    """What the samples are, in words: motion, held at rest, emergency stop …"""
+    static: bool = False
+    """Whether samples are positions at rest, one after the other, and no motion: power balances don't apply."""
 
     def blocks(self) -> Iterator[Block]:
         """All samples in order, in blocks of about BLOCK_ROWS rows of the table."""
@@ -73,19 +98,32 @@ class LoadCase:
 
     def block(self, rows: slice, threads: int | None = None) -> Block:
         """These samples.  threads: at most so many; None: all cores."""
-        p, names = self.placement, [j.name for j in self.model.joints]
-        request = self.model._request
-        wanted = [request(p.on, p.at, p.axes, p.order, part, names) for part in ("total", "constraint")]
-        if p.axes != "joint" or p.order != "lin_ang":
-            wanted.append(request(p.on, p.at, "joint", "lin_ang", "total", names))
-        if self.model.follower_names:
-            wanted.append(request("child", "joint", "joint", "lin_ang", "coupling", self.model.follower_names))
+        p = self.placement
         external = {link: w[rows] for link, w in self.external.items()}
-        m = self.motion
-        tau, *wrenches = self.model._with_reactions(m.q[rows], m.v[rows], m.a[rows], external, tuple(wanted), threads)
-        coupling = self._coupling(wrenches.pop()) if self.model.follower_names else np.empty((len(m.time[rows]), 0))
-        parts = self.model.effort_parts(m.q[rows], m.v[rows], m.a[rows], external, threads=threads) if self.model.physics else None
-        return Block(rows, m.time[rows], m.q[rows], m.v[rows], m.a[rows], tau, wrenches[0], wrenches[1], wrenches[-1] if len(wrenches) > 2 else wrenches[0], coupling, parts)
+        m, in_joint_axes = self.motion, p.axes == "joint" and p.order == "lin_ang"
+        wanted = self._requests("total", p.axes, p.order) + self._requests("constraint", p.axes, p.order)
+        wanted += [] if in_joint_axes else self._requests("total", "joint", "lin_ang")
+        if self.model.follower_names:
+            wanted.append(self.model._request("child", "joint", "joint", "lin_ang", "coupling", self.model.follower_names))
+        tau, *found = self.model._with_reactions(m.q[rows], m.v[rows], m.a[rows], external, tuple(wanted), threads)
+        coupling = self._coupling(found.pop()) if self.model.follower_names else np.empty((len(m.time[rows]), 0))
+        each = 1 + len(p.points)
+        total, constraint, *others = [self._merged(found[i : i + each]) for i in range(0, len(found), each)]
+        parts = self.model.effort_parts(m.q[rows], m.v[rows], m.a[rows], external, threads=threads) if self.model.physics and not self.brake else None
+        return Block(rows, m.time[rows], m.q[rows], m.v[rows], m.a[rows], tau, total, constraint, others[0] if others else total, coupling, parts, self.brake)
+
+    def _requests(self, part: str, axes: str, order: str) -> list[_core.Request]:
+        """Of all joints at the common point, and of each joint that has a point of its own."""
+        p, names = self.placement, [j.name for j in self.model.joints]
+        own = [self.model._request(p.on, point, axes, order, part, [joint]) for joint, point in p.points.items()]
+        return [self.model._request(p.on, p.at, axes, order, part, names), *own]
+
+    def _merged(self, found: list[Array]) -> Array:
+        """Wrenches (n, joints, 6), each about its own point."""
+        wrenches, *own = found
+        for joint, wrench in zip(self.placement.points, own, strict=True):
+            wrenches[:, [j.name for j in self.model.joints].index(joint)] = wrench[:, 0]
+        return wrenches
 
     def _coupling(self, wrenches: Array) -> Array:
         """Efforts (n, followers) from the coupling part (n, followers, 6) of their wrenches, which is h* Sᵀ f."""
@@ -112,4 +150,6 @@ class Block:
     coupling: Array
     """(n, followers): the effort of the coupling of each mimic joint, N m or N, in the order of `Model.follower_names`."""
     parts: Array | None
-    """(n, 5, nv): what `tau` consists of, in the order of `EFFORT_PARTS`; None for models without physics of joints."""
+    """(n, 5, nv): what `tau` consists of, in the order of `EFFORT_PARTS`; None for models without physics of joints, and with brakes."""
+    brake: bool = False
+    """Whether brakes supply `tau`, and not the drives."""

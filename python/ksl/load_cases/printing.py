@@ -1,4 +1,4 @@
-"""What `ksl loads` prints: the summary in tables."""
+"""What `ksl loads` prints: the verdict, and the summary in tables that fit a terminal of 80 columns."""
 
 from __future__ import annotations
 
@@ -10,15 +10,32 @@ from rich.table import Table
 from rich.text import Text
 
 from ksl.load_cases.load_case import Placement
-from ksl.load_cases.quantities import EFFORT_PARTS, JointLoads, SummaryRow, unit
+from ksl.load_cases.quantities import EFFORT_PARTS, PowerBalance, SummaryRow, unit
+from ksl.load_cases.run import Run
+from ksl.load_cases.summary_table import worst_rows
 from ksl.load_cases.verdict import AMBER, Verdict, percent
 from ksl.mechanism import Joint
 
-WRENCH = {"axial_force": "axial", "radial_force": "radial", "bending_moment": "bending", "axial_moment": "about axis"}
-"""Columns and headings for the wrench of a joint with an axis."""
+Columns = list[tuple[str, str]]
+"""Quantity, and which of its numbers."""
 
-
+LABELS = {"axial_force": "axial", "radial_force": "radial", "bending_moment": "bending", "axial_moment": "about axis"}
 STYLE = {"green": "green", "amber": "yellow", "red": "bold red"}
+
+
+def print_run(console: Console, run: Run) -> None:
+    """Everything: the verdict first, then the summary, of several load cases the worst over all, notes and power balance."""
+    verdict, several = run.verdict, len(run.cases) > 1
+    print_verdict(console, verdict, run.model.joints)
+    if several:
+        _print_cases(console, run)
+    rows = worst_rows(run.rows) if several else run.rows
+    print_summary(console, rows, run.model.joints, run.cases[0].placement, "worst over all load cases" if several else "")
+    for line in run.notes:
+        console.print(Text(f"note: {line}"), soft_wrap=True)
+    for result in run.results:
+        of = f"power balance of {result.case.name}: " if several else "power balance: "
+        console.print(Text(of + balance_line(result.balance)), soft_wrap=True)
 
 
 def print_verdict(console: Console, verdict: Verdict, joints: Sequence[Joint]) -> None:
@@ -31,53 +48,96 @@ def print_verdict(console: Console, verdict: Verdict, joints: Sequence[Joint]) -
     used = {joint.name: of for joint in joints if (of := verdict.of(joint.name))}
     if not used:
         return
-    table = Table(title=Text("Share of limits used", style="table.title"), title_justify="left", box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    table.add_column("joint", overflow="fold")
+    table = _empty_table()
     for quantity in AMBER:
         table.add_column(quantity, justify="right", no_wrap=True)
     for name in sorted(used, key=lambda name: -max(use.share for use in used[name].values())):
         of = used[name]
         table.add_row(Text(name), *(Text(percent(of[q].share), style=STYLE[of[q].level]) if q in of else Text("–") for q in AMBER))
-    console.print(table)
+    _print_table(console, "Share of limits used", table)
 
 
-def print_summary(console: Console, rows: list[SummaryRow], loads: list[JointLoads], placement: Placement) -> None:
-    """Tables: the wrench at the chosen point, what drives supply, what couplings transmit, and joints without one coordinate."""
-    joints = {l.joint.name: l.joint for l in loads}
-    with_axis, driven = [row for row in rows if "axial_force_peak" in row], [row for row in rows if "effort_peak" in row]
-    coupled = [row for row in rows if "coupling_peak" in row]
-    wrench = [(q, part) for q in WRENCH for part in ("peak", "rms", "peak_time")]
-    drive = [("effort", "peak"), ("effort", "rms"), ("effort", "peak_time"), ("speed", "peak"), ("speed", "peak_time")]
-    drive += [("power", "peak"), ("power", "peak_time"), ("power", "mean"), ("work", "positive"), ("work", "negative")]
-    whole = [(q, part) for q in ("force", "moment") for part in ("peak", "rms", "peak_time")]
-    for title, chosen, columns in (
-        (f"Wrench on the {placement.on} side, moments about {placement.about}", with_axis, wrench),
-        ("Drive", driven, drive),
-        ("What the effort consists of", [row for row in driven if "transmitted_peak" in row], [(q, part) for q in EFFORT_PARTS for part in ("peak", "rms")]),
-        ("Coupling: what moves the mimic joints", coupled, [("coupling", "peak"), ("coupling", "rms"), ("coupling", "peak_time"), ("speed", "peak"), ("speed", "peak_time")]),
-        ("Joints without one coordinate: magnitudes of the same wrench", [row for row in rows if "force_peak" in row], whole),
-    ):
-        for scope, together in _by_unit(chosen, joints, {q for q, _ in columns}):
-            console.print(_table(title + scope, together, [joints[str(row["joint"])] for row in together], columns))
+def _print_cases(console: Console, run: Run) -> None:
+    """A line for each load case: its verdict and what governs it."""
+    table = _empty_table("case")
+    table.add_column("verdict")
+    table.add_column("governed by", overflow="fold")
+    for result in run.results:
+        verdict = Verdict(tuple(result.uses))
+        table.add_row(Text(result.case.name), Text(verdict.level, style=STYLE[verdict.level]), Text(verdict.headline))
+    _print_table(console, "Load cases", table)
+
+
+def print_summary(console: Console, rows: Sequence[SummaryRow], joints: Sequence[Joint], placement: Placement, what: str = "") -> None:
+    """Tables by topic: forces and moments at the chosen point, drives, power, brakes, couplings, and joints without one coordinate."""
+    by_name = {j.name: j for j in joints}
+    with_parts = [("transmitted", "damping", "friction"), ("rotor", "spring")]
+    side, about = f"on the {placement.on} side", f"about {placement.about}"
+    of_the_same = "magnitudes of the same wrench" if any("axial_force_peak" in row for row in rows) else f"magnitudes of the wrench {side}, moments {about}"
+    topics: list[tuple[str, str, Columns]] = [
+        (f"Forces {side}", "axial_force", _peak_rms_time("axial_force", "radial_force")),
+        (f"Moments {side}, {about}", "axial_force", _peak_rms_time("bending_moment", "axial_moment")),
+        ("Drive", "effort", [*_peak_rms_time("effort"), ("speed", "peak"), ("speed", "peak_time")]),
+        ("Power and work of the drive", "effort", [("power", "peak"), ("power", "peak_time"), ("power", "mean"), ("work", "positive"), ("work", "negative")]),
+        ("Brakes", "brake", _peak_rms_time("brake")),
+        *(("What the effort consists of", of[0], [(q, part) for q in of for part in ("peak", "rms")]) for of in with_parts),
+        ("Coupling: what moves the mimic joints", "coupling", [*_peak_rms_time("coupling"), ("speed", "peak"), ("speed", "peak_time")]),
+        (f"Joints without one coordinate: {of_the_same}", "force", _peak_rms_time("force", "moment")),
+    ]
+    for title, having, columns in topics:
+        chosen = [row for row in rows if f"{having}_peak" in row]
+        for scope, together in _by_unit(chosen, by_name, {q for q, _ in columns}):
+            title_and_scope = title + scope + (f", {what}" if what else "")
+            _print_table(console, title_and_scope, _table(together, [by_name[str(row["joint"])] for row in together], columns))
+
+
+def _peak_rms_time(*quantities: str) -> Columns:
+    return [(q, part) for q in quantities for part in ("peak", "rms", "peak_time")]
 
 
 def _by_unit(rows: list[SummaryRow], joints: dict[str, Joint], quantities: set[str]) -> list[tuple[str, list[SummaryRow]]]:
     """Rows whose quantities have the same units, with what is added to the title: one table of both would be too wide for a terminal."""
     turning = [row for row in rows if joints[str(row["joint"])].has_angle]
     sliding = [row for row in rows if row not in turning]
-    if turning and sliding and not quantities.isdisjoint(("effort", "coupling", *EFFORT_PARTS)):
+    if turning and sliding and not quantities.isdisjoint(("effort", "brake", "coupling", *EFFORT_PARTS)):
         return [(", joints that turn", turning), (", joints that slide", sliding)]
     return [("", rows)] if rows else []
 
 
-def _table(title: str, rows: list[SummaryRow], joints: list[Joint], columns: list[tuple[str, str]]) -> Table:
-    table = Table(title=Text(title, style="table.title"), title_justify="left", box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    table.add_column("joint", overflow="fold")
+def _empty_table(first: str = "joint") -> Table:
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    table.add_column(first, overflow="fold")
+    return table
+
+
+def _print_table(console: Console, title: str, table: Table) -> None:
+    """The title is printed apart: that of a table would be folded to its width."""
+    console.print(Text(title, style="italic"))
+    console.print(table)
+
+
+def _table(rows: list[SummaryRow], joints: list[Joint], columns: Columns) -> Table:
+    table = _empty_table()
     words = {"peak_time": "at s", "work": "J"}
     for q, part in columns:
         of = words.get(q) or " or ".join(sorted({unit(q, joint) for joint in joints}))
-        name = WRENCH.get(q, q) if part in ("peak", "positive") else ""
+        name = LABELS.get(q, q) if part in ("peak", "positive") else ""
         table.add_column(f"{name}\n{words.get(part) or f'{part} {of}'}", justify="right", no_wrap=True)
     for row in rows:
-        table.add_row(Text(str(row["joint"])), *(f"{row[f'{q}_{part}']:.4g}" for q, part in columns))
+        table.add_row(Text(str(row["joint"])), *(_number(row.get(f"{q}_{part}")) for q, part in columns))
     return table
+
+
+def _number(x: float | str | None) -> str:
+    return "–" if x is None or isinstance(x, str) else f"{x:.4g}"
+
+
+def balance_line(balance: PowerBalance | None) -> str:
+    if balance is None:
+        return "too few samples to differentiate the energy"
+    if balance.at_rest:
+        return "no power but round-off: nothing moves, or what moves takes no power"
+    return (
+        f"largest residual {abs(balance.residual).max():.3g} W, {balance.relative_residual:.2g} of the largest power "
+        f"(drive + external{'' if balance.dissipation is None else ' − dissipation'} against the rate of change of energy)"
+    )

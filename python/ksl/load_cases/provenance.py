@@ -125,15 +125,17 @@ def _case_description(case: LoadCase) -> dict[str, Any]:
     time, source = case.motion.time, case.motion.source
     return {
         "name": case.name,
+        "kind": case.kind,
+        "brake": case.brake,
         "motion": case.motion_file,
         "format": source.format if source else None,
-        "step": float(np.median(np.diff(time))),
+        "step": float(np.median(np.diff(time))) if len(time) > 1 else 0.0,
         "reading": list(source.notes) if source else [],
         "samples": len(time),
         "start": float(time[0]),
         "end": float(time[-1]),
         "gravity": [float(g) for g in case.model.gravity],
-        "payloads": [{"link": p.link, "mass": p.mass, "center": list(p.center)} for p in case.payloads],
+        "payloads": [{"link": p.link, "mass": p.mass, "center": list(p.center), **({"inertia": list(p.inertia)} if p.inertia else {})} for p in case.payloads],
         "physics": list(case.model.physics),
         "external": list(case.external),
     }
@@ -143,6 +145,7 @@ def _of_case(case: Mapping[str, Any], several: bool) -> list[tuple[str, str]]:
     """Lines of one load case; one line if there are several."""
     motion = ", ".join(x for x in (case["motion"] or "arrays", case["format"]) if x)
     parts = {
+        **({"what": case["kind"]} if case["kind"] != "motion" else {}),
         "motion": f"{motion}, {case['samples']} samples, median step {case['step']:.6g} s, from {case['start']:.10g} s to {case['end']:.10g} s",
         "gravity": f"({', '.join(f'{g:g}' for g in case['gravity'])}) m/s² in world axes",
         "payloads": "; ".join(str(Payload(p["link"], p["mass"], tuple(p["center"]))) for p in case["payloads"]) or "none",

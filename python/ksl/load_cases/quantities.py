@@ -27,7 +27,7 @@ UNITS = {
 
 def unit(quantity: str, joint: Joint) -> str:
     """Unit of a quantity for a joint."""
-    if quantity in ("effort", "coupling", *EFFORT_PARTS):
+    if quantity in ("effort", "brake", "coupling", *EFFORT_PARTS):
         return "N m" if joint.has_angle else "N"
     if quantity == "position":
         return joint.unit
@@ -58,6 +58,8 @@ class JointLoads:
     """Position of joints with one coordinate, rad or m."""
     acceleration: Array | None = None
     """rad/s² or m/s²."""
+    brake: Array | None = None
+    """Effort of the brake, N m or N, in load cases where brakes and not drives supply the efforts."""
 
     @property
     def power(self) -> Array | None:
@@ -171,7 +173,9 @@ def integral(time: Array, x: Array) -> float:
 
 
 def rms(time: Array, x: Array) -> float:
-    """Root of the time mean of x²; samples are weighted by the duration they represent."""
+    """Root of the time mean of x²; samples are weighted by the duration they represent.  Of one sample its magnitude."""
+    if len(x) == 1:
+        return float(abs(x[0]))
     return float(np.sqrt(integral(time, x * x) / (time[-1] - time[0])))
 
 
@@ -201,10 +205,13 @@ def summarise(time: Array, loads: JointLoads) -> SummaryRow:
         row |= _peak(time, "effort", loads.effort) | {"effort_rms": rms(time, loads.effort)}
         for name, x in loads.parts.items():
             row |= _peak(time, name, x) | {f"{name}_rms": rms(time, x)}
+        if loads.brake is not None:
+            row |= _peak(time, "brake", loads.brake) | {"brake_rms": rms(time, loads.brake)}
         row |= _peak(time, "speed", loads.speed)
         row |= _peak(time, "power", loads.power)
         positive, negative = work(time, loads.power)
-        row |= {"power_mean": (positive + negative) / float(time[-1] - time[0]), "work_positive": positive, "work_negative": negative}
+        duration = float(time[-1] - time[0])
+        row |= {"power_mean": (positive + negative) / duration if duration > 0 else float(loads.power[0]), "work_positive": positive, "work_negative": negative}
     if loads.coupling is not None and loads.speed is not None:
         row |= _peak(time, "coupling", loads.coupling) | {"coupling_rms": rms(time, loads.coupling)}
         row |= _peak(time, "speed", loads.speed)

@@ -1,209 +1,283 @@
-"""The job of `ksl loads`: runs a load case and writes its files."""
+"""A run: load cases of a robot, their summary, verdict, wrenches, and the files of the results."""
 
 from __future__ import annotations
 
-import csv as csv_module
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
-import numpy as np
-from rich.console import Console
-from rich.progress import Progress
-from rich.text import Text
+from numpy.typing import ArrayLike
 
-from ksl.errors import MotionError
-from ksl.load_cases.curves import Curves
-from ksl.load_cases.load_case import Block, LoadCase
+from ksl.errors import MotionError, unknown_name
+from ksl.load_cases.case_result import CaseResult, compute
+from ksl.load_cases.load_case import LoadCase, Payload, Placement
 from ksl.load_cases.output import staged
-from ksl.load_cases.printing import print_summary, print_verdict
-from ksl.load_cases.provenance import UNITS, Provenance
-from ksl.load_cases.quantities import EFFORT_PARTS, PowerBalance, SummaryRow, summarise
-from ksl.load_cases.verdict import Verdict, not_given, uses_of
-from ksl.load_cases.wrench_table import TableWriter
-from ksl.mechanism import Mechanism
-from ksl.report.files import NAMES as REPORT_FILES
+from ksl.load_cases.provenance import InputFile, Provenance, input_file, provenance_of
+from ksl.load_cases.result_files import RESULTS, WrenchFiles, refuse_other_robot
+from ksl.load_cases.summary_table import summary_table, worst_rows, write_summary
+from ksl.load_cases.verdict import Verdict, not_given
+from ksl.load_cases.wrench_table import TableWriter, motion_of_arrays, wrenches_of_arrays
+from ksl.model import Model
+from ksl.motions.motion import Motion
 from ksl.report.files import ReportFiles
-from ksl.report.input import CaseCurves, ReportInput
-from ksl.report.stills import stills_of
+from ksl.states import External, Order, Point, Side
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-RESULTS = ("wrenches.parquet", "wrenches.csv", "summary.csv", *REPORT_FILES)
-"""Files that a run may write.  Those that it doesn't write are removed, since they are from an earlier run."""
+    from ksl.report.input import ReportInput
+
+KEPT_CASES, KEPT_CURVES = 5, 24
+"""The report has the curves of the worst load cases: of so many at most, and of so many joints in all of them together, but of one at least."""
+LEVELS = ("green", "amber", "red")
+
+MotionGiven = str | os.PathLike[str] | Motion | Sequence[ArrayLike]
 
 
-def run_loads(
-    case: LoadCase, provenance: Provenance, directory: Path, with_csv: bool, console: Console, report: ReportFiles = ReportFiles()
-) -> Verdict:
-    """Computes everything, writes wrenches.parquet (and .csv), summary.csv and report.html into `directory`, prints the summary."""
-    curves, motion_file = Curves(case), case.motion_file
-    with staged(directory, RESULTS) as stage, np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused
-        with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
-            task = progress.add_task("wrenches", total=len(case.motion.time))
-            _write_wrenches(case, provenance, curves, stage, with_csv, lambda n: progress.advance(task, n))
-        balance = curves.power_balance()
-        rows: list[SummaryRow] = [{"case": case.name, **summarise(case.motion.time, loads)} for loads in curves.loads]
-        _check_summary(motion_file, rows, balance)
-        _write_summary(stage / "summary.csv", rows, provenance)
-        uses = [use for joint, row in zip(case.model.joints, rows, strict=True) for use in uses_of(joint, row, case.motion.time, case.motion.q)]
-        verdict = Verdict(tuple(uses), (*_doubts(case, balance), *not_given(case.model.joints)))
-        notes = _notes(case, verdict)
-        report.write(stage, _report_input(case, provenance, curves, balance, rows, notes, verdict))
-        files = sorted(f.name for f in stage.iterdir())
-    print_verdict(console, verdict, case.model.joints)
-    print_summary(console, rows, curves.loads, case.placement)
-    for line in notes:
-        console.print(Text(f"note: {line}"), soft_wrap=True)
-    console.print(Text(_balance_line(balance)), soft_wrap=True)
-    console.print(Text(f"written to {directory}: {', '.join(files)}"), soft_wrap=True)
-    console.print(Text(f"report: {directory / 'report.html'}"), soft_wrap=True)
-    return verdict
+class Run:
+    """Load cases of a robot and their results, which are computed when they are first asked for.
+
+    All load cases have the same joints and the same placement of wrenches.
+    """
+
+    def __init__(self, cases: Sequence[LoadCase], provenance: Provenance) -> None:
+        self.cases = tuple(cases)
+        self.provenance = provenance
+        """Inputs with their hashes, options, versions, date, command line."""
+        self._results: list[CaseResult] | None = None
+
+    @property
+    def model(self) -> Model:
+        """That of the first load case."""
+        return cast(Model, self.cases[0].model)
+
+    @property
+    def results(self) -> list[CaseResult]:
+        """Of each load case."""
+        if self._results is None:
+            self._compute()
+        assert self._results is not None
+        return self._results
+
+    @property
+    def summary(self) -> pa.Table:
+        """A row per load case and joint: peaks with their times, rms, work; if there are several cases, the worst over all below them.
+
+        Columns as in summary.csv; the metadata (key `ksl`, JSON) says units and what made the numbers.
+        """
+        return summary_table(self.rows, self.provenance)
+
+    @property
+    def wrenches(self) -> pa.Table:
+        """Every wrench: a row for each load case, sample and joint, as in wrenches.parquet.  Computed anew each time."""
+        import pyarrow as pa
+
+        writer = self._writer()
+        return pa.concat_tables([writer.table(block, i) for i, case in enumerate(self.cases) for block in case.blocks()])
+
+    @property
+    def rows(self) -> list[dict[str, float | str | None]]:
+        """The rows of the summary for the chosen joints, without the worst over all cases."""
+        wanted = self.cases[0].placement.wanted
+        return [row for result in self.results for row in result.rows if wanted(str(row["joint"]))]
+
+    @property
+    def verdict(self) -> Verdict:
+        """Red, amber or green over all load cases and joints."""
+        doubts = [(r.case.name, doubt) for r in self.results for doubt in r.doubts]
+        named = len(self.cases) > 1
+        lines = dict.fromkeys(f"{name}: {doubt}" if named else doubt for name, doubt in doubts)
+        return Verdict(tuple(use for r in self.results for use in r.uses), (*lines, *not_given(self.model.joints)))
+
+    @property
+    def notes(self) -> list[str]:
+        """Lines by weight: limits exceeded, doubts, other warnings, what was differentiated, and last what is not used."""
+        verdict, several = self.verdict, len(self.cases) > 1
+        differentiated = [f"{c.name}: {line}" if several else line for c in self.cases for line in c.motion.differentiated]
+        read = [f"{c.name}: {line}" if several else line for c in self.cases if c.motion.source for line in c.motion.source.notes]
+        unused = [f"in the file and not used: {line}" for line in self.model.unused]
+        exceeded = [f"{use.case}: {use.exceeded}" if several else use.exceeded for use in verdict.exceeded]
+        return list(dict.fromkeys([*exceeded, *verdict.reasons, *read, *self.model.warnings, *differentiated, *unused]))
+
+    @property
+    def governing(self) -> CaseResult:
+        """The result of the load case with the worst use of a limit; where there are no limits, with the largest effort."""
+        return max(self.results, key=_severity)
+
+    def write(
+        self, directory: str | os.PathLike[str], csv: bool = False, force: bool = False, advance: Callable[[int], None] | None = None,
+        report: ReportFiles = ReportFiles(),
+    ) -> list[str]:  # fmt: skip
+        """Writes wrenches.parquet, summary.csv and report.html.
+
+        csv: wrenches.csv too.  force: results of another robot in that folder are replaced, and not refused.  advance: is told the
+        number of samples of each block that is done.  report: whether there shall be report.json and report.pdf, and components that the
+        report checks.  Returns the names of the files.  All are written, or none: see :func:`staged`.
+        Raises MotionError where results are not finite, SizingError and OutputError.
+        """
+        folder = Path(directory)
+        if not force:
+            refuse_other_robot(folder, self.provenance)
+        with staged(folder, RESULTS) as stage:
+            with WrenchFiles(stage, self._writer(), csv) as files:
+                self._compute(files, advance)
+            write_summary(stage / "summary.csv", self.rows, self.provenance)
+            report.write(stage, replace(self._report_input(self._shown()), sizing=report.sizing(stage)))
+            return sorted(f.name for f in stage.iterdir())
+
+    def report(self, path: str | os.PathLike[str], case: str | None = None) -> None:
+        """Writes the report as one HTML file: of the worst load cases, or of one that is named."""
+        from ksl.report.page import write_report
+
+        by_name = {r.case.name: r for r in self.results}
+        if case is not None and case not in by_name:
+            raise ValueError(unknown_name("report", "load case", case, by_name))
+        write_report(path, self._report_input(self._shown() if case is None else [by_name[case]]))
+
+    def _shown(self) -> list[CaseResult]:
+        """The results whose curves are kept, worst first."""
+        return sorted((r for r in self.results if r.loads is not None), key=_severity, reverse=True)
+
+    def _report_input(self, shown: Sequence[CaseResult]) -> ReportInput:
+        from ksl.load_cases.report_input import report_input
+
+        return report_input([r if r.loads is not None else compute(r.case) for r in shown], self.rows, self.provenance, self.verdict, self.notes)
+
+    def _writer(self) -> TableWriter:
+        return TableWriter(self.model, self.cases[0].placement, self.provenance)
+
+    def _compute(self, files: WrenchFiles | None = None, advance: Callable[[int], None] | None = None) -> None:
+        """Computes all load cases, one after the other, and writes their wrenches.  Of many, only the curves of the worst are kept."""
+        results: list[CaseResult] = []
+        kept: list[int] = []  # the worst so far, worst first
+        wanted = sum(self.cases[0].placement.wanted(j.name) for j in self.model.joints)
+        most = max(1, min(KEPT_CASES, KEPT_CURVES // max(1, wanted)))
+        for i, case in enumerate(self.cases):
+            sink = partial(files.write, case=i) if files else None
+            results.append(compute(case, sink, advance))
+            kept = sorted([*kept, i], key=lambda k: _severity(results[k]), reverse=True)
+            if len(kept) > most:
+                k = kept.pop()
+                results[k] = replace(results[k], loads=None)
+        self._results = results
+
+    def __repr__(self) -> str:
+        cases = f"{len(self.cases)} load cases" if len(self.cases) > 1 else f"load case {self.cases[0].name}"
+        verdict = self.verdict
+        return f"<ksl run of {self.provenance.robot}: {cases}, {verdict.level}: {verdict.headline}>"
+
+    def _repr_html_(self) -> str:
+        """For notebooks: the verdict, and the shares of limits."""
+        verdict = self.verdict
+        color = {"green": "#2e7d32", "amber": "#b26a00", "red": "#c62828"}[verdict.level]
+        head = f'<p><b style="color:{color}">{verdict.level.upper()}</b> {escape(verdict.headline)}</p>'
+        reasons = "".join(f"<li>{escape(reason)}</li>" for reason in verdict.reasons)
+        rows = "".join(_html_row(str(row["joint"]), row, verdict) for row in worst_rows(self.rows))
+        columns = "".join(f"<th>{name}</th>" for name in ("joint", "position", "speed", "effort", "effort peak"))
+        table = f"<table><thead><tr>{columns}</tr></thead><tbody>{rows}</tbody></table>"
+        return f"{head}{f'<ul>{reasons}</ul>' if reasons else ''}{table}"
 
 
-def _write_wrenches(case: LoadCase, provenance: Provenance, curves: Curves, stage: Path, with_csv: bool, advance: Callable[[int], None]) -> None:
-    """Computes block after block, while a second thread writes the previous one."""
-    import pyarrow.csv
-    import pyarrow.parquet
+def _html_row(joint: str, row: Mapping[str, float | str | None], verdict: Verdict) -> str:
+    from ksl.load_cases.verdict import percent
 
-    writer = TableWriter(case.model, case.placement, provenance)
-    sinks = [pyarrow.parquet.ParquetWriter(stage / "wrenches.parquet", writer.schema, compression="zstd", use_dictionary=["case", "joint", "on", "at", "axes"])]
-    if with_csv:
-        sinks.append(pyarrow.csv.CSVWriter(stage / "wrenches.csv", _plain(writer.schema), write_options=pyarrow.csv.WriteOptions(quoting_style="needed")))
-
-    def write(block: Block) -> None:
-        table = writer.table(block)
-        sinks[0].write_table(table)
-        if with_csv:
-            sinks[1].write_table(table.cast(_plain(writer.schema)))
-
-    with ThreadPoolExecutor(1) as pool:
-        pending = None
-        for block in case.blocks():
-            _check_block(case, case.motion_file, block)
-            if pending:
-                pending.result()
-            pending = pool.submit(write, block)
-            curves.add(block)
-            advance(len(block.time))
-        if pending:
-            pending.result()
-    for sink in sinks:
-        sink.close()
+    uses = verdict.of(joint)
+    shares = "".join(f"<td>{percent(uses[q].share) if q in uses else '–'}</td>" for q in ("position", "speed", "effort"))
+    effort = row.get("effort_peak")
+    return f"<tr><th>{escape(joint)}</th>{shares}<td>{f'{float(effort):.4g}' if effort is not None else '–'}</td></tr>"
 
 
-def _check_block(case: LoadCase, motion_file: str, block: Block) -> None:
-    """Refuses results that overflow, because numbers of the motion, of external wrenches or of the robot are finite but huge."""
-    power = block.tau * block.v
-    for x in (block.total, block.constraint, block.in_joint_axes):
-        if not np.isfinite(x).all():
-            sample, joint, _ = np.argwhere(~np.isfinite(x))[0]
-            raise _overflow(motion_file, case.model.joints[joint].name, f"sample {block.rows.start + sample + 1} (time {block.time[sample]:.9g})", "wrench")
-    parts = [] if block.parts is None else [(name, block.parts[:, i]) for i, name in enumerate(EFFORT_PARTS)]
-    for what, x in (("effort", block.tau), ("power", power), *parts):
-        if not np.isfinite(x).all():
-            sample, column = np.argwhere(~np.isfinite(x))[0]
-            joint = next(j.name for j in case.model.joints if j.v_index <= column < j.v_index + j.nv)
-            raise _overflow(motion_file, joint, f"sample {block.rows.start + sample + 1} (time {block.time[sample]:.9g})", what)
+def _severity(result: CaseResult) -> tuple[int, float, float]:
+    """By which load cases are compared: level and share of the worst use of a limit, and the largest effort."""
+    worst = Verdict(tuple(result.uses)).worst
+    effort = max((float(row.get(f"{what}_peak") or 0.0) for row in result.rows for what in ("effort", "brake")), default=0.0)
+    return (LEVELS.index(worst.level), worst.share, effort) if worst else (0, 0.0, effort)
 
 
-def _check_summary(motion_file: str, rows: list[SummaryRow], balance: PowerBalance | None) -> None:
-    """Refuses a summary that overflows: squares, integrals and energies may overflow even if wrenches don't."""
-    for row in rows:
-        for name, value in row.items():
-            if isinstance(value, float) and not np.isfinite(value):
-                raise _overflow(motion_file, str(row["joint"]), "summary", name)
-    if balance is not None and not (np.isfinite(balance.energy).all() and np.isfinite(balance.residual).all()):
-        raise _overflow(motion_file, "all joints", "power balance", "energy or power")
+def loads(
+    model: Model | str | os.PathLike[str],
+    motion: MotionGiven | None = None,
+    cases: str | os.PathLike[str] | Sequence[LoadCase] | None = None,
+    *,
+    payloads: Mapping[str, tuple[float, Sequence[float]]] | None = None,
+    external: External | None = None,
+    on: Side = "child",
+    at: Point | Mapping[str, Sequence[float]] = "joint",
+    axes: str = "joint",
+    order: Order = "lin_ang",
+    joints: Sequence[str] = (),
+) -> Run:
+    """Every wrench of a robot along a motion, or in several load cases, as one object: what `ksl loads` does.
+
+    model: a model, or the robot's file.  motion: a file; or time (n), q (n, nq) and, if known, v and a (n, nv).
+    cases: a file of load cases (TOML; docs/cases.md), where `motion` is that of cases that name none; or load cases.
+    payloads: {link: (mass in kg, point in the link's frame in m)}, point masses beside what the model carries; for one motion.
+    external: {link: (n, 6), or (6) for all samples}: wrenches of the environment, at the link's origin, in its axes; for one motion.
+    on, at, axes, order: as in :meth:`Model.reactions`; `at` may also be {joint: (x, y, z)}: points of single joints, others
+    have theirs at "joint".  joints: whose wrenches are wanted; all by default.
+    Raises MotionError, DescriptionError or ValueError, and says how to mend it.  Needs the extra `ksl[loads]`.
+    """
+    from ksl.loading import load
+
+    robot = model if isinstance(model, Model) else load(model)
+    common: Point = at if not isinstance(at, Mapping) else "joint"
+    points = {joint: tuple(float(x) for x in point) for joint, point in at.items()} if isinstance(at, Mapping) else {}
+    placement = checked(robot, Placement(on, common, axes, order, points, tuple(joints)))
+    inputs = [input_file("robot", robot.file)] if robot.file and os.path.exists(robot.file) else []
+    if cases is None:
+        if motion is None:
+            raise MotionError("loads needs a motion, or load cases")
+        case, more = one_case(robot, motion, placement, payloads, external)
+        found = [case]
+    elif isinstance(cases, (str, os.PathLike)):
+        from ksl.load_cases.case_file import read_cases
+
+        found, more = read_cases(robot, cases, placement, motion if isinstance(motion, (str, os.PathLike)) else None)
+    else:
+        found, more = [replace(case, placement=placement) for case in cases], []
+    if not found:
+        raise MotionError("loads: no load cases")
+    run = Run(found, provenance_of(found, [*inputs, *more], {"on": on, "at": _shown(at), "axes": axes, "order": order, "joints": list(joints)}))
+    run._compute()
+    return run
 
 
-def _overflow(motion_file: str, joint: str, where: str, what: str) -> MotionError:
-    return MotionError(
-        f"{motion_file}: {where}: {what} of {joint} is not finite; "
-        "positions, rates, external wrenches or masses are too large: check their units (rad, m, s, N, N m, kg)"
-    )
+def _shown(at: object) -> str:
+    return at if isinstance(at, str) else str(at)
 
 
-def _plain(schema: pa.Schema) -> pa.Schema:
-    """The schema with plain strings instead of dictionaries, as CSV needs."""
-    import pyarrow as pa
-
-    return pa.schema([pa.field(f.name, pa.string() if pa.types.is_dictionary(f.type) else f.type) for f in schema])
-
-
-def _write_summary(path: Path, rows: list[SummaryRow], provenance: Provenance) -> None:
-    """A row for each case and joint, below lines that begin with `# ` and say units and what made the numbers."""
-    names = list(dict.fromkeys(name for row in rows for name in row))
-    head = [("KSL", f"summary of the joint loads of {provenance.robot}"), *provenance.lines()]
-    head += [("units", UNITS), ("peaks", "largest magnitudes, and the time of the first sample that has it; rms and mean are weighted by time")]
-    with open(path, "w", newline="", encoding="utf-8") as f:
-        f.writelines(f"# {name}: {' '.join(text.split())}\n" for name, text in head)
-        table = csv_module.DictWriter(f, names, restval="", lineterminator="\n")
-        table.writeheader()
-        table.writerows(rows)
+def checked(model: Model, placement: Placement) -> Placement:
+    """The same placement.  Raises ValueError for unknown sides, points, axes, orders and joints."""
+    for joint in (*placement.joints, *placement.points):
+        model.joint(joint)
+    for point in (placement.at, *placement.points.values()):
+        model._request(placement.on, point, placement.axes, placement.order, "total", [])
+    return placement
 
 
-def _doubts(case: LoadCase, balance: PowerBalance | None) -> list[str]:
-    """Why the numbers themselves are doubted, most important first: reasons that forbid a green verdict."""
-    lines = [*case.motion.doubts, *case.motion.contradictions]
-    if balance is not None and balance.doubtful:
-        lines.append(
-            f"power balance: the residual is {balance.relative_residual:.2g} of the largest power: positions, velocities and accelerations "
-            "of the motion disagree, or it jumps, or its samples are too far apart"
-        )
-    of_masses = [line for line in case.model.warnings if line.startswith(("link ", "none of the links"))]
-    return lines + of_masses
+def one_case(
+    model: Model,
+    motion: MotionGiven,
+    placement: Placement,
+    payloads: Mapping[str, tuple[float, Sequence[float]]] | None = None,
+    external: External | None = None,
+) -> tuple[LoadCase, list[InputFile]]:
+    """The load case of one motion, and the files that it comes from."""
+    from ksl.given import payload_points
+    from ksl.motions.reading import read_motion
 
-
-def _notes(case: LoadCase, verdict: Verdict) -> list[str]:
-    """Lines for the user by weight: limits exceeded, doubts, other warnings, what was differentiated, and last what is not used."""
-    unused = [f"in the file and not used: {line}" for line in case.model.unused]
-    read = case.motion.source.notes if case.motion.source else []
-    lines = [*(use.exceeded for use in verdict.exceeded), *verdict.reasons, *read, *case.model.warnings, *case.motion.differentiated, *unused]
-    return list(dict.fromkeys(lines))
-
-
-def _balance_line(balance: PowerBalance | None) -> str:
-    if balance is None:
-        return "power balance: too few samples to differentiate the energy"
-    if balance.at_rest:
-        return "power balance: no power but round-off: nothing moves, or what moves takes no power"
-    return (
-        f"power balance: largest residual {abs(balance.residual).max():.3g} W, {balance.relative_residual:.2g} of the largest power "
-        f"(drive + external{'' if balance.dissipation is None else ' − dissipation'} against the rate of change of energy)"
-    )
-
-
-def _report_input(
-    case: LoadCase, provenance: Provenance, curves: Curves, balance: PowerBalance | None, rows: list[SummaryRow], notes: list[str],
-    verdict: Verdict,
-) -> ReportInput:  # fmt: skip
-    m = case.model
-    facts = [("robot", f"{m.name} ({m.file})"), *_scene(case)]
-    title = f"Joint loads of {m.name}"
-    shown = CaseCurves(case.name, case.motion.time, curves.loads, balance, stills=stills_of(case, curves.loads))
-    return ReportInput(title, facts, notes, rows, [shown], provenance, verdict)
-
-
-def _scene(case: LoadCase) -> list[tuple[str, str]]:
-    """What was computed, for people: the load case, and how its wrenches are expressed."""
-    p, m, time = case.placement, case.model, case.motion.time
-    return [
-        ("motion", case.motion_file or "arrays"),
-        ("samples", f"{len(time)}, from {time[0]:.10g} s to {time[-1]:.10g} s"),
-        ("gravity", f"({', '.join(f'{g:g}' for g in m.gravity)}) m/s² in world axes"),
-        ("payloads", "; ".join(str(payload) for payload in case.payloads) or "none"),
-        ("wrenches", f"on the {p.on} side of the joint, moments about {p.about}; here resolved along and across each joint's axis"),
-        ("effort and power", "of each joint's drive, whatever point and side are chosen"),
-        *([("physics of joints", _physics(m))] if m.physics else []),
-        ("in the table", f"axes {p.axes}, order {p.order}"),
-        ("external wrenches", ", ".join(case.external) or "none"),
-    ]
-
-
-def _physics(model: Mechanism) -> str:
-    """What is on, and the width of friction where its smooth law is."""
-    width = f" (smooth, width {model.friction_width:g} rad/s or m/s unless the file gives another)" if "friction" in model.physics else ""
-    return ", ".join(name + width if name == "friction" else name for name in model.physics) + ": the effort is the motor's"
+    carried = [Payload(link, mass, (x, y, z)) for link, mass, (x, y, z) in payload_points(payloads)]
+    for p in carried:
+        model = model.with_payload(p.link, p.mass, p.center)
+    if isinstance(motion, (str, os.PathLike)):
+        file = os.fspath(motion)
+        moved, name, inputs = read_motion(model, file), Path(file).stem, [input_file("motion", file)]
+    else:
+        file, name, inputs = "", "motion", []
+        moved = motion if isinstance(motion, Motion) else motion_of_arrays(model, *motion)
+    wrenches = wrenches_of_arrays(external, len(moved.time))
+    return LoadCase(model, moved, placement, wrenches, name, file, carried), inputs

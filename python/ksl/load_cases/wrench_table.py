@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +15,7 @@ from ksl.load_cases.load_case import Block, LoadCase, Placement
 from ksl.load_cases.quantities import EFFORT_PARTS
 from ksl.load_cases.provenance import Provenance, provenance_of
 from ksl.mechanism import Joint, Mechanism
-from ksl.motions.motion import complete
+from ksl.motions.motion import Motion, complete
 from ksl.states import Array, External, Order, Point, Side, argument, items_of
 
 if TYPE_CHECKING:
@@ -27,31 +27,35 @@ COMPONENTS = {"lin_ang": ("fx", "fy", "fz", "tx", "ty", "tz"), "ang_lin": ("tx",
 class TableWriter:
     """Converts blocks to columns of the table, with a row for each sample and joint."""
 
-    def __init__(self, model: Mechanism, placement: Placement, provenance: Provenance) -> None:
+    def __init__(self, model: Mechanism, placement: Placement, provenance: Provenance | None = None) -> None:
         import pyarrow as pa
 
         self._pa, self._placement = pa, placement
-        self._cases = [case["name"] for case in provenance.cases]
-        self._joints = model.joints
-        self._driven = np.array([j.one_coordinate and j.leader is None for j in model.joints])
-        self._follows = np.array([j.leader is not None for j in model.joints])
-        self._v_index = np.array([j.v_index for j in model.joints])[self._driven]
-        self._following = [j for j in model.joints if j.leader is not None]
+        cases: list[dict[str, Any]] = provenance.cases if provenance else [{"name": "motion"}]
+        self._cases = [str(case["name"]) for case in cases]
+        self._joints = [j for j in model.joints if placement.wanted(j.name)]
+        self._chosen = [i for i, j in enumerate(model.joints) if placement.wanted(j.name)]
+        self._driven = np.array([j.one_coordinate and j.leader is None for j in self._joints])
+        self._follows = np.array([j.leader is not None for j in self._joints])
+        self._v_index = np.array([j.v_index for j in self._joints])[self._driven]
+        self._following = [model.follower_names.index(j.name) for j in self._joints if j.leader is not None]
+        self._with_parts = any(case.get("physics", model.physics) for case in cases)
+        self._with_brake = any(case.get("brake") for case in cases)
         self._mechanism = model
-        names, parts = COMPONENTS[placement.order], EFFORT_PARTS if model.physics else ()
+        names, parts = COMPONENTS[placement.order], EFFORT_PARTS if self._with_parts else ()
         motion = ("position", "speed", "acceleration")
-        numbers = ["time", *names, *(f"constraint_{c}" for c in names), *motion, "effort", "power", *(["coupling"] if self._following else []), *parts]
+        numbers = ["time", *names, *(f"constraint_{c}" for c in names), *motion, "effort", "power", *(["brake"] if self._with_brake else []), *(["coupling"] if self._following else []), *parts]
         words = pa.dictionary(pa.int16(), pa.string())
         self.schema = pa.schema(
             [pa.field("case", words), pa.field("time", pa.float64()), pa.field("joint", words)]
             + [pa.field(n, pa.float64()) for n in numbers[1:]]
             + [pa.field(n, words) for n in ("on", "at", "axes")],
-            metadata={"ksl": json.dumps(provenance.metadata() | self._description(model))},
+            metadata={"ksl": json.dumps((provenance.metadata() if provenance else {"robot": model.name}) | self._description(model))},
         )
 
     def _description(self, model: Mechanism) -> dict[str, str]:
         p = self._placement
-        effort = "motor effort of the joint's drive, the sum of its parts" if model.physics else "transmitted effort of the joint's drive"
+        effort = "motor effort of the joint's drive, the sum of its parts" if self._with_parts else "transmitted effort of the joint's drive"
         return {
             "wrench": f"exerted on the {p.on} side through the joint, about the point `at`, in the axes `axes`",
             "on": p.on,
@@ -60,6 +64,7 @@ class TableWriter:
             "order": p.order,
             "effort": f"{effort}, the same for every `on`, `at` and `axes`",
             **({"physics": ", ".join(model.physics)} if model.physics else {}),
+            **({"brake": "effort that brakes supply in load cases where drives don't, whose effort is zero there"} if self._with_brake else {}),
             **({"coupling": "effort by which its leader moves a mimic joint, which has no drive"} if self._following else {}),
         }
 
@@ -69,16 +74,27 @@ class TableWriter:
         columns = [self._words(self._cases, np.full(n * joints, case, dtype=np.int16))]
         columns += [pa.array(np.repeat(block.time, joints)), self._words([j.name for j in self._joints], np.tile(np.arange(joints, dtype=np.int16), n))]
         for wrench in (block.total, block.constraint):
-            columns += [pa.array(np.ascontiguousarray(wrench[:, :, i]).reshape(-1)) for i in range(6)]
+            chosen = wrench if joints == len(self._mechanism.joints) else wrench[:, self._chosen]
+            columns += [pa.array(np.ascontiguousarray(chosen[:, :, i]).reshape(-1)) for i in range(6)]
         moving, movers = self._driven | self._follows, [j for j in self._joints if j.one_coordinate]
         at = [(self._mechanism._position_of, block.q), (self._mechanism._velocity_of, block.v), (self._mechanism._velocity_of, block.a)]
         columns += [self._of(moving, _columns(of, movers, x)) for of, x in at]
         effort, speed = block.tau[:, self._v_index], block.v[:, self._v_index]
-        columns += [self._of(self._driven, effort), self._of(self._driven, effort * speed)]
-        columns += [self._of(self._follows, block.coupling)] if self._following else []
-        if block.parts is not None:
+        of_drive = np.zeros_like(effort) if block.brake else effort
+        columns += [self._of(self._driven, of_drive), self._of(self._driven, of_drive * speed)]
+        none = np.zeros(joints, dtype=bool)
+        if self._with_brake:
+            columns.append(self._of(self._driven if block.brake else none, effort if block.brake else np.empty((n, 0))))
+        columns += [self._of(self._follows, block.coupling[:, self._following])] if self._following else []
+        if self._with_parts and block.parts is None:
+            columns += [self._of(none, np.empty((n, 0)))] * len(EFFORT_PARTS)
+        elif block.parts is not None:
             columns += [self._of(self._driven, block.parts[:, i, self._v_index]) for i in range(len(EFFORT_PARTS))]
-        columns += [self._words([w], np.zeros(n * joints, dtype=np.int16)) for w in (self._placement.on, self._placement.point, self._placement.axes)]
+        p = self._placement
+        points = list(dict.fromkeys(p.of(j.name) for j in self._joints))
+        point_of_row = np.tile(np.array([points.index(p.of(j.name)) for j in self._joints], dtype=np.int16), n)
+        same = np.zeros(n * joints, dtype=np.int16)
+        columns += [self._words([p.on], same), self._words(points, point_of_row), self._words([p.axes], same)]
         return pa.Table.from_arrays(columns, schema=self.schema)
 
     def _of(self, chosen: Array, x: Array) -> pa.Array:
@@ -124,6 +140,14 @@ def wrench_table(
     import pyarrow as pa
 
     model._request(on, at, axes, order, "total", None)  # refuses what it can't be
+    motion = motion_of_arrays(model, time, q, v, a)
+    case = LoadCase(model, motion, Placement(on, at, axes, order), wrenches_of_arrays(external, len(motion.time)))
+    writer = TableWriter(model, case.placement, provenance_of([case]))
+    return pa.concat_tables([writer.table(block) for block in case.blocks()])
+
+
+def motion_of_arrays(model: Calls, time: ArrayLike, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None) -> Motion:
+    """The motion of samples at `time` (n); what is None is differentiated.  Raises MotionError."""
     t, positions = _real("time", time), _real("q", argument(q, "q", model.nq, model._core))
     given = [None if x is None else _real(name, argument(x, name, model.nv, model._core)) for name, x in (("v", v), ("a", a))]
     given = [np.broadcast_to(x, (len(t), model.nv)) if x is not None and x.shape == (model.nv,) and t.ndim == 1 else x for x in given]
@@ -137,11 +161,12 @@ def wrench_table(
         raise MotionError("times must increase: sort the samples and remove repeated ones")
     joints = model.joints[: len(model.joint_names)]
     by_joint = [[None if x is None else x[:, j.v_index : j.v_index + j.nv] for x in given] for j in joints]
-    motion = complete(model, t, positions, by_joint)
-    wrenches = {link: _wrenches(link, w, len(t)) for link, w in items_of(external)}
-    case = LoadCase(model, motion, Placement(on, at, axes, order), wrenches)
-    writer = TableWriter(model, case.placement, provenance_of([case]))
-    return pa.concat_tables([writer.table(block) for block in case.blocks()])
+    return complete(model, t, positions, by_joint)
+
+
+def wrenches_of_arrays(external: External | None, samples: int) -> dict[str, Array]:
+    """External wrenches for each sample: {link: (samples, 6)}."""
+    return {link: _wrenches(link, w, samples) for link, w in items_of(external)}
 
 
 def _real(name: str, x: ArrayLike) -> Array:

@@ -100,9 +100,7 @@ def mcap(file: str, source: BinaryIO, topic: str | None, positions_only: bool) -
             if summary is None:
                 raise MotionError(f"{file}: is an MCAP file, but {TRUNCATED}: it has no summary at its end; repair it with `mcap recover`")
             counts = summary.statistics.channel_message_counts if summary.statistics else {}
-            topics = [
-                Topic(c.topic, _type_of(summary.schemas.get(c.schema_id)), counts.get(c.id, 1)) for c in summary.channels.values()
-            ]
+            topics = [Topic(c.topic, _type_of(summary.schemas.get(c.schema_id)), counts.get(c.id, 1)) for c in summary.channels.values()]
             name = chosen_topic(file, topics, topic)
             of_topic = [c for c in summary.channels.values() if c.topic == name]
             for c in of_topic:
@@ -177,4 +175,3 @@ class _with_suffix:
     def __exit__(self, *_: object) -> None:
         if self._folder:
             self._folder.cleanup()
-

@@ -47,7 +47,10 @@ def seconds_of_text(texts: pa.ChunkedArray, name: str, place: Callable[[int], st
     known = _DATE, _CLOCK, _WITH_UNIT
     kind = next((k for k in known if k.fullmatch(first)), None)
     bad = next((k for k in range(len(column)) if kind is None or not kind.fullmatch(str(column[k]))), 0)
-    raise MotionError(f"{place(bad)}: column {name!r} holds {str(column[bad])!r}; expected a number with a decimal point, a clock time (0:01:02.5) or a date (2026-03-01 12:00:00.25)")
+    raise MotionError(
+        f"{place(bad)}: column {name!r} holds {str(column[bad])!r}; "
+        "expected a number with a decimal point, a clock time (0:01:02.5) or a date (2026-03-01 12:00:00.25)"
+    )
 
 
 def _of_clock(column: pa.ChunkedArray) -> Array:

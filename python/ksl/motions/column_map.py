@@ -35,9 +35,9 @@ class ColumnRule:
         return self.sign * self.scale
 
     def words(self) -> str:
-        parts = ["-" if self.sign < 0 else "", f"× {self.scale:g}" if self.scale != 1 else "", f"{self.offset:+g}" if self.offset else "", f"in {self.unit}" if self.unit else ""]
-        said = " ".join(p for p in parts if p).replace("- ×", "× -")
-        return self.to + (f" ({'sign changed' if said == '-' else said})" if said else "")
+        factor = f"× {self.factor:g}" if self.factor != 1 else ""
+        said = [x for x in (factor, f"{self.offset:+g}" if self.offset else "", f"in {self.unit}" if self.unit else "") if x]
+        return self.to + (f" ({' '.join(said)})" if said else "")
 
 
 @dataclass(frozen=True)
@@ -80,12 +80,13 @@ def _is_toml(text: str) -> bool:
 def _of_tables(file: str, table: Mapping[str, object]) -> ColumnMap:
     for key in table:
         if key not in TABLES:
-            raise MotionError(f"{file}: unknown table {key!r}; {near_names(key, TABLES)}known: {', '.join(TABLES)}; a map of columns has its lines in [columns]")
+            known = f"{near_names(key, TABLES)}known: {', '.join(TABLES)}"
+            raise MotionError(f"{file}: unknown table {key!r}; {known}; a map of columns has its lines in [columns]")
     rules, ignored, constants = table.get("columns", {}), table.get("ignore", []), table.get("constants", {})
     if not isinstance(rules, Mapping) or not isinstance(constants, Mapping):
         raise MotionError(f"{file}: [columns] and [constants] are tables, with lines `name = …`")
     if not isinstance(ignored, list) or not all(isinstance(n, str) for n in ignored):
-        raise MotionError(f"{file}: ignore is a list of columns: ignore = [\"name\", …]")
+        raise MotionError(f'{file}: ignore is a list of columns: ignore = ["name", …]')
     for joint, value in constants.items():
         if not _is_number(value):
             raise MotionError(f"{file}: constants.{joint} is {value!r}; expected a position, a number in rad or m")
@@ -135,7 +136,7 @@ def _of_rows(file: str, text: str) -> ColumnMap:
     """A CSV table: column of the file, column of the motion, and if wanted unit, sign, scale, offset."""
     form = form_of(file, text.encode(), "utf-8")
     if len(form.names) < 2:
-        raise MotionError(f"{file}: expected a TOML file with [columns], or a CSV table with the columns from,to and if wanted unit,sign,scale,offset")
+        raise MotionError(f"{file}: expected a TOML file with [columns], or a CSV table with the columns from,to,unit,sign,scale,offset")
     rows = list(csv.reader(text.splitlines(), delimiter=form.separator, skipinitialspace=True))
     keys = ["from", "to"]
     named = {n.strip().lower() for n in form.names} <= {"from", *KEYS}
@@ -169,7 +170,8 @@ def _checked(columns: ColumnMap) -> ColumnMap:
     seen: dict[str, str] = {}
     for column, rule in columns.rules.items():
         if rule.to in seen:
-            raise MotionError(f"{columns.file}: columns {seen[rule.to]!r} and {column!r} are both to be {rule.to!r}; a column of the motion comes from one of the file")
+            both = f"columns {seen[rule.to]!r} and {column!r}"
+            raise MotionError(f"{columns.file}: {both} are both to be {rule.to!r}; a column of the motion comes from one of the file")
         seen[rule.to] = column
     for joint in columns.constants:
         if joint in seen:

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
+from functools import cached_property
 
 from ksl.errors import MotionError
 from ksl.mechanism import Joint, Mechanism
@@ -13,10 +14,11 @@ from ksl.motions.column_map import ColumnMap, ColumnRule, absent
 from ksl.motions.columns import METRES, columns_of, columns_of_one_coordinate
 from ksl.motions.recorded import Recorded, listed
 from ksl.motions.time_column import TIME, TimeColumn, find_time
-from ksl.motions.units import factor, si, unit_of
+from ksl.motions.units import DEGREE, bare, factor, si
 
 _WITH_UNIT = re.compile(r"(.*\S)\s*([\[(][^\[\]()]+[\])])")
 LEFT_OUT = "--ignore-extra leaves out what no joint has"
+NOT_USED = "not used: column "
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,11 @@ class Choice:
     used: dict[str, Used] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
+    @property
+    def sources(self) -> list[str]:
+        """Columns of the file to be read, the times first."""
+        return list(dict.fromkeys([self.time.name, *(u.source for u in self.used.values())]))
+
 
 def quantities(table: Recorded, model: Mechanism) -> dict[str, Quantity]:
     """All columns that a motion of the model may have.  Raises MotionError if one that the file has could be two."""
@@ -63,39 +70,47 @@ def quantities(table: Recorded, model: Mechanism) -> dict[str, Quantity]:
                 metres = joint.unit == "m" if joint.one_coordinate else c.removeprefix(f"{joint.name}.") in METRES
                 quantity = Quantity(joint, order, "plain" if is_quaternion else "length" if metres else "angle")
                 if c in known and c in in_file:
-                    raise MotionError(f"{table.head}: column {c!r} could be {known[c].what} or {quantity.what}; rename one of these joints in the robot's file")
+                    both = f"{known[c].what} or {quantity.what}"
+                    raise MotionError(f"{table.head}: column {c!r} could be {both}; rename one of these joints in the robot's file")
                 known[c] = quantity
     return known
 
 
-def choose_columns(table: Recorded, model: Mechanism, columns: ColumnMap | None, degrees: bool, ignore_extra: bool, positions_only: bool) -> Choice:
-    """Which columns are used, and how they are converted.  Raises MotionError with the name that doesn't fit, and what to do."""
+def choose_columns(
+    table: Recorded, model: Mechanism, columns: ColumnMap, degrees: bool = False, ignore_extra: bool = False, positions_only: bool = False
+) -> Choice:
+    """Which columns are used, and how they are converted.  Raises MotionError with the name that doesn't fit, and what to do.
+
+    columns: a map, which may be empty.  degrees, ignore_extra, positions_only: as `read_motion` takes them.  O(columns).
+    """
     if TIME in model.joint_names:
         raise MotionError(f"{table.head}: column `time` holds the times, and {model.name} has a joint 'time' too; rename that joint in the robot's file")
     known = quantities(table, model)
     rules = _rules(table, known, columns)
     choice = Choice(_time(table, known, rules, columns))
+    unknown = _Unknown(table, model, known, columns)
     for source, rule in rules.items():
         if source == choice.time.name:
             continue
         if rule.to not in known:
-            _leave_out(table, model, known, source, rule, columns, choice, ignore_extra)
+            choice.notes.append(unknown.left_out(source, rule, ignore_extra))
         elif not (positions_only and known[rule.to].order):
             choice.used[rule.to] = _conversion(table, known[rule.to], source, rule, degrees, columns)
     if positions_only and any(known[r.to].order for r in rules.values() if r.to in known):
         choice.notes.append("velocities and accelerations in the file are not used, as wished")
+    _check_constants(table, model, choice, columns)
     _check_complete(table, model, choice, columns)
-    choice.notes += _notes(table, known, choice, rules, columns, degrees)
+    choice.notes += _notes(table, known, choice, rules, columns)
     return choice
 
 
-def _rules(table: Recorded, known: Mapping[str, Quantity], columns: ColumnMap | None) -> dict[str, ColumnRule]:
+def _rules(table: Recorded, known: Mapping[str, Quantity], columns: ColumnMap) -> dict[str, ColumnRule]:
     """A rule for each column of the file: that of the map, or one that follows from it, or the column's own name."""
     names = list(table.names)
-    in_file = set(names)
-    given = dict(columns.rules) if columns else {}
-    for name in [*given, *(columns.ignored if columns else ())]:
-        if columns is not None and name not in in_file:
+    in_file, ignored = set(names), set(columns.ignored)
+    given = dict(columns.rules)
+    for name in [*given, *columns.ignored]:
+        if name not in in_file:
             raise absent(columns, name, names, table.file)
     for name, rule in list(given.items()):  # rates of a mapped joint are mapped with it
         if rule.to in known and known[rule.to].joint.one_coordinate and rule.to == known[rule.to].joint.name:
@@ -104,122 +119,128 @@ def _rules(table: Recorded, known: Mapping[str, Quantity], columns: ColumnMap | 
                     given[name + end] = ColumnRule(rule.to + end, rule.unit, rule.sign, rule.scale)
     taken = {rule.to: name for name, rule in given.items()}
     for name in names:
-        if name in given or columns is not None and name in columns.ignored:
+        if name in given or name in ignored:
             continue
-        found = _WITH_UNIT.fullmatch(name)
-        plain = name not in known and name != TIME and found is not None and (found[1] in known or found[1].lower() == TIME) and found[1] not in in_file
-        given[name] = ColumnRule(found[1], found[2]) if plain and found else ColumnRule(name)
-        to = given[name].to
-        if to in taken and to in known:
-            by = f"{columns.file} maps {taken[to]!r} to it" if columns and taken[to] in columns.rules else f"{taken[to]!r} is it"
-            raise MotionError(f"{table.head}: column {name!r} would be {known[to].what}, but {by}, too; put {name!r} into the list `ignore` of a map")
-        taken[to] = name
+        rule = _rule_of_name(name, known, in_file)
+        if rule.to in taken and rule.to in known:
+            by = f"{columns.file} maps {taken[rule.to]!r} to it" if taken[rule.to] in columns.rules else f"{taken[rule.to]!r} is it"
+            raise MotionError(f"{table.head}: column {name!r} would be {known[rule.to].what}, but {by}, too; put {name!r} into the list `ignore` of a map")
+        taken[rule.to] = name
+        given[name] = rule
     return {name: given[name] for name in names if name in given}
 
 
-def _time(table: Recorded, known: Mapping[str, Quantity], rules: Mapping[str, ColumnRule], columns: ColumnMap | None) -> TimeColumn:
-    for name, rule in (columns.rules if columns else {}).items():
+def _rule_of_name(name: str, known: Mapping[str, Quantity], in_file: set[str]) -> ColumnRule:
+    """`hip [deg]` is `hip`, unless a column or a joint has the name as it stands."""
+    found = None if name in known else _WITH_UNIT.fullmatch(name)
+    if found and found[1] not in in_file and (found[1] in known or found[1].lower() == TIME):
+        return ColumnRule(found[1], found[2])
+    return ColumnRule(name)
+
+
+def _time(table: Recorded, known: Mapping[str, Quantity], rules: Mapping[str, ColumnRule], columns: ColumnMap) -> TimeColumn:
+    for name, rule in columns.rules.items():
         if rule.to == TIME:
             if rule.offset or rule.sign < 0:
-                raise MotionError(f"{columns.file if columns else ''}: column {name!r} holds times, which take a unit or a scale, and neither sign nor offset")
+                raise MotionError(f"{columns.file}: column {name!r} holds times, which take a unit or a scale, and neither sign nor offset")
             return TimeColumn(name, rule.unit, rule.scale)
     return find_time(table, {name for name, rule in rules.items() if rule.to in known})
 
 
-def _conversion(table: Recorded, what: Quantity, source: str, rule: ColumnRule, degrees: bool, columns: ColumnMap | None) -> Used:
-    mapped = columns is not None and source in columns.rules
+def _conversion(table: Recorded, what: Quantity, source: str, rule: ColumnRule, degrees: bool, columns: ColumnMap) -> Used:
     unit = rule.unit or table.units.get(source, "")
+    scale = DEGREE if degrees and what.quantity == "angle" else 1.0
     if unit:
-        scale = factor(columns.file if columns and mapped and rule.unit else table.head, source, unit, what.quantity, what.order, mapped or rule.unit != "")
-    else:
-        scale = unit_of("deg").factor if degrees and what.quantity == "angle" else 1.0  # type: ignore[union-attr]
+        where = columns.file if rule.unit and source in columns.rules else table.head
+        scale = factor(where, source, unit, what.quantity, what.order, rate_of_position=rule.unit != "")
     return Used(source, scale * rule.factor, scale * rule.offset)
 
 
-def _leave_out(
-    table: Recorded, model: Mechanism, known: Mapping[str, Quantity], source: str, rule: ColumnRule, columns: ColumnMap | None, choice: Choice, ignore_extra: bool
-) -> None:
-    """Leaves a column out that no joint has, or raises MotionError."""
-    if columns is not None and source in columns.rules:
-        near = get_close_matches(rule.to, [*known, TIME], 1)
-        hint = _several_columns_of(model, rule.to) or _column_of_follower(model, rule.to)
-        hint = hint or (f"did you mean {near[0]!r}?" if near else f"the moving joints of {model.name} are {listed(model.joint_names)}")
-        raise MotionError(f"{columns.file}: column {source!r} is to be {rule.to!r}, which no joint of {model.name} has; {hint}")
-    follower = _column_of_follower(model, source)
-    if ignore_extra or (follower and table.is_recording):
-        why = " (it follows another joint)" if follower else ""
-        choice.notes.append(f"not used: column {source!r}{why}")
-        return
-    kind = "joint" if table.is_recording else "column"
-    raise MotionError(f"{table.head}: unknown {kind} {source!r}{_holds(table, source)}; {_hint(table, model, known, source, follower)}")
+@dataclass
+class _Unknown:
+    """What to do about columns that no joint has."""
 
+    table: Recorded
+    model: Mechanism
+    known: Mapping[str, Quantity]
+    columns: ColumnMap
 
-def _holds(table: Recorded, name: str) -> str:
-    text = table.text_in(name)
-    return f", which holds text ({text[:40]!r})" if text is not None else ""
+    def left_out(self, source: str, rule: ColumnRule, ignore_extra: bool) -> str:
+        """The note about a column that is left out, or raises MotionError."""
+        if source in self.columns.rules:
+            said = f"column {source!r} is to be {rule.to!r}, which no joint of {self.model.name} has"
+            raise MotionError(f"{self.columns.file}: {said}; {self._instead(rule.to) or self._nearest(rule.to, [*self.known, TIME])}")
+        if ignore_extra or (self.table.is_recording and source in self.of_followers):
+            return f"{NOT_USED}{source!r}" + (" (it follows another joint)" if source in self.of_followers else "")
+        kind, text = "joint" if self.table.is_recording else "column", self.table.text_in(source)
+        holds = f", which holds text ({text[:40]!r})" if text is not None else ""
+        raise MotionError(f"{self.table.head}: unknown {kind} {source!r}{holds}; {self._hint(source)}")
 
+    @cached_property
+    def of_followers(self) -> dict[str, Joint]:
+        """Columns that mimic joints would have if they didn't follow."""
+        followers = map(self.model.joint, self.model.follower_names)
+        return {c: joint for joint in followers for group in columns_of_one_coordinate(joint) for c in group}
 
-def _hint(table: Recorded, model: Mechanism, known: Mapping[str, Quantity], name: str, follower: str | None) -> str:
-    """What to do about a column that no joint has."""
-    joints = model.joints[: len(model.joint_names)]
-    several = _several_columns_of(model, name)
-    if several or follower:
-        return several or follower or ""
-    if name.startswith("floating_base.") and not (joints and joints[0].parent is None):
-        return "if the root link floats, load the robot with --floating-base (in Python floating_base=True)"
-    in_file = set(table.names)
-    near = get_close_matches(name, [n for n in known if n not in in_file], 1)
-    if near:
-        return f"did you mean {near[0]!r}? ({LEFT_OUT})"
-    names = f"the moving joints of {model.name} are {listed(model.joint_names)}"
-    if not any(n in known for n in in_file):
-        return f"{names}. No column has the name of a joint; say which is which by a map (--map FILE)"
-    return f"{names} ({LEFT_OUT})"
+    def _hint(self, name: str) -> str:
+        joints = self.model.joints[: len(self.model.joint_names)]
+        instead = self._instead(name)
+        if instead:
+            return instead
+        if name.startswith("floating_base.") and not (joints and joints[0].parent is None):
+            return "if the root link floats, load the robot with --floating-base (in Python floating_base=True)"
+        in_file = set(self.table.names)
+        hint = self._nearest(name, [n for n in self.known if n not in in_file])
+        if not hint.startswith("did") and not any(n in self.known for n in in_file):
+            return f"{hint}. No column has the name of a joint; say which is which by a map (--map FILE)"
+        return f"{hint} ({LEFT_OUT})"
 
+    def _nearest(self, name: str, known: list[str]) -> str:
+        near = get_close_matches(name, known, 1)
+        return f"did you mean {near[0]!r}?" if near else f"the moving joints of {self.model.name} are {listed(self.model.joint_names)}"
 
-def _column_of_follower(model: Mechanism, name: str) -> str | None:
-    """What to do about a column of a mimic joint; None where it is none."""
-    for follower in map(model.joint, model.follower_names):
-        if any(name in group for group in columns_of_one_coordinate(follower)):
+    def _instead(self, name: str) -> str | None:
+        """What to give instead of a column that a joint would have if it had one coordinate, or didn't follow another one."""
+        follower = self.of_followers.get(name)
+        if follower:
             return (
                 f"joint {follower.name} mimics {follower.leader}, whose column says where both are: remove this column, "
                 'or load the robot with --mimic independent (in Python mimic="independent")'
             )
-    return None
+        for joint in self.model.joints[: len(self.model.joint_names)]:
+            for one, group in zip(columns_of_one_coordinate(joint), columns_of(joint), strict=True):
+                if name in one and name not in group:
+                    return f"joint {joint.name} is {joint.kind}: give {' '.join(group)}"
+        return None
 
 
-def _several_columns_of(model: Mechanism, name: str) -> str | None:
-    """What to give instead of a column that a joint would have if it had one coordinate; None where no joint would."""
-    for joint in model.joints[: len(model.joint_names)]:
-        for one, group in zip(columns_of_one_coordinate(joint), columns_of(joint), strict=True):
-            if name in one and name not in group:
-                return f"joint {joint.name} is {joint.kind}: give {' '.join(group)}"
-    return None
-
-
-def _check_complete(table: Recorded, model: Mechanism, choice: Choice, columns: ColumnMap | None) -> None:
-    """Raises MotionError for joints without positions, and rates that are given in part."""
-    constants = columns.constants if columns else {}
-    joints = model.joints[: len(model.joint_names)]
-    for name in constants:
-        if columns is not None and not any(name in columns_of(j)[0] for j in joints):
-            near = get_close_matches(name, [c for j in joints for c in columns_of(j)[0]], 1)
+def _check_constants(table: Recorded, model: Mechanism, choice: Choice, columns: ColumnMap) -> None:
+    """Raises MotionError for positions at rest of joints that don't exist, or that the file has."""
+    positions = [c for j in model.joints[: len(model.joint_names)] for c in columns_of(j)[0]]
+    for name in columns.constants:
+        if name not in positions:
+            near = get_close_matches(name, positions, 1)
             hint = f"did you mean {near[0]!r}?" if near else f"the moving joints of {model.name} are {listed(model.joint_names)}"
             raise MotionError(f"{columns.file}: [constants] names {name!r}, which no joint of {model.name} has; {hint}")
-        if columns is not None and name in choice.used:
-            raise MotionError(f"{columns.file}: {name!r} is a constant, but {table.file} has it, too; remove it from [constants], or put the column into `ignore`")
-    for joint in joints:
+        if name in choice.used:
+            raise MotionError(f"{columns.file}: {name!r} is a constant, but {table.file} has it; remove it from [constants], or put the column into `ignore`")
+
+
+def _check_complete(table: Recorded, model: Mechanism, choice: Choice, columns: ColumnMap) -> None:
+    """Raises MotionError for joints without positions, and rates that are given in part."""
+    for joint in model.joints[: len(model.joint_names)]:
         position, *rates = columns_of(joint)
         for c in position:
-            if c not in choice.used and c not in constants:
+            if c not in choice.used and c not in columns.constants:
                 pose = "its pose (position in m, unit quaternion)" if joint.quaternion else "its orientation (a unit quaternion)"
                 what = "its positions (rad or m)" if joint.quaternion is None else pose
-                where = f"{table.head}: no column {c!r} for joint {joint.name}; add {what} at every sample"
-                raise MotionError(where if not table.is_recording else _not_recorded(table, joint))
+                said = f"{table.head}: no column {c!r} for joint {joint.name}; add {what} at every sample"
+                raise MotionError(_not_recorded(table, joint) if table.is_recording else said)
         for group in rates:
             if any(c in choice.used for c in group) and not all(c in choice.used for c in group):
-                absent_column = next(c for c in group if c not in choice.used)
-                raise MotionError(f"{table.head}: no column {absent_column!r}, though others of its group are there; give all of {', '.join(group)} or none")
+                missing = next(c for c in group if c not in choice.used)
+                others = f"though others of its group are there; give all of {', '.join(group)} or none"
+                raise MotionError(f"{table.head}: no column {missing!r}, {others}")
 
 
 def _not_recorded(table: Recorded, joint: Joint) -> str:
@@ -235,36 +256,27 @@ def _not_recorded(table: Recorded, joint: Joint) -> str:
     )
 
 
-def _notes(
-    table: Recorded, known: Mapping[str, Quantity], choice: Choice, rules: Mapping[str, ColumnRule], columns: ColumnMap | None, degrees: bool
-) -> list[str]:
+def _notes(table: Recorded, known: Mapping[str, Quantity], choice: Choice, rules: Mapping[str, ColumnRule], columns: ColumnMap) -> list[str]:
     """What was renamed and converted."""
-    renamed = [f"{s!r} is {columns.rules[s].words()}" for s in rules if columns is not None and s in columns.rules and s != choice.time.name]
-    notes = [f"columns by the map {columns.file}: {listed(renamed)}"] if columns is not None and renamed else []
+    renamed = [f"{s!r} is {columns.rules[s].words()}" for s in rules if s in columns.rules and s != choice.time.name]
+    notes = [f"columns by the map {columns.file}: {listed(renamed)}"] if renamed else []
     units: dict[str, list[str]] = {}
     for column, used in choice.used.items():
-        what, mapped = known[column], columns is not None and used.source in columns.rules
-        unit = rules[used.source].unit or table.units.get(used.source, "")
-        if used.factor == 1.0 or (mapped and not unit and not degrees):
+        what, rule = known[column], rules[used.source]
+        if used.factor == rule.factor:  # its unit is that of the motion
             continue
-        said = unit.strip("[]()") or ("deg", "deg/s", "deg/s²")[what.order]
+        said = bare(rule.unit or table.units.get(used.source, "")) or ("deg", "deg/s", "deg/s²")[what.order]
         units.setdefault(f"{said} to {si(what.quantity, what.order)}", []).append(column)
     notes += [f"converted from {how}: {listed(names)}" for how, names in units.items()]
-    if columns is not None and columns.ignored:
+    if columns.ignored:
         notes.append(f"left out, as {columns.file} says: {listed(columns.ignored)}")
-    if columns is not None and columns.constants:
+    if columns.constants:
         notes.append(f"at rest, as {columns.file} says: {listed(f'{n} = {x:g}' for n, x in columns.constants.items())}")
     return notes
 
 
-def sources(choice: Choice) -> list[str]:
-    """Columns of the file to be read, the times first."""
-    return list(dict.fromkeys([choice.time.name, *(u.source for u in choice.used.values())]))
-
-
-def unused_in(notes: Iterable[str]) -> list[str]:
-    """Notes in which the lines about unused columns are one."""
+def with_unused_together(notes: Iterable[str]) -> list[str]:
+    """Notes in which the lines about columns that are not used are one."""
     lines = list(notes)
-    start = "not used: column "
-    left = [n.removeprefix(start) for n in lines if n.startswith(start)]
-    return [n for n in lines if not n.startswith(start)] + ([f"columns that are not used: {listed(left)}"] if left else [])
+    left = [n.removeprefix(NOT_USED) for n in lines if n.startswith(NOT_USED)]
+    return [n for n in lines if not n.startswith(NOT_USED)] + ([f"columns that are not used: {listed(left)}"] if left else [])

@@ -82,6 +82,7 @@ class CsvTable(Recorded):
 
             columns[text_time], note = seconds_of_text(found[text_time].slice(0, rows), text_time, self.place)
             self.notes.append(note)
+            self.times_are_seconds = True
         return columns
 
     def _parsed(self, types: dict[str, pa.DataType]) -> pa.Table:
@@ -113,7 +114,10 @@ class CsvTable(Recorded):
             return csv.read_csv(
                 pa.BufferReader(data),
                 read_options=csv.ReadOptions(
-                    column_names=[_numbered(i) for i in range(len(self.form.names))], skip_rows=self._skipped, use_threads=threads, block_size=max(1 << 20, 4 * self._widest)
+                    column_names=[_numbered(i) for i in range(len(self.form.names))],
+                    skip_rows=self._skipped,
+                    use_threads=threads,
+                    block_size=max(1 << 20, 4 * self._widest),
                 ),
                 parse_options=csv.ParseOptions(delimiter=separator, ignore_empty_lines=False),
                 convert_options=csv.ConvertOptions(
@@ -174,21 +178,23 @@ class CsvTable(Recorded):
         def line(row: str) -> int:
             return int(row) if self._lines is None else self._line(int(row) - 1 - self._skipped)
 
-        found = re.search(r"In CSV column #(\d+): (?:Row #(\d+): )?.*invalid value '(.*)'", text)
+        found = re.search(r"In CSV column #(\d+): (?:Row #(\d+): )?.*invalid value '(.*)'", text, re.DOTALL)
         if found:
             name = self.form.names[int(included[int(found[1])].removeprefix("column "))]
             where = f"{self.file}:{line(found[2])}" if found[2] else self.file
+            if "\n" in found[3]:
+                return f"{where}: column {name!r} holds several lines, from {found[3][:20]!r} on; a quotation mark is not closed"
             return f"{where}: column {name!r} holds {found[3]!r}; expected {number}"
         found = re.search(r"Row #(\d+): Expected (\d+) columns, got (\d+)", text)
         if found:
             values, columns = count(int(found[3]), "value"), count(int(found[2]), "column")
             return (
                 f"{self.file}:{line(found[1])}: {values} in a table of {columns}; "
-                f"separate values by {SEPARATORS[self.form.separator]}, numbers with a decimal {'comma' if comma else 'point'}"
+                f"separate values by {SEPARATORS[self.form.separator]}, numbers with a decimal {'comma' if comma and self.form.separator != ',' else 'point'}"
             )
         if "Empty CSV" in text or "Could not skip" in text:
             return f"{self.file}: holds no samples; give `time` and a column for each joint, a line for each sample"
-        return f"{self.file}: can't be read as CSV ({text}); give `time` and a column for each joint, separated by commas"
+        return f"{self.file}: can't be read as CSV ({' '.join(text.split())[:200]}); give `time` and a column for each joint, separated by commas"
 
 
 def _numbered(index: int) -> str:

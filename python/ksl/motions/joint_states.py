@@ -18,6 +18,8 @@ from ksl.states import Array
 Nanoseconds = NDArray[np.int64]
 GAP = 5.0
 """A step that is longer than this many median steps is a gap, which is said."""
+RESTART = 0.5
+"""Messages that overtake each other are sorted by their stamps; stamps that jump back by more than this, s, have another reason."""
 FILLED_IN = 1e-3
 """Velocities that are all zero, while positions change by more than this (rad or m), were not measured."""
 SECOND = 1_000_000_000
@@ -39,7 +41,8 @@ class JointStates:
                 continue
             names = tuple(m.name)
             if len(names) != len(m.position):
-                raise MotionError(f"{file}: a message of {topic} names {count(len(names), 'joint')}, but has {count(len(m.position), 'position')}; record it again")
+                both = f"names {count(len(names), 'joint')}, but has {count(len(m.position), 'position')}"
+                raise MotionError(f"{file}: a message of {topic} {both}; record it again")
             stamp = m.header.stamp
             self.groups.setdefault(names, []).append((log, int(stamp.sec) * SECOND + int(stamp.nanosec), m.position, m.velocity))
             self.has_efforts |= len(m.effort) > 0
@@ -71,6 +74,8 @@ class JointStateTable(Recorded):
             if s.velocity is not None and not positions_only:
                 names += [f"{joint}.v" for joint in s.joints]
         super().__init__(states.file, f"{format}, topic {states.topic}", names, notes=notes + said, is_recording=True)
+        if positions_only and any(s.velocity is not None for s in self._series):
+            self.notes.append("velocities in the messages are not used, as wished")
         if states.has_efforts:
             self.notes.append("efforts in the messages are not used")
         if states.without_positions:
@@ -151,6 +156,9 @@ def _clock(states: JointStates) -> tuple[str, list[str]]:
         missing = "are zero" if zero == len(stamps) else f"of {zero} of {len(stamps)} messages are zero"
         return "log", [f"times are those of the {log}{missing}"]
     for names, group in states.groups.items():
+        back = -int(np.diff([m[1] for m in group]).min(initial=0))
+        if back > RESTART * SECOND:  # a simulation that was started again, or a clock that was set: sorting would mix two motions
+            return "log", [f"times are those of the {log}of {listed(names, 4)} jump back by {back / SECOND:.4g} s"]
         if len(group) > 2 and len({m[1] for m in group}) <= len(group) / 2:
             return "log", [f"times are those of the {log}of {listed(names, 4)} stand still"]
     return "header stamps", []

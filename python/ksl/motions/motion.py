@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -25,6 +26,7 @@ from ksl.states import Array
 if TYPE_CHECKING:
     pass
 
+TOO_LARGE = "positions or rates are too large, or times too close: check their units (rad, m, s)"
 CONTRADICTION = 0.05
 """Given rates contradict the samples if they differ from the derivative by more than this share of the largest rate."""
 
@@ -92,19 +94,20 @@ def complete(
     joints = model.joints[: len(model.joint_names)]
     _check_count(name, time, joints, given)
     q, contradictions = _with_unit_quaternions(where, joints, q)
-    raw_q, raw_given = q, given
+    raw_q = q
+    as_given = measured or Samples(time, q, given)  # before the resampling, which would give corners and noise another look
     if smooth is not None:
         q, given = _smoothed(name, joints, time, q, given, smooth)
     with np.errstate(over="ignore", invalid="ignore"):  # numbers that are not finite are refused later
-        v, a, found = _rates(where, joints, time, q, given, smooth is None)
+        found = {} if smooth is not None else _jumps(joints, as_given, differentiated=True)
+        v, a = _rates(where, joints, time, q, given, found)
         for joint, (joint_v, joint_a) in zip(joints, given, strict=True):
             rows, cols = _places(joint)
             contradictions += _contradictions(joint, time, q[:, rows], v[:, cols], joint_v, joint_a)
-        given_jumps = _jumps_of_given_rates(joints, time, given)
+        given_jumps = _jumps(joints, as_given, differentiated=False)
     corners, corner_times, impossible = sentences_about_jumps(found, given_jumps, time)
     doubts = [*suspicions(model, time, q, v), *impossible]
     if isinstance(model, Calls):
-        as_given = measured or Samples(time, raw_q, raw_given)
         doubts += doubts_about_noise(model, joints, as_given, found, (q, v, a), smooth)
     return Motion(
         time, q, v, a, _differentiated(joints, given, smooth) + corners, contradictions, doubts, None if smooth is None else raw_q, smooth, corner_times
@@ -169,70 +172,78 @@ def _differentiated(joints: tuple[Joint, ...], given: list[list[Array | None]], 
     return lines
 
 
+def _jumps(joints: tuple[Joint, ...], samples: Samples, differentiated: bool) -> dict[str, Found]:
+    """What jumps, by column: in positions or velocities that are differentiated, or in velocities that are given with their accelerations."""
+    columns: dict[int, dict[str, Array]] = {1: {}, 2: {}}  # by the order of the derivative that may jump
+    for joint, (v, a) in zip(joints, samples.given, strict=True):
+        if (v is None or a is None) != differentiated:
+            continue
+        if v is not None:
+            columns[1] |= dict(zip(columns_of(joint)[1], v.T, strict=True))
+        elif _plain(joint):
+            columns[2] |= dict(zip(columns_of(joint)[0], samples.q[:, _places(joint)[0]].T, strict=True))
+    found: dict[str, Found] = {}
+    for order, x in columns.items():
+        if x and len(samples.time) >= SPLINE_SAMPLES:
+            found |= dict(zip(x, jumps_of(samples.time, np.column_stack(list(x.values())), order), strict=True))
+    return found
+
+
+def _plain(joint: Joint) -> bool:
+    """Whether velocities are the derivatives of positions, number by number."""
+    return joint.quaternion is None and joint.kind != "planar"
+
+
 def _rates(
-    where: Callable[[int], str], joints: tuple[Joint, ...], time: Array, q: Array, given: list[list[Array | None]], split: bool
-) -> tuple[Array, Array, dict[str, Found]]:
-    """Velocities and accelerations, given or differentiated, and what jumps in the columns that were differentiated.
+    where: Callable[[int], str], joints: tuple[Joint, ...], time: Array, q: Array, given: list[list[Array | None]], found: Mapping[str, Found]
+) -> tuple[Array, Array]:
+    """Velocities and accelerations, given or differentiated, by splines that are split at the jumps of their columns.
 
     Refuses positions or times that can't be differentiated in floating point.  Columns of joints without quaternions share one spline:
     its equations are factored once.
     """
     v, a = (np.empty((len(time), sum(j.nv for j in joints))) for _ in range(2))
-    mend = "positions or rates are too large, or times too close: check their units (rad, m, s)"
     plain: dict[int, list[Joint]] = {1: [], 2: []}  # joints of which velocities, or positions, are differentiated
     for joint, (given_v, given_a) in zip(joints, given, strict=True):
         rows, cols = _places(joint)
+        if given_v is not None and given_a is None:
+            plain[1].append(joint)
+        elif given_v is None and _plain(joint):
+            plain[2].append(joint)
+        elif given_v is None:
+            with _differentiable(where, joint):
+                v[:, cols], a[:, cols] = rates(joint, time, q[:, rows], given_v, given_a)
+    for order, of in plain.items():
+        if of:
+            names = [c for j in of for c in columns_of(j)[2 - order]]
+            v_of = {j.name: g[0] for j, g in zip(joints, given, strict=True)}
+            by_joint = [q[:, _places(j)[0]] if (x := v_of[j.name]) is None else x for j in of]
+            with _differentiable(where, of[0]):
+                first, second = derivatives(time, np.column_stack(by_joint), order, [found.get(name) for name in names])
+            columns = np.concatenate([np.arange(_places(j)[1].start, _places(j)[1].stop) for j in of])
+            a[:, columns] = second if order == 2 else first
+            if order == 2:
+                v[:, columns] = first
+    for joint, (given_v, given_a) in zip(joints, given, strict=True):
+        _, cols = _places(joint)
         if given_v is not None:
             v[:, cols] = given_v
         if given_a is not None:
             a[:, cols] = given_a
-        if given_v is not None and given_a is None:
-            plain[1].append(joint)
-        elif given_v is None and joint.quaternion is None and joint.kind != "planar":
-            plain[2].append(joint)
-        elif given_v is None:
-            try:
-                v[:, cols], a[:, cols] = rates(joint, time, q[:, rows], given_v, given_a)
-            except ValueError:  # a singular system of equations
-                raise MotionError(f"{where(0)}: {joint.name} can't be differentiated from this sample on; {mend}") from None
-    found: dict[str, Found] = {}
-    has_a = {joint.name: g[1] is not None for joint, g in zip(joints, given, strict=True)}
-    for order, of in plain.items():
-        if not of:
-            continue
-        places = [_places(j)[2 - order] if order == 1 else _places(j)[0] for j in of]
-        x = np.hstack([(v if order == 1 else q)[:, p] for p in places])
-        try:
-            first, second, jumps = derivatives(time, x, order, split)
-        except ValueError:
-            raise MotionError(f"{where(0)}: {of[0].name} can't be differentiated from this sample on; {mend}") from None
-        start = 0
-        for joint in of:
-            _, cols = _places(joint)
-            part = slice(start, start + joint.nv)
-            if order == 2:
-                v[:, cols] = first[:, part]
-            if not has_a[joint.name]:
-                a[:, cols] = second[:, part] if order == 2 else first[:, part]
-            for k, one in enumerate(jumps[part]):
-                found[columns_of(joint)[2 - order][k]] = one
-            start += joint.nv
-    for joint in joints:
-        _, cols = _places(joint)
         for rate, x in (("velocity", v[:, cols]), ("acceleration", a[:, cols])):
             bad = np.flatnonzero(~np.isfinite(x).all(axis=1))
             if len(bad):
-                raise MotionError(f"{where(bad[0])}: the {rate} of {joint.name}, differentiated, is not finite; {mend}")
-    return v, a, found
+                raise MotionError(f"{where(bad[0])}: the {rate} of {joint.name}, differentiated, is not finite; {TOO_LARGE}")
+    return v, a
 
 
-def _jumps_of_given_rates(joints: tuple[Joint, ...], time: Array, given: list[list[Array | None]]) -> dict[str, Found]:
-    """What jumps in velocities that are given together with their accelerations: nothing is differentiated, but energies are later."""
-    columns = {c: x for joint, (v, a) in zip(joints, given, strict=True) if v is not None and a is not None
-               for c, x in zip(columns_of(joint)[1], v.T, strict=True)}  # fmt: skip
-    if not columns or len(time) < SPLINE_SAMPLES:
-        return {}
-    return dict(zip(columns, jumps_of(time, np.column_stack(list(columns.values())), 1), strict=True))
+@contextmanager
+def _differentiable(where: Callable[[int], str], joint: Joint) -> Iterator[None]:
+    """Says of a singular system of equations what causes it."""
+    try:
+        yield
+    except ValueError:
+        raise MotionError(f"{where(0)}: {joint.name} can't be differentiated from this sample on; {TOO_LARGE}") from None
 
 
 def _contradictions(joint: Joint, time: Array, q: Array, v: Array, given_v: Array | None, given_a: Array | None) -> list[str]:

@@ -93,5 +93,6 @@ def with_matrices(table: NpzTable, model: Mechanism) -> NpzTable:
             columns[column] = np.ascontiguousarray(matrix[:, i])
     table.columns, table.names = columns, list(columns)
     if not table.joints:
-        table.notes.append(f"columns of {', '.join(n for n in STATES if n in table.matrices)} are taken in the order of the robot's joints: {listed(model.joint_names)}")
+        which = ", ".join(n for n in STATES if n in table.matrices)
+        table.notes.append(f"columns of {which} are taken in the order of the robot's joints: {listed(model.joint_names)}")
     return table

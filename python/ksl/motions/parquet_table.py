@@ -49,6 +49,7 @@ class ParquetTable(Recorded):
 
         try:
             table = self._parquet.read(columns=list(names))
+            self._parquet.close()
         except (pa.ArrowInvalid, OSError):
             raise MotionError(f"{self.file}: is a Parquet file, but truncated or damaged; copy or write it again") from None
         return {n: self._times(table.column(n), n) if n == time else self._numbers(table.column(n), n) for n in names}
@@ -75,12 +76,14 @@ class ParquetTable(Recorded):
             raise MotionError(f"{self.file}: {count(column.null_count, 'time')} in column {name!r} missing; every sample needs one")
         if t.is_timestamp(column.type) or t.is_duration(column.type):
             to = pa.timestamp("ns", column.type.tz) if t.is_timestamp(column.type) else pa.duration("ns")
+            self.times_are_seconds = True
             ticks = column.cast(to).cast(pa.int64()).to_numpy()
             if t.is_timestamp(column.type):
                 self.notes.append(f"times in column {name!r} are dates; time 0 is {column[0].as_py()}" if len(ticks) else "no times")
                 ticks = ticks - ticks[:1]
             return np.asarray(ticks * 1e-9, dtype=float)
         if t.is_string(column.type) or t.is_large_string(column.type):
+            self.times_are_seconds = True
             seconds, note = seconds_of_text(column.cast(pa.string()), name, self.place)
             self.notes.append(note)
             return seconds

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -46,8 +47,8 @@ def rates_beside_corners(time: Array, x: Array, corner_times: Array) -> tuple[Ar
     return before, after
 
 
-def derivatives(time: Array, x: Array, order: int, split: bool = True) -> tuple[Array, Array, list[Found]]:
-    """First and, if order is 2, second derivatives of all columns of x (n, c), and the jumps at which their splines are split.
+def derivatives(time: Array, x: Array, order: int, found: Sequence[Found | None] = ()) -> tuple[Array, Array]:
+    """First and, if order is 2, second derivatives of all columns of x (n, c); found: the jumps at which their splines are split.
 
     order: of the derivative that may jump: 2 for positions, 1 for velocities.  A column in which nothing jumps has the derivatives of
     its quintic not-a-knot spline.  O(n c); equations of all columns are factored once.
@@ -57,15 +58,14 @@ def derivatives(time: Array, x: Array, order: int, split: bool = True) -> tuple[
     spline = make_interp_spline(time, x, k=5, check_finite=False)
     first: Array = spline(time, nu=1)
     second: Array = spline(time, nu=2) if order == 2 else first
-    found = jumps_of(time, x, order) if split else [Found.nothing(order)] * x.shape[1]
-    cut = [c for c, f in enumerate(found) if len(f.jumps.times)]
-    if cut:
-        jumps = [found[c].jumps for c in cut]
+    split = {c: f.jumps for c, f in enumerate(found) if f is not None and len(f.jumps.times)}
+    if split:
+        cut, jumps = list(split), list(split.values())
         spline = make_interp_spline(time, x[:, cut] - np.column_stack([j(time) for j in jumps]), k=5, check_finite=False)
         first[:, cut] = spline(time, nu=1) + np.column_stack([j(time, 1) for j in jumps])
         if order == 2:
             second[:, cut] = spline(time, nu=2) + np.column_stack([j(time, 2) for j in jumps])
-    return first, second, found
+    return first, second
 
 
 def jumps_of(time: Array, x: Array, order: int) -> list[Found]:

@@ -10,9 +10,9 @@ import numpy as np
 
 from ksl.errors import MotionError
 from ksl.mechanism import Mechanism
-from ksl.motions.column_map import read_map
+from ksl.motions.column_map import ColumnMap, read_map
 from ksl.motions.columns import columns_of
-from ksl.motions.columns_used import Choice, choose_columns, sources, unused_in
+from ksl.motions.columns_used import Choice, choose_columns, with_unused_together
 from ksl.motions.motion import Motion, Source, complete
 from ksl.motions.npz_table import NpzTable, with_matrices
 from ksl.motions.quality import Samples
@@ -63,18 +63,17 @@ def read_motion(
     table = open_table(path, topic, positions_only)
     if isinstance(table, NpzTable):
         table = with_matrices(table, model)
-    columns = read_map(map) if map is not None else None
+    columns = read_map(map) if map is not None else ColumnMap("")
     choice = choose_columns(table, model, columns, degrees, ignore_extra, positions_only)
     values = _values(table, choice)
     time, time_notes = in_seconds(table, with_unit(table, choice.time, time_unit), values.pop(TIME))
     rows = _checked_rows(table, time, start, stop)
     time, values = time[rows], {n: x[rows] for n, x in values.items()}
     check_finite(table, {choice.used[n].source: x for n, x in values.items()}, rows)
-    constants = columns.constants if columns else {}
-    values |= {n: np.full(len(time), x) for n, x in constants.items()}
+    values |= {n: np.full(len(time), x) for n, x in columns.constants.items()}
     joints = model.joints[: len(model.joint_names)]
     q = np.column_stack([values[c] for j in joints for c in columns_of(j)[0]]) if joints else np.empty((len(time), 0))
-    at_rest = {c: np.zeros(len(time)) for j in joints if j.one_coordinate and j.name in constants for group in columns_of(j)[1:] for c in group}
+    at_rest = {c: np.zeros(len(time)) for j in joints if j.one_coordinate and j.name in columns.constants for group in columns_of(j)[1:] for c in group}
     rates = at_rest | values
     given = [[np.column_stack([rates[c] for c in group]) if group[0] in rates else None for group in columns_of(j)[1:]] for j in joints]
     place: Place = lambda k: table.place(k + rows.start)
@@ -88,12 +87,12 @@ def read_motion(
         notes.append(note)
         place = lambda k: f"{table.file}: sample {k + 1} after resampling"
     motion = complete(model, time, q, given, table.file, place, smooth, measured)
-    return replace(motion, source=Source(table.file, table.format, len(time), float(np.median(np.diff(time))), unused_in(notes)))
+    return replace(motion, source=Source(table.file, table.format, len(time), float(np.median(np.diff(time))), with_unused_together(notes)))
 
 
 def _values(table: Recorded, choice: Choice) -> dict[str, Array]:
     """Numbers of the columns that are used, and `time` as the file has it."""
-    found = table.read(sources(choice), choice.time.name)
+    found = table.read(choice.sources, choice.time.name)
     values = {TIME: found[choice.time.name]}
     for column, used in choice.used.items():
         x = found[used.source]
@@ -107,9 +106,7 @@ def _checked_rows(table: Recorded, time: Array, start: float | None, stop: float
     bad = np.flatnonzero(np.diff(time) <= 0)
     if len(bad):
         k = int(bad[0]) + 1
-        raise MotionError(
-            f"{table.place(k)}: time {time[k]:.9g} after {time[k - 1]:.9g}; times must increase: sort the samples and remove repeated ones"
-        )
+        raise MotionError(f"{table.place(k)}: time {time[k]:.9g} after {time[k - 1]:.9g}; times must increase: sort the samples and remove repeated ones")
     for name, value in (("--from (start=)", start), ("--to (stop=)", stop)):
         if value is not None and not np.isfinite(value):
             raise MotionError(f"{table.file}: {name} is {value}; expected a time in s")
@@ -133,8 +130,8 @@ def _check_plausible(model: Mechanism, q: Array, place: Place) -> None:
         bad = np.flatnonzero(angle > max(IMPOSSIBLE_ANGLE, IMPOSSIBLE_SHARE * limit))
         if len(bad):
             raise MotionError(
-                f"{place(int(bad[0]))}: joint {joint.name} is at {q[bad[0], joint.q_index]:.6g} rad, where its limit is {limit:.4g} rad; did you mean --degrees "
-                "(degrees=True)? Otherwise check their units (rad), or convert the column by a map (--map FILE)"
+                f"{place(int(bad[0]))}: joint {joint.name} is at {q[bad[0], joint.q_index]:.6g} rad, where its limit is {limit:.4g} rad; "
+                "did you mean --degrees (degrees=True)? Otherwise check their units (rad), or convert the column by a map (--map FILE)"
             )
 
 
@@ -157,7 +154,7 @@ def read_external(model: Mechanism, path: str | os.PathLike[str], time: Array) -
         if name != column.name and (link not in links or component not in WRENCH_COLUMNS):
             raise MotionError(f"{table.head}: unknown column {name!r}; expected LINK.fx … LINK.tz with a link of {listed(model.link_names)}")
     values = table.read(list(table.names), column.name)
-    times, _ = in_seconds(table, column, values.pop(column.name))
+    times, _ = in_seconds(table, with_unit(table, column, None), values.pop(column.name))
     check_finite(table, {"time": times} | values)
     if times.shape != time.shape or np.abs(times - time).max(initial=0.0) > 1e-9 * max(1.0, np.abs(time).max(initial=0.0)):
         raise MotionError(f"{table.file}: its times are not those of the motion; give one line for each sample of the motion")

@@ -12,6 +12,7 @@ import zipfile
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
 from typing import BinaryIO
@@ -73,6 +74,9 @@ def open_table(path: str | os.PathLike[str], topic: str | None = None, positions
     Raises MotionError with the file, what it is, and what to give instead.
     """
     file = os.fspath(path)
+    for package in ("pyarrow", "scipy"):
+        if find_spec(package) is None:
+            raise MotionError(f"{file}: reading motions needs the package {package}; install it: pip install 'ksl[loads]'")
     try:
         if file != STANDARD_INPUT and os.path.isdir(file):
             from ksl.motions.bags import bag_in_folder
@@ -90,6 +94,8 @@ def open_table(path: str | os.PathLike[str], topic: str | None = None, positions
 
 def _content(file: str) -> Content:
     if file == STANDARD_INPUT:
+        if sys.stdin is None:  # the shell has closed it
+            raise MotionError(f"standard input: is closed; {MEND}")
         return _unpacked(Content("standard input", None, sys.stdin.buffer.read()))
     mode = os.stat(file).st_mode
     if stat.S_ISREG(mode):
@@ -133,7 +139,8 @@ def _opened(content: Content, head: bytes, topic: str | None, positions_only: bo
         if head.startswith(magic):
             raise MotionError(f"{file}: is {what}")
     if is_markup(head):
-        raise MotionError(f"{file}: is {'a robot' if b'<robot' in head or b'<sdf' in head or b'<mujoco' in head else 'an XML or HTML'} file, not a motion; {MEND}")
+        what = "a robot" if any(root in head for root in (b"<robot", b"<sdf", b"<mujoco")) else "an XML or HTML"
+        raise MotionError(f"{file}: is {what} file, not a motion; {MEND}")
     if head.lstrip().startswith((b"{", b"[{")):
         raise MotionError(f"{file}: is JSON; save the motion as CSV, Parquet or NPZ")
     return CsvTable(file, content.bytes(), content.how)

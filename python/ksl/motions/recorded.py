@@ -31,6 +31,8 @@ class Recorded:
     """What was converted, chosen or dropped in reading, a line each."""
     texts: Mapping[str, str] = field(default_factory=dict)
     """Columns that hold text, with a value."""
+    times_are_seconds: bool = False
+    """Set by `read`: times were dates, clock times or numbers with a unit, which it has converted."""
     is_recording: bool = False
     """True for bags: their names are those of joints, and nobody can edit them."""
 

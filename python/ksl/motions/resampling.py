@@ -9,7 +9,7 @@ import numpy as np
 from ksl.errors import MotionError
 from ksl.mechanism import Joint
 from ksl.motions.motion import continuous_unit
-from ksl.motions.rates import SPLINE_SAMPLES
+from ksl.motions.rates import SPLINE_SAMPLES, jumps_of
 from ksl.motions.recorded import count
 from ksl.states import Array
 
@@ -39,19 +39,22 @@ def resampled(
         if joint.quaternion is not None:
             columns = slice(joint.q_index, joint.q_index + joint.nq)
             out[:, columns] = continuous_unit(place, joint, q[:, columns])
-    out = on_spline(time, out, at)
+    out = on_spline(time, out, at, 2)
     for joint in joints:
         if joint.quaternion is not None:
             columns = slice(joint.q_index + joint.quaternion, joint.q_index + joint.quaternion + 4)
             out[:, columns] /= np.linalg.norm(out[:, columns], axis=1, keepdims=True)
-    rates: Given = [[None if x is None else on_spline(time, x, at) for x in g] for g in given]
+    rates: Given = [[None if x is None else on_spline(time, x, at, 1 if k == 0 else None) for k, x in enumerate(g)] for g in given]
     step = float(np.median(np.diff(time)))
     note = f"resampled to {rate:g} Hz ({len(at):,} samples) from {len(time):,} samples with a median step of {step:.6g} s, on quintic splines"
     return at, out, rates, note
 
 
-def on_spline(time: Array, x: Array, at: Array) -> Array:
-    """Values at other times of the spline through x (n, …): quintic, or of a lower degree where there are fewer than six samples."""
+def on_spline(time: Array, x: Array, at: Array, order: int | None = None) -> Array:
+    """Values at other times of the spline through x (n, …): quintic, or of a lower degree where there are fewer than six samples.
+
+    order: the derivative of the columns of x (n, c) that may jump, 2 for positions and 1 for velocities: the spline is then split there.
+    """
     from scipy.interpolate import make_interp_spline
 
     if x.shape[-1] == 0:
@@ -59,5 +62,10 @@ def on_spline(time: Array, x: Array, at: Array) -> Array:
     if len(time) == 1:
         return np.repeat(x, len(at), axis=0)
     degree = max(k for k in (1, 3, 5) if k < len(time))
-    values: Array = make_interp_spline(time, x, k=degree, check_finite=False)(at)
+    jumps = [f.jumps for f in jumps_of(time, x, order)] if order is not None else []
+    if not any(len(j.times) for j in jumps):
+        plain: Array = make_interp_spline(time, x, k=degree, check_finite=False)(at)
+        return plain
+    smooth = x - np.column_stack([j(time) for j in jumps])
+    values: Array = make_interp_spline(time, smooth, k=degree, check_finite=False)(at) + np.column_stack([j(at) for j in jumps])
     return values

@@ -19,8 +19,8 @@ _NAMES = re.compile(
     r"(?:[ _]?[\[(]?(s|sec|secs|seconds|ms|us|µs|ns)[\])]?)?",
     re.IGNORECASE,
 )
-_SINCE_1970 = ((1e17, 1e20, "ns"), (1e14, 1e17, "us"), (1e11, 1e14, "ms"), (1e8, 1e11, "s"))
-"""Ranges of dates after 1973, counted in these units since 1970."""
+_DATES = (9.4e8, 4.2e9)
+"""s since 1970, of the years 2000 to 2100: times in this range are dates."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ def find_time(table: Recorded, of_joints: Collection[str]) -> TimeColumn:
     if len(found) > 1:
         raise MotionError(
             f"{table.head}: columns {' and '.join(map(repr, found))} could all be the time; rename one to `time`, or say which by a map "
-            f"(--map FILE with the line {next(iter(found))!r} = \"time\") and leave out the others (--ignore-extra)"
+            f'(--map FILE with the line {next(iter(found))!r} = "time") and leave out the others (--ignore-extra)'
         )
     name, match = next(iter(found.items()))
     return TimeColumn(name, table.units.get(name) or match[1] or "")
@@ -53,6 +53,8 @@ def find_time(table: Recorded, of_joints: Collection[str]) -> TimeColumn:
 
 def with_unit(table: Recorded, column: TimeColumn, wished: str | None) -> TimeColumn:
     """The column with the unit that the user says, where the file says none.  Raises MotionError if both do, and differ."""
+    if table.times_are_seconds:
+        return replace(column, unit="s", scale=1.0)
     if wished is None:
         return column
     unit = unit_of(wished)
@@ -61,7 +63,8 @@ def with_unit(table: Recorded, column: TimeColumn, wished: str | None) -> TimeCo
     if table.is_recording:
         raise MotionError(f"{table.file}: --time-unit (time_unit=) is {wished!r}, but the stamps of a bag have a unit; leave it out")
     if column.unit and unit_of(column.unit) != unit:
-        raise MotionError(f"{table.head}: column {column.name!r} is in {bare(column.unit)}, but --time-unit (time_unit=) is {wished!r}; leave it out, or mend the file")
+        both = f"is in {bare(column.unit)}, but --time-unit (time_unit=) is {wished!r}"
+        raise MotionError(f"{table.head}: column {column.name!r} {both}; leave it out, or mend the file")
     return replace(column, unit=wished)
 
 
@@ -73,9 +76,9 @@ def in_seconds(table: Recorded, column: TimeColumn, time: Array) -> tuple[Array,
         notes.append(f"times were multiplied by {scale:g}" if column.scale != 1.0 else f"times were converted from {bare(column.unit)} to s")
     finite = np.isfinite(time)
     first = float(time[0]) if len(time) and finite[0] else 0.0
-    for low, high, unit in _SINCE_1970:
-        if low <= first < high and column.scale == 1.0 and (not column.unit or unit_of(column.unit) == unit_of(unit)):
-            scale = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0}[unit]
+    for unit, size in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):
+        if _DATES[0] <= first * size < _DATES[1] and column.scale == 1.0 and (not column.unit or unit_of(column.unit) == unit_of(unit)):
+            scale = size
             notes = [n for n in notes if not n.endswith((" to s", ", in s"))]
             return (time - first) * scale, [*notes, f"times are {unit} since 1970; time 0 is {np.datetime64(round(first * scale * 1000), 'ms')} UTC"]
     return (time * scale if scale != 1.0 else time), notes

@@ -21,11 +21,12 @@ class Unit:
     """How many s, rad, m (per s, per s²) it is."""
 
 
-_TIMES = {"s": 1.0, "sec": 1.0, "secs": 1.0, "second": 1.0, "seconds": 1.0, "ms": 1e-3, "msec": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6, "ns": 1e-9, "nsec": 1e-9}
-_TIMES |= {"min": 60.0, "h": 3600.0}
-_ANGLES = {"rad": 1.0, "radian": 1.0, "radians": 1.0, "rads": 1.0, "mrad": 1e-3, "deg": DEGREE, "degree": DEGREE, "degrees": DEGREE, "degs": DEGREE, "°": DEGREE, "rev": TURN, "turn": TURN, "turns": TURN}
+_TIMES = {"s": 1.0, "sec": 1.0, "secs": 1.0, "second": 1.0, "seconds": 1.0, "min": 60.0, "h": 3600.0}
+_TIMES |= {"ms": 1e-3, "msec": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6, "ns": 1e-9, "nsec": 1e-9}
+_ANGLES = {"rad": 1.0, "rads": 1.0, "radian": 1.0, "radians": 1.0, "mrad": 1e-3, "rev": TURN, "turn": TURN, "turns": TURN}
+_ANGLES |= {name: DEGREE for name in ("deg", "degs", "degree", "degrees", "°")}
 _LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "in": 0.0254, "inch": 0.0254}
-_RATES = {"rpm": Unit("angle", 1, TURN / 60), "1/min": Unit("angle", 1, TURN / 60), "u/min": Unit("angle", 1, TURN / 60), "r/min": Unit("angle", 1, TURN / 60)}
+_RATES = {name: Unit("angle", 1, TURN / 60) for name in ("rpm", "1/min", "u/min", "r/min")}
 _PLAIN = ("-", "1", "none", "")
 NAMES = ("s", "ms", "us", "ns", "rad", "deg", "rev", "m", "mm", "rad/s", "deg/s", "rpm", "m/s", "mm/s", "rad/s^2", "deg/s^2", "m/s^2", "mm/s^2")
 """The units that messages name, among them all that people write."""
@@ -72,7 +73,8 @@ def factor(where: str, column: str, text: str, quantity: str, per_time: int, rat
     """
     unit = unit_of(text)
     if unit is None:
-        raise MotionError(f"{where}: column {column!r} is in {bare(text)!r}, which is no unit that KSL knows; {near_names(bare(text), NAMES)}known: {', '.join(NAMES)}")
+        known = f"{near_names(bare(text), NAMES)}known: {', '.join(NAMES)}"
+        raise MotionError(f"{where}: column {column!r} is in {bare(text)!r}, which is no unit that KSL knows; {known}")
     if unit.quantity == "plain" and not text.strip("-1 []()<>"):
         return 1.0  # "-" says that nothing is said, or that it is a quaternion
     if unit.quantity != quantity or (unit.per_time != per_time and not (rate_of_position and unit.per_time == 0)):

@@ -28,7 +28,7 @@ def balance_verdict(b: PowerBalance | None, anchor: str) -> str:
 def balance_section(b: PowerBalance | None, time: Array, charts: Charts, clock: Clock, anchor: str) -> str:
     """The section, whose id is `anchor`."""
     if b is None:
-        return f'<section id="{anchor}"><h2>Power balance</h2><p>Not checked: {TOO_FEW}.</p></section>'
+        return f'<section id="{anchor}" class="power"><h2>Power balance</h2><p>Not checked: {TOO_FEW}.</p></section>'
     lost, energy = ("", "mechanical energy") if b.dissipation is None else (" − dissipation by damping and friction", "energy, rotors and springs included")
     text = (
         f"Drive power + power of external wrenches{lost} = rate of change of {energy}, at every sample. The right side comes from "
@@ -47,7 +47,7 @@ def balance_section(b: PowerBalance | None, time: Array, charts: Charts, clock: 
         sides, residual = {name: np.zeros_like(x) for name, x in sides.items()}, np.zeros_like(residual)
     powers = charts.over_time(time, "Power of both sides", [Panel("Power, W", sides, emphasis=True)])
     rest = charts.over_time(time, "Residual, and energy", [Panel("Residual, W", {"residual": residual}), Panel("Energy, J", {"energy": b.energy})])
-    return f'<section id="{anchor}"><h2>Power balance</h2><p>{text}</p><div class="charts">{powers}{rest}</div></section>'
+    return f'<section id="{anchor}" class="power"><h2>Power balance</h2><p>{text}</p><div class="charts">{powers}{rest}</div></section>'
 
 
 def _residual(b: PowerBalance, time: Array, clock: Clock) -> str:

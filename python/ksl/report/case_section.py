@@ -5,14 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
+from typing import TYPE_CHECKING
 
 from ksl.report.balance_section import balance_section, balance_verdict
 from ksl.report.charts import Charts
 from ksl.report.input import CaseCurves
-from ksl.report.joint_section import joint_section
+from ksl.report.joint_section import JointExtras, joint_section
 from ksl.report.numbers import Clock
 from ksl.report.rows import Row, with_limits
 from ksl.report.tables import summary_tables
+
+if TYPE_CHECKING:
+    from ksl.sizing.sizing import Sizing
 
 
 @dataclass(frozen=True)
@@ -28,14 +32,15 @@ class Anchors:
         return Anchors(prefix, {loads.joint.name: f"{prefix}joint-{i}" for i, loads in enumerate(case.joints)})
 
 
-def case_sections(case: CaseCurves, rows: Sequence[Row], anchors: Anchors, charts: Charts) -> str:
-    """rows: of the summary, those of this case."""
+def case_sections(case: CaseCurves, rows: Sequence[Row], anchors: Anchors, charts: Charts, sizing: Sizing | None = None) -> str:
+    """rows: of the summary, those of this case.  sizing: its tables stand in the sections of the joints."""
     clock = Clock.of(case.time)
     html = _summary(case, rows, anchors, clock)
     html += balance_section(case.balance, case.time, charts, clock, f"{anchors.prefix}balance")
     for loads in case.joints:
         name = loads.joint.name
-        html += joint_section(loads, case.time, anchors.joints[name], charts, case.stills.get(name))
+        extras = JointExtras(case.stills.get(name), case.raw_positions.get(name), _components(sizing, name, clock))
+        html += joint_section(loads, case.time, anchors.joints[name], charts, extras)
     return html
 
 
@@ -56,3 +61,12 @@ def _summary(case: CaseCurves, rows: Sequence[Row], anchors: Anchors, clock: Clo
     if clock.origin:
         note += f" Times on this page are counted from the first sample, at {clock.origin!r} s."
     return f'<section id="{anchors.prefix}summary"><h2>Summary</h2><p>{note}</p>{tables}</section>'
+
+
+def _components(sizing: Sizing | None, joint: str, clock: Clock) -> str:
+    """The table of a joint's components.  What makes it is imported where there are some, since that takes a while."""
+    if sizing is None:
+        return ""
+    from ksl.report.sizing_section import sizing_table
+
+    return sizing_table(sizing, joint, clock)

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ksl.report.input import ReportInput
 from ksl.report.pdf import Paper, find_browser, write_pdf
+
+if TYPE_CHECKING:
+    from ksl.sizing.sizing import Sizing
 
 NAMES = ("report.html", "report.json", "report.pdf")
 
@@ -20,11 +24,28 @@ class ReportFiles:
     """Of report.pdf; None for no such file."""
     browser: str = ""
     """That prints it."""
+    components: Path | None = None
+    """A file for :func:`ksl.size`, whose figures are shown beside the curves of their joints."""
 
     @staticmethod
-    def wanted(json: bool = False, paper: Paper | None = None) -> ReportFiles:
-        """Finds the browser if a PDF is wanted.  Raises OutputError if there is none: before an hour of work rather than after it."""
-        return ReportFiles(json, paper, find_browser() if paper else "")
+    def wanted(json: bool = False, paper: Paper | None = None, components: Path | None = None) -> ReportFiles:
+        """Finds the browser if a PDF is wanted, and reads the components.
+
+        Raises OutputError without a browser, and SizingError for components: before an hour of work rather than after it.
+        """
+        if components is not None:
+            from ksl.sizing.components import read_components
+
+            read_components(components)
+        return ReportFiles(json, paper, find_browser() if paper else "", components)
+
+    def sizing(self, directory: Path) -> Sizing | None:
+        """The components against the wrenches in a folder; None without components.  Raises SizingError."""
+        if self.components is None:
+            return None
+        from ksl.sizing.run import size
+
+        return size(directory, self.components)
 
     def write(self, directory: Path, report: ReportInput) -> None:
         from ksl.report.page import write_report

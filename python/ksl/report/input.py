@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from ksl.load_cases.provenance import Provenance
 from ksl.load_cases.quantities import JointLoads, PowerBalance
@@ -11,6 +12,9 @@ from ksl.load_cases.verdict import Verdict
 from ksl.report.rows import Row
 from ksl.report.stills import Still
 from ksl.states import Array
+
+if TYPE_CHECKING:
+    from ksl.sizing.sizing import Sizing
 
 NOT_USED = "in the file and not used: "
 """How notes about content that is ignored begin."""
@@ -32,6 +36,8 @@ class CaseCurves:
     """Of this case alone."""
     stills: Mapping[str, Still] = field(default_factory=dict)
     """By joint: the mechanism at the sample where this joint bears most."""
+    raw_positions: Mapping[str, Array] = field(default_factory=dict)
+    """By joint, where the motion was smoothed: the positions (n) as they were given, rad or m."""
 
 
 @dataclass(frozen=True)
@@ -51,3 +57,5 @@ class ReportInput:
     """Inputs with their hashes, versions, date, command line: what a signature needs."""
     verdict: Verdict | None = None
     """Red, amber or green, with the shares of limits, and the reasons."""
+    sizing: Sizing | None = None
+    """Components against the loads."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from html import escape
 
 from ksl.load_cases.limits import limits_of
@@ -19,14 +20,27 @@ REACH_OF_PATH = 5.0
 """The same, where effort is drawn over speed."""
 
 
-def joint_section(loads: JointLoads, time: Array, anchor: str, charts: Charts, still: Still | None = None) -> str:
+@dataclass(frozen=True)
+class JointExtras:
+    """What may stand in the section of a joint besides its curves."""
+
+    still: Still | None = None
+    raw_position: Array | None = None
+    """(n), where the motion was smoothed."""
+    table: str = ""
+    """Below the curves."""
+
+
+def joint_section(loads: JointLoads, time: Array, anchor: str, charts: Charts, extras: JointExtras = JointExtras()) -> str:
     """The section, whose id is `anchor`."""
     joint = loads.joint
     figures = _axis_charts(loads, time, charts) if joint.one_coordinate else _magnitude_charts(loads, time, charts)
-    figures = (charts.still(still, time) if still else "") + figures
+    figures = (charts.still(extras.still, time) if extras.still else "") + figures
+    if extras.raw_position is not None and loads.position is not None:
+        figures += _smoothing_chart(loads.position, extras.raw_position, joint.unit, time, charts)
     facts = "".join(f"<div><dt>{name}</dt><dd>{text}</dd></div>" for name, text in _joint_facts(loads))
     heading = f'<h2 id="{anchor}-name">{escape(joint.name)}</h2><dl>{facts}</dl>'
-    return f'<section id="{anchor}" class="joint" aria-labelledby="{anchor}-name">{heading}<div class="charts">{figures}</div></section>'
+    return f'<section id="{anchor}" class="joint" aria-labelledby="{anchor}-name">{heading}<div class="charts">{figures}</div>{extras.table}</section>'
 
 
 def _magnitude_charts(loads: JointLoads, time: Array, charts: Charts) -> str:
@@ -56,12 +70,18 @@ def _axis_charts(loads: JointLoads, time: Array, charts: Charts) -> str:
 
 
 def _drive_charts(loads: JointLoads, time: Array, charts: Charts) -> str:
-    """Charts of the drive.  Its limit applies to its effort, and not to moments about points other than the joint's origin."""
+    """Charts of the drive, or of the brake that relieves it.
+
+    The drive's limit applies to its effort, and not to moments about points other than the joint's origin.
+    """
     joint = loads.joint
     if loads.speed is None or loads.effort is None or loads.power is None:
         return ""
     speed, effort, drive = quiet(loads.speed), quiet(loads.effort), "Drive torque" if joint.has_angle else "Drive force"
     speed_label, effort_label = f"Speed, {unit('speed', joint)}", f"{drive}, {unit('effort', joint)}"
+    if loads.brake is not None:
+        brake = "Brake torque" if joint.has_angle else "Brake force"
+        return charts.over_time(time, brake, [Panel(f"{brake}, {unit('brake', joint)}", {"brake": quiet(loads.brake)})])
     driven = Panel(effort_label, {"drive": effort}, _in_sight(effort, joint.effort, REACH))
     html = charts.over_time(time, f"{drive} and power", [driven, Panel("Power, W", {"power": quiet(loads.power)})])
     parts = {name: quiet(x) for name, x in loads.parts.items() if peak(quiet(x)) > 0}
@@ -69,6 +89,12 @@ def _drive_charts(loads: JointLoads, time: Array, charts: Charts) -> str:
         html += charts.over_time(time, f"What the {drive.lower()} consists of", [Panel(effort_label, {"drive": effort, **parts}, emphasis=True)])
     limits = _in_sight(speed, joint.velocity, REACH_OF_PATH), _in_sight(effort, joint.effort, REACH_OF_PATH)
     return html + charts.path(time, f"{drive} over speed", (speed_label, speed), (effort_label, effort), limits)
+
+
+def _smoothing_chart(position: Array, raw: Array, unit: str, time: Array, charts: Charts) -> str:
+    """Raw and smoothed positions, and between them what was taken away: one would not see it in the positions."""
+    both = Panel(f"Position, {unit}", {"raw": raw, "smoothed": position}, emphasis=True)
+    return charts.over_time(time, "Positions, raw and smoothed", [both, Panel(f"Raw − smoothed, {unit}", {"difference": raw - position})])
 
 
 def _in_sight(x: Array, limit: float | None, reach: float) -> Limits:

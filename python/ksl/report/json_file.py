@@ -27,6 +27,7 @@ def report_numbers(report: ReportInput) -> dict[str, Any]:
         "facts": dict(report.facts),
         "notes": list(report.notes),
         "verdict": None if report.verdict is None else report.verdict.as_dict(),
+        "sizing": None if report.sizing is None else report.sizing.as_dict(),
         "provenance": None if report.provenance is None else report.provenance.metadata(),
         "units": {name: joint_units(joint) for name, joint in joints.items()},
         "summary": [with_limits(row, joints[str(row["joint"])]) for row in report.summary],

@@ -18,7 +18,7 @@ from ksl.report.input import ReportInput
 from ksl.report.numbers import Clock
 from ksl.report.provenance_section import provenance_section, signature_box
 from ksl.report.rows import with_limits
-from ksl.report.verdict_section import verdict_section
+from ksl.report.verdict_section import uses_table, verdict_section
 from ksl.report.worst_section import worst_section
 
 FEW_NOTES = 8
@@ -26,7 +26,7 @@ FEW_NOTES = 8
 
 
 def write_report(path: str | os.PathLike[str], report: ReportInput) -> None:
-    """Writes one HTML file that holds all it needs, plotly.js included (about 5 MB; 0.2 MB more for each joint)."""
+    """Writes one HTML file that holds all it needs, plotly.js included: 5 MB, and with 20 joints at most 8."""
     page = _Page(report)
     content = page.content()
     data = {"charts": page.charts.data, "stills": page.charts.stills}
@@ -59,29 +59,37 @@ class _Page:
 
     def content(self) -> str:
         r = self.report
+        verdicts = self._components() + (verdict_section(r.verdict) if r.verdict else "")
         balance = "" if self.several else balance_verdict(r.cases[0].balance, "balance")
-        header = f"<header><h1>{escape(r.title)}</h1>{self._made()}{self._verdict()}{self._facts()}{balance}{self._notes()}{signature_box()}</header>"
+        head = f"<h1>{escape(r.title)}</h1>{self._made()}{verdicts}{signature_box()}{self._uses()}{self._facts()}{balance}{self._notes()}"
         made = provenance_section(r.provenance, r.notes) if r.provenance else ""
-        return f"{self._navigation()}<main>{header}{self._cases()}{made}</main>"
+        return f"{self._navigation()}<main><header>{head}</header>{self._cases()}{made}</main>"
 
     def _made(self) -> str:
         p = self.report.provenance
         return f'<p class="made">KSL {escape(__version__)}{", " + escape(p.date) if p else ""}</p>'
 
-    def _verdict(self) -> str:
+    def _components(self) -> str:
+        if self.report.sizing is None:
+            return ""
+        from ksl.report.sizing_section import sizing_verdict
+
+        return sizing_verdict(self.report.sizing)
+
+    def _uses(self) -> str:
         if self.report.verdict is None:
             return ""
-        return verdict_section(self.report.verdict, self.of_joints, {case.name: Clock.of(case.time) for case in self.report.cases})
+        return uses_table(self.report.verdict, self.of_joints, {case.name: Clock.of(case.time) for case in self.report.cases})
 
     def _cases(self) -> str:
         r = self.report
         if not self.several:
-            return case_sections(r.cases[0], r.summary, self.anchors[0], self.charts)
+            return case_sections(r.cases[0], r.summary, self.anchors[0], self.charts, r.sizing)
         joints = {loads.joint.name: loads.joint for case in r.cases for loads in case.joints}
         html = worst_section([with_limits(row, joints[str(row["joint"])]) for row in r.summary], joints, self.of_joints)
         for i, (case, anchors) in enumerate(zip(r.cases, self.anchors, strict=True)):
             rows = [row for row in r.summary if row.get("case") == case.name]
-            sections = case_sections(case, rows, anchors, self.charts)
+            sections = case_sections(case, rows, anchors, self.charts, r.sizing if i == 0 else None)  # it is one for all cases
             html += f'<article class="case" id="case-{i}" aria-label="Load case {escape(case.name)}">{case_head(case, anchors)}{sections}</article>'
         return html
 

@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from ksl.load_cases.quantities import JointLoads, first_extreme, unit
+from ksl.mechanism import Joint
 from ksl.report.numbers import format_number
 
 if TYPE_CHECKING:
     from ksl.load_cases.load_case import LoadCase
     from ksl.model import Model
+    from ksl.viewer.visuals import Appearance
 
 TRIANGLES_OF_ALL = 24_000
 """Of all pictures of a page together: 0.5 MB."""
@@ -39,8 +41,17 @@ class Still:
     """s."""
 
 
-def stills_of(case: LoadCase, joints: Sequence[JointLoads]) -> dict[str, Still]:
+def appearance_of(case: LoadCase) -> Appearance:
+    """What the robot looks like.  Reading its meshes takes longer than drawing it, so that load cases share it."""
+    from ksl.viewer.visuals import appearance
+
+    return appearance(case.model)
+
+
+def stills_of(case: LoadCase, joints: Sequence[JointLoads], look: Appearance | None = None) -> dict[str, Still]:
     """A picture for each moving joint, and for the joint between ground and robot, at its worst sample.
+
+    look: the appearance of the same robot, if it was read before.
 
     Meshes that can't be found or read are drawn as the viewer draws them: ellipsoids of inertia.  O(joints · triangles), besides
     reading meshes.
@@ -51,23 +62,38 @@ def stills_of(case: LoadCase, joints: Sequence[JointLoads]) -> dict[str, Still]:
     shown = [loads for loads in joints if loads.joint.nv or loads.joint.parent is None]
     if not shown:
         return {}
-    worst = [worst_sample(loads) for loads in shown]
-    m, samples = case.motion, np.array([k for k, _ in worst], dtype=np.intp)
+    worst = [largest_load(loads) for loads in shown]
+    m, samples = case.motion, np.array([load.sample for load in worst], dtype=np.intp)
     external = {link: w[samples] for link, w in case.external.items()}
-    scene = make_scene(cast("Model", case.model), m.q[samples], m.v[samples], m.a[samples], m.time[samples], external)
+    scene = make_scene(cast("Model", case.model), m.q[samples], m.v[samples], m.a[samples], m.time[samples], external, look=look)
     triangles = min(MOST_TRIANGLES, max(FEWEST_TRIANGLES, TRIANGLES_OF_ALL // len(shown)))
     stills = {}
-    for i, (loads, (k, caption)) in enumerate(zip(shown, worst, strict=True)):
+    for i, (loads, load) in enumerate(zip(shown, worst, strict=True)):
         figure = still(scene, i, loads.joint.name, triangles=triangles, width=WIDTH, height=HEIGHT)
         legend = _take_legend(figure["layout"])
-        stills[loads.joint.name] = Still(figure, legend, caption, float(m.time[k]))
+        stills[loads.joint.name] = Still(figure, legend, load.caption(loads.joint), float(m.time[load.sample]))
     return stills
 
 
-def worst_sample(loads: JointLoads) -> tuple[int, str]:
-    """The sample at which a joint bears most, and what: the drive's effort, the coupling's, or else the moment or the force."""
-    joint = loads.joint
-    if loads.effort is not None:
+@dataclass(frozen=True)
+class LargestLoad:
+    """What a joint bears most, and when."""
+
+    quantity: str
+    sample: int
+    value: float
+    """The magnitude."""
+
+    def caption(self, joint: Joint) -> str:
+        words = {"effort": "largest effort", "brake": "largest effort of the brake", "coupling": "largest effort of the coupling"}.get(self.quantity, f"largest {self.quantity.replace('_', ' ')}")
+        return f"{words}: {format_number(self.value)} {unit(self.quantity, joint)}"
+
+
+def largest_load(loads: JointLoads) -> LargestLoad:
+    """The largest effort of the brake where one holds, of the drive, or of the coupling; of joints without either the largest moment, or force."""
+    if loads.brake is not None:
+        name, x = "brake", loads.brake
+    elif loads.effort is not None:
         name, x = "effort", loads.effort
     elif loads.coupling is not None:
         name, x = "coupling", loads.coupling
@@ -76,8 +102,7 @@ def worst_sample(loads: JointLoads) -> tuple[int, str]:
         name = names[0] if np.any(loads.wrench[names[0]]) else names[1]
         x = loads.wrench[name]
     k = first_extreme(np.abs(x))
-    words = {"effort": "largest effort", "coupling": "largest effort of the coupling"}.get(name, f"largest {name.replace('_', ' ')}")
-    return k, f"{words}: {format_number(abs(float(x[k])))} {unit(name, joint)}"
+    return LargestLoad(name, k, abs(float(x[k])))
 
 
 def still_figure(still: Still, number: int, time: str) -> str:

@@ -26,6 +26,7 @@ LABELS = {
     "friction": "friction",
     "rotor": "rotor",
     "spring": "spring",
+    "brake": "brake",
     "coupling": "effort of the coupling",
     "speed": "speed",
     "power": "power",
@@ -49,7 +50,7 @@ class _Tables:
         html = ""
         for title, group in groups.items():
             parts = [part for part in EFFORT_PARTS if any(abs(float(row.get(f"{part}_peak") or 0.0)) > ROUND_OFF for row in group)]
-            for part, columns in _columns(self._joint(group[0]), parts) if group else []:
+            for part, columns in _columns(self._joint(group[0]), parts, any("brake_peak" in row for row in group)) if group else []:
                 known = [row for row in group if columns[0][1][0][1] in row]  # positions may be missing
                 html += self._table(f"{title}{part}", known, columns) if known else ""
         return html
@@ -90,10 +91,10 @@ def joint_group(joint: Joint) -> str:
     return "Turning joints" if joint.has_angle else "Sliding joints"
 
 
-def _columns(joint: Joint, effort_parts: Sequence[str]) -> list[tuple[str, Groups]]:
+def _columns(joint: Joint, effort_parts: Sequence[str], brakes: bool) -> list[tuple[str, Groups]]:
     """The tables of the summary for a joint and its group, each with the end of its title: the wrench, the drive, the parts of its effort.
 
-    effort_parts: those that are not zero throughout.
+    effort_parts: those that are not zero throughout.  brakes: whether brakes supply the efforts.
     """
 
     def group(name: str, last: str | None = "rms", limit: bool = False) -> tuple[str, list[tuple[str, str]]]:
@@ -113,7 +114,8 @@ def _columns(joint: Joint, effort_parts: Sequence[str]) -> list[tuple[str, Group
     work = ("work, J", [("positive", "work_positive"), ("negative", "work_negative")])
     drive = [group("effort", limit=True), group("speed", None, True), group("power", "mean"), work]
     parts = [(": what the drive's effort consists of", [group(name) for name in effort_parts])] if effort_parts else []
-    return [(": the wrench at the chosen point", wrench), (": the drive", drive), *parts, positions]
+    brake = [(": the brake", [group("brake")])] if brakes else []
+    return [(": the wrench at the chosen point", wrench), *brake, (": the drive", drive), *parts, positions]
 
 
 def _edge(column: int) -> str:

@@ -17,16 +17,19 @@ OF_USE: dict[Level, str] = {"green": "", "amber": "near the limit", "red": "exce
 """What is said of a share besides its colour, which not everybody sees and not every printer prints."""
 
 
-def verdict_section(verdict: Verdict, anchors: Mapping[tuple[str, str], str], clocks: Mapping[str, Clock]) -> str:
-    """anchors: of the sections of joints, by case and joint.  clocks: by case.  Both only of cases whose curves are shown."""
+def verdict_section(verdict: Verdict) -> str:
+    """The level in words, the worst use of a limit, and what forbids green."""
     reasons = "".join(f"<li>{escape(reason)}</li>" for reason in verdict.reasons)
     doubts = f"<p>{'Besides' if verdict.level == 'red' else 'Not green, because'}:</p><ul>{reasons}</ul>" if reasons else ""
     head = f'<p class="level">{WORDS[verdict.level]}</p><p>{escape(_capital(verdict.headline))}.</p>{doubts}'
-    return f'<section id="verdict" class="verdict {verdict.level}"><h2 class="unseen">Verdict</h2>{head}</section>{_uses(verdict, anchors, clocks)}'
+    return f'<section id="verdict" class="verdict {verdict.level}"><h2 class="unseen">Verdict</h2>{head}</section>'
 
 
-def _uses(verdict: Verdict, anchors: Mapping[tuple[str, str], str], clocks: Mapping[str, Clock]) -> str:
-    """A table of the largest share of each limit over all load cases, worst joints first."""
+def uses_table(verdict: Verdict, anchors: Mapping[tuple[str, str], str], clocks: Mapping[str, Clock]) -> str:
+    """A table of the largest share of each limit over all load cases, worst joints first.
+
+    anchors: of the sections of joints, by case and joint.  clocks: by case.  Both only of cases whose curves are shown.
+    """
     joints = {name: verdict.of(name) for name in dict.fromkeys(use.joint for use in verdict.uses)}
     if not joints:
         return ""

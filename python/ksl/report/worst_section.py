@@ -11,7 +11,7 @@ from ksl.report.numbers import format_number, link
 from ksl.report.rows import Row, exceeds
 from ksl.report.tables import LABELS, joint_group
 
-QUANTITIES = ("axial_force", "radial_force", "bending_moment", "axial_moment", "force", "moment", "effort", "coupling", "speed", "power")
+QUANTITIES = ("axial_force", "radial_force", "bending_moment", "axial_moment", "force", "moment", "effort", "brake", "coupling", "speed", "power")
 
 
 def worst_section(rows: Sequence[Row], joints: Mapping[str, Joint], anchors: Mapping[tuple[str, str], str]) -> str:
@@ -31,7 +31,7 @@ def governing(rows: Sequence[Row], joint: str, quantity: str) -> Row | None:
 
 
 def _table(title: str, names: Sequence[str], rows: Sequence[Row], joints: Mapping[str, Joint], anchors: Mapping[tuple[str, str], str]) -> str:
-    quantities = [q for q in QUANTITIES if governing(rows, names[0], q) is not None]
+    quantities = [q for q in QUANTITIES if any(governing(rows, name, q) is not None for name in names)]
     head = "".join(f'<th scope="col" class="first">{LABELS[q]}, {unit(q, joints[names[0]])}</th>' for q in quantities)
     body = ""
     for name in names:

@@ -24,11 +24,17 @@ def flange_figures(sheet: Sheet) -> None:
     except ValueError as e:
         raise SizingError(f"{part.where}: {part.name}: {e}") from None
     axial, shear = loads.axial, np.hypot(loads.shear[..., 0], loads.shear[..., 1])
-    inputs = {"bolts": str(len(points))} | (sheet.given("circle_diameter") if part.get("bolts") else {}) | sheet.given("at")
+    inputs = (
+        {"bolts": str(len(points))} | (sheet.given("circle_diameter") if part.get("bolts") else {}) | sheet.given("at")
+    )
     k, bolt = _worst(axial)
-    sheet.add("axial load of a bolt", bolts.PATTERN, float(axial[k, bolt]), "N", {**inputs, "bolt": _bolt(points, bolt)}, at=k)
+    sheet.add(
+        "axial load of a bolt", bolts.PATTERN, float(axial[k, bolt]), "N", {**inputs, "bolt": _bolt(points, bolt)}, at=k
+    )
     k, bolt = _worst(shear)
-    sheet.add("shear load of a bolt", bolts.PATTERN, float(shear[k, bolt]), "N", {**inputs, "bolt": _bolt(points, bolt)}, at=k)
+    sheet.add(
+        "shear load of a bolt", bolts.PATTERN, float(shear[k, bolt]), "N", {**inputs, "bolt": _bolt(points, bolt)}, at=k
+    )
     phi, said = _load_factor(sheet)
     if phi is None:
         return
@@ -42,13 +48,17 @@ def _flange_axes(sheet: Sheet) -> Array:
     part = sheet.part
     normal = np.array(part.get("normal") or sheet.samples.axis, dtype=float)
     if not normal.any():
-        raise SizingError(f"{part.where}: {part.name}: normal is zero; give a direction along the bolts, [0, 0, 1] for instance")
+        raise SizingError(
+            f"{part.where}: {part.name}: normal is zero; give a direction along the bolts, [0, 0, 1] for instance"
+        )
     z = normal / np.linalg.norm(normal)
     given = part.get("x_axis")
     x = np.array(given or np.eye(3)[0 if abs(z[0]) < 0.9 else 1], dtype=float)
     x = x - (x @ z) * z
     if np.linalg.norm(x) < 1e-6:
-        raise SizingError(f"{part.where}: {part.name}: x_axis is zero or along the normal; give a direction across the bolts")
+        raise SizingError(
+            f"{part.where}: {part.name}: x_axis is zero or along the normal; give a direction across the bolts"
+        )
     x /= np.linalg.norm(x)
     return np.array([x, np.cross(z, x), z])
 
@@ -76,12 +86,29 @@ def _bolt_force(sheet: Sheet, phi: float, said: dict[str, str], axial: Array, po
     k, bolt = _worst(axial)
     if sheet.has("bolt force", "preload", "tightening_factor"):
         force = sheet.number("tightening_factor") * sheet.number("preload") + phi * float(axial[k, bolt])
-        inputs = {**sheet.given("tightening_factor", "preload"), **said, "F_A": f"{significant(float(axial[k, bolt]))} N", "bolt": _bolt(points, bolt)}
+        inputs = {
+            **sheet.given("tightening_factor", "preload"),
+            **said,
+            "F_A": f"{significant(float(axial[k, bolt]))} N",
+            "bolt": _bolt(points, bolt),
+        }
         sheet.add("bolt force", bolts.BOLT_FORCE, force, "N", inputs, "yield_force", at=k)
     amplitude = phi * np.ptp(axial, axis=0) / 2
     bolt = int(np.argmax(amplitude))
-    inputs = {**said, "F_A": f"{significant(float(axial[:, bolt].min()))} to {significant(float(axial[:, bolt].max()))} N", "bolt": _bolt(points, bolt)}
-    sheet.add("force amplitude of a bolt", bolts.AMPLITUDE, float(amplitude[bolt]), "N", inputs, "amplitude_limit", at=int(np.argmax(axial[:, bolt])))
+    inputs = {
+        **said,
+        "F_A": f"{significant(float(axial[:, bolt].min()))} to {significant(float(axial[:, bolt].max()))} N",
+        "bolt": _bolt(points, bolt),
+    }
+    sheet.add(
+        "force amplitude of a bolt",
+        bolts.AMPLITUDE,
+        float(amplitude[bolt]),
+        "N",
+        inputs,
+        "amplitude_limit",
+        at=int(np.argmax(axial[:, bolt])),
+    )
 
 
 def _clamp(sheet: Sheet, phi: float, said: dict[str, str], axial: Array, shear: Array, points: Array) -> None:
@@ -90,9 +117,25 @@ def _clamp(sheet: Sheet, phi: float, said: dict[str, str], axial: Array, shear: 
     k, bolt = _worst(axial)
     left = float(bolts.residual_clamp(preload, embedding, phi, axial[k, bolt]))
     share = float(bolts.required_preload(wanted, phi, axial[k, bolt], embedding)) / preload
-    inputs = {**given, "F_A": f"{significant(float(axial[k, bolt]))} N", **sheet.given("required_clamp"), "bolt": _bolt(points, bolt)}
+    inputs = {
+        **given,
+        "F_A": f"{significant(float(axial[k, bolt]))} N",
+        **sheet.given("required_clamp"),
+        "bolt": _bolt(points, bolt),
+    }
     formula = Formula(f"{bolts.CLAMP.text}; use: (F_Kerf + (1 − Φ) F_A + F_Z)/F_M", bolts.CLAMP.source)
-    sheet.add("residual clamp force", formula, left, "N", inputs, wanted, at=k, smallest=True, share=share, note="the joint opens at this bolt: the linear distribution no longer holds" if left < 0 else "")
+    sheet.add(
+        "residual clamp force",
+        formula,
+        left,
+        "N",
+        inputs,
+        wanted,
+        at=k,
+        smallest=True,
+        share=share,
+        note="the joint opens at this bolt: the linear distribution no longer holds" if left < 0 else "",
+    )
     if not sheet.has("slip and required preload", "friction", "interfaces"):
         return
     needed = bolts.clamp_against_slip(shear, sheet.number("friction"), sheet.number("interfaces"))
@@ -100,11 +143,22 @@ def _clamp(sheet: Sheet, phi: float, said: dict[str, str], axial: Array, shear: 
     ratio = np.where(clamp > 0, needed / np.where(clamp > 0, clamp, 1.0), np.inf)
     k, bolt = _worst(ratio)
     friction = sheet.given("friction", "interfaces")
-    inputs = {"F_KR": f"{significant(float(clamp[k, bolt]))} N", "F_Q": f"{significant(float(shear[k, bolt]))} N", **friction, "bolt": _bolt(points, bolt)}
+    inputs = {
+        "F_KR": f"{significant(float(clamp[k, bolt]))} N",
+        "F_Q": f"{significant(float(shear[k, bolt]))} N",
+        **friction,
+        "bolt": _bolt(points, bolt),
+    }
     sheet.add("slip", bolts.SLIP, float(ratio[k, bolt]), "", inputs, 1.0, at=k)
     smallest = bolts.required_preload(np.maximum(needed, wanted), phi, axial, embedding)
     k, bolt = _worst(smallest)
-    inputs = {"F_A": f"{significant(float(axial[k, bolt]))} N", "F_Q": f"{significant(float(shear[k, bolt]))} N", **said, **friction, "bolt": _bolt(points, bolt)}
+    inputs = {
+        "F_A": f"{significant(float(axial[k, bolt]))} N",
+        "F_Q": f"{significant(float(shear[k, bolt]))} N",
+        **said,
+        **friction,
+        "bolt": _bolt(points, bolt),
+    }
     sheet.add("required preload", bolts.PRELOAD, float(smallest[k, bolt]), "N", inputs, "preload", at=k)
 
 

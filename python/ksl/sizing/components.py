@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -10,19 +9,23 @@ from pathlib import Path
 from typing import Any
 
 from ksl.errors import SizingError, near_names, unknown_name
-from ksl.sizing.catalogue import COMMON, KINDS, Key, Kind
+from ksl.sizing.catalogue import COMMON, FLANGE, KINDS, Key, Kind
+from ksl.sizing.catalogue_numbers import (
+    COMPONENTS_OF_STRESS,
+    FORMS,
+    LARGEST,
+    as_toml,
+    fault_of,
+    in_millimetres,
+    is_number,
+    numbers_in,
+)
 from ksl.sizing.life import RELIABILITY
-from ksl.sizing.results import Spectrum
+from ksl.sizing.samples import Spectrum
 from ksl.toml_files import read_toml
 from ksl.toml_lines import line_of, toml_lines
 
 TOP = ("robot", "required_life_h", "reliability", "iso_281", "cases", "shares", "component")
-
-LARGEST = 1e30
-"""Magnitudes beyond this one, or below its inverse, are no catalogue numbers, and their powers would overflow."""
-LARGEST_EXPONENT = 100.0
-AT_MOST_1 = ("gear_efficiency", "efficiency", "load_introduction", "load_factor")
-GEOMETRY = ("bolts", "circle_diameter", "points", "contact_angle_deg")
 
 
 @dataclass(frozen=True)
@@ -73,7 +76,7 @@ def read_components(path: str | os.PathLike[str]) -> Components:
 
 def components_of(tables: Mapping[str, Any], file: str = "components") -> Components:
     """The same from tables that a program has: {"component": [{"joint": …, "kind": …}, …], …}."""
-    return _Reader(file, _as_toml(tables), {}).components()
+    return _Reader(file, as_toml(tables), {}).components()
 
 
 class _Reader:
@@ -99,7 +102,10 @@ class _Reader:
         self.known(t, TOP, "top-level")
         entries = t.get("component", [])
         if not isinstance(entries, list) or not entries:
-            raise self.fail("holds no components; write a table [[component]] with joint and kind for each, `ksl size --example` prints some", "component")
+            raise self.fail(
+                "holds no components; write a table [[component]] with joint and kind for each, `ksl size --example` prints some",
+                "component",
+            )
         life = self.optional_number(t.get("required_life_h"), "required_life_h")
         reliability = self.optional_number(t.get("reliability", 90.0), "reliability") or 90.0
         edition = t.get("iso_281", 2007)
@@ -110,7 +116,16 @@ class _Reader:
         if robot is not None and not isinstance(robot, str):
             raise self.fail(f"robot = {robot!r}: expected the robot's name in quotes", "robot")
         parts = tuple(self.part(k, entry, edition) for k, entry in enumerate(entries))
-        return Components(self.file, parts, robot, life, reliability, edition, self.spectrum(), {c: line_of(self.lines, w, c) for w in ("cases", "shares") for c in t.get(w, {})})
+        return Components(
+            self.file,
+            parts,
+            robot,
+            life,
+            reliability,
+            edition,
+            self.spectrum(),
+            {c: line_of(self.lines, w, c) for w in ("cases", "shares") for c in t.get(w, {})},
+        )
 
     def reliability(self, value: float, edition: int, *path: str | int) -> None:
         if value not in RELIABILITY[edition]:
@@ -124,7 +139,7 @@ class _Reader:
             if not isinstance(table, Mapping):
                 raise self.fail(f"{which} must be a table: [{which}] and a line NAME = NUMBER for each case", which)
             for case, x in table.items():
-                if not _is_number(x) or not 0 <= x <= LARGEST:
+                if not is_number(x) or not 0 <= x <= LARGEST:
                     raise self.fail(f"{which}.{case} = {x!r}: expected a number, 0 or more", which, case)
             found[which] = {case: float(x) for case, x in table.items()}
         if found["cases"] and found["shares"]:
@@ -136,7 +151,7 @@ class _Reader:
     def optional_number(self, x: Any, *path: str | int) -> float | None:
         if x is None:
             return None
-        if not _is_number(x) or not 0 < x <= LARGEST:
+        if not is_number(x) or not 0 < x <= LARGEST:
             raise self.fail(f"{path[-1]} = {x!r}: expected a positive number", *path)
         return float(x)
 
@@ -159,17 +174,44 @@ class _Reader:
         if "reliability" in values:
             self.reliability(values["reliability"], edition, *path, "reliability")
         self.whole(kind, values, path)
-        return Part(kind, name, self.part_joints(entry, path), values, refused, self.at(*path, "joints" if "joints" in entry else "joint"))
+        return Part(
+            kind,
+            name,
+            self.part_joints(entry, path),
+            values,
+            refused,
+            self.at(*path, "joints" if "joints" in entry else "joint"),
+        )
 
     def part_joints(self, entry: Mapping[str, Any], path: tuple[str | int, ...]) -> tuple[str, ...]:
         given = entry.get("joints", entry.get("joint"))
         joints = [given] if isinstance(given, str) else given
-        if ("joint" in entry) == ("joints" in entry) or not isinstance(joints, list) or not joints or not all(isinstance(j, str) for j in joints):
-            raise self.fail('expected joint = "NAME", or joints = ["NAME", "NAME"]', *path, "joints" if "joints" in entry else "joint")
+        if (
+            ("joint" in entry) == ("joints" in entry)
+            or not isinstance(joints, list)
+            or not joints
+            or not all(isinstance(j, str) for j in joints)
+        ):
+            raise self.fail(
+                'expected joint = "NAME", or joints = ["NAME", "NAME"]',
+                *path,
+                "joints" if "joints" in entry else "joint",
+            )
         return tuple(dict.fromkeys(joints))
 
-    def values(self, entry: Mapping[str, Any], keys: Iterable[Key], path: tuple[str | int, ...], table: str, refused: dict[str, str]) -> dict[str, Any]:
-        return {key.name: self.value(key, entry[key.name], (*path, key.name), table + key.name, refused) for key in keys if key.name in entry}
+    def values(
+        self,
+        entry: Mapping[str, Any],
+        keys: Iterable[Key],
+        path: tuple[str | int, ...],
+        table: str,
+        refused: dict[str, str],
+    ) -> dict[str, Any]:
+        return {
+            key.name: self.value(key, entry[key.name], (*path, key.name), table + key.name, refused)
+            for key in keys
+            if key.name in entry
+        }
 
     def value(self, key: Key, x: Any, path: tuple[str | int, ...], name: str, refused: dict[str, str]) -> Any:
         """A checked value.  One of the wrong type is an error, one of the wrong sign is noted in `refused`."""
@@ -181,86 +223,45 @@ class _Reader:
         if key.shape == "word":
             if not isinstance(x, str) or (key.choices and x not in key.choices):
                 near = near_names(x, key.choices)
-                raise self.fail(f"{name} = {x!r}: {near}expected {' or '.join(map(repr, key.choices)) or 'text in quotes'}", *path)
+                raise self.fail(
+                    f"{name} = {x!r}: {near}expected {' or '.join(map(repr, key.choices)) or 'text in quotes'}", *path
+                )
             return x
-        numbers = self.numbers_of(key, x, name, path)
-        wrong = ""
-        if not all(math.isfinite(v) for v in numbers):
-            wrong = "must be finite"
-        elif key.sign != "any" and any(v < 0 or (v == 0 and key.sign == "positive") for v in numbers) and key.shape != "curve":
-            wrong = "must be positive" if key.sign == "positive" else "must be 0 or more"
-        elif name in AT_MOST_1 and numbers[0] > 1 and key.meaning[:2] != "fw":
-            wrong = "must be at most 1"
-        elif any(v != 0 and not 1 / LARGEST <= abs(v) <= LARGEST for v in numbers):
-            wrong = f"is out of range: magnitudes are between {1 / LARGEST:g} and {LARGEST:g}"
-        elif name in ("k", "torque_exponent") and numbers[0] > LARGEST_EXPONENT:
-            wrong = f"must be at most {LARGEST_EXPONENT:g}"
-        if wrong and (key.sign == "any" or key.name in GEOMETRY):  # without these nothing could be said of the component
-            raise self.fail(f"{name} = {x!r} {wrong}", *path)
-        if wrong:
-            refused[name] = f"{self.at(*path)}: {name} = {x!r} {wrong}"
-        return x if key.shape == "numbers by name" else float(x) if key.shape == "number" else x
-
-    def numbers_of(self, key: Key, x: Any, name: str, path: tuple[str | int, ...]) -> list[float]:
-        """All numbers in a value whose form has been checked."""
-        form = {
-            "number": "a number", "count": "a whole number", "vector": "three numbers [x, y, z]", "points": "pairs of numbers [[x, y], …]",
-            "curve": "pairs [[speed, torque], …] with increasing speeds, 0 or more", "numbers by name": "factors { tx = 1.0, … }",
-        }[key.shape]  # fmt: skip
-        if key.shape == "numbers by name":
-            allowed = ("fx", "fy", "fz", "tx", "ty", "tz", "effort")
-            found = list(x.values()) if isinstance(x, Mapping) and x else None
-            if found is not None:
-                self.known(x, allowed, name, *path)
-        elif key.shape in ("points", "curve"):
-            pairs = x if isinstance(x, list) and len(x) > 0 and all(isinstance(p, list) and len(p) == 2 for p in x) else None
-            found = None if pairs is None else [v for p in pairs for v in p]
-        else:
-            found = x if isinstance(x, list) and key.shape == "vector" and len(x) == 3 else [x] if key.shape in ("number", "count") else None
-        right = found is not None and all(_is_number(v) for v in found) and (key.shape != "count" or isinstance(x, int))
-        if right and key.shape == "curve":
-            speeds = [p[0] for p in x]
-            right = speeds[0] >= 0 and all(a < b for a, b in zip(speeds, speeds[1:], strict=False)) and all(p[1] >= 0 for p in x)
-        if not right or found is None:
-            raise self.fail(f"{name} = {x!r}: expected {form}" + (f", {key.unit}" if key.unit and key.shape == "number" else ""), *path)
-        return [float(v) for v in found]
+        if key.shape == "numbers by name" and isinstance(x, Mapping):
+            self.known(x, COMPONENTS_OF_STRESS, name, *path)
+        numbers = numbers_in(key, x)
+        if numbers is None:
+            unit = f", {key.unit}" if key.unit and key.shape == "number" else ""
+            raise self.fail(f"{name} = {x!r}: expected {FORMS[key.shape]}{unit}", *path)
+        if in_millimetres(key, numbers):
+            raise self.fail(f"{name} = {x!r}: {in_millimetres(key, numbers)}", *path)
+        fault = fault_of(key, numbers)
+        if fault and key.essential:
+            raise self.fail(f"{name} = {x!r} {fault}", *path)
+        if fault:
+            refused[name] = f"{self.at(*path)}: {name} = {x!r} {fault}"
+        return numbers[0] if key.shape == "number" else x
 
     def whole(self, kind: Kind, values: Mapping[str, Any], path: tuple[str | int, ...]) -> None:
-        """What must be there for a component to mean anything, and what contradicts itself."""
-        if kind.name == "bolted flange" and ("points" in values) == ("bolts" in values or "circle_diameter" in values):
+        """Refuses a component without the keys that it needs, and one that contradicts itself."""
+        for key in (key for key in kind.keys if key.needed):
+            if key.name not in values:
+                mend = f"; write a table [component.{key.name}]" if key.shape == "table" else ""
+                raise self.fail(f"{kind.name} without {key.name}{mend}", *path)
+            for inner in (inner.name for inner in key.keys if inner.needed and inner.name not in values[key.name]):
+                raise self.fail(f"{key.name} without {inner}", *path, key.name)
+        tables = [key.name for key in kind.keys if key.shape == "table"]
+        if len(tables) == 2 and values[tables[0]]["position"] == values[tables[1]]["position"]:
+            where = "at the same position, where they carry no moment; give both positions on the axis, m"
+            raise self.fail(f"{' and '.join(tables)} are {where}", *path, tables[1], "position")
+        if kind is FLANGE:
+            self.flange(values, path)
+
+    def flange(self, values: Mapping[str, Any], path: tuple[str | int, ...]) -> None:
+        circle = {"bolts", "circle_diameter"} & values.keys()
+        if ("points" in values) == bool(circle):
             raise self.fail("a bolted flange needs bolts and circle_diameter, or points", *path)
-        if kind.name == "bolted flange" and "points" not in values and not {"bolts", "circle_diameter"} <= values.keys():
+        if len(circle) == 1:
             raise self.fail("a bolt circle needs both bolts and circle_diameter", *path)
-        if kind.name == "bolted flange" and (len(values["points"]) if "points" in values else values["bolts"]) < 3:
+        if (len(values["points"]) if "points" in values else values["bolts"]) < 3:
             raise self.fail("a flange needs at least three bolts", *path)
-        for table in [key for key in kind.keys if key.shape == "table"]:
-            inside = values.get(table.name)
-            if inside is None:
-                raise self.fail(f"{kind.name} without {table.name}; write a table [component.{table.name}]", *path)
-            for needed in [key.name for key in table.keys if key.name in ("position", "type")]:
-                if needed not in inside:
-                    raise self.fail(f"{table.name} without {needed}", *path, table.name)
-        for a, b in (("locating", "floating"), ("a", "b")):
-            if kind.name != "motor" and a in values and b in values and values[a]["position"] == values[b]["position"]:
-                raise self.fail(f"{a} and {b} are at the same position, where they carry no moment; give both positions on the axis, m", *path, b, "position")
-        for needed, of in (("arrangement", "opposed angular contact bearings"), ("stress", "fatigue")):
-            if kind.name == of and needed not in values:
-                raise self.fail(f"{of} without {needed}", *path)
-        if kind.name in ("bearing pair",) and any(values[t].get("type") == "angular contact pair" and values[t].get("contact_angle_deg", 40.0) not in (20, 25, 30, 35, 40, 45) for t in ("locating", "floating")):
-            raise self.fail("contact_angle_deg must be 20, 25, 30, 35, 40 or 45", *path)
-        if kind.name == "opposed angular contact bearings" and values.get("contact_angle_deg", 40.0) not in (20, 25, 30, 35, 40, 45):
-            raise self.fail(f"contact_angle_deg = {values['contact_angle_deg']:g}: expected 20, 25, 30, 35, 40 or 45", *path, "contact_angle_deg")
-
-
-def _as_toml(x: Any) -> Any:
-    """Tuples and NumPy's arrays and numbers as a TOML file would have them."""
-    if isinstance(x, Mapping):
-        return {k: _as_toml(v) for k, v in x.items()}
-    if isinstance(x, (list, tuple)):
-        return [_as_toml(v) for v in x]
-    return x.tolist() if hasattr(x, "tolist") else x
-
-
-def _is_number(x: object) -> bool:
-    """Of integers those that fit a float; NaN and infinities count."""
-    return isinstance(x, float) or (isinstance(x, int) and not isinstance(x, bool) and abs(x) < 1e300)

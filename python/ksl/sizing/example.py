@@ -29,7 +29,7 @@ iso_281 = 2007            # edition whose reliability factors are taken: 2007 or
 
 def example_file(joint: str = "JOINT", robot: str = "") -> str:
     """The commented file as text, with all components on one joint."""
-    named = f'{f"robot = {_quoted(robot)}":<24}' if robot else '# robot = "NAME"        '
+    named = f"{f'robot = {_quoted(robot)}':<24}" if robot else '# robot = "NAME"        '
     head = HEAD.replace("ROBOT\n", f"{named}  # if given, results of another robot are refused\n")
     return head + "".join(line for kind in KINDS.values() for line in _component(kind, joint))
 
@@ -49,7 +49,13 @@ def _lines(keys: Iterable[Key], left_out: set[str], second: bool = False) -> Ite
     for key in keys:
         value = f"-{key.example}" if second and key.name == "position" else key.example
         about = ", ".join(x for x in (key.unit, key.meaning) if x)
-        default = "" if key.default is None or key.shape == "vector" else f"; {key.default:g} if left out" if isinstance(key.default, float) else f"; {key.default} if left out"
+        default = (
+            ""
+            if key.default is None or key.shape == "vector"
+            else f"; {key.default:g} if left out"
+            if isinstance(key.default, float)
+            else f"; {key.default} if left out"
+        )
         yield f"{'# ' if key.name in left_out else ''}{f'{key.name} = {value}':<40}  # {about}{default}\n"
 
 

@@ -18,7 +18,6 @@ RESIDUES, MEAN_STRESSES, BELOW_KNEES = get_args(Residue), get_args(MeanStress), 
 
 RAINFLOW = "rainflow count of ASTM E1049-85 (2023)"
 DAMAGE = Formula("D = Σ c/N, N = N_k (S_k/S_a)^k, S_a = range/2", RAINFLOW + ", 5.4; Palmgren–Miner")
-REPETITIONS = Formula("1/D", "Palmgren–Miner, failure at D = 1")
 EQUIVALENT = Formula("S_eq = (Σ c S_a^k / N_k)^(1/k), which does the same damage N_k times", "Palmgren–Miner")
 GOODMAN = "S_a/(1 − S_m/S_u) (Goodman)"
 
@@ -61,10 +60,16 @@ def rainflow_cycles(series: ArrayLike, residue: Residue = "half cycles") -> Cycl
 def range_counts(cycles: Cycles) -> list[tuple[float, float]]:
     """Counts summed by range, (range, count) in increasing order of the range."""
     ranges, where = np.unique(cycles.ranges, return_inverse=True)
-    return list(zip(ranges.tolist(), np.bincount(where, weights=cycles.counts).tolist(), strict=True)) if len(ranges) else []
+    return (
+        list(zip(ranges.tolist(), np.bincount(where, weights=cycles.counts).tolist(), strict=True))
+        if len(ranges)
+        else []
+    )
 
 
-def corrected_amplitude(amplitude: ArrayLike, mean: ArrayLike, method: MeanStress = "none", ultimate: float | None = None) -> Array:
+def corrected_amplitude(
+    amplitude: ArrayLike, mean: ArrayLike, method: MeanStress = "none", ultimate: float | None = None
+) -> Array:
     """Amplitudes that do the same damage about a mean of zero, same unit.
 
     goodman: S_a/(1 − S_m/S_u) with the ultimate strength S_u, infinite from S_m = S_u on, smaller for means in compression;
@@ -80,7 +85,9 @@ def corrected_amplitude(amplitude: ArrayLike, mean: ArrayLike, method: MeanStres
         return np.where(left > 0, Sa / left, np.where(Sa > 0, np.inf, 0.0))
 
 
-def cycles_to_failure(amplitude: ArrayLike, k: float, knee_amplitude: float, knee_cycles: float, below: BelowKnee = "elementary") -> Array:
+def cycles_to_failure(
+    amplitude: ArrayLike, k: float, knee_amplitude: float, knee_cycles: float, below: BelowKnee = "elementary"
+) -> Array:
     """Cycles that an amplitude may be repeated: N = N_k (S_k/S_a)^k above the knee.
 
     below the knee: the same slope (elementary), 2k − 1 (haibach), or no damage (original).
@@ -94,9 +101,18 @@ def cycles_to_failure(amplitude: ArrayLike, k: float, knee_amplitude: float, kne
     return np.where(low, np.inf, N) if below == "original" else N
 
 
-def miner_sum(amplitude: ArrayLike, count: ArrayLike, k: float, knee_amplitude: float, knee_cycles: float, below: BelowKnee = "elementary") -> float:
+def miner_sum(
+    amplitude: ArrayLike,
+    count: ArrayLike,
+    k: float,
+    knee_amplitude: float,
+    knee_cycles: float,
+    below: BelowKnee = "elementary",
+) -> float:
     """Damage D = Σ c/N of amplitudes (n) with counts (n); 1 is failure.  Palmgren–Miner."""
-    return float(np.sum(np.asarray(count, dtype=float) / cycles_to_failure(amplitude, k, knee_amplitude, knee_cycles, below)))
+    return float(
+        np.sum(np.asarray(count, dtype=float) / cycles_to_failure(amplitude, k, knee_amplitude, knee_cycles, below))
+    )
 
 
 def equivalent_amplitude(amplitude: ArrayLike, count: ArrayLike, k: float, cycles: float) -> float:

@@ -8,7 +8,8 @@ import numpy as np
 
 from ksl.sizing import fatigue
 from ksl.sizing.figures import Formula, significant
-from ksl.sizing.results import WRENCH, JointSamples
+from ksl.sizing.results import WRENCH
+from ksl.sizing.samples import JointSamples
 from ksl.sizing.sheet import Sheet
 from ksl.states import Array
 
@@ -26,7 +27,14 @@ def fatigue_figures(sheet: Sheet) -> None:
     stress = _stress(s, factors)
     named = sheet.given("stress", "at")
     k = int(np.argmax(np.abs(stress)))
-    sheet.add("largest stress", Formula("S = Σ c_i w_i", "the file's factors of the wrench"), float(stress[k]), unit, named, at=k)
+    sheet.add(
+        "largest stress",
+        Formula("S = Σ c_i w_i", "the file's factors of the wrench"),
+        float(stress[k]),
+        unit,
+        named,
+        at=k,
+    )
     correction = part.get("mean_stress")
     needed = LINE if correction == "none" else (*LINE, "ultimate")
     if not sheet.has("damage and life", *needed):
@@ -39,7 +47,9 @@ def _stress(s: JointSamples, factors: Mapping[str, float]) -> Array:
     return np.asarray(sum((c * columns[name] for name, c in factors.items()), np.zeros(len(s.time))))
 
 
-def _damage(sheet: Sheet, s: JointSamples, stress: Array, correction: fatigue.MeanStress, unit: str, named: dict[str, str]) -> None:
+def _damage(
+    sheet: Sheet, s: JointSamples, stress: Array, correction: fatigue.MeanStress, unit: str, named: dict[str, str]
+) -> None:
     part = sheet.part
     k, knee, cycles = (sheet.number(key) for key in LINE)
     amplitudes, counts, damages = [], [], np.zeros(len(s.cases))
@@ -58,16 +68,45 @@ def _damage(sheet: Sheet, s: JointSamples, stress: Array, correction: fatigue.Me
         return
     case, scale = s.cases[int(np.argmax(damages))], sheet.of_one_pass
     D = float(damages.sum()) * scale
-    line = sheet.given(*LINE, "below_knee", "mean_stress", "residue") | (sheet.given("ultimate") if correction != "none" else {})
-    formula = Formula(fatigue.DAMAGE.text + ("" if correction == "none" else f", S_a from {fatigue.GOODMAN}" + ("" if correction == "goodman" else ", S_m ≥ 0")), fatigue.DAMAGE.source)
+    line = sheet.given(*LINE, "below_knee", "mean_stress", "residue") | (
+        sheet.given("ultimate") if correction != "none" else {}
+    )
+    formula = Formula(
+        fatigue.DAMAGE.text
+        + (
+            ""
+            if correction == "none"
+            else f", S_a from {fatigue.GOODMAN}" + ("" if correction == "goodman" else ", S_m ≥ 0")
+        ),
+        fatigue.DAMAGE.source,
+    )
     amplitude, count = np.concatenate(amplitudes), np.concatenate(counts) * scale
-    counted = {"largest S_a": f"{significant(float(amplitude.max(initial=0.0)))} {unit}", "cycles": significant(float(count.sum()))}
+    counted = {
+        "largest S_a": f"{significant(float(amplitude.max(initial=0.0)))} {unit}",
+        "cycles": significant(float(count.sum())),
+    }
     asked = part.get("required_repetitions")
     share = None if asked is None else D * float(asked)
-    sheet.add(f"damage of {sheet.one_pass}", formula, D, "", {**named, **counted, **line}, None if asked is None else 1.0 / float(asked), case=case, share=share)
+    sheet.add(
+        f"damage of {sheet.one_pass}",
+        formula,
+        D,
+        "",
+        {**named, **counted, **line},
+        None if asked is None else 1.0 / float(asked),
+        case=case,
+        share=share,
+    )
     finite = amplitude[np.isfinite(amplitude)]
     if len(finite) == len(amplitude) and len(finite):
-        sheet.add("equivalent amplitude", fatigue.EQUIVALENT, fatigue.equivalent_amplitude(amplitude, count, k, cycles), unit, {**counted, **sheet.given("k", "knee_cycles")}, case=case)
+        sheet.add(
+            "equivalent amplitude",
+            fatigue.EQUIVALENT,
+            fatigue.equivalent_amplitude(amplitude, count, k, cycles),
+            unit,
+            {**counted, **sheet.given("k", "knee_cycles")},
+            case=case,
+        )
     required = sheet.required_life()
     cycle = float(s.weight.sum()) * scale
     life = cycle / D / 3600.0 if D > 0 else np.inf
@@ -75,4 +114,13 @@ def _damage(sheet: Sheet, s: JointSamples, stress: Array, correction: fatigue.Me
     if required is None and asked is None:
         sheet.leave_out("the limit of “fatigue life”", "required_life_h and required_repetitions are not given")
     inputs = {"D": significant(D), "Σ Δt": f"{significant(cycle)} s", **wanted}
-    sheet.add("fatigue life", Formula("Σ Δt/(3600 D)", "Palmgren–Miner, failure at D = 1"), float(life), "h", inputs, required, case=case, smallest=True)
+    sheet.add(
+        "fatigue life",
+        Formula("Σ Δt/(3600 D)", "Palmgren–Miner, failure at D = 1"),
+        float(life),
+        "h",
+        inputs,
+        required,
+        case=case,
+        smallest=True,
+    )

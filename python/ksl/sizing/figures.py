@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-NEAR = 0.8
+NEAR = 0.9
 """Utilisations from here on are near their limit."""
 
 
@@ -46,7 +46,7 @@ class Figure:
 
     @property
     def verdict(self) -> Literal["over", "near", "within", ""]:
-        """Whether the limit is exceeded, near (from 80 % on), or kept with a margin; empty where nothing is compared."""
+        """Whether the limit is exceeded, near (from 90 % on), or kept with a margin; empty where nothing is compared."""
         if self.utilisation is None:
             return ""
         return "over" if self.utilisation > 1 else "near" if self.utilisation >= NEAR else "within"

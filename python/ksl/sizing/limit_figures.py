@@ -30,5 +30,17 @@ def limit_figures(sheet: Sheet) -> None:
         if not sheet.has(figure, key):
             continue
         k = int(np.argmax(x))
-        others = {name: f"{significant(float(c[0][k]))} {c[1]}" for name, c in curves.items() if name not in (key, "speed_rpm")}
-        sheet.add(figure, Formula(text, "wrench on the child at the point `at`"), float(x[k]), unit, {**sheet.given("at"), **others}, key, at=k)
+        others = {
+            name: f"{significant(float(c[0][k]))} {c[1]}"
+            for name, c in curves.items()
+            if name not in (key, "speed_rpm")
+        }
+        sheet.add(
+            figure,
+            Formula(text, "wrench on the child at the point `at`"),
+            float(x[k]),
+            unit,
+            {**sheet.given("at"), **others},
+            key,
+            at=k,
+        )

@@ -35,11 +35,22 @@ def motor_figures(sheet: Sheet) -> Cloud | None:
     s = sheet.samples
     ratio, efficiency, gear = _gear(sheet)
     if ratio is None:
-        sheet.leave_out("everything at the rotor", "gear_ratio is not given, and no gear on this joint has a ratio; write gear_ratio = 1 for a direct drive")
+        sheet.leave_out(
+            "everything at the rotor",
+            "gear_ratio is not given, and no gear on this joint has a ratio; write gear_ratio = 1 for a direct drive",
+        )
         return None
     rpm = s.speed * ratio * RPM
     k = int(np.argmax(np.abs(rpm)))
-    sheet.add("peak speed", motor.SPEED, abs(float(rpm[k])), "r/min", {"N": gear["N"], "ω": _of(s.speed[k], sheet, "/s")}, "max_speed_rpm", at=k)
+    sheet.add(
+        "peak speed",
+        motor.SPEED,
+        abs(float(rpm[k])),
+        "r/min",
+        {"N": gear["N"], "ω": _of(s.speed[k], sheet, "/s")},
+        "max_speed_rpm",
+        at=k,
+    )
     _brake(sheet, ratio, gear)
     if not sheet.has(ROTOR_FIGURES, "rotor_inertia"):
         return None
@@ -66,7 +77,9 @@ def _gear(sheet: Sheet) -> tuple[float | None, float, dict[str, str]]:
     if efficiency is None:
         efficiency, said = 1.0, " (none given)"
         if ratio != 1:
-            sheet.leave_out("the efficiency of the gear", "gear_efficiency is not given; torques are those of a gear without losses")
+            sheet.leave_out(
+                "the efficiency of the gear", "gear_efficiency is not given; torques are those of a gear without losses"
+            )
     return ratio, float(efficiency), {"N": f"{_text(ratio)}", "η": f"{efficiency:g}{said}"}
 
 
@@ -82,12 +95,18 @@ def _torques(sheet: Sheet, torque: Array, rpm: Array, inputs: dict[str, str]) ->
         if curve:
             mean = mean_speed(rpm, s.weight)
             share = float(motor.envelope_share(rms, mean, *np.array(curve, dtype=float).T))
-            said = {"T_rms": f"{significant(rms)} N m", "n_m": f"{significant(mean)} r/min", "T_S1(n_m)": f"{significant(float(np.interp(mean, *np.array(curve).T)))} N m"}
+            said = {
+                "T_rms": f"{significant(rms)} N m",
+                "n_m": f"{significant(mean)} r/min",
+                "T_S1(n_m)": f"{significant(float(np.interp(mean, *np.array(curve).T)))} N m",
+            }
             sheet.add("rms torque, S1 curve", motor.CONTINUOUS, share, "", said, 1.0, case=governing)
     else:
         sheet.leave_out("rms torque and regenerated energy", "no case of the cycle lasts any time")
     k = int(np.argmax(np.abs(torque)))
-    sheet.add("peak torque", motor.PEAK, abs(float(torque[k])), "N m", {**inputs, **_state(sheet, k)}, "peak_torque", at=k)
+    sheet.add(
+        "peak torque", motor.PEAK, abs(float(torque[k])), "N m", {**inputs, **_state(sheet, k)}, "peak_torque", at=k
+    )
     curve = sheet.part.get("torque_speed")
     if curve is None:
         sheet.leave_out("torque–speed envelope", sheet.part.why_absent("torque_speed"))
@@ -96,7 +115,11 @@ def _torques(sheet: Sheet, torque: Array, rpm: Array, inputs: dict[str, str]) ->
     k = int(np.argmax(shares))
     outside = int(np.count_nonzero(shares > 1))
     note = f"{outside} of {len(shares)} samples are outside the envelope" if outside else ""
-    said = {"T": f"{significant(float(torque[k]))} N m", "n": f"{significant(float(rpm[k]))} r/min", "T_max(n)": f"{significant(float(np.interp(abs(rpm[k]), *np.array(curve).T)))} N m"}
+    said = {
+        "T": f"{significant(float(torque[k]))} N m",
+        "n": f"{significant(float(rpm[k]))} r/min",
+        "T_max(n)": f"{significant(float(np.interp(abs(rpm[k]), *np.array(curve).T)))} N m",
+    }
     sheet.add("torque–speed envelope", motor.ENVELOPE, float(shares[k]), "", said, 1.0, at=k, note=note)
 
 
@@ -104,7 +127,15 @@ def _powers(sheet: Sheet, torque: Array, ratio: float, inputs: dict[str, str]) -
     s = sheet.samples
     power = torque * ratio * s.speed
     k = int(np.argmax(np.abs(power)))
-    sheet.add("peak power", motor.POWER, abs(float(power[k])), "W", {"T": f"{significant(float(torque[k]))} N m", "N": inputs["N"], "ω": _of(s.speed[k], sheet, "/s")}, "max_power", at=k)
+    sheet.add(
+        "peak power",
+        motor.POWER,
+        abs(float(power[k])),
+        "W",
+        {"T": f"{significant(float(torque[k]))} N m", "N": inputs["N"], "ω": _of(s.speed[k], sheet, "/s")},
+        "max_power",
+        at=k,
+    )
     returned = np.zeros(len(s.cases))
     for i, (_, part) in enumerate(s.slices()):
         length = float(s.time[part.stop - 1] - s.time[part.start]) if part.stop > part.start else 0.0
@@ -113,7 +144,15 @@ def _powers(sheet: Sheet, torque: Array, ratio: float, inputs: dict[str, str]) -
     cycle = float(s.weight.sum())
     if cycle > 0:
         case = s.cases[int(np.argmax(returned))]
-        sheet.add("regenerated energy", motor.REGENERATED, float(returned.sum()) * sheet.of_one_pass, "J", {"of": sheet.one_pass, "Σ Δt": f"{significant(cycle)} s"}, "regenerated_energy", case=case)
+        sheet.add(
+            "regenerated energy",
+            motor.REGENERATED,
+            float(returned.sum()) * sheet.of_one_pass,
+            "J",
+            {"of": sheet.one_pass, "Σ Δt": f"{significant(cycle)} s"},
+            "regenerated_energy",
+            case=case,
+        )
 
 
 def _brake(sheet: Sheet, ratio: float, gear: dict[str, str]) -> None:
@@ -124,15 +163,31 @@ def _brake(sheet: Sheet, ratio: float, gear: dict[str, str]) -> None:
     load = np.abs(s.load_effort) / ratio
     formula, note = motor.BRAKE, ""
     if not still.any():
-        formula, note = Formula("max |T_load|/N over all samples", motor.BRAKE.source), "the joint is never at rest in these results; the peak while it moves is taken. Add a case that holds the worst pose"
+        formula, note = (
+            Formula("max |T_load|/N over all samples", motor.BRAKE.source),
+            "the joint is never at rest in these results; the peak while it moves is taken. Add a case that holds the worst pose",
+        )
         still = np.ones(len(load), dtype=bool)
     k = int(np.argmax(np.where(still, load, -1.0)))
-    sheet.add("holding torque", formula, float(load[k]), "N m", {"T_load": _of(s.load_effort[k], sheet, ""), "N": gear["N"]}, "brake_torque", at=k, note=note)
+    sheet.add(
+        "holding torque",
+        formula,
+        float(load[k]),
+        "N m",
+        {"T_load": _of(s.load_effort[k], sheet, ""), "N": gear["N"]},
+        "brake_torque",
+        at=k,
+        note=note,
+    )
 
 
 def _state(sheet: Sheet, k: int) -> dict[str, str]:
     s = sheet.samples
-    return {"T_load": _of(s.load_effort[k], sheet, ""), "ω": _of(s.speed[k], sheet, "/s"), "α": _of(s.acceleration[k], sheet, "/s²")}
+    return {
+        "T_load": _of(s.load_effort[k], sheet, ""),
+        "ω": _of(s.speed[k], sheet, "/s"),
+        "α": _of(s.acceleration[k], sheet, "/s²"),
+    }
 
 
 def _of(x: float, sheet: Sheet, rate: str) -> str:

@@ -1,11 +1,10 @@
-"""Results of `ksl loads` as sizing takes them: for each joint, all samples of all load cases, at the joint's origin."""
+"""Results of `ksl loads`, read, checked, and moved to the joints' origins."""
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ksl.errors import SizingError, unknown_name
+from ksl.sizing.samples import ONE_COORDINATE, JointSamples, ResultJoint, Spectrum
 from ksl.states import Array
 
 if TYPE_CHECKING:
@@ -20,132 +20,6 @@ if TYPE_CHECKING:
 
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 MOTION = ("position", "speed", "acceleration", "effort")
-ONE_COORDINATE = ("revolute", "continuous", "prismatic", "helical")
-REST = 1e-3
-"""A joint is at rest where its speed is at most this share of its largest speed."""
-
-
-@dataclass(frozen=True)
-class ResultJoint:
-    """What the results say of a joint."""
-
-    name: str
-    kind: str
-    axis: tuple[float, float, float]
-    """Unit vector in the joint's axes.  Fixed joints and those with several axes have z here."""
-    has_axis: bool
-    parent: str | None = None
-    child: str = ""
-
-    @property
-    def turns(self) -> bool:
-        """Whether the joint has one coordinate, which is an angle."""
-        return self.kind in ONE_COORDINATE and self.kind != "prismatic"
-
-    @property
-    def driven(self) -> bool:
-        """Whether the joint has one coordinate."""
-        return self.kind in ONE_COORDINATE
-
-
-@dataclass(frozen=True)
-class Spectrum:
-    """How often each load case occurs: repetitions, or shares of the operating time."""
-
-    repetitions: Mapping[str, float] = field(default_factory=dict)
-    """Of the cases that are named; others occur once.  0: an exceptional event, which counts for peaks and not for life."""
-    shares: Mapping[str, float] = field(default_factory=dict)
-    """Shares of time, if these are given; cases without one have 0."""
-
-    def scale(self, case: str, length: float) -> float:
-        """Factor of the durations of a case that lasts `length` seconds."""
-        if self.shares:
-            return self.shares.get(case, 0.0) / length if length > 0 else 0.0
-        return self.repetitions.get(case, 1.0)
-
-
-@dataclass(frozen=True)
-class JointSamples:
-    """All samples of one joint, cases one after the other.  n samples; SI units."""
-
-    joint: ResultJoint
-    cases: tuple[str, ...]
-    case_index: np.ndarray
-    """(n): which case each sample is of."""
-    time: Array
-    weight: Array
-    """(n): seconds that each sample stands for in the spectrum: half the steps to its neighbours × repetitions."""
-    force: Array
-    """(n, 3): on the child, in the joint's axes."""
-    moment: Array
-    """(n, 3): about `point`."""
-    position: Array
-    speed: Array
-    acceleration: Array
-    effort: Array
-    """(n): of the drive; NaN where the joint has none."""
-    rotor: Array | None = None
-    """(n): the part of the effort that accelerates a rotor which the robot's file describes."""
-    point: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """About which the moments are: from the joint's origin, in its axes, m."""
-
-    def about(self, point: Sequence[float] | Array) -> JointSamples:
-        """The same wrenches about another point, given from the joint's origin in its axes, m."""
-        move = np.array(self.point) - np.asarray(point, dtype=float)
-        moment = self.moment + np.cross(move, self.force) if move.any() else self.moment
-        x, y, z = (float(c) for c in point)
-        fields = {k: v for k, v in self.__dict__.items() if k in self.__dataclass_fields__}
-        return JointSamples(**(fields | {"moment": moment, "point": (x, y, z)}))
-
-    @cached_property
-    def axis(self) -> Array:
-        return np.array(self.joint.axis)
-
-    @cached_property
-    def axial_force(self) -> Array:
-        """(n): signed, along the axis."""
-        return np.asarray(self.force @ self.axis)
-
-    @cached_property
-    def radial_force(self) -> Array:
-        return _length(self.force - self.axial_force[:, None] * self.axis)
-
-    @cached_property
-    def axial_moment(self) -> Array:
-        """(n): signed, about the line through the point along the axis."""
-        return np.asarray(self.moment @ self.axis)
-
-    @cached_property
-    def bending_moment(self) -> Array:
-        return _length(self.moment - self.axial_moment[:, None] * self.axis)
-
-    @cached_property
-    def load_effort(self) -> Array:
-        """(n): effort at the output of the gear: that of the drive less what accelerates the rotor."""
-        return self.effort if self.rotor is None else self.effort - self.rotor
-
-    @cached_property
-    def rest(self) -> float:
-        """Speeds up to this count as standstill."""
-        return REST * float(np.max(np.abs(self.speed), initial=0.0))
-
-    @property
-    def repeated(self) -> np.ndarray:
-        """(n): whether the sample belongs to the cycle, and not to an exceptional event."""
-        return np.asarray(self.weight > 0)
-
-    def where(self, k: int) -> tuple[str, float]:
-        """Case and time of sample k."""
-        return self.cases[int(self.case_index[k])], float(self.time[k])
-
-    def governing_case(self, contribution: Array) -> str:
-        """The case that contributes most to a sum over samples (n)."""
-        return self.cases[int(np.argmax(np.bincount(self.case_index, contribution, len(self.cases))))]
-
-    def slices(self) -> list[tuple[str, slice]]:
-        """Each case with its samples."""
-        edges = np.searchsorted(self.case_index, np.arange(len(self.cases) + 1))
-        return [(case, slice(int(edges[i]), int(edges[i + 1]))) for i, case in enumerate(self.cases)]
 
 
 class Results:
@@ -158,10 +32,14 @@ class Results:
         missing = [name for name in ("time", "joint", *WRENCH) if name not in table.column_names]
         if said is None or missing:
             lacks = "the metadata `ksl`" if said is None else f"the column {missing[0]}"
-            raise SizingError(f"{file}: is no table of wrenches, it lacks {lacks}; give the folder or wrenches.parquet that `ksl loads` writes")
+            raise SizingError(
+                f"{file}: is no table of wrenches, it lacks {lacks}; give the folder or wrenches.parquet that `ksl loads` writes"
+            )
         self.metadata: dict[str, Any] = json.loads(said)
         if "joints" not in self.metadata or "acceleration" not in table.column_names:
-            raise SizingError(f"{file}: was written by an earlier version without joints and accelerations; run `ksl loads` again")
+            raise SizingError(
+                f"{file}: was written by an earlier version without joints and accelerations; run `ksl loads` again"
+            )
         self.robot = str(self.metadata.get("robot", ""))
         self.joints = {j["name"]: _joint(j) for j in self.metadata["joints"]}
         if not table.num_rows:
@@ -175,7 +53,10 @@ class Results:
         """What the reader should know of the results."""
         if "rotor bodies" not in str(self.metadata.get("physics", "")):
             return []
-        return ["the results have rotors as bodies (physics: rotor bodies): their torque is part of the efforts; give the motors' rotor_inertia without it"]
+        return [
+            "the results have rotors as bodies (physics: rotor bodies): their torque is part of the efforts; "
+            "give the motors' rotor_inertia without it"
+        ]
 
     @property
     def cases(self) -> tuple[str, ...]:
@@ -192,20 +73,26 @@ class Results:
     def _word(self, name: str) -> str:
         words = self._columns[name].unique().to_pylist() if name in self._columns else [self.metadata.get(name)]
         if len(words) > 1:
-            raise SizingError(f"{self.file}: the column {name} has several values, {', '.join(map(repr, words[:3]))}; expected one")
+            raise SizingError(
+                f"{self.file}: the column {name} has several values, {', '.join(map(repr, words[:3]))}; expected one"
+            )
         return str(words[0])
 
     def _placement(self) -> tuple[float, Array]:
         """Sign and point of the wrenches, to undo them.  Only axes of the joint can be: the others change with the pose."""
         on, at, axes = self._word("on"), self._word("at"), self._word("axes")
         if axes != "joint":
-            raise SizingError(f"{self.file}: wrenches are in the axes `{axes}`, from which those of the joints don't follow; run `ksl loads` without --axes")
+            raise SizingError(
+                f"{self.file}: wrenches are in the axes `{axes}`, from which those of the joints don't follow; run `ksl loads` without --axes"
+            )
         if at == "joint":
             point = np.zeros(3)
         elif at.startswith("joint + "):
             point = np.array([float(x) for x in at.removeprefix("joint + ").split()])
         else:
-            raise SizingError(f"{self.file}: moments are about the point `{at}`, which moves against the joints; run `ksl loads` without --at")
+            raise SizingError(
+                f"{self.file}: moments are about the point `{at}`, which moves against the joints; run `ksl loads` without --at"
+            )
         return (-1.0 if on == "parent" else 1.0), point
 
     def _layout(self) -> tuple[dict[str, slice | np.ndarray], tuple[str, ...], dict[str, np.ndarray], Array]:
@@ -214,12 +101,22 @@ class Results:
         times = self._numbers("time")
         count = len(self.joints)
         rows: dict[str, slice | np.ndarray] = {}
-        regular = len(index) % count == 0 and bool((index.reshape(-1, count) == index[:count]).all()) and len(set(index[:count].tolist())) == count
+        regular = (
+            len(index) % count == 0
+            and bool((index.reshape(-1, count) == index[:count]).all())
+            and len(set(index[:count].tolist())) == count
+        )
         for k, name in enumerate(names):
-            rows[name] = slice(int(np.flatnonzero(index[:count] == k)[0]), None, count) if regular else np.flatnonzero(index == k)
+            rows[name] = (
+                slice(int(np.flatnonzero(index[:count] == k)[0]), None, count)
+                if regular
+                else np.flatnonzero(index == k)
+            )
         strangers = [name for name in rows if name not in self.joints]
         if strangers:
-            raise SizingError(f"{self.file}: the table has a joint {strangers[0]} that its metadata does not know; run `ksl loads` again")
+            raise SizingError(
+                f"{self.file}: the table has a joint {strangers[0]} that its metadata does not know; run `ksl loads` again"
+            )
         if "case" in self._columns:
             cases, case_of = _words(self._columns["case"])
         else:
@@ -242,9 +139,24 @@ class Results:
         rotor = np.nan_to_num(self._numbers_of("rotor")[rows]) if "rotor" in self._columns else None
         position, speed, acceleration, effort = (self._numbers_of(c)[rows] for c in MOTION)
         if self.joints[name].driven and not all(np.isfinite(x).all() for x in (position, speed, acceleration)):
-            raise SizingError(f"{self.file}: {name} has samples without position, speed or acceleration; run `ksl loads` again")
+            raise SizingError(
+                f"{self.file}: {name} has samples without position, speed or acceleration; run `ksl loads` again"
+            )
         weight = self._weights(time, cases, spectrum)
-        return JointSamples(self.joints[name], self._cases, cases, time, weight, force, moment, position, speed, acceleration, effort, rotor)
+        return JointSamples(
+            self.joints[name],
+            self._cases,
+            cases,
+            time,
+            weight,
+            force,
+            moment,
+            position,
+            speed,
+            acceleration,
+            effort,
+            rotor,
+        )
 
     def _numbers_of(self, name: str) -> Array:
         """Columns as arrays, converted once."""
@@ -290,7 +202,9 @@ def read_results(path: str | Path) -> Results:
             return Results(parquet.read(columns=wanted), str(file))
     except (pa.ArrowInvalid, pa.ArrowTypeError, OSError) as e:
         reason = str(e).splitlines()[0]
-        raise SizingError(f"{table}: is no Parquet file that can be read ({reason}); give the folder or wrenches.parquet that `ksl loads` writes") from None
+        raise SizingError(
+            f"{table}: is no Parquet file that can be read ({reason}); give the folder or wrenches.parquet that `ksl loads` writes"
+        ) from None
 
 
 def _joint(said: Mapping[str, Any]) -> ResultJoint:
@@ -315,7 +229,3 @@ def _words(column: Any) -> tuple[list[str], np.ndarray]:
     renumbered = np.zeros(len(words), dtype=np.intp)
     renumbered[order] = np.arange(len(order))
     return [words[k] for k in order], renumbered[index]
-
-
-def _length(x: Array) -> Array:
-    return np.asarray(np.sqrt(np.einsum("ij,ij->i", x, x)))

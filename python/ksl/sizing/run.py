@@ -13,7 +13,11 @@ from typing import Any
 from ksl._core import __version__
 from ksl.errors import SizingError, unknown_name
 from ksl.load_cases.provenance import input_file, versions
-from ksl.sizing.bearing_figures import crossed_roller_figures, opposed_figures, pair_figures
+from ksl.sizing.bearing_figures import (
+    crossed_roller_figures,
+    opposed_figures,
+    pair_figures,
+)
 from ksl.sizing.bolt_figures import flange_figures
 from ksl.sizing.components import Components, Part, components_of, read_components
 from ksl.sizing.fatigue_figures import fatigue_figures
@@ -22,7 +26,8 @@ from ksl.sizing.gear_figures import planetary_figures, strain_wave_figures
 from ksl.sizing.limit_figures import limit_figures
 from ksl.sizing.motor_figures import Cloud, motor_figures
 from ksl.sizing.peaks import simultaneous_sets
-from ksl.sizing.results import JointSamples, Results, read_results
+from ksl.sizing.results import Results, read_results
+from ksl.sizing.samples import JointSamples
 from ksl.sizing.sheet import Demands, Sheet
 from ksl.sizing.sizing import Sizing
 
@@ -76,7 +81,16 @@ def size(
     peaks = [row for joint in chosen for row in simultaneous_sets(samples(joint).about(points.get(joint, (0, 0, 0))))]
     left_out = tuple(x for sheet in sheets for x in sheet.left_out)
     notes = (*table.notes, *_notes(table, parts, left_out))
-    return Sizing(table.robot, figures, tuple(peaks), left_out, notes, tuple(clouds), in_order, _provenance(table, results, components, parts))
+    return Sizing(
+        table.robot,
+        figures,
+        tuple(peaks),
+        left_out,
+        notes,
+        tuple(clouds),
+        in_order,
+        _provenance(table, results, components, parts),
+    )
 
 
 def _results(results: Any) -> Results:
@@ -86,7 +100,9 @@ def _results(results: Any) -> Results:
         return results
     table = getattr(results, "wrenches", results)
     if not hasattr(table, "column_names"):
-        raise SizingError(f"results: {type(results).__name__} is no table of wrenches; give a folder of `ksl loads`, or what Model.loads returns")
+        raise SizingError(
+            f"results: {type(results).__name__} is no table of wrenches; give a folder of `ksl loads`, or what Model.loads returns"
+        )
     return Results(table)
 
 
@@ -118,7 +134,10 @@ def _points(table: Results, at: Mapping[str, Sequence[float]] | None) -> dict[st
 def _check(table: Results, parts: Components) -> None:
     """Refuses components of another robot, on joints that there aren't, or on joints where they can't sit; and cases that there aren't."""
     if parts.robot not in (None, table.robot):
-        raise SizingError(f"{parts.file}: is for the robot {parts.robot!r}, and {table.file} are results of {table.robot!r}; take the results of that robot, or change `robot`")
+        raise SizingError(
+            f"{parts.file}: is for the robot {parts.robot!r}, and {table.file} are results of {table.robot!r}; "
+            "take the results of that robot, or change `robot`"
+        )
     for case in (*parts.spectrum.repetitions, *parts.spectrum.shares):
         if case not in table.cases:
             line = parts.case_lines.get(case)
@@ -129,16 +148,25 @@ def _check(table: Results, parts: Components) -> None:
             if name not in table.joints:
                 raise SizingError(unknown_name(part.where, "joint", name, table.joints))
             joint = table.joints[name]
-            if (part.kind.joints == "turning" and not joint.turns) or (part.kind.joints == "driven" and not joint.driven):
+            if (part.kind.joints == "turning" and not joint.turns) or (
+                part.kind.joints == "driven" and not joint.driven
+            ):
                 sits = "turns about one axis" if part.kind.joints == "turning" else "has one coordinate"
-                raise SizingError(f"{part.where}: a {part.kind.name} sits on a joint that {sits}, and {name} is {joint.kind}; `limits` and `bolted flange` take any joint")
+                raise SizingError(
+                    f"{part.where}: a {part.kind.name} sits on a joint that {sits}, and {name} is {joint.kind}; "
+                    "`limits` and `bolted flange` take any joint"
+                )
             key = (name, part.kind.name, part.name)
             if key in taken:
-                raise SizingError(f"{part.where}: {name} has two components of kind {part.kind.name} named {part.name!r}; give each a name")
+                raise SizingError(
+                    f"{part.where}: {name} has two components of kind {part.kind.name} named {part.name!r}; give each a name"
+                )
             taken[key] = part
 
 
-def _sheets(table: Results, parts: Components, chosen: list[str], samples: Callable[[str], JointSamples]) -> tuple[list[Sheet], list[Cloud]]:
+def _sheets(
+    table: Results, parts: Components, chosen: list[str], samples: Callable[[str], JointSamples]
+) -> tuple[list[Sheet], list[Cloud]]:
     demands = Demands(parts.required_life_h, parts.reliability, parts.edition, bool(parts.spectrum.shares))
     gears: dict[str, Part] = {}
     for part in parts.parts:
@@ -171,13 +199,28 @@ def _notes(table: Results, parts: Components | None, left_out: Sequence[LeftOut]
     if parts is None:
         return []
     said = "; ".join(x.why for x in left_out)
-    notes = [f"{sentence}; it is not used" for part in parts.parts for sentence in part.refused.values() if sentence not in said]
+    notes = [
+        f"{sentence}; it is not used"
+        for part in parts.parts
+        for sentence in part.refused.values()
+        if sentence not in said
+    ]
     spectrum = parts.spectrum
     if spectrum.shares:
         without = [case for case in table.cases if case not in spectrum.shares]
-        notes += [f"cases without a share of the time count for peaks and not for life: {', '.join(without)}"] if without else []
+        notes += (
+            [f"cases without a share of the time count for peaks and not for life: {', '.join(without)}"]
+            if without
+            else []
+        )
     exceptional = [case for case, n in spectrum.repetitions.items() if n == 0]
-    notes += [f"exceptional cases (0 repetitions) count for peaks and static safety and not for life: {', '.join(exceptional)}"] if exceptional else []
+    notes += (
+        [
+            f"exceptional cases (0 repetitions) count for peaks and static safety and not for life: {', '.join(exceptional)}"
+        ]
+        if exceptional
+        else []
+    )
     return notes
 
 
@@ -189,8 +232,25 @@ def _provenance(table: Results, results: Any, components: Any, parts: Components
             file = file / "wrenches.parquet"
         if file is not None and file.is_file():
             inputs.append(asdict(input_file(role, file)))
-    spectrum = {case: parts.spectrum.shares.get(case, 0.0) if parts.spectrum.shares else parts.spectrum.repetitions.get(case, 1.0) for case in table.cases} if parts else {}
+    spectrum = (
+        {
+            case: parts.spectrum.shares.get(case, 0.0)
+            if parts.spectrum.shares
+            else parts.spectrum.repetitions.get(case, 1.0)
+            for case in table.cases
+        }
+        if parts
+        else {}
+    )
     unit = "share of time" if parts and parts.spectrum.shares else "repetitions"
     date = datetime.now(timezone.utc).isoformat(timespec="seconds").replace("+00:00", "Z")
     made = {key: table.metadata[key] for key in ("command", "date", "inputs", "versions") if table.metadata.get(key)}
-    return {"version": __version__, "versions": versions(), "date": date, "inputs": inputs, "cases": spectrum, "cases are": unit, "loads": made}
+    return {
+        "version": __version__,
+        "versions": versions(),
+        "date": date,
+        "inputs": inputs,
+        "cases": spectrum,
+        "cases are": unit,
+        "loads": made,
+    }

@@ -10,9 +10,19 @@ import numpy as np
 
 from ksl.sizing.components import Part
 from ksl.sizing.figures import Figure, Formula, LeftOut, significant
-from ksl.sizing.life import hours, mean_load, mean_speed, rating_life, reliability_factor
-from ksl.sizing.life import LIFE_HOURS, MEAN_LOAD, RATING_LIFE, ROLLER, SLOW
-from ksl.sizing.results import JointSamples
+from ksl.sizing.life import (
+    LIFE_HOURS,
+    MEAN_LOAD,
+    RATING_LIFE,
+    ROLLER,
+    SLOW,
+    hours,
+    mean_load,
+    mean_speed,
+    rating_life,
+    reliability_factor,
+)
+from ksl.sizing.samples import JointSamples
 from ksl.states import Array
 
 RPM = 60.0 / (2.0 * math.pi)
@@ -37,7 +47,9 @@ class Demands:
 class Sheet:
     """Figures of one component on one joint."""
 
-    def __init__(self, part: Part, samples: JointSamples, demands: Demands = Demands(), gear: Part | None = None) -> None:
+    def __init__(
+        self, part: Part, samples: JointSamples, demands: Demands = Demands(), gear: Part | None = None
+    ) -> None:
         self.part, self.samples, self.demands, self.gear = part, samples, demands, gear
         self.figures: list[Figure] = []
         self.left_out: list[LeftOut] = []
@@ -56,9 +68,9 @@ class Sheet:
             self.leave_out(figure, "; ".join(self.part.why_absent(key) for key in absent))
         return not absent
 
-    def given(self, *keys: str, of: Part | None = None) -> dict[str, str]:
+    def given(self, *keys: str) -> dict[str, str]:
         """Catalogue numbers as inputs of a figure: {key: number and unit}."""
-        part = of or self.part
+        part = self.part
         inputs = {}
         for key in keys:
             table, _, name = key.rpartition(".")
@@ -108,7 +120,22 @@ class Sheet:
         joint, part = self.samples.joint.name, self.part
         bound = "" if allowed is None else "≥" if smallest else "≤"
         result = (float(value), unit, allowed, utilisation)
-        self.figures.append(Figure(joint, part.name, part.kind.name, figure, *result, formula.text, text, formula.source, case, time, note, bound))
+        self.figures.append(
+            Figure(
+                joint,
+                part.name,
+                part.kind.name,
+                figure,
+                *result,
+                formula.text,
+                text,
+                formula.source,
+                case,
+                time,
+                note,
+                bound,
+            )
+        )
 
     @property
     def of_one_pass(self) -> float:
@@ -125,7 +152,17 @@ class Sheet:
         own = self.part.get("required_life_h")
         return self.demands.required_life_h if own is None else float(own)
 
-    def life(self, of: str, C: float, load: Array, exponent: float, equivalent: Formula, inputs: Mapping[str, str], load_factor: float = 1.0, rating: Formula = RATING_LIFE) -> None:
+    def life(
+        self,
+        of: str,
+        C: float,
+        load: Array,
+        exponent: float,
+        equivalent: Formula,
+        inputs: Mapping[str, str],
+        load_factor: float = 1.0,
+        rating: Formula = RATING_LIFE,
+    ) -> None:
         """Mean load, L10 in revolutions and in hours of a bearing under an equivalent load (n), N."""
         s = self.samples
         weight = np.abs(s.speed) * s.weight
@@ -138,7 +175,14 @@ class Sheet:
         case = s.governing_case(load**exponent * weight)
         p = "10/3" if exponent == ROLLER else f"{exponent:g}"
         source = f"{equivalent.source}; {MEAN_LOAD.source}"
-        self.add(f"{of}mean load", Formula(f"{equivalent.text}; {MEAN_LOAD.text}", source), mean, "N", {**inputs, "p": p, "largest P": f"{significant(float(load.max()))} N"}, case=case)
+        self.add(
+            f"{of}mean load",
+            Formula(f"{equivalent.text}; {MEAN_LOAD.text}", source),
+            mean,
+            "N",
+            {**inputs, "p": p, "largest P": f"{significant(float(load.max()))} N"},
+            case=case,
+        )
         life = float(rating_life(C / load_factor, mean, exponent, a1))
         adjusted = f"{a1:g} ({reliability:g} %, ISO 281:{self.demands.edition})"
         rpm = mean_speed(s.speed, s.weight) * RPM
@@ -150,11 +194,25 @@ class Sheet:
             self.leave_out(f"the limit of “{of}L10h”", "required_life_h is not given")
         wanted = {"required": f"{significant(required)} h"} if required is not None else {}
         per_hour = {"L10": f"{significant(life)}·10⁶", "n_m": f"{significant(rpm)} r/min", **wanted}
-        self.add(f"{of}L10h", LIFE_HOURS, float(hours(life, rpm)), "h", per_hour, required, case=case, smallest=True, note=SLOW if self.slow() else "")
+        self.add(
+            f"{of}L10h",
+            LIFE_HOURS,
+            float(hours(life, rpm)),
+            "h",
+            per_hour,
+            required,
+            case=case,
+            smallest=True,
+            note=SLOW if self.slow() else "",
+        )
 
     def slow(self) -> bool:
         """Whether the joint never turns a whole revolution in any case of the cycle."""
-        return all(np.ptp(self.samples.position[part]) < 2 * math.pi for _, part in self.samples.slices() if part.stop > part.start and self.samples.weight[part.start] > 0)
+        return all(
+            np.ptp(self.samples.position[part]) < 2 * math.pi
+            for _, part in self.samples.slices()
+            if part.stop > part.start and self.samples.weight[part.start] > 0
+        )
 
 
 def _ratio(x: float, of: float) -> float:

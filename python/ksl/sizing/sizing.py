@@ -64,9 +64,15 @@ class Sizing:
         """One sentence."""
         compared = sum(f.utilisation is not None for f in self.figures)
         if self.worst is None:
-            return f"{self.robot}: nothing was compared with a limit" if self.figures else f"{self.robot}: no components"
+            return (
+                f"{self.robot}: nothing was compared with a limit" if self.figures else f"{self.robot}: no components"
+            )
         w = self.worst
-        over = f"{len(self.exceeded)} of {compared} figures {'is over its' if len(self.exceeded) == 1 else 'are over their'} limit" if self.exceeded else f"all {compared} figures with a limit are within it"
+        over = (
+            f"{len(self.exceeded)} of {compared} figures {'is over its' if len(self.exceeded) == 1 else 'are over their'} limit"
+            if self.exceeded
+            else f"all {compared} figures with a limit are within it"
+        )
         missing = f"; {len(self.left_out)} left out" if self.left_out else ""
         return f"{self.robot}: {over}{missing}; worst: {w.joint}, {w.component}, {w.figure}, utilisation {significant(w.utilisation, 3)}"
 
@@ -81,7 +87,9 @@ class Sizing:
 
         columns = {f.name: [getattr(row, f.name) for row in self.figures] for f in dataclasses.fields(Figure)}
         numbers = ("value", "limit", "utilisation", "time")
-        schema = pa.schema([pa.field(n, pa.float64() if n in numbers else pa.string()) for n in columns], metadata=self._metadata())
+        schema = pa.schema(
+            [pa.field(n, pa.float64() if n in numbers else pa.string()) for n in columns], metadata=self._metadata()
+        )
         return pa.table(columns, schema=schema)
 
     @cached_property
@@ -90,11 +98,25 @@ class Sizing:
         import pyarrow as pa
 
         names = ["joint", "extreme", *QUANTITIES, "unit", "case", "time", "point"]
-        fields = [pa.field(n, pa.float64() if n in (*QUANTITIES, "time") else pa.string(), metadata={"unit": QUANTITIES[n]} if n in QUANTITIES else None) for n in names]
-        return pa.table({n: [row[n] for row in self.peaks] for n in names}, schema=pa.schema(fields, metadata=self._metadata()))
+        fields = [
+            pa.field(
+                n,
+                pa.float64() if n in (*QUANTITIES, "time") else pa.string(),
+                metadata={"unit": QUANTITIES[n]} if n in QUANTITIES else None,
+            )
+            for n in names
+        ]
+        return pa.table(
+            {n: [row[n] for row in self.peaks] for n in names}, schema=pa.schema(fields, metadata=self._metadata())
+        )
 
     def _metadata(self) -> dict[str, str]:
-        return {"ksl": json.dumps({**self.provenance, "robot": self.robot, **CONVENTIONS, "left_out": [str(x) for x in self.left_out]}, ensure_ascii=False)}
+        return {
+            "ksl": json.dumps(
+                {**self.provenance, "robot": self.robot, **CONVENTIONS, "left_out": [str(x) for x in self.left_out]},
+                ensure_ascii=False,
+            )
+        }
 
     def as_dict(self) -> dict[str, Any]:
         """Everything in numbers and words, as JSON can hold it; infinite numbers are the word "infinite"."""
@@ -123,7 +145,9 @@ class Sizing:
         folder = Path(directory)
         earlier = _robot_of(folder / "sizing.json")
         if earlier not in (None, self.robot) and not force:
-            raise SizingError(f"{folder}: holds the sizing of {earlier}, and this is {self.robot}; give another folder with -o, or --force")
+            raise SizingError(
+                f"{folder}: holds the sizing of {earlier}, and this is {self.robot}; give another folder with -o, or --force"
+            )
         head = "".join(f"# {line}\n" for line in self._headlines()).encode()
         with staged(folder, FILES) as stage:
             for name, table in (("sizing", self.table), ("peaks", self.peak_table)):
@@ -131,18 +155,26 @@ class Sizing:
                 with open(stage / f"{name}.csv", "wb") as file:
                     file.write(head)
                     pyarrow.csv.write_csv(table, file, pyarrow.csv.WriteOptions(quoting_style="needed"))
-            (stage / "sizing.json").write_text(json.dumps(self.as_dict(), ensure_ascii=False, indent=1) + "\n", encoding="utf-8")
+            (stage / "sizing.json").write_text(
+                json.dumps(self.as_dict(), ensure_ascii=False, indent=1) + "\n", encoding="utf-8"
+            )
         return list(FILES)
 
     def _headlines(self) -> list[str]:
         p = self.provenance
         files = [f"{said['role']}: {said['file']}, SHA-256 {said['sha256']}" for said in p.get("inputs", [])]
-        return [f"ksl {p.get('version', '')}, {p.get('date', '')}, robot {self.robot}", *files, *(f"{k}: {v}" for k, v in CONVENTIONS.items())]
+        return [
+            f"ksl {p.get('version', '')}, {p.get('date', '')}, robot {self.robot}",
+            *files,
+            *(f"{k}: {v}" for k, v in CONVENTIONS.items()),
+        ]
 
     def __repr__(self) -> str:
         lines = [f"Sizing of {self.verdict}"]
         for f in self.figures[:12]:
-            lines.append(f"  {significant(f.utilisation, 3):>6}  {f.joint}  {f.component}  {f.figure}  {significant(f.value)} {f.unit}".rstrip())
+            lines.append(
+                f"  {significant(f.utilisation, 3):>6}  {f.joint}  {f.component}  {f.figure}  {significant(f.value)} {f.unit}".rstrip()
+            )
         if len(self.figures) > 12:
             lines.append(f"  … and {len(self.figures) - 12} more in .figures and .table")
         return "\n".join(lines)
@@ -156,10 +188,24 @@ class Sizing:
         for f in (f for f in self.figures if f.utilisation is not None):
             when = f.case if f.time is None else f"{f.case}, {significant(f.time, 6)} s"
             limit = "" if f.limit is None else f"{f.bound} {significant(f.limit)}"
-            cells = (significant(f.utilisation, 3), f.joint, f.component, f.figure, f"{significant(f.value)} {f.unit}".strip(), limit, when)
+            cells = (
+                significant(f.utilisation, 3),
+                f.joint,
+                f.component,
+                f.figure,
+                f"{significant(f.value)} {f.unit}".strip(),
+                limit,
+                when,
+            )
             style = f' style="color:{colours[f.verdict]}"' if f.verdict in colours else ""
-            rows.append(f"<tr{style} title={quoteattr(f'{f.formula}; {f.inputs}; {f.source}')}>" + "".join(f"<td>{escape(c)}</td>" for c in cells) + "</tr>")
-        return f"<p>{escape(self.verdict)}</p><table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
+            rows.append(
+                f"<tr{style} title={quoteattr(f'{f.formula}; {f.inputs}; {f.source}')}>"
+                + "".join(f"<td>{escape(c)}</td>" for c in cells)
+                + "</tr>"
+            )
+        return (
+            f"<p>{escape(self.verdict)}</p><table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
+        )
 
 
 def _plain(row: Mapping[str, Any]) -> dict[str, Any]:

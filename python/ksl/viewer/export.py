@@ -30,15 +30,14 @@ background:rgba(255,255,255,0.75);padding:6px 10px;border-radius:4px;max-width:4
 def export(scene: Scene, path: str | os.PathLike[str], *, joint: str | None = None, subtitle: str = "") -> Path:
     """Writes the scene and its playback into one HTML file, which needs no network, and returns its path.
 
-    joint: whose wrench is written beside it, by default the first that moves.  subtitle: a line below the robot's name.
+    joint: whose wrench is written beside it, by default that whose drive comes nearest to its limit.  subtitle: a line below the robot's name.
     The file has a time line, speeds, and the tree of the scene, whose parts can be hidden and shown.  About 1 MB, and what the surfaces
     and the states need.  Written completely or not at all; ViewerError where that fails, or the extra ksl[view] is missing.
     """
     target = Path(path)
     if target.is_dir() or not target.absolute().parent.is_dir():
         raise ViewerError(f"{target}: can't be written, since {'it is' if target.is_dir() else 'there is no such'} folder; give the name of a file in a folder that exists")
-    moving = [j.name for j in scene.model.joints if j.nv]
-    selected = joint if joint is not None else (moving or [scene.model.joints[0].name])[0]
+    selected = joint if joint is not None else scene.worst_joint()
     scene.joint_index(selected)
     html = _html(scene, Shown(selected=selected, recorded=True))
     head, end, tail = html.rpartition("</body>")

@@ -39,16 +39,15 @@ class Viewer:
     def __init__(self, scene: Scene, port: int | None = None, joint: str | None = None) -> None:
         """Starts the server, on 127.0.0.1.
 
-        port: of the page; None takes 8080, or if that is in use a free one.  joint: the one that is selected first.
-        Raises ViewerError where the extra ksl[view] is missing, or the port is in use.
+        port: of the page; None takes 8080, or if that is in use a free one.  joint: the one that is selected first,
+        by default that nearest to its limit.  Raises ViewerError where the extra ksl[view] is missing, or the port is in use.
         """
         self.scene = self._recorded = scene
         self.sample = 0
         self.playing = False
         self._closed = threading.Event()
         self._lock = threading.RLock()
-        driven = [j.name for j in scene.model.joints if j.nv] or [j.name for j in scene.model.joints]
-        selected = joint if joint is not None else driven[0]
+        selected = joint if joint is not None else scene.worst_joint()
         scene.joint_index(selected)  # refuses unknown names before anything starts
         self.server = start_server(port, scene.model.name)
         self.shown = Shown(selected=selected)
@@ -109,6 +108,8 @@ class Viewer:
         """Stops the server; pages that are open stay without one."""
         if not self._closed.is_set():
             self._closed.set()
+            if threading.current_thread() is not self._thread:
+                self._thread.join(2.0)  # it may be about to move something
             stop_server(self.server)
 
     def __enter__(self) -> Viewer:

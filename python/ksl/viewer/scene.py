@@ -151,6 +151,13 @@ class Scene:
         point = self.poses[sample, link, :3, 3] + np.cross(angular, linear) / squared
         return point, angular, float(angular @ linear) / squared
 
+    def worst_joint(self) -> str:
+        """The joint whose drive comes nearest to its limit, or exceeds it most; without limits the first that moves, or the first."""
+        share = self.utilisation
+        if np.isfinite(share).any():
+            return self.model.joints[int(np.nanargmax(np.nanmax(np.where(np.isfinite(share), share, -1.0), axis=0)))].name
+        return next((j.name for j in self.model.joints if j.nv), self.model.joints[0].name)
+
     def worst_sample(self, joint: str) -> int:
         """The state in which the drive of a joint exerts most; of joints without a drive, in which the wrench's moment is largest, or its force."""
         i = self.joint_index(joint)

@@ -11,9 +11,12 @@ from pathlib import Path
 import numpy as np
 
 from ksl.mechanism import Link, Mechanism
-from ksl.mesh_files import find_mesh
+from ksl.mesh_files import find_mesh, mesh_fault
 from ksl.states import Array
 from ksl.viewer.shapes import GREY, Colour, Shape, box, cylinder, ellipsoid, simplified
+
+TRIANGLES_OF_ALL = 200_000
+"""Of all links together: pages and exported files stay quick."""
 
 ELLIPSOID: Colour = (0.55, 0.62, 0.72)
 """Of ellipsoids of inertia, which are no surfaces of the robot."""
@@ -42,16 +45,26 @@ def appearance(model: Mechanism, package_paths: Sequence[str | os.PathLike[str]]
     triangles: surfaces with more are simplified.
     """
     found = Appearance()
+    reader = _Reader(Path(model.file), package_paths, triangles, found.notes)
     for name, link in _urdf_links(model).items():
-        shapes = _link_shapes(link, _Reader(Path(model.file), package_paths, triangles, found.notes))
+        shapes = _link_shapes(link, reader)
         if shapes:
             found.shapes[name] = shapes
+    _within_budget(found.shapes)
     for each in model.links:
         if each.name not in found.shapes and each.mass > 0:
             found.shapes[each.name] = [inertia_ellipsoid(each)]
             found.ellipsoids.add(each.name)
     found.notes[:] = list(dict.fromkeys(found.notes))
     return found
+
+
+def _within_budget(shapes: dict[str, list[Shape]]) -> None:
+    """Simplifies the surfaces of a robot so that they have about TRIANGLES_OF_ALL triangles together, all by the same factor."""
+    total = sum(len(s.faces) for parts in shapes.values() for s in parts)
+    if total > TRIANGLES_OF_ALL:
+        for name, parts in shapes.items():
+            shapes[name] = [simplified(s, max(200, len(s.faces) * TRIANGLES_OF_ALL // total)) for s in parts]
 
 
 def inertia_ellipsoid(link: Link) -> Shape:
@@ -129,6 +142,8 @@ class _Reader:
     package_paths: Sequence[str | os.PathLike[str]]
     triangles: int
     notes: list[str]
+    read: dict[Path, list[Shape]] = field(default_factory=dict)
+    """Surfaces of the files that have been read: the legs of a robot often share theirs."""
 
     def shapes(self, element: ET.Element) -> list[Shape]:
         """Surfaces of a `<visual>` or `<collision>` element."""
@@ -143,14 +158,17 @@ class _Reader:
         filename = element.get("filename", "")
         path = find_mesh(filename, self.robot_file, self.package_paths)
         if path is None:
-            self.notes.append(f"mesh {filename} is not found: --package-path DIR names a folder that has the package")
+            mend = "--package-path DIR names a folder that has the package" if filename.startswith("package:") else "correct its name in the robot file"
+            self.notes.append(f"mesh {filename} is not found: {mend}")
             return []
         scale = _numbers(element, "scale", (1, 1, 1))
-        shapes, fault = read_mesh(path)
-        if fault:
-            self.notes.append(fault)
-        limit = max(200, self.triangles // max(1, len(shapes)))
-        return [simplified(replace(s, vertices=s.vertices * scale, colour=colour or s.colour), limit) for s in shapes]
+        if path not in self.read:
+            shapes, fault = read_mesh(path)
+            if fault:
+                self.notes.append(fault)
+            limit = max(200, self.triangles // max(1, len(shapes)))
+            self.read[path] = [simplified(s, limit) for s in shapes]
+        return [replace(s, vertices=s.vertices * scale, colour=colour or s.colour) for s in self.read[path]]
 
 
 def _link_shapes(link: ET.Element, reader: _Reader) -> list[Shape]:
@@ -178,6 +196,9 @@ def _primitive(element: ET.Element) -> list[Shape]:
 
 def read_mesh(path: Path) -> tuple[list[Shape], str | None]:
     """The surfaces of a mesh file, one for each colour, and what went wrong if there are none."""
+    known = mesh_fault(path)
+    if known:
+        return [], f"mesh {path} {known}"
     try:
         import trimesh
     except ImportError:

@@ -24,6 +24,9 @@ SAMPLES = 100
 USED = 0.9
 """Share of the range of positions that is used."""
 
+BELOW = 0.985
+"""How far below limits peaks at the samples of the search must be, for those between them."""
+
 START = 40
 """Random motions, of which the best one is then improved."""
 
@@ -43,25 +46,34 @@ class Series:
         """Numbers of a candidate: A, B, a share of the limits and a place of the middle for each joint."""
         return len(self.limits.joints) * (2 * HARMONICS + 2)
 
+    @property
+    def times(self) -> Array:
+        """Of the search: 20 in the shortest period, so that peaks between them are at most 1.3 % higher."""
+        return np.arange(SAMPLES) * (self.period / SAMPLES)
+
     def __call__(self, x: Array, t: Array) -> tuple[Array, Array, Array]:
-        """q, v and a (n, m) of the candidate x; any x gives a motion within the limits of position, speed and acceleration."""
+        """q, v and a (n, m) of the candidate x at times t (n); any x gives a motion within the limits of position, speed and acceleration."""
         m = len(self.limits.joints)
         numbers = x.reshape(m, 2 * HARMONICS + 2)
         A, B = numbers[:, :HARMONICS], numbers[:, HARMONICS : 2 * HARMONICS]
         w = 2 * np.pi / self.period * np.arange(1, HARMONICS + 1)
         A = A - A.mean(axis=1, keepdims=True)  # v(0) = Σ A = 0
         B = B - np.outer(B @ w, w) / (w @ w)  # a(0) = Σ B l ω = 0
-        s, c = np.sin(np.outer(t, w)), np.cos(np.outer(t, w))
-        q, v, a = (s / w) @ A.T - (c / w) @ B.T, c @ A.T + s @ B.T, (-s * w) @ A.T + (c * w) @ B.T
+        q, v, a = _series(A, B, w, self.times)
         low, high = q.min(axis=0), q.max(axis=0)
-        used = np.maximum.reduce(
-            [(high - low) / (2 * USED * self.limits.half), np.abs(v).max(axis=0) / (0.99 * SHARE * self.limits.velocity), np.abs(a).max(axis=0) / (0.99 * self.limits.acceleration)]
-        )
+        at_limits = (2 * USED * self.limits.half, BELOW * SHARE * self.limits.velocity, BELOW * self.limits.acceleration)
+        used = np.maximum.reduce([x / limit for x, limit in zip((high - low, np.abs(v).max(axis=0), np.abs(a).max(axis=0)), at_limits, strict=True)])
         share = 1 / (1 + np.exp(-3 - numbers[:, -2]))  # between 0 and 1
         scale = share / np.maximum(used, 1e-300)
         room = np.maximum(USED * self.limits.half - scale * (high - low) / 2, 0.0)
         middle = self.limits.middle + room * np.tanh(numbers[:, -1]) - scale * (high + low) / 2
+        q, v, a = _series(A, B, w, t)
         return middle + scale * q, scale * v, scale * a
+
+
+def _series(A: Array, B: Array, w: Array, t: Array) -> tuple[Array, Array, Array]:
+    s, c = np.sin(np.outer(t, w)), np.cos(np.outer(t, w))
+    return (s / w) @ A.T - (c / w) @ B.T, c @ A.T + s @ B.T, (-s * w) @ A.T + (c * w) @ B.T
 
 
 def excitation(
@@ -92,7 +104,8 @@ def excitation(
     base = structural(model)
     if not len(base):
         raise MotionError(f"{model.name}: efforts depend on no inertial parameter, so that no motion excites any")
-    series, t = Series(limits, period), np.arange(SAMPLES) * (period / SAMPLES)
+    series = Series(limits, period)
+    t = series.times
 
     def cost(x: Array) -> float:
         """The condition number, and more where efforts are beyond their limits."""

@@ -37,7 +37,7 @@ def chirp(model: Model, duration: float = 20.0, low: float = 0.1, high: float = 
     swing, notes, factor = envelope * amplitude * np.sin(phase), list(limits.notes), SHARE
     for _ in range(40):
         q = limits.middle + factor * swing
-        v, a, _ = derivatives(t, q, 2, split=False)
+        v, a = derivatives(t, q, 2)
         motion = whole_motion(model, limits, t, q, v, a)
         stretch, heavy = effort_stretch(model, limits, motion, SHARE)
         share, _ = excess(limits, q, v, a)

@@ -115,8 +115,8 @@
     if (choice && number !== null) choice.value = number;
     for (const div of drawn) if (!div.closest("[hidden]")) Plotly.Plots.resize(div);
   };
-  const followLink = () => {
-    const target = document.getElementById(location.hash.slice(1));
+  const followLink = (hash) => {
+    const target = document.getElementById(hash.slice(1));
     const article = target?.closest("article.case");
     if (!article?.hidden) return;
     showCase(articles.indexOf(article));
@@ -190,8 +190,9 @@
   if (choice) {
     showCase(0); // the worst
     choice.addEventListener("change", () => showCase(Number(choice.value)));
-    addEventListener("hashchange", followLink);
-    followLink();
+    addEventListener("hashchange", () => followLink(location.hash));
+    addEventListener("click", (event) => followLink(event.target.closest("a")?.hash ?? "")); // also where the address stays the same
+    followLink(location.hash);
   }
   if (asked) {
     const style = document.createElement("style");

@@ -1,0 +1,390 @@
+"""Load cases from a TOML file: docs/cases.md says what it may hold."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from ksl.errors import CaseError, near_names
+from ksl.load_cases.load_case import LoadCase, Payload, Placement
+from ksl.load_cases.provenance import InputFile, input_file
+from ksl.load_cases.stops import Law, Stop, at_rest, nearest_sample, worst_start
+from ksl.load_cases.summary_table import ALL_CASES
+from ksl.load_cases.wrenches_over_time import WrenchOverTime, total_on_links
+from ksl.model import Model
+from ksl.motions.motion import Motion
+from ksl.motions.reading import WRENCH_COLUMNS, read_motion
+from ksl.states import Array
+from ksl.toml_files import read_toml
+
+KEYS = ("motion", "payloads", "external", "gravity", "mounting", "physics", "friction_width", "hold", "stop")
+"""Of a load case, and of the defaults of all."""
+OF_PAYLOAD = ("link", "mass", "center", "inertia")
+OF_EXTERNAL = ("link", "wrench", "steps", "file", "axes", "point", "order")
+OF_MOUNTING = ("rpy", "rpy_degrees", "quaternion")
+OF_HOLD = ("pose",)
+OF_STOP = ("time", "from", "step", "law", "by")
+MOST_STOPS = 1000
+"""Load cases that `from = "all"` may make."""
+
+
+def read_cases(
+    model: Model, path: str | os.PathLike[str], placement: Placement | None = None, motion: str | os.PathLike[str] | None = None,
+    payloads: Sequence[Payload] = (), reading: Mapping[str, Any] | None = None,
+) -> tuple[list[LoadCase], list[InputFile]]:  # fmt: skip
+    """The load cases of a TOML file, and the files that they come from, itself the first.
+
+    Files in it are relative to its folder.  placement: of the wrenches of all cases.  motion: of cases that name none.
+    payloads: what the model carries already, for the record.  reading: arguments of `read_motion`, unless a case gives its own.  Raises CaseError with the file, the case and the key; MotionError.
+    """
+    return _Reader(model, os.fspath(path), placement or Placement(), motion, payloads, reading or {}).read()
+
+
+class _Reader:
+    def __init__(
+        self, model: Model, file: str, placement: Placement, motion: str | os.PathLike[str] | None, payloads: Sequence[Payload], reading: Mapping[str, Any]
+    ) -> None:
+        self._reading = reading
+        self._model, self._file, self._placement, self._motion, self._payloads = model, file, placement, motion, payloads
+        self._folder = Path(file).parent
+        self._motions: dict[str, Motion] = {}
+        self._inputs: dict[str, InputFile] = {}
+
+    def read(self) -> tuple[list[LoadCase], list[InputFile]]:
+        tables = read_toml(self._file, CaseError, "load cases")
+        _known_keys(self._file, tables, ("defaults", "cases"))
+        defaults = _table(f"{self._file}: defaults", tables.get("defaults", {}))
+        _known_keys(f"{self._file}: defaults", defaults, KEYS)
+        named = _table(f"{self._file}: cases", tables.get("cases", {}))
+        if not named:
+            raise CaseError(f"{self._file}: no load cases; give a table [cases.NAME] for each")
+        self._input("cases", self._file)
+        found = [case for name, keys in named.items() for case in self._cases_of(name, keys, defaults)]
+        names = [c.name for c in found]
+        repeated = next((n for i, n in enumerate(names) if n in names[:i]), None)
+        if repeated is not None:
+            raise CaseError(f"{self._file}: two load cases are called {repeated!r}; rename one")
+        return found, list(self._inputs.values())
+
+    def _cases_of(self, name: str, keys: Any, defaults: Mapping[str, Any]) -> list[LoadCase]:
+        """The load cases of a table: several where an emergency stop begins at several samples."""
+        where = f"{self._file}: case {name}"
+        _known_keys(where, _table(where, keys), KEYS)
+        if name in ("", ALL_CASES):
+            raise CaseError(f"{self._file}: a load case can't be called {name!r}; choose another name")
+        spec = {**defaults, **keys}
+        given = _Case(where, name, spec, self)
+        return given.load_cases()
+
+    # what cases share
+
+    @property
+    def model(self) -> Model:
+        return self._model
+
+    @property
+    def placement(self) -> Placement:
+        return self._placement
+
+    @property
+    def payloads(self) -> Sequence[Payload]:
+        return self._payloads
+
+    def motion(self, where: str, spec: Any) -> tuple[Motion, str]:
+        """The motion that a case names, or the common one, and its file."""
+        options = dict(spec) if isinstance(spec, dict) else {}
+        if isinstance(spec, dict):
+            spec = options.pop("file", None)
+            _known_keys(f"{where}: motion", options, _motion_options())
+        if spec is None:
+            if self._motion is None:
+                raise CaseError(f"{where}: no motion; give motion = \"FILE\", relative to the folder of {Path(self._file).name}")
+            file = os.fspath(self._motion)
+        else:
+            file = self.path(f"{where}: motion", spec)
+        key = repr((file, sorted(options.items())))
+        if key not in self._motions:
+            self._motions[key] = read_motion(self._model, file, **{**self._reading, **options})
+            self._input("motion", file)
+        return self._motions[key], file
+
+    def path(self, where: str, file: Any) -> str:
+        if not isinstance(file, str):
+            raise CaseError(f"{where} is {file!r}; expected the name of a file")
+        return os.path.normpath(self._folder / file)
+
+    def columns(self, where: str, file: Any) -> tuple[Array, Array]:
+        """Times (n) and wrenches (n, 6) of a file with the columns time, fx … tz."""
+        path = self.path(where, file)
+        time, wrench = _read_wrench(path)
+        self._input("external", path)
+        return time, wrench
+
+    def _input(self, role: str, file: str) -> None:
+        if file not in self._inputs:
+            self._inputs[file] = input_file(role, file)
+
+
+@dataclass(frozen=True)
+class _Case:
+    """A table of a load case, with the defaults."""
+
+    where: str
+    name: str
+    spec: Mapping[str, Any]
+    reader: _Reader
+
+    def load_cases(self) -> list[LoadCase]:
+        if "hold" in self.spec and "stop" in self.spec and self.spec["hold"] is not False:
+            raise CaseError(f"{self.where}: hold and stop; give one of them, and the other in a case of its own")
+        model, payloads = self._model()
+        external = [self._external(i, e) for i, e in enumerate(_list(f"{self.where}: external", self.spec.get("external", [])))]
+        if self.spec.get("hold", False) is not False:
+            motion, file = self._held(model)
+            return [self._made(model, at_rest(motion), file, payloads, external, "held at rest by brakes", brake=True)]
+        motion, file = self.reader.motion(self.where, self.spec.get("motion"))
+        if "stop" in self.spec:
+            return self._stops(model, motion, file, payloads, external)
+        return [self._made(model, motion, file, payloads, external)]
+
+    def _made(
+        self, model: Model, motion: Motion, file: str, payloads: Sequence[Payload], external: Sequence[WrenchOverTime], kind: str = "motion",
+        brake: bool = False, name: str | None = None, held_at: float | None = None,
+    ) -> LoadCase:  # fmt: skip
+        """held_at: the time whose external wrenches act throughout, or None."""
+        time = motion.time if held_at is None else np.full(len(motion.time), held_at)
+        wrenches = total_on_links(external, model, time, motion.q)
+        static = kind.startswith("held")
+        return LoadCase(model, motion, self.reader.placement, wrenches, name or self.name, file, payloads, brake, kind, static)
+
+    def _model(self) -> tuple[Model, list[Payload]]:
+        """The robot with what this case changes about it."""
+        model, carried = self.reader.model, list(self.reader.payloads)
+        if "physics" in self.spec or "friction_width" in self.spec:
+            names = self.spec.get("physics", model.physics)
+            width = _number(f"{self.where}: friction_width", self.spec.get("friction_width", model.friction_width))
+            try:
+                model = model.with_physics(names, width)
+            except ValueError as e:
+                raise CaseError(f"{self.where}: {e}") from None
+            if [j.name for j in model.joints] != [j.name for j in self.reader.model.joints]:
+                raise CaseError(f"{self.where}: physics \"rotor bodies\" adds joints, and cases of one run have the same; give --physics to the command instead")
+        for i, given in enumerate(_list(f"{self.where}: payloads", self.spec.get("payloads", []))):
+            payload = self._payload(f"{self.where}: payload {i + 1}", given)
+            try:
+                model = model.with_payload(payload.link, payload.mass, payload.center, None if payload.inertia is None else np.array(payload.inertia).reshape(3, 3))
+            except ValueError as e:
+                raise CaseError(f"{self.where}: payload {i + 1}: {e}") from None
+            carried.append(payload)
+        return self._under_gravity(model), carried
+
+    def _payload(self, where: str, given: Any) -> Payload:
+        _known_keys(where, _table(where, given), OF_PAYLOAD)
+        link = self._frame(where, given.get("link"), "link", self.reader.model.link_names)
+        mass = _number(f"{where}: mass", given.get("mass"))
+        x, y, z = _numbers(f"{where}: center", given.get("center", [0, 0, 0]), 3)
+        inertia = given.get("inertia")
+        if inertia is None:
+            return Payload(link, mass, (x, y, z))
+        xx, yy, zz, xy, yz, zx = _numbers(f"{where}: inertia (Ixx, Iyy, Izz, Ixy, Iyz, Izx about the centre of mass)", inertia, 6)
+        return Payload(link, mass, (x, y, z), (xx, xy, zx, xy, yy, yz, zx, yz, zz))
+
+    def _under_gravity(self, model: Model) -> Model:
+        """Gravity is that of the case, turned into the axes of the mounted base."""
+        if "gravity" in self.spec:
+            model = model.with_gravity(_numbers(f"{self.where}: gravity", self.spec["gravity"], 3))
+        if "mounting" in self.spec:
+            model = model.with_gravity(_rotation(f"{self.where}: mounting", self.spec["mounting"]).T @ model.gravity)
+        return model
+
+    def _frame(self, where: str, name: Any, what: str, known: Collection[str]) -> str:
+        if name is None:
+            raise CaseError(f"{where}: no {what}; give {what} = \"NAME\"")
+        if name not in known:
+            raise CaseError(f"{where}: no {what} {name!r}; {near_names(name, known)}known: {', '.join(known)}")
+        return str(name)
+
+    def _external(self, i: int, given: Any) -> WrenchOverTime:
+        """link may be any frame; the wrench acts on the link that has it."""
+        where = f"{self.where}: external wrench {i + 1}"
+        _known_keys(where, _table(where, given), OF_EXTERNAL)
+        frames, links = self.reader.model.frames, self.reader.model.link_names
+        link = self._frame(where, given.get("link"), "link", frames)
+        link = link if link in links else self.reader.model.joint(link).child
+        axes = given.get("axes", "link")
+        if axes not in ("link", "world"):
+            self._frame(where, axes, "axes", [*frames, "link", "world"])
+        order = given.get("order", "lin_ang")
+        if order not in ("lin_ang", "ang_lin"):
+            raise CaseError(f"{where}: order {order!r}; expected \"lin_ang\" (force first) or \"ang_lin\"")
+        ways = [key for key in ("wrench", "steps", "file") if key in given]
+        if len(ways) != 1:
+            raise CaseError(f"{where}: {' and '.join(ways) or 'no wrench'}; give one of wrench (constant), steps, file")
+        point = _numbers(f"{where}: point", given.get("point", [0, 0, 0]), 3)
+        between = "hold"
+        time: Array
+        wrench: Array
+        if "wrench" in given:
+            time, wrench = np.zeros(1), np.array([_numbers(f"{where}: wrench", given["wrench"], 6)])
+        elif "steps" in given:
+            rows = [_numbers(f"{where}: step {k + 1} (time and six numbers)", row, 7) for k, row in enumerate(_list(f"{where}: steps", given["steps"]))]
+            if not rows or any(b[0] <= a[0] for a, b in zip(rows, rows[1:], strict=False)):
+                raise CaseError(f"{where}: steps need increasing times")
+            time, wrench = np.array(rows)[:, 0], np.array(rows)[:, 1:]
+        else:
+            time, wrench = self.reader.columns(f"{where}: file", given["file"])
+            between, order = "linear", "lin_ang"  # columns have names
+        if order == "ang_lin":
+            wrench = np.roll(wrench, 3, axis=1)
+        return WrenchOverTime(link, time, wrench, "hold" if between == "hold" else "linear", str(axes), point)
+
+    def _held(self, model: Model) -> tuple[Motion, str]:
+        """The positions that are held: those of the motion, or a pose."""
+        hold = self.spec["hold"]
+        if hold is True:
+            return self.reader.motion(self.where, self.spec.get("motion"))
+        _known_keys(f"{self.where}: hold", _table(f"{self.where}: hold", hold), OF_HOLD)
+        if "pose" not in hold:
+            return self.reader.motion(self.where, self.spec.get("motion"))
+        from ksl.load_cases.poses import pose_of
+
+        try:
+            q = pose_of(model, _table(f"{self.where}: pose", hold["pose"]))
+        except ValueError as e:
+            raise CaseError(f"{self.where}: {e}") from None
+        still = np.zeros((2, model.nv))
+        return Motion(np.array([0.0, 1.0]), np.array([q, q]), still, still), ""
+
+    def _stops(
+        self, model: Model, motion: Motion, file: str, payloads: Sequence[Payload], external: Sequence[WrenchOverTime]
+    ) -> list[LoadCase]:
+        stop, by = self._stop(motion)
+        if stop.start == "worst":
+            starts = [worst_start(model, motion, stop, external)]
+        elif stop.start == "all":
+            starts = stop.starts(motion).tolist()
+        else:
+            starts = [nearest_sample(motion, float(stop.start))]
+        if len(starts) > MOST_STOPS:
+            raise CaseError(f"{self.where}: stop: {len(starts)} starts, at most {MOST_STOPS}; give a longer step, in s, or from = \"worst\"")
+        tried = f", worst of {len(stop.starts(motion))} starts" if stop.start == "worst" else ""
+        made = []
+        for start in starts:
+            at = float(motion.time[start])
+            kind = f"emergency stop from {at:.6g} s in {stop.duration:g} s, {stop.law} law, by the {by}{tried}"
+            name = f"{self.name} {at:.6g} s" if stop.start == "all" else self.name
+            stopped = stop.motion(model, motion, start)
+            made.append(self._made(model, stopped, file, payloads, external, kind, by == "brakes", name, at))
+        return made
+
+    def _stop(self, motion: Motion) -> tuple[Stop, str]:
+        where = f"{self.where}: stop"
+        given = _table(where, self.spec["stop"])
+        _known_keys(where, given, OF_STOP)
+        duration = _number(f"{where}: time", given.get("time"))
+        if duration <= 0:
+            raise CaseError(f"{where}: time {duration:g}; expected the seconds until all is at rest, more than 0")
+        law, by = given.get("law", "cubic"), given.get("by", "drives")
+        for key, value, known in (("law", law, ("cubic", "linear")), ("by", by, ("drives", "brakes"))):
+            if value not in known:
+                raise CaseError(f"{where}: {key} {value!r}; expected {' or '.join(known)}")
+        start = given.get("from", "worst")
+        if start not in ("worst", "all"):
+            start = _number(f"{where}: from (\"worst\", \"all\" or a time)", start)
+            if not motion.time[0] <= start <= motion.time[-1]:
+                raise CaseError(f"{where}: from {start:g} s; the motion is from {motion.time[0]:g} s to {motion.time[-1]:g} s")
+        step = None if "step" not in given else _number(f"{where}: step", given["step"])
+        if step is not None and step <= 0:
+            raise CaseError(f"{where}: step {step:g}; expected seconds, more than 0")
+        return Stop(duration, cast(Law, law), start, step), str(by)
+
+
+def _known_keys(where: str, given: Mapping[str, Any], known: Collection[str]) -> None:
+    for key in given:
+        if key not in known:
+            raise CaseError(f"{where}: unknown key {key!r}; {near_names(key, known)}known: {', '.join(known)}")
+
+
+def _table(where: str, x: Any) -> dict[str, Any]:
+    if not isinstance(x, dict):
+        raise CaseError(f"{where} is {x!r}; expected a table")
+    return x
+
+
+def _list(where: str, x: Any) -> list[Any]:
+    if not isinstance(x, list):
+        raise CaseError(f"{where} is {x!r}; expected a list")
+    return x
+
+
+def _number(where: str, x: Any) -> float:
+    if isinstance(x, bool) or not isinstance(x, (int, float)) or not math.isfinite(x):
+        raise CaseError(f"{where} is {'missing' if x is None else repr(x)}; expected a number")
+    return float(x)
+
+
+def _numbers(where: str, x: Any, count: int) -> list[float]:
+    if not isinstance(x, list) or len(x) != count:
+        raise CaseError(f"{where} is {x!r}; expected {count} numbers")
+    return [_number(where, each) for each in x]
+
+
+def _rotation(where: str, given: Any) -> Array:
+    """(3, 3): axes of the mounted base in the world."""
+    _known_keys(where, _table(where, given), OF_MOUNTING)
+    if len(given) != 1:
+        raise CaseError(f"{where}: give one of {', '.join(OF_MOUNTING)}")
+    ((key, numbers),) = given.items()
+    if key == "quaternion":
+        x, y, z, w = _numbers(f"{where}: quaternion (x, y, z, w)", numbers, 4)
+        length = math.hypot(x, y, z, w)
+        if abs(length - 1) > 1e-2:
+            raise CaseError(f"{where}: the quaternion has length {length:.4g}; expected a unit quaternion x, y, z, w")
+        x, y, z, w = (c / length for c in (x, y, z, w))
+        return np.array([
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ])  # fmt: skip
+    angles = _numbers(f"{where}: {key}", numbers, 3)
+    (cr, cp, cy), (sr, sp, sy) = ([f(math.radians(x) if key == "rpy_degrees" else x) for x in angles] for f in (math.cos, math.sin))
+    about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+    about_y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
+    about_z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
+    rotation: Array = about_z @ about_y @ about_x  # as URDF's rpy
+    return rotation
+
+
+def _motion_options() -> tuple[str, ...]:
+    """What reading a motion can be told, besides its file."""
+    from inspect import signature
+
+    return tuple(signature(read_motion).parameters)[2:]
+
+
+def _read_wrench(file: str) -> tuple[Array, Array]:
+    """Times (n) and wrenches (n, 6) of a table with `time` and some of fx … tz; missing components are zero."""
+    from ksl.motions.recognise import open_table
+    from ksl.motions.recorded import check_finite
+    from ksl.motions.time_column import find_time, in_seconds
+
+    table = open_table(file)
+    if table.is_recording:
+        raise CaseError(f"{file}: is a bag; give wrenches as CSV, Parquet or NPZ, with the columns time and some of {' '.join(WRENCH_COLUMNS)}")
+    column = find_time(table, ())
+    for name in table.names:
+        if name != column.name and name not in WRENCH_COLUMNS:
+            near = near_names(name, WRENCH_COLUMNS)
+            raise CaseError(f"{table.head}: unknown column {name!r}; {near}expected {column.name} and some of {' '.join(WRENCH_COLUMNS)}")
+    values = table.read(list(table.names), column.name)
+    time, _ = in_seconds(table, column, values.pop(column.name))
+    check_finite(table, {"time": time} | values)
+    if len(time) == 0 or (np.diff(time) <= 0).any():
+        raise CaseError(f"{file}: times must increase: sort the samples and remove repeated ones")
+    return time, np.column_stack([values.get(c, np.zeros(len(time))) for c in WRENCH_COLUMNS])

@@ -1,0 +1,106 @@
+"""The results of one load case: curves, rows of the summary, power balance, use of limits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from ksl.errors import MotionError
+from ksl.load_cases.curves import Curves
+from ksl.load_cases.load_case import Block, LoadCase
+from ksl.load_cases.quantities import EFFORT_PARTS, JointLoads, PowerBalance, SummaryRow, summarise
+from ksl.load_cases.verdict import Use, uses_of
+
+
+@dataclass(frozen=True)
+class CaseResult:
+    """What is kept of a load case.  Its wrenches are not: they are written, or computed again."""
+
+    case: LoadCase
+    loads: list[JointLoads] | None
+    """Curves of all joints, in the order of `Model.joints`; None where they were dropped to save memory."""
+    rows: list[SummaryRow]
+    """A row for each joint, in the same order."""
+    balance: PowerBalance | None
+    uses: list[Use]
+    doubts: list[str]
+    """Why the numbers themselves are doubted, most important first."""
+
+
+def compute(case: LoadCase, sink: Callable[[Block], None] | None = None, advance: Callable[[int], None] | None = None) -> CaseResult:
+    """Computes a load case block by block, while a second thread gives the previous block to `sink`.
+
+    advance: is told the number of samples of each block.  Raises MotionError where results are not finite.
+    """
+    curves = Curves(case)
+    with np.errstate(over="ignore", invalid="ignore"), ThreadPoolExecutor(1) as pool:  # what is not finite is refused
+        pending = None
+        for block in case.blocks():
+            _check_block(case, block)
+            if pending:
+                pending.result()
+            pending = pool.submit(sink, block) if sink else None
+            curves.add(block)
+            if advance:
+                advance(len(block.time))
+        if pending:
+            pending.result()
+        balance = curves.power_balance()
+        rows: list[SummaryRow] = [{"case": case.name, **summarise(case.motion.time, loads)} for loads in curves.loads]
+    _check_summary(case, rows, balance)
+    uses = [use for joint, row in zip(case.model.joints, rows, strict=True) for use in uses_of(joint, row, case.motion.time, case.motion.q)]
+    return CaseResult(case, curves.loads, rows, balance, uses, _doubts(case, balance))
+
+
+def _doubts(case: LoadCase, balance: PowerBalance | None) -> list[str]:
+    lines = [*case.motion.doubts, *case.motion.contradictions]
+    if balance is not None and balance.doubtful:
+        lines.append(
+            f"power balance: the residual is {balance.relative_residual:.2g} of the largest power: positions, velocities and accelerations "
+            "of the motion disagree, or it jumps, or its samples are too far apart"
+        )
+    return lines + [line for line in case.model.warnings if line.startswith(("link ", "none of the links"))]  # those of masses
+
+
+def _check_block(case: LoadCase, block: Block) -> None:
+    """Refuses results that overflow, because numbers of the motion, of external wrenches or of the robot are finite but huge."""
+    if _all_finite(block.total, block.constraint, block.in_joint_axes, block.tau, block.tau * block.v, *([] if block.parts is None else [block.parts])):
+        return
+
+    def where(sample: int) -> str:
+        return f"sample {block.rows.start + sample + 1} (time {block.time[sample]:.9g})"
+
+    for x in (block.total, block.constraint, block.in_joint_axes):
+        if not np.isfinite(x).all():
+            sample, joint, _ = np.argwhere(~np.isfinite(x))[0]
+            raise _overflow(case, case.model.joints[joint].name, where(sample), "wrench")
+    parts = [] if block.parts is None else [(name, block.parts[:, i]) for i, name in enumerate(EFFORT_PARTS)]
+    for what, x in (("effort", block.tau), ("power", block.tau * block.v), *parts):
+        if not np.isfinite(x).all():
+            sample, column = np.argwhere(~np.isfinite(x))[0]
+            raise _overflow(case, next(j.name for j in case.model.joints if j.v_index <= column < j.v_index + j.nv), where(sample), what)
+
+
+def _all_finite(*arrays: np.ndarray) -> bool:
+    """Whether all numbers are: a sum is finite only if every number is, and seldom overflows if none is huge."""
+    return all(bool(np.isfinite(np.sum(x))) for x in arrays)
+
+
+def _check_summary(case: LoadCase, rows: list[SummaryRow], balance: PowerBalance | None) -> None:
+    """Refuses a summary that overflows: squares, integrals and energies may overflow even if wrenches don't."""
+    for row in rows:
+        for name, value in row.items():
+            if isinstance(value, float) and not np.isfinite(value):
+                raise _overflow(case, str(row["joint"]), "summary", name)
+    if balance is not None and not (np.isfinite(balance.energy).all() and np.isfinite(balance.residual).all()):
+        raise _overflow(case, "all joints", "power balance", "energy or power")
+
+
+def _overflow(case: LoadCase, joint: str, where: str, what: str) -> MotionError:
+    return MotionError(
+        f"{case.motion_file or case.name}: {where}: {what} of {joint} is not finite; "
+        "positions, rates, external wrenches or masses are too large: check their units (rad, m, s, N, N m, kg)"
+    )

@@ -1,0 +1,66 @@
+"""Poses: positions of all joints by their names."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ksl.errors import MotionError, near_names
+from ksl.mechanism import Joint, Mechanism
+from ksl.motions.columns import columns_of
+from ksl.states import Array
+
+
+def pose_of(model: Mechanism, positions: Mapping[str, Any]) -> Array:
+    """q (nq) of positions by the names of columns: {joint: rad or m}, {"joint.qx": …}.
+
+    Joints that are not named are at zero, those with limits at the nearest position to it within them; quaternions at the identity.
+    A joint with several coordinates may also be given as a list, all its numbers.  Raises MotionError.
+    """
+    q, index = neutral(model), {}
+    for joint in _moving(model):
+        for k, column in enumerate(columns_of(joint)[0]):
+            index[column] = joint.q_index + k
+    for name, value in positions.items():
+        whole = next((j for j in _moving(model) if j.name == name and j.nq > 1), None)
+        if whole is not None and isinstance(value, (list, tuple)) and len(value) == whole.nq:
+            q[whole.q_index : whole.q_index + whole.nq] = [_number(name, x) for x in value]
+        elif name in index:
+            q[index[name]] = _number(name, value)
+        elif name in model.follower_names:
+            raise MotionError(f"pose: joint {name} mimics {model.joint(name).leader}, whose position says where both are; give that")
+        else:
+            raise MotionError(f"pose: no joint or column {name!r}; {near_names(name, index)}known: {', '.join(index)}")
+    for joint in _moving(model):
+        if joint.quaternion is not None:
+            part = slice(joint.q_index + joint.quaternion, joint.q_index + joint.quaternion + 4)
+            length = float(np.linalg.norm(q[part]))
+            if abs(length - 1) > 1e-2:
+                raise MotionError(f"pose: the quaternion of {joint.name} has length {length:.4g}; expected a unit quaternion")
+            q[part] /= length
+    return q
+
+
+def neutral(model: Mechanism) -> Array:
+    """q (nq) of joints at zero, or at the nearest position to it within their limits; quaternions at the identity."""
+    q = np.zeros(model.nq)
+    for joint in _moving(model):
+        for k, (lower, upper) in enumerate(joint.limits):
+            if not (lower is not None and lower == upper):  # such limits mean none
+                q[joint.q_index + k] = min(max(0.0, -math.inf if lower is None else lower), math.inf if upper is None else upper)
+        if joint.quaternion is not None:
+            q[joint.q_index + joint.quaternion + 3] = 1.0
+    return q
+
+
+def _moving(model: Mechanism) -> tuple[Joint, ...]:
+    return model.joints[: len(model.joint_names)]
+
+
+def _number(name: str, x: Any) -> float:
+    if isinstance(x, bool) or not isinstance(x, (int, float)) or not math.isfinite(x):
+        raise MotionError(f"pose: {name} is {x!r}; expected a number, rad or m")
+    return float(x)

@@ -1,0 +1,89 @@
+"""The files of results: wrenches as Parquet and CSV, block by block; and whether a folder holds results of another robot."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+from ksl.load_cases.load_case import Block
+from ksl.load_cases.output import OutputError
+from ksl.load_cases.provenance import Provenance
+from ksl.load_cases.wrench_table import TableWriter
+from ksl.report.files import NAMES as REPORT_FILES
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+RESULTS = ("wrenches.parquet", "wrenches.csv", "summary.csv", *REPORT_FILES)
+"""Files that a run may write.  Those that it doesn't write are removed, since they are from an earlier run."""
+
+
+def refuse_other_robot(directory: Path, provenance: Provenance) -> None:
+    """Raises OutputError if the folder holds results of another robot."""
+    earlier = _metadata(directory / "wrenches.parquet")
+    if earlier is None:
+        return
+    names = [j["name"] for j in earlier.get("joints", [])]
+    if earlier.get("robot") != provenance.robot or names not in ([], [j["name"] for j in provenance.joints]):
+        which = f"of another robot, {earlier.get('robot')}" if earlier.get("robot") != provenance.robot else "of a robot of this name with other joints"
+        raise OutputError(f"{directory}: holds results {which}; give another folder with -o, or replace them with --force")
+
+
+def _metadata(path: Path) -> dict[str, Any] | None:
+    """What the results in a file say of themselves; None if there are none."""
+    if not path.is_file():
+        return None
+    import pyarrow as pa
+    import pyarrow.parquet
+
+    try:
+        said = json.loads((pyarrow.parquet.read_schema(path).metadata or {})[b"ksl"])
+    except (OSError, pa.ArrowInvalid, KeyError, ValueError):  # no result of KSL, or one that was cut off
+        return None
+    return said if isinstance(said, dict) else None
+
+
+class WrenchFiles:
+    """wrenches.parquet, and wrenches.csv if it is wanted; a context manager that closes them."""
+
+    def __init__(self, folder: Path, writer: TableWriter, with_csv: bool) -> None:
+        import pyarrow.parquet
+
+        self._writer = writer
+        words = [f.name for f in writer.schema if _is_word(f)]
+        self._parquet = pyarrow.parquet.ParquetWriter(folder / "wrenches.parquet", writer.schema, compression="zstd", use_dictionary=words)
+        self._csv: Any = None
+        if with_csv:
+            import pyarrow.csv
+
+            options = pyarrow.csv.WriteOptions(quoting_style="needed")
+            self._csv = pyarrow.csv.CSVWriter(folder / "wrenches.csv", _plain(writer.schema), write_options=options)
+
+    def write(self, block: Block, case: int) -> None:
+        table = self._writer.table(block, case)
+        self._parquet.write_table(table)
+        if self._csv is not None:
+            self._csv.write_table(table.cast(_plain(self._writer.schema)))
+
+    def __enter__(self) -> WrenchFiles:
+        return self
+
+    def __exit__(self, error: type[BaseException] | None, value: BaseException | None, traceback: TracebackType | None) -> None:
+        self._parquet.close()
+        if self._csv is not None:
+            self._csv.close()
+
+
+def _is_word(field: pa.Field) -> bool:
+    import pyarrow as pa
+
+    return bool(pa.types.is_dictionary(field.type))
+
+
+def _plain(schema: pa.Schema) -> pa.Schema:
+    """The schema with plain strings instead of dictionaries, as CSV needs."""
+    import pyarrow as pa
+
+    return pa.schema([pa.field(f.name, pa.string() if _is_word(f) else f.type) for f in schema])

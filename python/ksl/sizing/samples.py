@@ -1,0 +1,141 @@
+"""All samples of a joint: its wrenches, motion and effort, and how much each sample weighs in the load spectrum."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from ksl.states import Array
+
+ONE_COORDINATE = ("revolute", "continuous", "prismatic", "helical")
+REST = 1e-3
+"""A joint is at rest where its speed is at most this share of its largest speed."""
+
+
+@dataclass(frozen=True)
+class ResultJoint:
+    """What the results say of a joint."""
+
+    name: str
+    kind: str
+    axis: tuple[float, float, float]
+    """Unit vector in the joint's axes.  Fixed joints and those with several axes have z here."""
+    has_axis: bool
+    parent: str | None = None
+    child: str = ""
+
+    @property
+    def turns(self) -> bool:
+        """Whether the joint has one coordinate, which is an angle."""
+        return self.kind in ONE_COORDINATE and self.kind != "prismatic"
+
+    @property
+    def driven(self) -> bool:
+        """Whether the joint has one coordinate."""
+        return self.kind in ONE_COORDINATE
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """How often each load case occurs: repetitions, or shares of the operating time."""
+
+    repetitions: Mapping[str, float] = field(default_factory=dict)
+    """Of the cases that are named; others occur once.  0: an exceptional event, which counts for peaks and not for life."""
+    shares: Mapping[str, float] = field(default_factory=dict)
+    """Shares of time, if these are given; cases without one have 0."""
+
+    def scale(self, case: str, length: float) -> float:
+        """Factor of the durations of a case that lasts `length` seconds."""
+        if self.shares:
+            return self.shares.get(case, 0.0) / length if length > 0 else 0.0
+        return self.repetitions.get(case, 1.0)
+
+
+@dataclass(frozen=True)
+class JointSamples:
+    """All samples of one joint, cases one after the other.  n samples; SI units."""
+
+    joint: ResultJoint
+    cases: tuple[str, ...]
+    case_index: np.ndarray
+    """(n): which case each sample is of."""
+    time: Array
+    weight: Array
+    """(n): seconds that each sample stands for in the spectrum: half the steps to its neighbours × repetitions."""
+    force: Array
+    """(n, 3): on the child, in the joint's axes."""
+    moment: Array
+    """(n, 3): about `point`."""
+    position: Array
+    speed: Array
+    acceleration: Array
+    effort: Array
+    """(n): of the drive; NaN where the joint has none."""
+    rotor: Array | None = None
+    """(n): the part of the effort that accelerates a rotor which the robot's file describes."""
+    point: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """About which the moments are: from the joint's origin, in its axes, m."""
+
+    def about(self, point: Sequence[float] | Array) -> JointSamples:
+        """The same wrenches about another point, given from the joint's origin in its axes, m."""
+        move = np.array(self.point) - np.asarray(point, dtype=float)
+        moment = self.moment + np.cross(move, self.force) if move.any() else self.moment
+        x, y, z = (float(c) for c in point)
+        return replace(self, moment=moment, point=(x, y, z))
+
+    @cached_property
+    def axis(self) -> Array:
+        return np.array(self.joint.axis)
+
+    @cached_property
+    def axial_force(self) -> Array:
+        """(n): signed, along the axis."""
+        return np.asarray(self.force @ self.axis)
+
+    @cached_property
+    def radial_force(self) -> Array:
+        return _length(self.force - self.axial_force[:, None] * self.axis)
+
+    @cached_property
+    def axial_moment(self) -> Array:
+        """(n): signed, about the line through the point along the axis."""
+        return np.asarray(self.moment @ self.axis)
+
+    @cached_property
+    def bending_moment(self) -> Array:
+        return _length(self.moment - self.axial_moment[:, None] * self.axis)
+
+    @cached_property
+    def load_effort(self) -> Array:
+        """(n): effort at the output of the gear: that of the drive less what accelerates the rotor."""
+        return self.effort if self.rotor is None else self.effort - self.rotor
+
+    @cached_property
+    def rest(self) -> float:
+        """Speeds up to this count as standstill."""
+        return REST * float(np.max(np.abs(self.speed), initial=0.0))
+
+    @property
+    def repeated(self) -> np.ndarray:
+        """(n): whether the sample belongs to the cycle, and not to an exceptional event."""
+        return np.asarray(self.weight > 0)
+
+    def where(self, k: int) -> tuple[str, float]:
+        """Case and time of sample k."""
+        return self.cases[int(self.case_index[k])], float(self.time[k])
+
+    def governing_case(self, contribution: Array) -> str:
+        """The case that contributes most to a sum over samples (n)."""
+        return self.cases[int(np.argmax(np.bincount(self.case_index, contribution, len(self.cases))))]
+
+    def slices(self) -> list[tuple[str, slice]]:
+        """Each case with its samples."""
+        edges = np.searchsorted(self.case_index, np.arange(len(self.cases) + 1))
+        return [(case, slice(int(edges[i]), int(edges[i + 1]))) for i, case in enumerate(self.cases)]
+
+
+def _length(x: Array) -> Array:
+    return np.asarray(np.sqrt(np.einsum("ij,ij->i", x, x)))

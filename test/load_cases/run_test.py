@@ -1,0 +1,198 @@
+"""A run as one object, points of single joints, chosen joints, results of another robot, tables of the terminal."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+import pyarrow.parquet as pq
+import pytest
+
+import ksl
+from ksl.load_cases.load_case import LoadCase, Placement
+from ksl.load_cases.output import OutputError
+from ksl.load_cases.run import KEPT_CASES, Run
+from ksl.load_cases.summary_table import ALL_CASES
+from ksl.motions.motion import Motion
+
+MASS, LENGTH, G = 2.0, 0.5, 9.81
+
+FLANGE = f"""<robot name="{{name}}"><link name="wall"/>
+<link name="rod"/><link name="tool"><inertial><origin xyz="0.3 0 0.04"/><mass value="{MASS}"/>
+<inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="pin" type="revolute"><parent link="wall"/><child link="rod"/><axis xyz="0 1 0"/>
+<limit lower="-1" upper="3" effort="18" velocity="4"/></joint>
+<joint name="flange" type="fixed"><parent link="rod"/><child link="tool"/><origin xyz="0.2 0 0"/></joint></robot>"""
+
+
+def run(*arguments):
+    return subprocess.run([sys.executable, "-m", "ksl", *map(str, arguments)], capture_output=True, text=True, timeout=60)
+
+
+@pytest.fixture
+def flange(robot):
+    return robot(FLANGE.format(name="arm"))
+
+
+def held(m: ksl.Model, samples: int = 3) -> list[np.ndarray]:
+    zero = np.zeros((samples, m.nv))
+    return [np.arange(samples) / 10, zero, zero, zero]
+
+
+def test_a_flange_with_an_offset_mass_held_level(flange):
+    """The flange carries m g upwards, and m g times the offset about its y axis: 0.3 m; the pin 0.5 m."""
+    run = ksl.loads(flange, held(flange))
+    first = {row["joint"]: row for row in run.wrenches.to_pylist()[:3]}
+    weight = MASS * G
+    assert [first["flange"][c] for c in ("fx", "fy", "fz", "tx", "ty", "tz")] == pytest.approx([0, 0, weight, 0, -0.3 * weight, 0], abs=1e-12)
+    assert first["pin"]["effort"] == pytest.approx(-0.5 * weight, rel=1e-12)
+    assert run.verdict.level == "green" and run.verdict.worst.share == pytest.approx(0.5 * weight / 18)
+
+
+def test_the_run_is_what_the_command_writes(examples, tmp_path):
+    """Summary, wrenches and report: the same numbers."""
+    given = examples / "robots/ur5.urdf", examples / "motions/ur5_pick.csv"
+    assert run("loads", *given, "-o", tmp_path / "command").returncode == 0
+    r = ksl.loads(*given)
+    files = r.write(tmp_path / "program", csv=True)
+    assert files == ["report.html", "summary.csv", "wrenches.csv", "wrenches.parquet"]
+    written = pq.read_table(tmp_path / "command/wrenches.parquet")
+    assert r.wrenches.equals(written) and pq.read_table(tmp_path / "program/wrenches.parquet").equals(written)
+    summaries = [(tmp_path / name / "summary.csv").read_text(encoding="utf-8") for name in ("command", "program")]
+    rows = [[line for line in text.splitlines() if not line.startswith("#")] for text in summaries]
+    assert rows[0] == rows[1] and len(rows[0]) == 1 + r.summary.num_rows
+    peak = dict(zip(r.summary["joint"].to_pylist(), r.summary["effort_peak"].to_pylist()))
+    of_elbow = written.filter(pc.equal(written["joint"], "elbow"))
+    assert peak["elbow"] == np.abs(of_elbow["effort"].to_numpy()).max()
+    said = json.loads(r.summary.schema.metadata[b"ksl"])
+    assert said["robot"] == "ur5" and "N m" in said["units"] and [f["role"] for f in said["inputs"]] == ["robot", "motion"]
+    r.report(tmp_path / "page.html")
+    assert "Joint loads of ur5" in (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert repr(r).startswith("<ksl run of ur5: load case ur5_pick, green: ") and "shoulder_pan" in r._repr_html_()
+
+
+def several(m: ksl.Model, count: int) -> list[LoadCase]:
+    """Cases whose efforts grow with their number: the mass is accelerated."""
+    t, zero = np.arange(8) / 10, np.zeros((8, 1))
+    return [LoadCase(m, Motion(t, zero, zero, zero - k), name=f"case {k}", motion_file=f"{k}.csv") for k in range(count)]
+
+
+def test_several_cases_are_one_data_set_with_the_worst_below(flange, tmp_path):
+    r = ksl.loads(flange, cases=several(flange, 3))
+    files = r.write(tmp_path / "out")
+    assert files == ["report.html", "summary.csv", "wrenches.parquet"]
+    table = pq.read_table(tmp_path / "out/wrenches.parquet")
+    assert table["case"].unique().to_pylist() == ["case 0", "case 1", "case 2"] and table.num_rows == 3 * 8 * 3
+    worst = {row["joint"]: row for row in r.summary.to_pylist() if row["case"] == ALL_CASES}
+    assert worst["pin"]["effort_peak"] == pytest.approx(MASS * (0.5 * G + (0.5**2 + 0.04**2) * 2), rel=1e-12)  # m (g x + r² q̈)
+    assert worst["pin"]["effort_peak_case"] == "case 2" and worst["pin"]["position_lowest_case"] == "case 0"
+    assert r.governing.case.name == "case 2" and r.verdict.headline.endswith("case case 2")
+    page = (tmp_path / "out/report.html").read_text(encoding="utf-8")
+    assert all(f"case {k}" in page for k in range(3))
+
+
+def test_of_many_cases_the_report_has_the_worst(flange, tmp_path):
+    r = ksl.loads(flange, cases=several(flange, KEPT_CASES + 2))
+    assert [result.loads is not None for result in r.results] == [False] * 2 + [True] * KEPT_CASES
+    assert [result.case.name for result in r._shown()] == [f"case {k}" for k in range(KEPT_CASES + 1, 1, -1)], "worst first"
+    r.report(tmp_path / "other.html", "case 1")
+    assert "1.csv" in (tmp_path / "other.html").read_text(encoding="utf-8")
+    with pytest.raises(ValueError, match="no load case named 'case 33'; did you mean"):
+        r.report(tmp_path / "none.html", "case 33")
+
+
+@pytest.mark.parametrize("options", [{}, {"axes": "world", "order": "ang_lin"}, {"on": "parent"}], ids=str)
+def test_points_of_single_joints(flange, options):
+    common, own = (ksl.loads(flange, held(flange), at=at, **options).wrenches for at in ((0.1, 0, 0.2), {"flange": (0.1, 0, 0.2)}))
+    plain = ksl.loads(flange, held(flange), **options).wrenches
+    for name, expected, at in (("flange", common, "joint + 0.1 0 0.2"), ("pin", plain, "joint")):
+        rows = [table.filter(pc.equal(table["joint"], name)).drop_columns(["at"]) for table in (own, expected)]
+        assert rows[0].equals(rows[1]), name
+        assert set(own.filter(pc.equal(own["joint"], name))["at"].to_pylist()) == {at}
+    assert not own.equals(plain)
+
+
+def test_chosen_joints(flange, tmp_path):
+    (tmp_path / "m.csv").write_text("time,pin\n" + "".join(f"{k / 10},0\n" for k in range(8)))
+    p = run("loads", tmp_path / "robot.urdf", tmp_path / "m.csv", "-o", tmp_path / "o", "--joints", "flange, base", "--at", "flange=0,0,0.1", "--at", "world")
+    assert p.returncode == 0, p.stderr
+    table = pq.read_table(tmp_path / "o/wrenches.parquet")
+    assert table["joint"].unique().to_pylist() == ["flange", "base"] and table["at"].unique().to_pylist() == ["joint + 0 0 0.1", "world"]
+    rows = [line.split(",")[1] for line in (tmp_path / "o/summary.csv").read_text().splitlines() if not line.startswith("#")]
+    assert rows == ["joint", "flange", "base"]
+    assert p.stdout.startswith("verdict: GREEN: pin "), "the verdict is on all joints"
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (["--at", "flnage=0,0,0"], "--at flnage=0,0,0: no joint 'flnage'; did you mean flange?"),
+        (["--at", "flange=0,0"], "--at flange=0,0: expected 3 finite numbers"),
+        (["--at", "joint", "--at", "world"], "--at world: the second point for all joints; give JOINT=X,Y,Z for single joints"),
+        (["--joints", "pin,x"], "--joints pin,x: no joint 'x'; the joints of arm are pin, flange, base"),
+    ],
+)
+def test_unknown_joints_and_points(flange, tmp_path, options, sentence):
+    (tmp_path / "m.csv").write_text("time,pin\n" + "".join(f"{k / 10},0\n" for k in range(8)))
+    p = run("loads", tmp_path / "robot.urdf", tmp_path / "m.csv", "-o", tmp_path / "o", *options)
+    assert p.returncode == 2 and sentence in p.stderr and not (tmp_path / "o").exists()
+
+
+def test_results_of_another_robot_are_refused_without_force(robot, tmp_path):
+    m, other = robot(FLANGE.format(name="arm")), robot(FLANGE.format(name="leg"))
+    renamed = robot(FLANGE.format(name="arm").replace('"pin"', '"hinge"'))
+    ksl.loads(m, held(m)).write(tmp_path / "o")
+    before = (tmp_path / "o/wrenches.parquet").read_bytes()
+    with pytest.raises(OutputError, match="o: holds results of another robot, arm; give another folder with -o, or replace them with --force"):
+        ksl.loads(other, held(other)).write(tmp_path / "o")
+    with pytest.raises(OutputError, match="of a robot of this name with other joints"):
+        ksl.loads(renamed, held(renamed)).write(tmp_path / "o")
+    assert (tmp_path / "o/wrenches.parquet").read_bytes() == before
+    ksl.loads(other, held(other)).write(tmp_path / "o", force=True)
+    (tmp_path / "o/wrenches.parquet").write_bytes(before[:100])  # cut off: nobody's results
+    ksl.loads(m, held(m)).write(tmp_path / "o")
+    assert pq.read_table(tmp_path / "o/wrenches.parquet").num_rows == 9
+
+
+def test_force_on_the_command_line(robot, tmp_path):
+    m = robot(FLANGE.format(name="leg"))
+    ksl.loads(m, held(m)).write(tmp_path / "o")
+    robot(FLANGE.format(name="arm"))
+    (tmp_path / "m.csv").write_text("time,pin\n" + "".join(f"{k / 10},0\n" for k in range(8)))
+    given = tmp_path / "robot.urdf", tmp_path / "m.csv", "-o", tmp_path / "o"
+    p = run("loads", *given)
+    assert (p.returncode, p.stdout) == (2, "") and p.stderr.count("\n") == 1 and "--force" in p.stderr
+    assert run("loads", *given, "--force").returncode == 0
+
+
+def test_payloads_and_wrenches_from_a_program(flange):
+    r = ksl.loads(flange, held(flange), payloads={"tool": (1.0, (0.3, 0, 0.04))}, external={"tool": (0, 0, -MASS * G, 0, 0.3 * MASS * G, 0)})
+    first = {row["joint"]: row for row in r.wrenches.to_pylist()[:3]}
+    assert first["pin"]["effort"] == pytest.approx(-0.5 * G * (1 + 2 * MASS))
+    assert r.provenance.cases[0]["payloads"] == [{"link": "tool", "mass": 1.0, "center": [0.3, 0.0, 0.04]}]
+
+
+def test_what_loads_refuses(flange):
+    with pytest.raises(ksl.MotionError, match="needs a motion"):
+        ksl.loads(flange)
+    with pytest.raises(ValueError, match="no joint named 'flnage'; did you mean 'flange'"):
+        ksl.loads(flange, held(flange), joints=["flnage"])
+    with pytest.raises(ValueError, match="no link named 'tol'|at='tol'"):
+        ksl.loads(flange, held(flange), at="tol")
+
+
+NARROW = 80
+
+
+def test_tables_fit_80_columns(tmp_path, examples):
+    """No head and no number is cut, and every table has its units."""
+    given = examples / "robots/panda.urdf", examples / "motions/panda_pick.csv"
+    command = [sys.executable, "-m", "ksl", "loads", *map(str, given), "-o", str(tmp_path / "o"), "--physics", "all"]
+    p = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert p.returncode == 0, p.stderr
+    tables = p.stdout[p.stdout.index("Share of limits") : p.stdout.index("note: ")]
+    assert max(map(len, tables.splitlines())) <= NARROW and "…" not in p.stdout
+    for head in ("axial", "radial", "bending", "about axis", "effort", "speed", "power", "work", "transmitted", "peak N m", "rms N", "peak rad/s", "mean W"):
+        assert head in tables, head

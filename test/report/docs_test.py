@@ -1,0 +1,78 @@
+"""docs/report.md: its example runs, and its table of keys is complete."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from ksl.report.pdf import BROWSERS, VARIABLE
+
+ROOT = Path(__file__).parents[2]
+DOC = (ROOT / "docs" / "report.md").read_text(encoding="utf-8")
+
+
+def ksl(*arguments, **environment):
+    command = [sys.executable, "-m", "ksl", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, env={**os.environ, **environment}, check=False)
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("run")
+    done = ksl("loads", ROOT / "examples/robots/panda.urdf", ROOT / "examples/motions/panda_pick.csv", "-o", folder / "loads", "--json",
+               "--components", ROOT / "examples/components/panda.toml")  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+def test_the_table_of_keys_is_complete(run):
+    said = json.loads((run / "loads" / "report.json").read_text(encoding="utf-8"))
+    table = DOC[DOC.index("## report.json") :]
+    assert re.findall(r"^\| `(\w+)` \|", table, re.MULTILINE) == list(said)
+    for key in (*said["verdict"], *said["verdict"]["uses"][0], *said["cases"][0], *said["cases"][0]["power_balance"]):
+        assert f"`{key}`" in table, key
+    assert said["sizing"]["figures"] and {"sha256", "role", "file"} == set(said["provenance"]["inputs"][0])
+
+
+def test_the_numbers_are_those_of_the_summary(run):
+    import csv
+
+    said = json.loads((run / "loads" / "report.json").read_text(encoding="utf-8"))["summary"]
+    with open(run / "loads" / "summary.csv", newline="", encoding="utf-8") as f:
+        rows = list(csv.DictReader(line for line in f if not line.startswith("# ")))
+    for row, expected in zip(said, rows, strict=False):
+        assert all(str(row[key]) == value for key, value in expected.items() if value), row["joint"]
+
+
+def test_the_example_runs(run):
+    code = re.search(r"```python\n(.*?)```", DOC, re.DOTALL)[1]
+    done = subprocess.run([sys.executable, "-c", code], cwd=run, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("panda_joint1 0.08")
+
+
+def test_components_stand_beside_their_joints(run):
+    page = (run / "loads" / "report.html").read_text(encoding="utf-8")
+    assert 'id="components" class="verdict' in page
+    assert page.count('class="sizing"') >= 7
+
+
+def test_a_missing_browser_is_said_before_anything_is_computed(tmp_path):
+    assert ", ".join(f"`{name}`" for name in BROWSERS[:3]) in DOC and VARIABLE in DOC
+    for environment, words in (({"PATH": str(tmp_path)}, "a PDF needs Chromium, Chrome or Edge"), ({VARIABLE: "nothere"}, f"{VARIABLE}=nothere: no such program")):
+        done = ksl("loads", ROOT / "examples/robots/panda.urdf", ROOT / "examples/motions/panda_pick.csv", "-o", tmp_path / "o", "--pdf", **environment)
+        assert done.returncode == 2 and words in done.stderr and not (tmp_path / "o").exists()
+
+
+def test_a_browser_that_fails_leaves_nothing(tmp_path):
+    done = ksl("loads", ROOT / "examples/robots/panda.urdf", ROOT / "examples/motions/panda_pick.csv", "-o", tmp_path / "o", "--pdf", KSL_BROWSER="false")
+    assert done.returncode == 2 and "printed no PDF" in done.stderr and not (tmp_path / "o").exists()
+
+
+def test_an_unknown_paper(tmp_path):
+    done = ksl("loads", ROOT / "examples/robots/panda.urdf", ROOT / "examples/motions/panda_pick.csv", "-o", tmp_path / "o", "--paper", "A3")
+    assert done.returncode == 2 and "--paper A3: expected A4 or letter" in done.stderr
