@@ -42,7 +42,30 @@ def top_at(selector: str, offset: int = 12) -> Callable:
     return scroll
 
 
-PICTURES = {}
+def at_time(seconds: float, closer: int = 0) -> Callable:
+    """Stops the playback of an exported scene at a time, and goes closer by some steps of the mouse's wheel."""
+
+    def stop(page) -> None:
+        page.locator(".mantine-Notification-closeButton").first.click()  # the browser here has no graphics card, and says so
+        page.locator("button.mantine-ActionIcon-root").first.click()
+        page.locator("input.mantine-NumberInput-input").fill(f"{seconds:g}")
+        page.keyboard.press("Enter")
+        page.mouse.move(page.viewport_size["width"] / 2, page.viewport_size["height"] / 2)
+        for _ in range(closer):
+            page.mouse.wheel(0, -100)
+
+    return stop
+
+
+PICTURES = {
+    "tutorial_repair.png": Picture("repair", "arm.html", (900, 560), at_time(1.64)),
+    "tutorial_smooth.png": Picture("measured_motion", "loads/report.html", (700, 390), top_at("section:has(h2:text-is('panda_joint2')) figure:has(figcaption:has-text('raw and smoothed'))")),
+    "tutorial_report.png": Picture("size_a_joint", "signed/report.html", (1060, 700)),
+    "tutorial_joint.png": Picture("size_a_joint", "signed/report.html", (1060, 760), top_at("section:has(h2:text-is('panda_joint2'))")),
+    "tutorial_payload.png": Picture("worst_payload", "payload.html", (900, 480)),
+    "tutorial_viewer.png": Picture("viewer", "with_hand.html", (1060, 640), at_time(3.25, 1)),
+    "tutorial_notebook.png": Picture("notebook", "joint1.html", (900, 450)),
+}
 
 
 def photograph(browser, url: str, picture: Picture) -> bytes:

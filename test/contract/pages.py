@@ -1,6 +1,6 @@
 """Pages of the documentation as their readers use them: blocks of commands and code, and the folder that they run in."""
 
-import ast
+import importlib.metadata
 import json
 import os
 import re
@@ -99,7 +99,6 @@ class Walk:
         return done.stdout
 
     def _cell(self, block: Block) -> str:
-        ast.parse(block.code)
         if self._python is None:
             self._python = subprocess.Popen(
                 [sys.executable, "-u", "-c", INTERPRETER], cwd=self.folder, text=True, env=environment(),
@@ -122,7 +121,8 @@ class Walk:
 
 
 def there(name: str) -> bool:
-    """Whether a package or a program is there."""
-    from importlib.util import find_spec
-
-    return shutil.which(name) is not None or find_spec(name) is not None
+    """Whether a program or an installed package has this name."""
+    try:
+        return shutil.which(name) is not None or bool(importlib.metadata.version(name))
+    except importlib.metadata.PackageNotFoundError:
+        return False

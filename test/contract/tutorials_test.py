@@ -52,14 +52,13 @@ def check_excerpt(excerpt: str, printed: str) -> None:
 
 
 def same(wanted: str, line: str) -> bool:
-    """Words are the same; numbers are, but for a unit of the last digit."""
-    if wanted.endswith("…"):
-        wanted = wanted[:-1].rstrip()
-        line = line[: len(wanted) + 1] if wanted[-1] not in "0123456789" else line[: len(wanted)]
-        line = line.rstrip()
-    if NUMBER.sub("#", wanted) != NUMBER.sub("#", line):
-        return False
-    return all(close(a, value(b)) for a, b in zip(NUMBER.findall(wanted), NUMBER.findall(line), strict=True))
+    """Words are the same; numbers are, but for a unit of the last digit.  A line that ends in … is the beginning of what is printed."""
+    begins = wanted.endswith("…")
+    wanted = wanted.rstrip("… ")
+    number = f"({NUMBER.pattern})"
+    pattern = number.join(re.escape(words) for words in NUMBER.split(wanted))
+    found = re.match(pattern, line) if begins else re.fullmatch(pattern, line)
+    return found is not None and all(close(a, value(b)) for a, b in zip(NUMBER.findall(wanted), found.groups(), strict=True))
 
 
 def value(text: str) -> float:
