@@ -25,6 +25,7 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl.errors import SizingError as SizingError
     from ksl.errors import SweepError as SweepError
     from ksl.errors import ViewerError as ViewerError
+    from ksl.load_cases.holding import hold as hold
     from ksl.load_cases.run import Run as Run
     from ksl.load_cases.run import loads as loads
     from ksl.loading import load as load
@@ -67,6 +68,7 @@ _MODULE_OF = {
     "Wrench": "ksl.spatial",
     "__version__": "ksl._core",
     "check": "ksl.checks.run",
+    "hold": "ksl.load_cases.holding",
     "load": "ksl.loading",
     "load_string": "ksl.loading",
     "loads": "ksl.load_cases.run",

@@ -269,7 +269,7 @@ def test_effort_and_moment_at_a_point_off_the_axis_are_two_columns(tmp_path, opt
     table = pq.read_table(tmp_path / "o" / "wrenches.parquet").to_pydict()
     assert [x for x in table["effort"] if x is not None] == pytest.approx(torque.tolist(), rel=1e-12)
     page = (tmp_path / "o" / "report.html").read_text(encoding="utf-8")
-    tables = page[page.index("Turning joints: the wrench at the chosen point") : page.index('<section id="balance">')]
+    tables = page[page.index("Turning joints: the wrench at the chosen point") : page.index('<section id="balance"')]
     drive = tables.index("Turning joints: the drive")
     assert "moment about axis, N m" in tables[:drive] and f">{peak / 2:.3f}<" in tables[:drive] and f">{peak:.2f}<" not in tables[:drive]
     assert "effort, N m" in tables[drive:] and f">{peak:.2f}<" in tables[drive:]

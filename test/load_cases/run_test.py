@@ -196,3 +196,9 @@ def test_tables_fit_80_columns(tmp_path, examples):
     assert max(map(len, tables.splitlines())) <= NARROW and "…" not in p.stdout
     for head in ("axial", "radial", "bending", "about axis", "effort", "speed", "power", "work", "transmitted", "peak N m", "rms N", "peak rad/s", "mean W"):
         assert head in tables, head
+
+
+def test_how_a_motion_is_read(flange, tmp_path):
+    (tmp_path / "m.csv").write_text("time,pin\n" + "".join(f"{k / 10},90\n" for k in range(8)))
+    r = ksl.loads(flange, tmp_path / "m.csv", reading={"degrees": True})
+    assert r.rows[0]["position_highest"] == pytest.approx(np.pi / 2) and r.provenance.options["degrees"] is True

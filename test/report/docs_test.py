@@ -76,3 +76,23 @@ def test_a_browser_that_fails_leaves_nothing(tmp_path):
 def test_an_unknown_paper(tmp_path):
     done = ksl("loads", ROOT / "examples/robots/panda.urdf", ROOT / "examples/motions/panda_pick.csv", "-o", tmp_path / "o", "--paper", "A3")
     assert done.returncode == 2 and "--paper A3: expected A4 or letter" in done.stderr
+
+
+def test_components_that_cannot_be_are_refused_before_anything_is_computed(tmp_path):
+    (tmp_path / "c.toml").write_text('[[component]]\njoints = ["panda_joint1"]\nkind = "moter"\n')
+    two = ROOT / "examples/robots/panda.urdf", ROOT / "examples/motions/panda_pick.csv"
+    done = ksl("loads", *two, "-o", tmp_path / "o", "--components", tmp_path / "c.toml")
+    assert done.returncode == 2 and "moter" in done.stderr and "motor" in done.stderr and "Traceback" not in done.stderr
+    assert not (tmp_path / "o").exists()
+
+
+def test_several_load_cases_are_one_page(tmp_path):
+    done = ksl("loads", ROOT / "examples/robots/ur5.urdf", "--cases", ROOT / "examples/cases/ur5_cases.toml", "-o", tmp_path / "o", "--json")
+    assert done.returncode == 0, done.stderr
+    page, said = ((tmp_path / "o" / name).read_text(encoding="utf-8") for name in ("report.html", "report.json"))
+    shown = [case["name"] for case in json.loads(said)["cases"]]
+    assert page.count('<article class="case"') == len(shown) > 1
+    assert re.search(r'<select id="choice">(.*?)</select>', page)[1] == "".join(f'<option value="{i}">{name}</option>' for i, name in enumerate(shown))
+    worst = page[page.index('id="worst"') : page.index('<article class="case"')]
+    assert "emergency" in worst and "brakes" in worst and f"Curves of {len(shown)} of 8 load cases are shown" in worst
+    assert len(page.encode()) < 8e6

@@ -11,7 +11,7 @@ POSITION = "name => window.__viserMutable.nodeRefFromName[name].position.toArray
 MATRICES = """name => {
   let found = null;
   window.__viserMutable.nodeRefFromName[name].traverse(o => { if (o.isInstancedMesh2) found = o; });
-  return found && Array.from(found.matricesTexture.image.data).slice(0, 16 * found.count);
+  return found && Array.from(found.matricesTexture.image.data).slice(0, 16 * found.instancesCount);  // `count` leaves out what is not in sight
 }"""
 
 

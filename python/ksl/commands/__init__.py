@@ -2,6 +2,7 @@
 
 from ksl.commands import (
     check,
+    hold,
     info,
     loads,
     motion,
@@ -14,6 +15,7 @@ from ksl.commands.app import app
 __all__ = [
     "app",
     "check",
+    "hold",
     "info",
     "loads",
     "motion",

@@ -38,7 +38,7 @@ NOTES = 5
 @app.command()
 def view(
     robot: Robot,
-    motion: Annotated[Path | None, typer.Argument(metavar="[MOTION|RESULTS]", help="A motion, as for `ksl loads`, or the folder that `ksl loads` has written; otherwise the robot at rest.")] = None,
+    motion: Annotated[Path | None, typer.Argument(metavar="MOTION|RESULTS", help="A motion, as for `ksl loads`, or the folder that `ksl loads` has written; otherwise the robot at rest.")] = None,
     export: Annotated[Path | None, typer.Option(metavar="FILE.html", help="Write scene and playback into one file that opens offline, and end.")] = None,
     joint: Annotated[str, typer.Option(metavar="NAME", help="Joint that is selected first, whose wrench is written beside it.")] = "",
     case: Annotated[str, typer.Option(metavar="NAME", help="Which load case of the results; otherwise the first.")] = "",

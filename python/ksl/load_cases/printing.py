@@ -141,3 +141,32 @@ def balance_line(balance: PowerBalance | None) -> str:
         f"largest residual {abs(balance.residual).max():.3g} W, {balance.relative_residual:.2g} of the largest power "
         f"(drive + external{'' if balance.dissipation is None else ' − dissipation'} against the rate of change of energy)"
     )
+
+
+def print_pose(console: Console, run: Run) -> None:
+    """A run of one sample: the verdict, the pose with efforts, and every wrench."""
+    result = run.results[0]
+    case, model = result.case, run.model
+    print_verdict(console, run.verdict, ())
+    rows = {str(row["joint"]): row for row in run.wrenches.to_pylist()}
+    table = _empty_table()
+    for head in ("position", "effort", "limit", "share"):
+        table.add_column(head, justify="right", no_wrap=True)
+    for joint in model.joints:
+        row, uses = rows[joint.name], run.verdict.of(joint.name)
+        if row["position"] is None:
+            continue
+        of, effort = unit("effort", joint), row["effort"]
+        limit = uses["effort"].limit if "effort" in uses else None
+        share = percent(uses["effort"].share) if "effort" in uses else "–"
+        table.add_row(Text(joint.name), f"{row['position']:.4f} {joint.unit}", "–" if effort is None else f"{0.0 if abs(effort) < 1e-9 else effort:.4g} {of}",
+                      "–" if limit is None else f"{limit:.4g} {of}", share)  # fmt: skip
+    _print_table(console, f"Pose and efforts: {case.kind}", table)
+    wrenches = _empty_table()
+    components = [name for name in run.wrenches.column_names if name in ("fx", "fy", "fz", "tx", "ty", "tz")]
+    for name in components:
+        wrenches.add_column(f"{name}\n{'N' if name.startswith('f') else 'N m'}", justify="right", no_wrap=True)
+    for joint in model.joints:
+        wrenches.add_row(Text(joint.name), *(f"{0.0 if abs(rows[joint.name][c]) < 1e-9 else rows[joint.name][c]:.4g}" for c in components))
+    p = case.placement
+    _print_table(console, f"Wrenches on the {p.on} side, moments about {p.about}, axes {p.axes}", wrenches)

@@ -53,7 +53,10 @@ class WrenchFiles:
 
         self._writer = writer
         words = [f.name for f in writer.schema if _is_word(f)]
-        self._parquet = pyarrow.parquet.ParquetWriter(folder / "wrenches.parquet", writer.schema, compression="zstd", use_dictionary=words)
+        numbers = [f.name for f in writer.schema if not _is_word(f)]
+        # bytes of the same weight together: smaller than zstd of whole numbers, in half of the time
+        how = {"compression": "lz4", "use_dictionary": words, "use_byte_stream_split": numbers}
+        self._parquet = pyarrow.parquet.ParquetWriter(folder / "wrenches.parquet", writer.schema, **how)
         self._csv: Any = None
         if with_csv:
             import pyarrow.csv

@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import partial
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from numpy.typing import ArrayLike
 
@@ -210,6 +210,7 @@ def loads(
     axes: str = "joint",
     order: Order = "lin_ang",
     joints: Sequence[str] = (),
+    reading: Mapping[str, Any] | None = None,
 ) -> Run:
     """Every wrench of a robot along a motion, or in several load cases, as one object: what `ksl loads` does.
 
@@ -219,6 +220,7 @@ def loads(
     external: {link: (n, 6), or (6) for all samples}: wrenches of the environment, at the link's origin, in its axes; for one motion.
     on, at, axes, order: as in :meth:`Model.reactions`; `at` may also be {joint: (x, y, z)}: points of single joints, others
     have theirs at "joint".  joints: whose wrenches are wanted; all by default.
+    reading: arguments of :func:`ksl.read_motion`, for example {"degrees": True, "smooth": 20}.
     Raises MotionError, DescriptionError or ValueError, and says how to mend it.  Needs the extra `ksl[loads]`.
     """
     from ksl.loading import load
@@ -231,17 +233,17 @@ def loads(
     if cases is None:
         if motion is None:
             raise MotionError("loads needs a motion, or load cases")
-        case, more = one_case(robot, motion, placement, payloads, external)
+        case, more = one_case(robot, motion, placement, payloads, external, reading)
         found = [case]
     elif isinstance(cases, (str, os.PathLike)):
         from ksl.load_cases.case_file import read_cases
 
-        found, more = read_cases(robot, cases, placement, motion if isinstance(motion, (str, os.PathLike)) else None)
+        found, more = read_cases(robot, cases, placement, motion if isinstance(motion, (str, os.PathLike)) else None, reading=reading)
     else:
         found, more = [replace(case, placement=placement) for case in cases], []
     if not found:
         raise MotionError("loads: no load cases")
-    run = Run(found, provenance_of(found, [*inputs, *more], {"on": on, "at": _shown(at), "axes": axes, "order": order, "joints": list(joints)}))
+    run = Run(found, provenance_of(found, [*inputs, *more], {"on": on, "at": _shown(at), "axes": axes, "order": order, "joints": list(joints), **(reading or {})}))
     run._compute()
     return run
 
@@ -265,6 +267,7 @@ def one_case(
     placement: Placement,
     payloads: Mapping[str, tuple[float, Sequence[float]]] | None = None,
     external: External | None = None,
+    reading: Mapping[str, Any] | None = None,
 ) -> tuple[LoadCase, list[InputFile]]:
     """The load case of one motion, and the files that it comes from."""
     from ksl.given import payload_points
@@ -275,7 +278,7 @@ def one_case(
         model = model.with_payload(p.link, p.mass, p.center)
     if isinstance(motion, (str, os.PathLike)):
         file = os.fspath(motion)
-        moved, name, inputs = read_motion(model, file), Path(file).stem, [input_file("motion", file)]
+        moved, name, inputs = read_motion(model, file, **(reading or {})), Path(file).stem, [input_file("motion", file)]
     else:
         file, name, inputs = "", "motion", []
         moved = motion if isinstance(motion, Motion) else motion_of_arrays(model, *motion)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ksl.calls import Calls
 from ksl.errors import MotionError
@@ -72,10 +72,10 @@ class TableWriter:
         """One block of a load case, by its number, as a table; samples in order, and in each the joints in order."""
         pa, n, joints = self._pa, len(block.time), len(self._joints)
         columns = [self._words(self._cases, np.full(n * joints, case, dtype=np.int16))]
-        columns += [pa.array(np.repeat(block.time, joints)), self._words([j.name for j in self._joints], np.tile(np.arange(joints, dtype=np.int16), n))]
+        columns += [self._numbers(np.repeat(block.time, joints)), self._words([j.name for j in self._joints], np.tile(np.arange(joints, dtype=np.int16), n))]
         for wrench in (block.total, block.constraint):
             chosen = wrench if joints == len(self._mechanism.joints) else wrench[:, self._chosen]
-            columns += [pa.array(np.ascontiguousarray(chosen[:, :, i]).reshape(-1)) for i in range(6)]
+            columns += [self._numbers(chosen[:, :, i]) for i in range(6)]
         moving, movers = self._driven | self._follows, [j for j in self._joints if j.one_coordinate]
         at = [(self._mechanism._position_of, block.q), (self._mechanism._velocity_of, block.v), (self._mechanism._velocity_of, block.a)]
         columns += [self._of(moving, _columns(of, movers, x)) for of, x in at]
@@ -97,15 +97,32 @@ class TableWriter:
         columns += [self._words([p.on], same), self._words(points, point_of_row), self._words([p.axes], same)]
         return pa.Table.from_arrays(columns, schema=self.schema)
 
-    def _of(self, chosen: Array, x: Array) -> pa.Array:
+    def _of(self, chosen: NDArray[np.bool_], x: Array) -> pa.Array:
         """Values of the chosen joints; the others have none."""
-        n, joints = len(x), len(self._joints)
-        values, absent = np.zeros((n, joints)), np.ones((n, joints), dtype=bool)
-        values[:, chosen], absent[:, chosen] = x, False
-        return self._pa.array(values.reshape(-1), mask=absent.reshape(-1))
+        values = np.zeros((len(x), len(self._joints)))
+        values[:, chosen] = x
+        if bool(chosen.all()):
+            return self._numbers(values)
+        present = np.packbits(np.broadcast_to(chosen, values.shape).ravel(), bitorder="little")
+        return self._numbers(values, present, len(x) * int(np.sum(~chosen)))
+
+    def _numbers(self, x: Array, present: np.ndarray | None = None, absent: int = 0) -> pa.Array:
+        """A column without a copy.  `pa.array` would import pandas, where it is installed, which takes longer than a small run."""
+        pa = self._pa
+        flat = np.ascontiguousarray(x, dtype=float).reshape(-1)
+        return pa.Array.from_buffers(pa.float64(), len(flat), [None if present is None else pa.py_buffer(present), pa.py_buffer(flat)], absent)
 
     def _words(self, words: list[str], indices: np.ndarray) -> pa.DictionaryArray:
-        return self._pa.DictionaryArray.from_arrays(self._pa.array(indices), self._pa.array(words))
+        pa = self._pa
+        numbers = pa.Array.from_buffers(pa.int16(), len(indices), [None, pa.py_buffer(np.ascontiguousarray(indices, dtype=np.int16))])
+        return pa.DictionaryArray.from_arrays(numbers, pa.StringArray.from_buffers(len(words), *_text_buffers(pa, words)))
+
+
+def _text_buffers(pa: Any, words: list[str]) -> tuple[Any, Any]:
+    """Offsets and bytes of a column of texts."""
+    encoded = [word.encode("utf-8") for word in words]
+    offsets = np.cumsum([0, *(len(one) for one in encoded)], dtype=np.int32)
+    return pa.py_buffer(offsets), pa.py_buffer(b"".join(encoded))
 
 
 def _columns(of: Callable[[Joint, Array], Array], joints: list[Joint], x: Array) -> Array:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ksl.errors import SizingError
 from ksl.report.input import ReportInput
 from ksl.report.pdf import Paper, find_browser, write_pdf
 
@@ -45,7 +46,10 @@ class ReportFiles:
             return None
         from ksl.sizing.run import size
 
-        return size(directory, self.components)
+        try:
+            return size(directory, self.components)
+        except ModuleNotFoundError as e:
+            raise SizingError(f"{self.components}: needs the package {e.name}; install it with: pip install 'ksl[size]'") from None
 
     def write(self, directory: Path, report: ReportInput) -> None:
         from ksl.report.page import write_report

@@ -38,7 +38,8 @@ def uses_table(verdict: Verdict, anchors: Mapping[tuple[str, str], str], clocks:
     worst_of = {name: max(uses.values(), key=_weight) for name, uses in joints.items()}
     for name, worst in sorted(worst_of.items(), key=lambda item: _weight(item[1]), reverse=True):
         cells = "".join(_cell(joints[name].get(quantity), anchors, clocks, several) for quantity in AMBER)
-        rows += f'<tr><th scope="row">{link(anchors.get((worst.case, name)), name)}</th>{cells}</tr>'
+        elsewhere = next((anchor for (_, joint), anchor in anchors.items() if joint == name), None)
+        rows += f'<tr><th scope="row">{link(anchors.get((worst.case, name), elsewhere), name)}</th>{cells}</tr>'
     head = "".join(f'<th scope="col">{quantity}</th>' for quantity in AMBER)
     title = "Share of its limits that each joint uses" + (", largest over all load cases" if several else "")
     table = f'<table class="uses"><caption>{title}</caption><thead><tr><th scope="col">joint</th>{head}</tr></thead><tbody>{rows}</tbody></table>'

@@ -21,6 +21,9 @@ def worst_section(rows: Sequence[Row], joints: Mapping[str, Joint], anchors: Map
         groups.setdefault(joint_group(joints[name]), []).append(name)
     tables = "".join(_table(title, names, rows, joints, anchors) for title, names in groups.items())
     note = "The largest peak of each quantity over all load cases, and below it the case that governs. Its name leads to the joint's curves there."
+    count, shown = len({row["case"] for row in rows}), len({case for case, _ in anchors})
+    if shown < count:
+        note += f" Curves of {shown} of {count} load cases are shown: of those with the worst use of limits."
     return f'<section id="worst"><h2>Worst over all load cases</h2><p>{note}</p>{tables}</section>'
 
 

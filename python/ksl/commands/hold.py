@@ -1,0 +1,92 @@
+"""`ksl hold`."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, cast
+
+import typer
+
+from ksl.commands.app import app, command_line, console, fail
+from ksl.commands.options import FloatingBase, Gravity, Mimic, ModelName, Physics, Robot, Strict, in_options, numbers, read_model
+
+if TYPE_CHECKING:
+    from ksl.states import Order, Side
+
+
+@app.command()
+def hold(
+    robot: Robot,
+    pose: Annotated[list[str], typer.Option(metavar="FILE|NAME=VALUE", help="Position of a joint, rad or m, or 90deg (repeatable); or a file: TOML of positions, or a motion.")] = [],
+    time: Annotated[float | None, typer.Option("--time", metavar="S", help="Which sample of a motion; otherwise the first.")] = None,
+    worst: Annotated[str, typer.Option(metavar="JOINT", help="Search the pose within limits that is worst for this joint; joints of --pose stay.")] = "",
+    of: Annotated[str, typer.Option("--of", metavar="QUANTITY", help="What is largest there: effort, fx … tz, force, moment, axial_force, bending_moment …")] = "effort",
+    seed: Annotated[int, typer.Option(metavar="N", help="Of the search.")] = 0,
+    output: Annotated[Path | None, typer.Option("--output", "-o", metavar="DIR", help="Folder for files as of `ksl loads`.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace results of another robot in DIR.")] = False,
+    on: Annotated[str, typer.Option(metavar="child|parent", help="Side that the wrench acts on.")] = "child",
+    at: Annotated[str, typer.Option(metavar="POINT", help="Point of the moments: joint, world, a link's name, or X,Y,Z from the joint's origin in its axes.")] = "joint",
+    axes: Annotated[str, typer.Option(metavar="AXES", help="joint, world, or a link's name.")] = "joint",
+    order: Annotated[str, typer.Option(metavar="lin_ang|ang_lin", help="Force or moment first.")] = "lin_ang",
+    payload: Annotated[list[str], typer.Option(metavar="MASS[,X,Y,Z]", help="Point mass, kg, at a point of the link's frame, m; with --on-link.")] = [],
+    on_link: Annotated[list[str], typer.Option(metavar="NAME", help="Link that carries the payload.")] = [],
+    floating_base: FloatingBase = False,
+    mimic: Mimic = "coupled",
+    strict: Strict = False,
+    gravity: Gravity = "",
+    model_name: ModelName = "",
+    physics: Physics = "",
+) -> None:
+    """Print the efforts and every wrench of one pose at rest, or of the worst pose for a joint."""
+    from ksl.load_cases.holding import hold as held
+    from ksl.load_cases.holding import read_pose
+    from ksl.load_cases.load_case import Payload
+    from ksl.load_cases.output import OutputError
+    from ksl.load_cases.printing import print_pose
+    from ksl.load_cases.provenance import input_file
+
+    if len(payload) != len(on_link):
+        fail(f"{len(payload)} --payload and {len(on_link)} --on-link; give one --on-link NAME for each --payload MASS[,X,Y,Z]")
+    values = [numbers(p, "--payload", 1, 4) for p in payload]
+    loaded = {link: (p[0], p[1:] or [0.0, 0.0, 0.0]) for link, p in zip(on_link, values)}
+    model = read_model(robot, floating_base, mimic, strict, gravity, loaded, name=model_name, physics=physics)
+    point = numbers(at, "--at", 3) if "," in at else at
+    try:
+        model._request(on, point, axes, order, "total", [])
+    except ValueError as e:
+        fail(in_options(e, on=on, at=at, axes=axes, order=order))
+    files = [one for one in pose if "=" not in one or os.path.exists(one)]
+    named = dict(_position(one) for one in pose if one not in files)
+    try:
+        positions: dict[str, Any] = {}
+        for file in files:
+            positions |= read_pose(model, file, time)
+        positions |= named
+        carried = [Payload(link, kilograms, (x, y, z)) for link, (kilograms, (x, y, z)) in loaded.items()]
+        inputs = [input_file("robot", robot), *(input_file("pose", file) for file in files)]
+        options = {"on": on, "at": at, "axes": axes, "order": order, "gravity": gravity, "physics": physics, "mimic": mimic, "floating_base": floating_base}
+        run = held(
+            model, positions, worst or None, of, payloads=carried, on=cast("Side", on), at=point, axes=axes, order=cast("Order", order), seed=seed,
+            inputs=inputs, options=options, command=command_line(),
+        )  # fmt: skip
+        written = run.write(output, force=force) if output else []
+    except (ValueError, OutputError, RuntimeError) as e:
+        fail(e)
+    out = console(120)
+    print_pose(out, run)
+    if output:
+        out.print(f"written to {output}: {', '.join(written)}", markup=False, soft_wrap=True)
+
+
+def _position(text: str) -> tuple[str, float]:
+    """NAME=VALUE, the value in rad or m, or in degrees with `deg` behind it."""
+    import math
+
+    name, _, value = text.rpartition("=")
+    degrees = value.endswith("deg")
+    try:
+        number = float(value.removesuffix("deg"))
+    except ValueError:
+        fail(f"--pose {text}: expected NAME=VALUE with a number, rad or m, or as 90deg")
+    return name, math.radians(number) if degrees else number

@@ -1,0 +1,200 @@
+"""One pose at rest: efforts and every wrench; and the pose within limits that is worst for a joint."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from ksl.errors import MotionError, unknown_name
+from ksl.load_cases.limits import limits_of
+from ksl.load_cases.load_case import LoadCase, Payload, Placement
+from ksl.load_cases.poses import neutral, pose_of
+from ksl.load_cases.provenance import input_file, provenance_of
+from ksl.load_cases.quantities import joint_loads
+from ksl.load_cases.run import Run, checked
+from ksl.mechanism import Joint
+from ksl.model import Model
+from ksl.motions.motion import Motion
+from ksl.motions.reading import read_motion
+from ksl.states import Array, Order, Point, Side
+
+if TYPE_CHECKING:
+    from ksl.load_cases.provenance import InputFile
+
+COMPONENTS = ("fx", "fy", "fz", "tx", "ty", "tz")
+TRIED = 4096
+"""Random poses that are tried, of which the best are refined."""
+REFINED = 12
+STEP = 1e-4
+"""Of central differences, of the range of each joint."""
+
+Pose = Mapping[str, Any] | Sequence[float]
+
+
+def hold(
+    model: Model | str | os.PathLike[str],
+    pose: Pose | None = None,
+    worst: str | None = None,
+    quantity: str = "effort",
+    *,
+    payloads: Sequence[Payload] = (),
+    on: Side = "child",
+    at: Point = "joint",
+    axes: str = "joint",
+    order: Order = "lin_ang",
+    seed: int = 0,
+    inputs: Sequence[InputFile] = (),
+    options: Mapping[str, Any] | None = None,
+    command: str = "",
+) -> Run:
+    """Efforts and every wrench of a robot at rest in one pose, as a run with one sample.
+
+    model: a model, or the robot's file.  pose: {joint: position}, rad or m, or q (nq); joints that are not named are at zero, or as near
+    to it as limits let them.  worst: a joint; the pose is then searched in which its `quantity` is largest in magnitude, within the
+    limits of all joints with one coordinate that `pose` doesn't name (angles without limits: a whole turn; slides without limits stay).
+    quantity: "effort"; a component fx … tz of the wrench as expressed by on, at and axes; or, of its joint's axis, "axial_force",
+    "radial_force", "axial_moment", "bending_moment"; or "force", "moment", magnitudes.
+    payloads: what the model carries already, for the record.  on, at, axes, order: as in :meth:`Model.reactions`.
+
+    The search tries 4096 random poses of that seed at once, and refines the 12 best by a quasi-Newton method within bounds (L-BFGS-B);
+    it is reproducible, and finds the largest value unless that has a very narrow peak.  The pose is `run.cases[0].motion.q[0]`.
+    Raises MotionError or ValueError.  inputs, options, command: for the provenance.
+    """
+    from ksl.loading import load
+
+    robot = model if isinstance(model, Model) else load(model)
+    placement = checked(robot, Placement(on, at, axes, order))
+    named = isinstance(pose, Mapping)
+    q = neutral(robot) if pose is None else pose_of(robot, cast("Mapping[str, Any]", pose)) if named else _given(robot, pose)
+    name, kind = "pose", "held at rest by the drives"
+    if worst is not None:
+        fixed = set(cast("Mapping[str, Any]", pose)) if named else set()
+        q = worst_pose(robot, worst, quantity, placement, q, fixed, seed)
+        name, kind = f"worst {quantity} of {worst}", f"{kind}, in the pose with the largest {quantity} of {worst} (seed {seed})"
+    still = np.zeros((1, robot.nv))
+    case = LoadCase(robot, Motion(np.zeros(1), q[None], still, still), placement, name=name, payloads=payloads, kind=kind, static=True)
+    files = list(inputs) or ([input_file("robot", robot.file)] if robot.file and os.path.exists(robot.file) else [])
+    run = Run([case], provenance_of([case], files, options or {}, command))
+    run._compute()
+    return run
+
+
+def worst_pose(model: Model, joint: str, quantity: str, placement: Placement, q: Array, fixed: set[str], seed: int = 0) -> Array:
+    """q (nq) of the pose at rest with the largest magnitude of a quantity of a joint; joints that are not searched are as in `q`."""
+    from scipy.optimize import minimize
+
+    size = _size(model, model.joint(joint), quantity, placement)
+    searched = [(j, bounds) for j in model.joints[: len(model.joint_names)] if j.name not in fixed and (bounds := _range(j))]
+    if not searched:
+        return q
+    columns = [j.q_index for j, _ in searched]
+    lower, upper = (np.array([bounds[k] for _, bounds in searched]) for k in (0, 1))
+
+    def largest(x: Array) -> Array:
+        """Sizes (n) of poses x (n, searched), each from 0 to 1 of its range."""
+        poses = np.repeat(q[None], len(x), axis=0)
+        poses[:, columns] = lower + x * (upper - lower)
+        return size(poses)
+
+    def descent(x: Array) -> tuple[float, Array]:
+        """Minus the square, which is smooth where the magnitude is zero, and its gradient by central differences, in one batch."""
+        steps = STEP * np.eye(len(x))
+        values = largest(np.vstack([x, x + steps, x - steps])) ** 2 / scale
+        return -float(values[0]), -(values[1 : len(x) + 1] - values[len(x) + 1 :]) / (2 * STEP)
+
+    tried = np.random.default_rng(seed).random((TRIED, len(columns)))
+    sizes = largest(tried)
+    scale = float(sizes.max()) ** 2 or 1.0
+    best, found = tried[int(sizes.argmax())], float(sizes.max())
+    for k in np.argsort(-sizes, kind="stable")[:REFINED]:
+        x = np.clip(minimize(descent, tried[k], jac=True, method="L-BFGS-B", bounds=[(0.0, 1.0)] * len(columns)).x, 0, 1)
+        if (value := float(largest(x[None])[0])) > found:
+            best, found = x, value
+    pose = q.copy()
+    pose[columns] = lower + best * (upper - lower)
+    return _nearest(pose, q, searched, size)
+
+
+def _nearest(pose: Array, q: Array, searched: Sequence[tuple[Joint, tuple[float, float]]], size: Callable[[Array], Array]) -> Array:
+    """The same quantity with joints that don't matter as in `q`, and angles without needless turns."""
+    least = float(size(pose[None])[0]) * (1 - 1e-9)
+    for joint, (lower, upper) in searched:
+        k = joint.q_index
+        others = [q[k], *(pose[k] + turns * math.tau for turns in (-2, -1, 1, 2) if joint.has_angle), pose[k]]
+        for x in sorted((x for x in others if lower <= x <= upper), key=lambda x: abs(x - q[k])):
+            tried = pose.copy()
+            tried[k] = x
+            if float(size(tried[None])[0]) >= least:
+                pose = tried
+                break
+    return pose
+
+
+def _size(model: Model, joint: Joint, quantity: str, placement: Placement) -> Callable[[Array], Array]:
+    """The magnitude (n) of a quantity of a joint at poses (n, nq) at rest."""
+    own = quantity in COMPONENTS
+    p = placement
+    request = model._request(p.on, p.at, p.axes if own else "joint", "lin_ang", "total", [joint.name])
+    known = ["effort"] if joint.nv == 1 else []
+    known += [*COMPONENTS, "force", "moment", *([n for n in joint_loads(joint, np.zeros((1, 6)), None, None).wrench if "_" in n])]
+    if quantity not in known:
+        raise ValueError(unknown_name(f"joint {joint.name}", "quantity", quantity, known))
+
+    def size(poses: Array) -> Array:
+        still = np.zeros((len(poses), model.nv))
+        tau, reactions = model._with_reactions(poses, still, still, None, (request,))
+        if quantity == "effort":
+            found = tau[:, joint.v_index]
+        elif own:
+            found = reactions[:, 0, COMPONENTS.index(quantity)]
+        elif quantity in ("force", "moment"):
+            found = np.linalg.norm(reactions[:, 0, :3] if quantity == "force" else reactions[:, 0, 3:], axis=1)
+        else:
+            found = joint_loads(joint, reactions[:, 0], None, None).wrench[quantity]
+        magnitude: Array = np.abs(found)
+        return magnitude
+
+    return size
+
+
+def _range(joint: Joint) -> tuple[float, float] | None:
+    """Bounds of the search; None for joints that stay where they are."""
+    if joint.nv != 1:
+        return None
+    limits = limits_of(joint)
+    if limits.lower is not None and limits.upper is not None:
+        return limits.lower, limits.upper
+    if not joint.has_angle:
+        return None
+    lower = limits.lower if limits.lower is not None else limits.upper - 2 * math.pi if limits.upper is not None else -math.pi
+    return lower, limits.upper if limits.upper is not None else lower + 2 * math.pi
+
+
+def _given(model: Model, pose: Any) -> Array:
+    q = np.asarray(pose, dtype=float)
+    if q.shape != (model.nq,) or not np.isfinite(q).all():
+        raise MotionError(f"pose has shape {q.shape}; expected ({model.nq}) finite numbers, or a mapping {{joint: position}}")
+    return q
+
+
+def read_pose(model: Model, path: str | os.PathLike[str], time: float | None = None) -> dict[str, float]:
+    """A pose from a file: a TOML file of positions by names, or a sample of a motion, the first or the one nearest to a time, s."""
+    from ksl.motions.columns import columns_of
+
+    file = os.fspath(path)
+    if file.endswith(".toml"):
+        from ksl.toml_files import read_toml
+
+        table = read_toml(file, MotionError, "a pose: JOINT = POSITION, rad or m")
+        pose_of(model, table)
+        return table
+    motion = read_motion(model, file)
+    if time is not None and not motion.time[0] <= time <= motion.time[-1]:
+        raise MotionError(f"{file}: no sample at {time:g} s; its times are {motion.time[0]:g} s to {motion.time[-1]:g} s")
+    k = 0 if time is None else int(np.argmin(np.abs(motion.time - time)))
+    names = [(c, j.q_index + i) for j in model.joints[: len(model.joint_names)] for i, c in enumerate(columns_of(j)[0])]
+    return {name: float(motion.q[k, i]) for name, i in names}

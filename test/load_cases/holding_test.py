@@ -1,0 +1,123 @@
+"""One pose at rest, and the worst pose within limits: closed forms of a planar two-link arm."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+import ksl
+
+M1, M2, L1, L2, G = 3.0, 1.5, 0.6, 0.4, 9.81
+"""Masses at the ends of the links."""
+
+
+def link(name, mass, length):
+    inertia = '<inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/>'
+    return f'<link name="{name}"><inertial><origin xyz="{length} 0 0"/><mass value="{mass}"/>{inertia}</inertial></link>'
+
+
+ARM = f"""<robot name="arm"><link name="wall"/>{link("upper", M1, L1)}{link("lower", M2, L2)}
+<joint name="shoulder" type="revolute"><parent link="wall"/><child link="upper"/><axis xyz="0 1 0"/>
+<limit lower="0.5" upper="2.5" effort="40" velocity="1"/></joint>
+<joint name="elbow" type="revolute"><parent link="upper"/><child link="lower"/><origin xyz="{L1} 0 0"/><axis xyz="0 1 0"/>
+<limit lower="-1" upper="1" effort="10" velocity="1"/></joint></robot>"""
+
+
+def shoulder_effort(q1, q2):
+    """Turning about +y moves the links down from x; the drive holds minus the moment of the weights."""
+    return -G * (M1 * L1 * np.cos(q1) + M2 * (L1 * np.cos(q1) + L2 * np.cos(q1 + q2)))
+
+
+def elbow_effort(q1, q2):
+    return -G * M2 * L2 * np.cos(q1 + q2)
+
+
+@pytest.fixture
+def arm(robot):
+    return robot(ARM)
+
+
+def efforts(run):
+    return {row["joint"]: row["effort"] for row in run.wrenches.to_pylist()}
+
+
+@pytest.mark.parametrize("pose", [{"shoulder": 0.7, "elbow": -0.4}, [0.7, -0.4]], ids=["names", "numbers"])
+def test_a_two_link_arm_at_rest(arm, pose):
+    found = efforts(ksl.hold(arm, pose))
+    assert found["shoulder"] == pytest.approx(shoulder_effort(0.7, -0.4), rel=1e-12)
+    assert found["elbow"] == pytest.approx(elbow_effort(0.7, -0.4), rel=1e-12)
+
+
+def test_joints_without_a_position_are_near_zero_within_limits(arm):
+    run = ksl.hold(arm, {"elbow": 0.3})
+    assert run.cases[0].motion.q[0] == pytest.approx([0.5, 0.3])
+
+
+def test_the_worst_pose_is_the_best_of_a_fine_grid(arm):
+    q1, q2 = np.meshgrid(np.linspace(0.5, 2.5, 801), np.linspace(-1, 1, 801))
+    for joint, effort in (("shoulder", shoulder_effort), ("elbow", elbow_effort)):
+        run = ksl.hold(arm, worst=joint)
+        largest = np.abs(effort(q1, q2)).max()
+        assert abs(efforts(run)[joint]) >= largest * (1 - 1e-9) and abs(efforts(run)[joint]) == pytest.approx(largest, rel=1e-5)
+        assert efforts(run)[joint] == pytest.approx(effort(*run.cases[0].motion.q[0]), rel=1e-12)
+
+
+def test_the_search_is_reproducible_and_keeps_named_joints(arm):
+    first, again = (ksl.hold(arm, {"shoulder": 2.0}, worst="elbow").cases[0].motion.q[0] for _ in range(2))
+    assert np.array_equal(first, again) and first[0] == 2.0 and first[1] == pytest.approx(1.0)
+
+
+def test_the_worst_of_a_component(arm):
+    """The shoulder carries the weight across or along its x axis: all of it where sin q = 1, within limits."""
+    run = ksl.hold(arm, worst="shoulder", quantity="fx")
+    assert abs(run.wrenches["fx"][0].as_py()) == pytest.approx((M1 + M2) * G, rel=1e-9)
+    assert run.cases[0].motion.q[0][0] == pytest.approx(np.pi / 2, abs=1e-4)
+    assert abs(ksl.hold(arm, worst="base", quantity="moment").wrenches["ty"].to_pylist()[-1]) > 0
+
+
+def test_what_hold_refuses(arm):
+    for arguments, sentence in (
+        ({"pose": {"elbw": 1}}, "pose: no joint or column 'elbw'; did you mean 'elbow'"),
+        ({"pose": {"elbow": "x"}}, "pose: elbow is 'x'; expected a number"),
+        ({"pose": [1.0]}, r"pose has shape \(1,\); expected \(2\)"),
+        ({"worst": "elbw"}, "no joint named 'elbw'; did you mean 'elbow'"),
+        ({"worst": "elbow", "quantity": "efort"}, "joint elbow: no quantity named 'efort'; did you mean 'effort'"),
+        ({"worst": "base"}, "joint base: no quantity named 'effort'"),
+    ):
+        with pytest.raises(ValueError, match=sentence):
+            ksl.hold(arm, **arguments)
+
+
+def run(*arguments):
+    return subprocess.run([sys.executable, "-m", "ksl", "hold", *map(str, arguments)], capture_output=True, text=True, timeout=60)
+
+
+def test_the_command(arm, tmp_path):
+    (tmp_path / "m.csv").write_text("time,shoulder,elbow\n" + "".join(f"{k / 10},{1 + k / 10},0\n" for k in range(8)))
+    (tmp_path / "pose.toml").write_text("elbow = 0.25\n")
+    robot = tmp_path / "robot.urdf"
+    p = run(robot, "--pose", "shoulder=90deg", "--pose", tmp_path / "pose.toml", "-o", tmp_path / "out")
+    assert p.returncode == 0, p.stderr
+    assert p.stdout.startswith("verdict: GREEN: ") and "1.5708 rad" in p.stdout and f"{elbow_effort(np.pi / 2, 0.25):.4g} N m" in p.stdout
+    assert pq.read_table(tmp_path / "out/wrenches.parquet").num_rows == 3 and (tmp_path / "out/report.html").exists()
+    assert max(map(len, p.stdout[p.stdout.index("Pose") : p.stdout.index("written")].splitlines())) <= 80
+    p = run(robot, "--pose", tmp_path / "m.csv", "--time", "0.31")
+    assert "1.3000 rad" in p.stdout, p.stderr
+    p = run(robot, "--worst", "shoulder")
+    assert p.returncode == 0 and "in the pose with the largest effort of shoulder" in p.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["--pose", "elbow=a"], "ksl: --pose elbow=a: expected NAME=VALUE with a number"),
+        (["--pose", "elbw=1"], "ksl: pose: no joint or column 'elbw'; did you mean 'elbow'"),
+        (["--pose", "none.toml"], "ksl: none.toml: can't be read"),
+        (["--worst", "elbw"], "ksl: arm: no joint named 'elbw'"),
+    ],
+)
+def test_the_command_refuses(arm, tmp_path, arguments, sentence):
+    p = run(tmp_path / "robot.urdf", *arguments)
+    assert p.returncode == 2 and p.stderr.startswith(sentence) and p.stderr.count("\n") == 1 and p.stdout == ""
