@@ -58,18 +58,18 @@ def at_time(seconds: float, closer: int = 0) -> Callable:
 
 
 PICTURES = {
-    "tutorial_repair.png": Picture("repair", "arm.html", (900, 560), at_time(1.64)),
+    "tutorial_repair.png": Picture("repair", "arm.html", (900, 560), at_time(3.6)),
     "tutorial_smooth.png": Picture("measured_motion", "loads/report.html", (700, 390), top_at("section:has(h2:text-is('panda_joint2')) figure:has(figcaption:has-text('raw and smoothed'))")),
     "tutorial_report.png": Picture("size_a_joint", "signed/report.html", (1060, 700)),
     "tutorial_joint.png": Picture("size_a_joint", "signed/report.html", (1060, 760), top_at("section:has(h2:text-is('panda_joint2'))")),
     "tutorial_payload.png": Picture("worst_payload", "payload.html", (900, 480)),
-    "tutorial_viewer.png": Picture("viewer", "with_hand.html", (1060, 640), at_time(3.25, 1)),
+    "tutorial_viewer.png": Picture("viewer", "with_hand.html", (960, 580), at_time(3.25, 1)),
     "tutorial_notebook.png": Picture("notebook", "joint1.html", (900, 450)),
 }
 
 
 def photograph(browser, url: str, picture: Picture) -> bytes:
-    """PNG of the page in at most 256 colours."""
+    """PNG of the page, in 256 colours if it would be too large otherwise."""
     from PIL import Image
 
     width, height = picture.size
@@ -80,8 +80,11 @@ def photograph(browser, url: str, picture: Picture) -> bytes:
     page.wait_for_timeout(1500)
     shot = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
     page.close()
-    out = io.BytesIO()
-    shot.quantize(256, dither=Image.Dither.NONE).save(out, "PNG", optimize=True)
+    for made in (shot, shot.quantize(256, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)):
+        out = io.BytesIO()
+        made.save(out, "PNG", optimize=True)
+        if out.tell() <= LARGEST:
+            break
     return out.getvalue()
 
 

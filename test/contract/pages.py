@@ -19,7 +19,8 @@ TUTORIALS = ROOT / "docs" / "tutorials"
 class Block:
     """A fenced block: its language (`text` is what the block before it prints), its content, and the line of its fence.
 
-    `marks` are those of the comment above it: <!-- status: 2 --> the exit status, <!-- needs: chromium duckdb --> programs and packages.
+    `marks` are those of the comment above it: <!-- status: 2 --> the exit status, <!-- needs: chromium duckdb --> programs and packages,
+    <!-- tested: test/file.py --> the test that runs it.
     """
 
     language: str

@@ -16,12 +16,12 @@ SETS_UP = re.compile(r"^make (demo|test|bench)", re.MULTILINE)
 
 
 def blocks() -> list:
-    """Those that run on their own; tutorials_test.py runs the pages whose blocks follow each other."""
+    """Those that run on their own.  tutorials_test.py runs the pages whose blocks follow each other; marks name other tests that run a block."""
     found = []
     for path in [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]:
         if path.parent != TUTORIALS:
             for block in blocks_of(path):
-                if block.language in LANGUAGES and not SETS_UP.search(block.code):
+                if block.language in LANGUAGES and not SETS_UP.search(block.code) and "tested" not in block.marks:
                     found.append(pytest.param(block.language, block.code, id=f"{path.relative_to(ROOT)}:{block.line}-{block.language}"))
     return found
 
@@ -80,6 +80,14 @@ def test_block_runs(checkout, language, code):
         run([sys.executable, "-c", code], checkout)
     else:
         run(["sh", "-eu", "-c", code], checkout)
+
+
+def test_blocks_that_are_run_elsewhere_are():
+    """A mark names a test that reads the page."""
+    for path in sorted((ROOT / "docs").rglob("*.md")):
+        for block in blocks_of(path):
+            if "tested" in block.marks:
+                assert f'"{path.name}"' in (ROOT / block.marks["tested"]).read_text(encoding="utf-8")
 
 
 def test_readme_has_a_block_of_each_language():

@@ -118,3 +118,19 @@ def test_an_excerpt_that_is_not_printed_is_found():
     for wrong in ("a 1.30\n", "b 4.56\na 1.23\n", "c\n"):
         with pytest.raises(AssertionError, match="not printed"):
             check_excerpt(wrong, printed)
+
+
+def test_readme_lists_every_page():
+    """Tutorials and pages of docs are in its table, each with a link."""
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    missing = [str(p.relative_to(ROOT)) for p in [*(ROOT / "docs").glob("*.md"), *PAGES] if f"({p.relative_to(ROOT)})" not in text]
+    assert not missing
+
+
+def test_readme_lists_every_extra():
+    """All extras of the package but that of the tests."""
+    project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    section = project[project.index("[project.optional-dependencies]") : project.index("[project.scripts]")]
+    extras = set(re.findall(r"^(\w+) = \[", section, re.MULTILINE)) - {"test"}
+    listed = set(re.findall(r"^  \| `(\w+)` \|", (ROOT / "README.md").read_text(encoding="utf-8"), re.MULTILINE))
+    assert extras and listed == extras
