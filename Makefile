@@ -92,7 +92,7 @@ $(VENV)/.tools:
 	touch $@
 
 $(VENV)/.installed: $(VENV)/.tools $(SOURCES)
-	$(BIN)/python -m pip install -q --no-build-isolation '.[loads]'
+	$(BIN)/python -m pip install -q --no-build-isolation '.[loads,check]'
 	touch $@
 
 $(VENV)/.tested: $(VENV)/.tools $(SOURCES)
