@@ -61,7 +61,7 @@ PICTURES = {
     "tutorial_repair.png": Picture("repair", "arm.html", (900, 560), at_time(3.6)),
     "tutorial_smooth.png": Picture("measured_motion", "loads/report.html", (700, 390), top_at("section:has(h2:text-is('panda_joint2')) figure:has(figcaption:has-text('raw and smoothed'))")),
     "tutorial_report.png": Picture("size_a_joint", "signed/report.html", (1060, 700)),
-    "tutorial_joint.png": Picture("size_a_joint", "signed/report.html", (1060, 760), top_at("section:has(h2:text-is('panda_joint2'))")),
+    "tutorial_joint.png": Picture("size_a_joint", "signed/report.html", (1060, 530), top_at("section:has(h2:text-is('panda_joint2'))")),
     "tutorial_payload.png": Picture("worst_payload", "payload.html", (900, 480)),
     "tutorial_viewer.png": Picture("viewer", "with_hand.html", (960, 580), at_time(3.25, 1)),
     "tutorial_notebook.png": Picture("notebook", "joint1.html", (900, 450)),
