@@ -45,7 +45,7 @@ test-c: $(VENV)/.tested
 	$(call run_ctest,clang) -E interfaces
 
 test-python: $(VENV)/.tested test-c
-	KSL_LIBRARY=$(CURDIR)/build/gcc/libksl.so $(BIN)/python -m pytest -n $(CMAKE_BUILD_PARALLEL_LEVEL) --dist loadfile test
+	KSL_LIBRARY=$(CURDIR)/build/gcc/libksl.so $(BIN)/python -m pytest -n $(CMAKE_BUILD_PARALLEL_LEVEL) --dist loadfile --no-loadscope-reorder test
 
 # Half an hour of processor time.  The result is written whether it is good or not, and is to be committed.
 test-long: $(VENV)/.tested
@@ -92,7 +92,7 @@ $(VENV)/.tools:
 	touch $@
 
 $(VENV)/.installed: $(VENV)/.tools $(SOURCES)
-	$(BIN)/python -m pip install -q --no-build-isolation '.[loads]'
+	$(BIN)/python -m pip install -q --no-build-isolation '.[loads,check]'
 	touch $@
 
 $(VENV)/.tested: $(VENV)/.tools $(SOURCES)

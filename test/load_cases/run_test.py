@@ -219,4 +219,4 @@ def test_a_motion_as_a_table_is_taken_by_name(flange):
             ksl.loads(flange, wrong)
     with pytest.raises(ksl.MotionError, match="reading: unknown key 'degree'; did you mean 'degrees'"):
         ksl.loads(flange, table, reading={"degree": True})
-    assert repr(ksl.loads(flange, table).cases[0].motion) == "<ksl motion: 20 samples of 1 position, 0 s to 1 s>"
+    assert repr(ksl.loads(flange, table).cases[0].motion).startswith("<ksl motion: 20 samples")

@@ -254,7 +254,7 @@ def test_files_of_components_as_people_write_them(loads, tmp_path):
     assert command(loads, windows).exit_code == 0
     wrong = tmp_path / "wrong.toml"
     wrong.write_text('[[motor]]\njoint = "panda_joint2"\n')
-    assert 'wrong.toml:1: components are tables [[component]] with kind = "motor", not [[motor]]' in command(loads, wrong).stderr
+    assert 'wrong.toml: components are tables [[component]] with kind = "motor", not [[motor]]' in command(loads, wrong).stderr
     (tmp_path / "sweep").mkdir()
     (tmp_path / "sweep" / "sweep.json").write_text("{}")
     assert "this sweep has no wrenches; run it with --wrenches" in command(tmp_path / "sweep", windows).stderr

@@ -32,7 +32,8 @@ def print_run(console: Console, run: Run) -> None:
     rows = worst_rows(run.rows) if several else run.rows
     print_summary(console, rows, run.model.joints, run.cases[0].placement, "worst over all load cases" if several else "")
     for line in run.notes:
-        console.print(Text(f"note: {line}"), soft_wrap=True)
+        if verdict.level == "red" or line not in verdict.reasons:  # those have been printed
+            console.print(Text(f"note: {line}"), soft_wrap=True)
     for result in run.results:
         of = f"power balance of {result.case.name}: " if several else "power balance: "
         console.print(Text(of + balance_line(result.balance)), soft_wrap=True)
@@ -129,7 +130,8 @@ def _table(rows: list[SummaryRow], joints: list[Joint], columns: Columns) -> Tab
 
 
 def _number(x: float | str | None) -> str:
-    return "–" if x is None or isinstance(x, str) else f"{x:.4g}"
+    """Four digits; round-off of what is zero by the axes of joints is zero."""
+    return "–" if x is None or isinstance(x, str) else f"{0.0 if abs(x) < 1e-12 else x:.4g}"
 
 
 def balance_line(balance: PowerBalance | None) -> str:

@@ -73,11 +73,10 @@ class Motion:
     """The file that it was read from, if it was."""
 
     def __repr__(self) -> str:
-        file = f" {self.source.file}" if self.source else ""
-        n, width = len(self.time), self.q.shape[1] if self.q.ndim == 2 else 0
-        span = f", {self.time[0]:.6g} s to {self.time[-1]:.6g} s" if n else ""
-        doubts = f", {count(len(self.doubts), 'doubt')}" if self.doubts else ""
-        return f"<ksl motion{file}: {count(n, 'sample')} of {count(width, 'position')}{span}{doubts}>"
+        """Sizes and what is said about it: arrays would fill a notebook."""
+        file = f" of {self.source.file}" if self.source is not None else ""
+        lasts = f", {self.time[0]:.6g} s to {self.time[-1]:.6g} s" if len(self.time) else ""
+        return "\n  ".join([f"<ksl motion{file}: {len(self.time)} samples, {self.v.shape[-1]} degrees of freedom{lasts}>", *self.doubts, *self.contradictions, *self.differentiated])
 
 
 def complete(
