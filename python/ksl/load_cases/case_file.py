@@ -258,8 +258,8 @@ class _Case:
             q = pose_of(model, _table(f"{self.where}: pose", hold["pose"]))
         except ValueError as e:
             raise CaseError(f"{self.where}: {e}") from None
-        still = np.zeros((2, model.nv))
-        return Motion(np.array([0.0, 1.0]), np.array([q, q]), still, still), ""
+        still = np.zeros((1, model.nv))
+        return Motion(np.zeros(1), q[None], still, still), ""
 
     def _stops(
         self, model: Model, motion: Motion, file: str, payloads: Sequence[Payload], external: Sequence[WrenchOverTime]

@@ -24,6 +24,9 @@ UNITS = {
 }
 """Units of all quantities but effort, its parts, coupling, position, speed and acceleration, which depend on the kind of joint: see `unit`."""
 
+COMPARED = ("axial_force", "radial_force", "bending_moment", "axial_moment", "force", "moment", "effort", "brake", "coupling", "speed", "power")
+"""Quantities whose peaks are compared over load cases."""
+
 
 def unit(quantity: str, joint: Joint) -> str:
     """Unit of a quantity for a joint."""

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ksl.load_cases.quantities import PowerBalance
+from ksl.load_cases.quantities import LARGE_RESIDUAL, PowerBalance
 from ksl.report.charts import Charts, Panel
 from ksl.report.numbers import Clock, format_share
 from ksl.states import Array
 
-LARGE_RESIDUAL = 1e-2
-"""Residual, relative to the largest power, from which on the page explains what may be wrong."""
 TOO_FEW = "too few samples to differentiate the energy"
 AT_REST = "no power but round-off: nothing moves, or what moves takes no power"
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ksl.mechanism import Joint
 from ksl.states import Array
 from ksl.viewer.scene import ACTUATION, CONSTRAINT, EXTERNAL, Scene, scale_of
 from ksl.viewer.shapes import Colour, Shape, arrows, ellipsoid, joined, rod, simplified
@@ -106,7 +107,7 @@ def _wrench(scene: Scene, sample: int, joint: str) -> tuple[list[Shape], list[st
     in_scale = scale_of(np.stack([scene.constraint[sample, i], scene.actuation[sample, i], *(w[sample] for w in scene.placed.values())]), scene.size)
     parts: list[Shape] = []
     legend = []
-    drawn = [("structure", CONSTRAINT, scene.constraint[sample, i], origin), ("drive", ACTUATION, scene.actuation[sample, i], origin)]
+    drawn = [("structure", CONSTRAINT, scene.constraint[sample, i], origin), (_mover(scene.model.joints[i]), ACTUATION, scene.actuation[sample, i], origin)]
     for name, wrench in scene.placed.items():
         drawn.append((f"external, on {name}", EXTERNAL, wrench[sample], scene.poses[sample, scene.model.link_names.index(name), :3, 3]))
     for words, colour, wrench, at in drawn:
@@ -123,6 +124,11 @@ def _wrench(scene: Scene, sample: int, joint: str) -> tuple[list[Shape], list[st
     parts.append(Shape(ball.vertices + origin, ball.faces, (0.1, 0.1, 0.1)))
     metre = (f"{_plain(1 / in_scale.force)} N", f"{_plain(1 / in_scale.moment)} N m (two heads)")
     return parts, [*legend, f"1 m of arrow: {metre[0]}, {metre[1]}"]
+
+
+def _mover(joint: Joint) -> str:
+    """What exerts the part of the wrench along the joint's motion: a floating base has no drive, and a mimic joint is moved by its leader."""
+    return "support" if joint.kind == "floating" else "drive" if joint.leader is None else "coupling"
 
 
 def _plain(x: float) -> str:
