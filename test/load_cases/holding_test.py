@@ -121,3 +121,7 @@ def test_the_command(arm, tmp_path):
 def test_the_command_refuses(arm, tmp_path, arguments, sentence):
     p = run(tmp_path / "robot.urdf", *arguments)
     assert p.returncode == 2 and p.stderr.startswith(sentence) and p.stderr.count("\n") == 1 and p.stdout == ""
+
+
+def test_a_pose_has_no_time(arm):
+    assert ksl.hold(arm).verdict.worst.time is None and " s" not in ksl.hold(arm).verdict.headline

@@ -36,6 +36,8 @@ def print_run(console: Console, run: Run) -> None:
     rows = worst_rows(run.rows) if several else run.rows
     print_summary(console, rows, run.model.joints, run.cases[0].placement, "worst over all load cases" if several else "")
     for line in run.notes:
+        if line in verdict.reasons:  # stands above
+            continue
         console.print(Text(f"note: {line}"), soft_wrap=True)
     worst = max(run.results, key=_residual)
     of = f"power balance, worst of {len(run.cases)} load cases, {worst.case.name}: " if several else "power balance: "
@@ -51,8 +53,8 @@ def print_verdict(console: Console, verdict: Verdict, joints: Sequence[Joint]) -
     """The verdict in a line, the reasons that forbid green, and the shares of limits, worst joints first."""
     level = verdict.level
     console.print(Text.assemble(("verdict: ", "bold"), (level.upper(), STYLE[level]), f": {verdict.headline}"), soft_wrap=True)
-    for reason in verdict.reasons if level != "red" else ():  # below a red one they are notes
-        console.print(Text(f"  not green: {reason}"), soft_wrap=True)
+    for reason in verdict.reasons:
+        console.print(Text(f"  {'besides' if level == 'red' else 'not green'}: {reason}"), soft_wrap=True)
     console.print()
     used = {joint.name: of for joint in joints if (of := verdict.of(joint.name))}
     if not used:

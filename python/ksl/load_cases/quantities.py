@@ -119,6 +119,9 @@ class PowerBalance:
 
 LARGE_RESIDUAL = 1e-2
 """Residual, relative to the largest power, from which on the numbers of a run are doubted."""
+CAUSES_OF_RESIDUALS = (
+    "positions, velocities and accelerations of the motion disagree, or it jumps, or its positions are rounded or noisy, or its samples are too far apart"
+)
 ROUND_OFF_OF_ENERGY = 1e-12
 """Relative error of the energies, some thousand units in the last place: rounding of sums over bodies, amplified by the spline."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ksl.load_cases.quantities import LARGE_RESIDUAL, PowerBalance
+from ksl.load_cases.quantities import CAUSES_OF_RESIDUALS, LARGE_RESIDUAL, PowerBalance
 from ksl.report.charts import Charts, Panel
 from ksl.report.numbers import Clock, format_share
 from ksl.states import Array
@@ -57,6 +57,5 @@ def _residual(b: PowerBalance, time: Array, clock: Clock) -> str:
     if b.relative_residual <= LARGE_RESIDUAL:
         return text
     return text + (
-        ' <strong class="over">That is large</strong>: the positions, velocities and accelerations of the motion disagree, '
-        "or it jumps, or its samples are too far apart."
+        f' <strong class="over">That is large</strong>: {CAUSES_OF_RESIDUALS}.'
     )
