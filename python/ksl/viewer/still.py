@@ -153,14 +153,15 @@ def _mesh_trace(shapes: list[Shape], towards_eye: Array) -> dict[str, Any]:
     brightness = _brightness(whole, towards_eye)
     of = np.concatenate([np.full(len(s.faces), colours.index(s.colour) if s.colour in colours else 0) for s in shapes])
     level = of * shades + np.minimum((brightness * shades).astype(int), shades - 1)
-    palette = [_dimmed(colour, 0.4 + 0.6 * (k + 0.5) / shades) for colour in colours for k in range(shades)]
+    dimmed = np.array(colours)[:, None] * (0.4 + 0.6 * (np.arange(shades) + 0.5) / shades)[:, None]
+    palette = [f"rgb({r},{g},{b})" for r, g, b in np.rint(255 * np.clip(dimmed, 0.0, 1.0)).astype(int).reshape(-1, 3).tolist()]
     palette += [palette[-1]] * (PALETTE - len(palette))  # plotly.js samples a scale at 256 places: each is then one colour
     x, y, z = (_typed(whole.vertices[:, c], "f4") for c in range(3))
     i, j, k = (_typed(whole.faces[:, c], "u2" if len(whole.vertices) < 1 << 16 else "u4") for c in range(3))
     return {
         "type": "mesh3d", "x": x, "y": y, "z": z, "i": i, "j": j, "k": k,
         "intensity": _typed(level, "u1"), "intensitymode": "cell", "cmin": 0, "cmax": PALETTE - 1,
-        "colorscale": [[n / (PALETTE - 1), _css(c)] for n, c in enumerate(palette)], "showscale": False, "flatshading": True, "hoverinfo": "skip",
+        "colorscale": [[n / (PALETTE - 1), c] for n, c in enumerate(palette)], "showscale": False, "flatshading": True, "hoverinfo": "skip",
         "lighting": {"ambient": 1, "diffuse": 0, "specular": 0, "fresnel": 0},
     }  # fmt: skip
 
@@ -175,15 +176,6 @@ def _brightness(shape: Shape, towards_eye: Array) -> Array:
     light = towards_eye + 0.9 * np.array([0.0, 0.0, 1.0]) + 0.6 * left
     shade: Array = np.clip(normal @ light / np.linalg.norm(light), 0.0, 1.0)
     return shade
-
-
-def _dimmed(colour: Colour, by: float) -> Colour:
-    r, g, b = colour
-    return (r * by, g * by, b * by)
-
-
-def _css(colour: Colour) -> str:
-    return "rgb({},{},{})".format(*(round(255 * min(max(x, 0.0), 1.0)) for x in colour))
 
 
 def _typed(x: NDArray[Any], dtype: str) -> dict[str, str]:
