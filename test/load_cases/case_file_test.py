@@ -141,8 +141,8 @@ hold = { pose = { pin = 1.0 } }
     assert not found["held"]["effort"].any() and not found["held"]["power"].any()
     assert found["held"]["brake"] == pytest.approx([-WEIGHT * LENGTH] * 10)
     assert found["held"]["fz"] == pytest.approx([WEIGHT] * 10), "the wrench is the same"
-    assert found["parked"]["brake"] == pytest.approx([-WEIGHT * LENGTH * np.cos(1)] * 2)
-    assert found["parked"]["position"] == pytest.approx([1, 1])
+    assert found["parked"]["brake"] == pytest.approx([-WEIGHT * LENGTH * np.cos(1)]), "one sample"
+    assert found["parked"]["position"] == pytest.approx([1])
 
 
 def test_a_moving_arm_is_held_at_rest_at_every_sample(arm):
@@ -253,6 +253,10 @@ BAD = {
     "negative mass": ("[cases.a]\nmotion = 'm.csv'\npayloads = [{ link = 'tip', mass = -1 }]", "case a: payload 1:"),
     "key of a payload": ("[cases.a]\nmotion = 'm.csv'\npayloads = [{ link = 'tip', mas = 1 }]", "unknown key 'mas'; did you mean 'mass'?"),
     "centre": ("[cases.a]\nmotion = 'm.csv'\npayloads = [{ link = 'tip', mass = 1, center = [1, 2] }]", "center is [1, 2]; expected 3 numbers"),
+    "inertia": (
+        "[cases.a]\nmotion = 'm.csv'\npayloads = [{ link = 'tip', mass = 1, inertia = [1, 1, 5, 0, 0, 0] }]",
+        "payload 1: inertia: principal moments 1, 1 and 5 kg m², which no body can have",
+    ),
     "gravity": ("[cases.a]\nmotion = 'm.csv'\ngravity = 9.81", "case a: gravity is 9.81; expected 3 numbers"),
     "physics": ("[cases.a]\nmotion = 'm.csv'\nphysics = ['dampin']", "case a: "),
     "two ways": ("[cases.a]\nmotion = 'm.csv'\nexternal = [{ link = 'tip', wrench = [0,0,0,0,0,0], file = 'x' }]", "wrench and file; give one of"),
@@ -275,7 +279,7 @@ def test_bad_files_are_one_sentence_with_the_case(arm, what):
     with pytest.raises(ValueError) as e:
         cases(arm, text)
     assert sentence in str(e.value) and "\n" not in str(e.value)
-    assert what == "motion that is absent" or str(e.value).startswith(str(arm[1] / "cases.toml"))
+    assert str(e.value).startswith(str(arm[1] / "cases.toml"))
 
 
 # the command, and the example

@@ -115,9 +115,23 @@ def test_the_command(arm, tmp_path):
         (["--pose", "elbow=a"], "ksl: --pose elbow=a: expected NAME=VALUE with a number"),
         (["--pose", "elbw=1"], "ksl: pose: no joint or column 'elbw'; did you mean 'elbow'"),
         (["--pose", "none.toml"], "ksl: none.toml: can't be read"),
+        (["--pose", "elbow"], "ksl: --pose elbow: a joint, without its position; give elbow=VALUE"),
+        (["--pose", "elbow=1", "--pose", "elbow=2"], "ksl: --pose elbow=…: is given twice"),
+        (["--time", "3"], "ksl: --time 3: chooses a sample of a motion"),
+        (["--of", "tz"], "ksl: --of tz: what is searched with --worst JOINT"),
+        (["--worst", "elbow", "--seed", "-1"], "ksl: --seed -1: expected 0 or more"),
         (["--worst", "elbw"], "ksl: arm: no joint named 'elbw'"),
     ],
 )
 def test_the_command_refuses(arm, tmp_path, arguments, sentence):
     p = run(tmp_path / "robot.urdf", *arguments)
     assert p.returncode == 2 and p.stderr.startswith(sentence) and p.stderr.count("\n") == 1 and p.stdout == ""
+
+
+def test_a_pose_has_no_time(arm):
+    assert ksl.hold(arm).verdict.worst.time is None and " s" not in ksl.hold(arm).verdict.headline
+
+
+def test_a_pose_in_degrees_is_suspected(tmp_path, examples):
+    p = run(examples / "robots/ur5.urdf", "--pose", "elbow=90")
+    assert p.stdout.startswith("verdict: RED") and "are these degrees?" in p.stdout.splitlines()[1] and "90deg" in p.stdout.splitlines()[1]

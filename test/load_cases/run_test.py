@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pyarrow as pa
@@ -101,6 +102,16 @@ def test_of_many_cases_the_report_has_the_worst(flange, tmp_path):
     assert "1.csv" in (tmp_path / "other.html").read_text(encoding="utf-8")
     with pytest.raises(ValueError, match="no load case named 'case 33'; did you mean"):
         r.report(tmp_path / "none.html", "case 33")
+
+
+def test_a_case_that_governs_wrenches_has_curves_though_no_limit_is_near(flange, tmp_path):
+    """The first case turns the arm sideways: force along the pin's axis, and no effort.  Its curves are dropped at first, and computed again."""
+    sideways = replace(several(flange, 1)[0], name="sideways", model=flange.with_gravity([0, 100, 0]))
+    r = ksl.loads(flange, cases=[sideways, *several(flange, KEPT_CASES + 2)])
+    assert [result.case.name for result in r._shown()][:2] == [f"case {KEPT_CASES + 1}", "sideways"]
+    r.write(tmp_path / "out")
+    page = (tmp_path / "out/report.html").read_text(encoding="utf-8")
+    assert "case 0</a>" not in page and "sideways</a>" in page
 
 
 @pytest.mark.parametrize("options", [{}, {"axes": "world", "order": "ang_lin"}, {"on": "parent"}], ids=str)

@@ -133,8 +133,15 @@ def test_limits_that_are_not_given_forbid_green(tmp_path):
 
 def test_notes_are_in_order_of_weight(tmp_path):
     p = run(tmp_path, np.full(8, 4.0), robot=PENDULUM.replace('effort="18"', 'effort="0"').replace("</joint>", "</joint><gazebo/>"))
-    notes = [line for line in p.stdout.splitlines() if line.startswith("note: ")]
-    assert [next(i for i, word in enumerate(("beyond", "not compared", "differentiated", "not used")) if word in note) for note in notes] == [0, 1, 2, 3]
+    notes = [line for line in p.stdout.splitlines() if line.startswith(("  besides: ", "note: "))]
+    assert [next(i for i, word in enumerate(("not compared", "beyond", "differentiated", "not used")) if word in note) for note in notes] == [0, 1, 2, 3]
+
+
+def test_a_payload_in_grams_is_suspected(tmp_path):
+    """Below a red verdict, too, the suspicion stands beside it."""
+    p = run(tmp_path, np.zeros(8), "--payload", "500,1,0,0", "--on-link", "rod")
+    assert p.stdout.startswith("verdict: RED") and "the payload on rod has 500 kg" in p.stdout.splitlines()[1] and "grams?" in p.stdout.splitlines()[1]
+    assert "grams?" not in run(tmp_path, np.zeros(8), "--payload", "2", "--on-link", "rod").stdout
 
 
 def test_fail_on_what(tmp_path):

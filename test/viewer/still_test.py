@@ -8,6 +8,8 @@ import pytest
 from ksl.viewer.scene import make_scene
 from ksl.viewer.still import LEVELS, link_colours, still
 
+import ksl
+
 G = 9.81
 
 
@@ -24,6 +26,12 @@ def test_arrows_have_the_length_of_the_legend(arm):
     reach = points(figure["data"][0])
     assert reach[:, 2].max() == pytest.approx(3 * G / newtons, rel=1e-6)
     assert reach[:, 1].min() == pytest.approx(-2.3 * G / moments, rel=1e-6)
+
+
+def test_a_floating_base_has_a_support_and_no_drive(examples):
+    model = ksl.load(examples / "robots/ur5.urdf", floating_base=True)
+    lines = still(make_scene(model), 0, "floating_base")["layout"]["annotations"][0]["text"]
+    assert "support: " in lines and "drive" not in lines
 
 
 def test_a_figure_is_small_and_plain_json(arm):

@@ -1,6 +1,7 @@
 """`ksl view` and `Model.show`: what they print, and the sentences for bad input."""
 
 import socket
+import subprocess
 import sys
 import urllib.request
 
@@ -138,3 +139,8 @@ def test_the_readout_follows_axes_point_side_and_part(arm):
     np.testing.assert_allclose(wrench_at(scene, 0, "elbow", Choice("parent", "world", "world")), [0, 0, -g, 0, 1.3 * g, 0], atol=1e-12)
     np.testing.assert_allclose(wrench_at(scene, 0, "elbow", Choice(at=(0.3, 0, 0), part="total")), [0, 0, g, 0, 0, 0], atol=1e-12)
     np.testing.assert_allclose(wrench_at(scene, 0, "elbow", Choice(part="actuation")), [0, 0, 0, 0, -0.3 * g, 0], atol=1e-12)
+
+
+def test_what_is_wrong_is_said_once(examples):
+    p = subprocess.run([sys.executable, "-m", "ksl", "view", examples / "robots/ur5.urdf", "--gravity", "1"], capture_output=True, text=True, timeout=60)
+    assert (p.returncode, p.stderr) == (2, "ksl: --gravity 1: expected 3 finite numbers separated by commas\n")

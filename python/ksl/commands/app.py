@@ -14,7 +14,6 @@ from rich.console import Console
 from typer.core import TyperGroup
 
 
-
 class Commands(TyperGroup):
     """The commands, whose words print on any terminal, and which say it where standard output can't be written."""
 
@@ -57,8 +56,9 @@ def console(width: int) -> Console:
 
 
 def fail(sentence: object) -> NoReturn:
+    """Ends the command with status 2.  By SystemExit: typer.Exit is a RuntimeError, which handlers of commands would say once more."""
     errors.print(f"ksl: {sentence}")
-    raise typer.Exit(2)
+    raise SystemExit(2)
 
 
 def unwritable(error: OSError) -> str:

@@ -57,7 +57,16 @@ def hold(
     except ValueError as e:
         fail(in_options(e, on=on, at=at, axes=axes, order=order))
     files = [one for one in pose if "=" not in one or os.path.exists(one)]
-    named = dict(_position(one) for one in pose if one not in files)
+    named = _positions([one for one in pose if one not in files])
+    for file in files:
+        if file in model.joint_names and not os.path.exists(file):
+            fail(f"--pose {file}: a joint, without its position; give {file}=VALUE, rad or m, or as 90deg")
+    if time is not None and not files:
+        fail(f"--time {time:g}: chooses a sample of a motion; give one with --pose FILE")
+    if of != "effort" and not worst:
+        fail(f"--of {of}: what is searched with --worst JOINT; give it, or leave out --of")
+    if seed < 0:
+        fail(f"--seed {seed}: expected 0 or more")
     try:
         positions: dict[str, Any] = {}
         for file in files:
@@ -79,6 +88,15 @@ def hold(
     print_pose(out, run)
     if output:
         out.print(f"written to {output}: {', '.join(written)}", markup=False, soft_wrap=True)
+
+
+def _positions(given: list[str]) -> dict[str, float]:
+    named: dict[str, float] = {}
+    for name, value in map(_position, given):
+        if name in named:
+            fail(f"--pose {name}=…: is given twice; a joint has one position")
+        named[name] = value
+    return named
 
 
 def _position(text: str) -> tuple[str, float]:

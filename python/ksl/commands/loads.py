@@ -9,13 +9,13 @@ import typer
 
 from ksl.commands.app import app, command_line, console, discard_output, end_on_signals, fail, unwritable
 from ksl.commands.options import (
+    MOTION_HELP,
     ColumnMapFile,
     Degrees,
     FloatingBase,
     FrictionWidth,
     From,
     Gravity,
-    MOTION_HELP,
     IgnoreExtra,
     Mimic,
     ModelName,

@@ -11,7 +11,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from ksl.errors import CaseError, near_names
+from ksl.errors import CaseError, MotionError, near_names
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
 from ksl.load_cases.provenance import InputFile, input_file
 from ksl.load_cases.stops import Law, Stop, at_rest, nearest_sample, worst_start
@@ -26,6 +26,8 @@ from ksl.toml_files import read_toml
 
 KEYS = ("motion", "payloads", "external", "gravity", "mounting", "physics", "friction_width", "hold", "stop")
 """Of a load case, and of the defaults of all."""
+ROUND_OFF = 1e-6
+"""Of inertias, which are given with some digits."""
 OF_PAYLOAD = ("link", "mass", "center", "inertia")
 OF_EXTERNAL = ("link", "wrench", "steps", "file", "axes", "point", "order")
 OF_MOUNTING = ("rpy", "rpy_degrees", "quaternion")
@@ -113,7 +115,10 @@ class _Reader:
             file = self.path(f"{where}: motion", spec)
         key = repr((file, sorted(options.items())))
         if key not in self._motions:
-            self._motions[key] = read_motion(self._model, file, **{**self._reading, **options})
+            try:
+                self._motions[key] = read_motion(self._model, file, **{**self._reading, **options})
+            except MotionError as e:
+                raise CaseError(f"{where}: motion: {e}") from None
             self._input("motion", file)
             if isinstance(options.get("map"), str):
                 self._input("map", options["map"])
@@ -198,7 +203,14 @@ class _Case:
         if inertia is None:
             return Payload(link, mass, (x, y, z))
         xx, yy, zz, xy, yz, zx = _numbers(f"{where}: inertia (Ixx, Iyy, Izz, Ixy, Iyz, Izx about the centre of mass)", inertia, 6)
-        return Payload(link, mass, (x, y, z), (xx, xy, zx, xy, yy, yz, zx, yz, zz))
+        matrix = (xx, xy, zx, xy, yy, yz, zx, yz, zz)
+        least, middle, largest = np.linalg.eigvalsh(np.reshape(matrix, (3, 3)))
+        if least < -ROUND_OFF * abs(largest) or largest > (least + middle) * (1 + ROUND_OFF):
+            raise CaseError(
+                f"{where}: inertia: principal moments {least:.4g}, {middle:.4g} and {largest:.4g} kg m², which no body can have: "
+                "none is negative, and none exceeds the sum of the other two; check order (Ixx, Iyy, Izz, Ixy, Iyz, Izx) and units"
+            )
+        return Payload(link, mass, (x, y, z), matrix)
 
     def _under_gravity(self, model: Model) -> Model:
         """Gravity is that of the case, turned into the axes of the mounted base."""
@@ -257,14 +269,13 @@ class _Case:
         _known_keys(f"{self.where}: hold", _table(f"{self.where}: hold", hold), OF_HOLD)
         if "pose" not in hold:
             return self.reader.motion(self.where, self.spec.get("motion"))
-        from ksl.load_cases.poses import pose_of
+        from ksl.load_cases.poses import held_still, pose_of
 
         try:
             q = pose_of(model, _table(f"{self.where}: pose", hold["pose"]))
         except ValueError as e:
             raise CaseError(f"{self.where}: {e}") from None
-        still = np.zeros((2, model.nv))
-        return Motion(np.array([0.0, 1.0]), np.array([q, q]), still, still), ""
+        return held_still(model, q), ""
 
     def _stops(
         self, model: Model, motion: Motion, file: str, payloads: Sequence[Payload], external: Sequence[WrenchOverTime]

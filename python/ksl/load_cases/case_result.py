@@ -11,8 +11,11 @@ import numpy as np
 from ksl.errors import MotionError
 from ksl.load_cases.curves import Curves
 from ksl.load_cases.load_case import Block, LoadCase
-from ksl.load_cases.quantities import EFFORT_PARTS, JointLoads, PowerBalance, SummaryRow, summarise
+from ksl.load_cases.quantities import CAUSES_OF_RESIDUALS, EFFORT_PARTS, JointLoads, PowerBalance, SummaryRow, summarise
 from ksl.load_cases.verdict import Use, uses_of
+
+HEAVY = 5.0
+"""Payloads of so many times the robot's own mass are suspected to be in grams; arms carry up to about their own."""
 
 
 @dataclass(frozen=True)
@@ -58,11 +61,15 @@ def compute(case: LoadCase, sink: Callable[[Block], None] | None = None, advance
 def _doubts(case: LoadCase, balance: PowerBalance | None) -> list[str]:
     lines = [*case.motion.doubts, *case.motion.contradictions]
     if balance is not None and balance.doubtful:
-        lines.append(
-            f"power balance: the residual is {balance.relative_residual:.2g} of the largest power: positions, velocities and accelerations "
-            "of the motion disagree, or it jumps, or its samples are too far apart"
-        )
-    return lines + [line for line in case.model.warnings if line.startswith(("link ", "none of the links"))]  # those of masses
+        lines.append(f"power balance: the residual is {balance.relative_residual:.2g} of the largest power: {CAUSES_OF_RESIDUALS}")
+    return _about_payloads(case) + lines + [line for line in case.model.warnings if line.startswith(("link ", "none of the links"))]  # those of masses
+
+
+def _about_payloads(case: LoadCase) -> list[str]:
+    """Payloads far beyond what the robot could carry are suspected to be in grams."""
+    own = case.model.mass - sum(p.mass for p in case.payloads)
+    heavy = [p for p in case.payloads if own > 0 and p.mass > HEAVY * own]
+    return [f"the payload on {p.link} has {p.mass:g} kg, {p.mass / own:.3g} times the robot's own {own:.4g} kg: is that in grams? Masses are in kg" for p in heavy]
 
 
 def _check_block(case: LoadCase, block: Block) -> None:

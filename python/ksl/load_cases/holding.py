@@ -12,13 +12,12 @@ import numpy as np
 from ksl.errors import MotionError, unknown_name
 from ksl.load_cases.limits import limits_of
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
-from ksl.load_cases.poses import neutral, pose_of
+from ksl.load_cases.poses import held_still, neutral, pose_of
 from ksl.load_cases.provenance import input_file, provenance_of
 from ksl.load_cases.quantities import joint_loads
 from ksl.load_cases.run import Run, checked
 from ksl.mechanism import Joint
 from ksl.model import Model
-from ksl.motions.motion import Motion
 from ksl.motions.reading import read_motion
 from ksl.states import Array, Order, Point, Side
 
@@ -75,8 +74,7 @@ def hold(
         fixed = set(cast("Mapping[str, Any]", pose)) if named else set()
         q = worst_pose(robot, worst, quantity, placement, q, fixed, seed)
         name, kind = f"worst {quantity} of {worst}", f"{kind}, in the pose with the largest {quantity} of {worst} (seed {seed})"
-    still = np.zeros((1, robot.nv))
-    case = LoadCase(robot, Motion(np.zeros(1), q[None], still, still), placement, name=name, payloads=payloads, kind=kind, static=True)
+    case = LoadCase(robot, held_still(robot, q), placement, name=name, payloads=payloads, kind=kind, static=True)
     files = list(inputs) or ([input_file("robot", robot.file)] if robot.file and os.path.exists(robot.file) else [])
     run = Run([case], provenance_of([case], files, options or {}, command))
     run._compute()

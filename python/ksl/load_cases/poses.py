@@ -11,6 +11,8 @@ import numpy as np
 from ksl.errors import MotionError, near_names
 from ksl.mechanism import Joint, Mechanism
 from ksl.motions.columns import columns_of
+from ksl.motions.motion import Motion
+from ksl.motions.suspicions import suspicions_of_pose
 from ksl.states import Array
 
 
@@ -42,6 +44,12 @@ def pose_of(model: Mechanism, positions: Mapping[str, Any]) -> Array:
                 raise MotionError(f"pose: the quaternion of {joint.name} has length {length:.4g}; expected a unit quaternion")
             q[part] /= length
     return q
+
+
+def held_still(model: Mechanism, q: Array) -> Motion:
+    """The pose q (nq) at rest, as a motion of one sample."""
+    still = np.zeros((1, model.nv))
+    return Motion(np.zeros(1), q[None], still, still, doubts=suspicions_of_pose(model, q))
 
 
 def neutral(model: Mechanism) -> Array:

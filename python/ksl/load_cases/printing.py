@@ -9,8 +9,10 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from ksl.load_cases.case_result import CaseResult
 from ksl.load_cases.load_case import Placement
 from ksl.load_cases.quantities import EFFORT_PARTS, PowerBalance, SummaryRow, unit
+from ksl.load_cases.ranking import severity
 from ksl.load_cases.run import Run
 from ksl.load_cases.summary_table import worst_rows
 from ksl.load_cases.verdict import AMBER, Verdict, percent
@@ -19,6 +21,8 @@ from ksl.mechanism import Joint
 Columns = list[tuple[str, str]]
 """Quantity, and which of its numbers."""
 
+MOST_CASES = 20
+"""So many load cases have a line of their own."""
 LABELS = {"axial_force": "axial", "radial_force": "radial", "bending_moment": "bending", "axial_moment": "about axis"}
 STYLE = {"green": "green", "amber": "yellow", "red": "bold red"}
 
@@ -34,17 +38,22 @@ def print_run(console: Console, run: Run) -> None:
     for line in run.notes:
         if verdict.level == "red" or line not in verdict.reasons:  # those have been printed
             console.print(Text(f"note: {line}"), soft_wrap=True)
-    for result in run.results:
-        of = f"power balance of {result.case.name}: " if several else "power balance: "
-        console.print(Text(of + balance_line(result.balance)), soft_wrap=True)
+    worst = max(run.results, key=_residual)
+    of = f"power balance, worst of {len(run.cases)} load cases, {worst.case.name}: " if several else "power balance: "
+    console.print(Text(of + balance_line(worst.balance)), soft_wrap=True)
+
+
+def _residual(result: CaseResult) -> float:
+    """Relative; −1 where there is none."""
+    return -1.0 if result.balance is None or result.balance.at_rest else result.balance.relative_residual
 
 
 def print_verdict(console: Console, verdict: Verdict, joints: Sequence[Joint]) -> None:
     """The verdict in a line, the reasons that forbid green, and the shares of limits, worst joints first."""
     level = verdict.level
     console.print(Text.assemble(("verdict: ", "bold"), (level.upper(), STYLE[level]), f": {verdict.headline}"), soft_wrap=True)
-    for reason in verdict.reasons if level != "red" else ():  # below a red one they are notes
-        console.print(Text(f"  not green: {reason}"), soft_wrap=True)
+    for reason in verdict.reasons:
+        console.print(Text(f"  {'besides' if level == 'red' else 'not green'}: {reason}"), soft_wrap=True)
     console.print()
     used = {joint.name: of for joint in joints if (of := verdict.of(joint.name))}
     if not used:
@@ -59,31 +68,37 @@ def print_verdict(console: Console, verdict: Verdict, joints: Sequence[Joint]) -
 
 
 def _print_cases(console: Console, run: Run) -> None:
-    """A line for each load case: its verdict and what governs it."""
+    """A line for each load case: its verdict and what governs it; of many, those with the worst use of a limit, worst first."""
     table = _empty_table("case")
     table.add_column("verdict")
     table.add_column("governed by", overflow="fold")
-    for result in run.results:
+    shown = run.results if len(run.results) <= MOST_CASES else sorted(run.results, key=severity, reverse=True)[:MOST_CASES]
+    for result in shown:
         verdict = Verdict(tuple(result.uses))
         table.add_row(Text(result.case.name), Text(verdict.level, style=STYLE[verdict.level]), Text(verdict.headline))
-    _print_table(console, "Load cases", table)
+    _print_table(console, "Load cases" if shown is run.results else f"The worst {MOST_CASES} of {len(run.results)} load cases; all are in summary.csv", table)
 
 
 def print_summary(console: Console, rows: Sequence[SummaryRow], joints: Sequence[Joint], placement: Placement, what: str = "") -> None:
-    """Tables by topic: forces and moments at the chosen point, drives, power, brakes, couplings, and joints without one coordinate."""
+    """Tables by topic: forces and moments at the chosen point, drives, power, brakes, couplings, and joints without one coordinate.
+
+    what: said of rows that are the worst over all load cases, whose tables name the case that governs.
+    """
     by_name = {j.name: j for j in joints}
     with_parts = [("transmitted", "damping", "friction"), ("rotor", "spring")]
     side, about = f"on the {placement.on} side", f"about {placement.about}"
     of_the_same = "magnitudes of the same wrench" if any("axial_force_peak" in row for row in rows) else f"magnitudes of the wrench {side}, moments {about}"
+    extremes = _peak_time_case if what else _peak_rms_time  # over several load cases a rms would be that of another case than the peak
+    peak_time = ("peak", "peak_time", "peak_case") if what else ("peak", "peak_time")
     topics: list[tuple[str, str, Columns]] = [
-        (f"Forces {side}", "axial_force", _peak_rms_time("axial_force", "radial_force")),
-        (f"Moments {side}, {about}", "axial_force", _peak_rms_time("bending_moment", "axial_moment")),
-        ("Drive", "effort", [*_peak_rms_time("effort"), ("speed", "peak"), ("speed", "peak_time")]),
-        ("Power and work of the drive", "effort", [("power", "peak"), ("power", "peak_time"), ("power", "mean"), ("work", "positive"), ("work", "negative")]),
-        ("Brakes", "brake", _peak_rms_time("brake")),
+        (f"Forces {side}", "axial_force", extremes("axial_force", "radial_force")),
+        (f"Moments {side}, {about}", "axial_force", extremes("bending_moment", "axial_moment")),
+        ("Drive", "effort", [*extremes("effort"), *(("speed", part) for part in peak_time)]),
+        ("Power and work of the drive", "effort", [*(("power", part) for part in peak_time), ("power", "mean"), ("work", "positive"), ("work", "negative")]),
+        ("Brakes", "brake", extremes("brake")),
         *(("What the effort consists of", of[0], [(q, part) for q in of for part in ("peak", "rms")]) for of in with_parts),
-        ("Coupling: what moves the mimic joints", "coupling", [*_peak_rms_time("coupling"), ("speed", "peak"), ("speed", "peak_time")]),
-        (f"Joints without one coordinate: {of_the_same}", "force", _peak_rms_time("force", "moment")),
+        ("Coupling: what moves the mimic joints", "coupling", [*extremes("coupling"), *(("speed", part) for part in peak_time)]),
+        (f"Joints without one coordinate: {of_the_same}", "force", extremes("force", "moment")),
     ]
     for title, having, columns in topics:
         chosen = [row for row in rows if f"{having}_peak" in row]
@@ -94,6 +109,10 @@ def print_summary(console: Console, rows: Sequence[SummaryRow], joints: Sequence
 
 def _peak_rms_time(*quantities: str) -> Columns:
     return [(q, part) for q in quantities for part in ("peak", "rms", "peak_time")]
+
+
+def _peak_time_case(*quantities: str) -> Columns:
+    return [(q, part) for q in quantities for part in ("peak", "peak_time", "peak_case")]
 
 
 def _by_unit(rows: list[SummaryRow], joints: dict[str, Joint], quantities: set[str]) -> list[tuple[str, list[SummaryRow]]]:
@@ -119,13 +138,17 @@ def _print_table(console: Console, title: str, table: Table) -> None:
 
 def _table(rows: list[SummaryRow], joints: list[Joint], columns: Columns) -> Table:
     table = _empty_table()
-    words = {"peak_time": "at s", "work": "J"}
+    words = {"peak_time": "at s", "peak_case": "case", "work": "J"}
     for q, part in columns:
         of = words.get(q) or " or ".join(sorted({unit(q, joint) for joint in joints}))
         name = LABELS.get(q, q) if part in ("peak", "positive") else ""
-        table.add_column(f"{name}\n{words.get(part) or f'{part} {of}'}", justify="right", no_wrap=True)
+        if part == "peak_case":
+            table.add_column("\ncase", overflow="fold")
+        else:
+            table.add_column(f"{name}\n{words.get(part) or f'{part} {of}'}", justify="right", no_wrap=True)
     for row in rows:
-        table.add_row(Text(str(row["joint"])), *(_number(row.get(f"{q}_{part}")) for q, part in columns))
+        cells = (row.get(f"{q}_{part}") for q, part in columns)
+        table.add_row(Text(str(row["joint"])), *(Text(x) if isinstance(x, str) else _number(x) for x in cells))
     return table
 
 

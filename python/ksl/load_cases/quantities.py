@@ -24,6 +24,9 @@ UNITS = {
 }
 """Units of all quantities but effort, its parts, coupling, position, speed and acceleration, which depend on the kind of joint: see `unit`."""
 
+COMPARED = ("axial_force", "radial_force", "bending_moment", "axial_moment", "force", "moment", "effort", "brake", "coupling", "speed", "power")
+"""Quantities whose peaks are compared over load cases."""
+
 
 def unit(quantity: str, joint: Joint) -> str:
     """Unit of a quantity for a joint."""
@@ -116,6 +119,9 @@ class PowerBalance:
 
 LARGE_RESIDUAL = 1e-2
 """Residual, relative to the largest power, from which on the numbers of a run are doubted."""
+CAUSES_OF_RESIDUALS = (
+    "positions, velocities and accelerations of the motion disagree, or it jumps, or its positions are rounded or noisy, or its samples are too far apart"
+)
 ROUND_OFF_OF_ENERGY = 1e-12
 """Relative error of the energies, some thousand units in the last place: rounding of sums over bodies, amplified by the spline."""
 

@@ -18,9 +18,10 @@ from ksl.load_cases.load_case import LoadCase, Payload, Placement
 from ksl.load_cases.motion_given import motion_given
 from ksl.load_cases.output import staged
 from ksl.load_cases.provenance import InputFile, Provenance, input_file, provenance_of
+from ksl.load_cases.ranking import Ranking, severity
 from ksl.load_cases.result_files import RESULTS, WrenchFiles, refuse_other_robot
 from ksl.load_cases.summary_table import summary_table, worst_rows, write_summary
-from ksl.load_cases.verdict import Verdict, not_given
+from ksl.load_cases.verdict import NAMED, Verdict, not_given
 from ksl.load_cases.wrench_table import TableWriter, wrenches_of_arrays
 from ksl.model import Model
 from ksl.motions.motion import Motion
@@ -34,8 +35,7 @@ if TYPE_CHECKING:
     from ksl.report.input import ReportInput
 
 KEPT_CASES, KEPT_CURVES = 5, 24
-"""The report has the curves of the worst load cases: of so many at most, and of so many joints in all of them together, but of one at least."""
-LEVELS = ("green", "amber", "red")
+"""The report has the curves of the load cases that govern most: of so many at most, and of so many joints in all of them together, but of one at least."""
 
 MotionGiven = str | os.PathLike[str] | Motion | Sequence[ArrayLike] | Any
 """`Any`: a table of pandas, polars or pyarrow."""
@@ -52,6 +52,7 @@ class Run:
         self.provenance = provenance
         """Inputs with their hashes, options, versions, date, command line."""
         self._results: list[CaseResult] | None = None
+        self._ranking = Ranking()
 
     @property
     def model(self) -> Model:
@@ -91,25 +92,30 @@ class Run:
     @property
     def verdict(self) -> Verdict:
         """Red, amber or green over all load cases and joints."""
-        doubts = [(r.case.name, doubt) for r in self.results for doubt in r.doubts]
-        named = len(self.cases) > 1
-        lines = dict.fromkeys(f"{name}: {doubt}" if named else doubt for name, doubt in doubts)
+        lines = self._of_cases([(r.case.name, doubt) for r in self.results for doubt in dict.fromkeys(r.doubts)])
         return Verdict(tuple(use for r in self.results for use in r.uses), (*lines, *not_given(self.model.joints)))
 
     @property
     def notes(self) -> list[str]:
         """Lines by weight: limits exceeded, doubts, other warnings, what was differentiated, and last what is not used."""
         verdict, several = self.verdict, len(self.cases) > 1
-        differentiated = [f"{c.name}: {line}" if several else line for c in self.cases for line in c.motion.differentiated]
-        read = [f"{c.name}: {line}" if several else line for c in self.cases if c.motion.source for line in c.motion.source.notes]
-        unused = [f"in the file and not used: {line}" for line in self.model.unused]
         exceeded = [f"{use.case}: {use.exceeded}" if several else use.exceeded for use in verdict.exceeded]
+        read = self._of_cases([(c.name, line) for c in self.cases if c.motion.source for line in c.motion.source.notes])
+        differentiated = self._of_cases([(c.name, line) for c in self.cases for line in c.motion.differentiated])
+        unused = [f"in the file and not used: {line}" for line in self.model.unused]
         return list(dict.fromkeys([*exceeded, *verdict.reasons, *read, *self.model.warnings, *differentiated, *unused]))
+
+    def _of_cases(self, lines: Sequence[tuple[str, str]]) -> list[str]:
+        """Each line once, behind the names of the cases that say it, if there are several cases and not all of them say it."""
+        by_line: dict[str, list[str]] = {}
+        for name, line in lines:
+            by_line.setdefault(line, []).append(name)
+        return [line if len(names) == len(self.cases) else f"{_listed(names)}: {line}" for line, names in by_line.items()]
 
     @property
     def governing(self) -> CaseResult:
         """The result of the load case with the worst use of a limit; where there are no limits, with the largest effort."""
-        return max(self.results, key=_severity)
+        return max(self.results, key=severity)
 
     def write(
         self, directory: str | os.PathLike[str], csv: bool = False, force: bool = False, advance: Callable[[int], None] | None = None,
@@ -133,7 +139,7 @@ class Run:
             return sorted(f.name for f in stage.iterdir())
 
     def report(self, path: str | os.PathLike[str], case: str | None = None) -> None:
-        """Writes the report as one HTML file: of the worst load cases, or of one that is named."""
+        """Writes the report as one HTML file: of the load cases that govern most, or of one that is named."""
         from ksl.report.page import write_report
 
         by_name = {r.case.name: r for r in self.results}
@@ -142,31 +148,39 @@ class Run:
         write_report(path, self._report_input(self._shown() if case is None else [by_name[case]]))
 
     def _shown(self) -> list[CaseResult]:
-        """The results whose curves are kept, worst first."""
-        return sorted((r for r in self.results if r.loads is not None), key=_severity, reverse=True)
+        """The results whose curves the report has, those that matter most first."""
+        results = self.results
+        return [results[i] for i in self._ranking.first(self._most)]
 
     def _report_input(self, shown: Sequence[CaseResult]) -> ReportInput:
         from ksl.load_cases.report_input import report_input
 
         return report_input([r if r.loads is not None else compute(r.case) for r in shown], self.rows, self.provenance, self.verdict, self.notes)
 
+    @property
+    def _most(self) -> int:
+        """Of how many load cases the report has curves."""
+        wanted = sum(self.cases[0].placement.wanted(j.name) for j in self.model.joints)
+        return max(1, min(KEPT_CASES, KEPT_CURVES // max(1, wanted)))
+
     def _writer(self) -> TableWriter:
         return TableWriter(self.model, self.cases[0].placement, self.provenance)
 
     def _compute(self, files: WrenchFiles | None = None, advance: Callable[[int], None] | None = None) -> None:
-        """Computes all load cases, one after the other, and writes their wrenches.  Of many, only the curves of the worst are kept."""
+        """Computes all load cases, one after the other, and writes their wrenches.  Of many, only the curves of those that govern most are kept."""
         results: list[CaseResult] = []
-        kept: list[int] = []  # the worst so far, worst first
-        wanted = sum(self.cases[0].placement.wanted(j.name) for j in self.model.joints)
-        most = max(1, min(KEPT_CASES, KEPT_CURVES // max(1, wanted)))
+        ranking = Ranking()
+        kept: list[int] = []
+        wanted = [j.name for j in self.model.joints if self.cases[0].placement.wanted(j.name)]
         for i, case in enumerate(self.cases):
             sink = partial(files.write, case=i) if files else None
             results.append(compute(case, sink, advance))
-            kept = sorted([*kept, i], key=lambda k: _severity(results[k]), reverse=True)
-            if len(kept) > most:
-                k = kept.pop()
-                results[k] = replace(results[k], loads=None)
-        self._results = results
+            ranking.add(results[i], wanted)
+            kept.append(i)
+            if len(kept) > self._most:
+                kept, dropped = (best := ranking.first(self._most, kept)), next(k for k in kept if k not in best)
+                results[dropped] = replace(results[dropped], loads=None)
+        self._results, self._ranking = results, ranking
 
     def __repr__(self) -> str:
         cases = f"{len(self.cases)} load cases" if len(self.cases) > 1 else f"load case {self.cases[0].name}"
@@ -185,6 +199,10 @@ class Run:
         return f"{head}{f'<ul>{reasons}</ul>' if reasons else ''}{table}"
 
 
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names[:NAMED]) + (f" and {len(names) - NAMED} more" if len(names) > NAMED else "")
+
+
 def _html_row(joint: str, row: Mapping[str, float | str | None], verdict: Verdict) -> str:
     from ksl.load_cases.verdict import percent
 
@@ -192,13 +210,6 @@ def _html_row(joint: str, row: Mapping[str, float | str | None], verdict: Verdic
     shares = "".join(f"<td>{percent(uses[q].share) if q in uses else '–'}</td>" for q in ("position", "speed", "effort"))
     effort = row.get("effort_peak")
     return f"<tr><th>{escape(joint)}</th>{shares}<td>{f'{float(effort):.4g}' if effort is not None else '–'}</td></tr>"
-
-
-def _severity(result: CaseResult) -> tuple[int, float, float]:
-    """By which load cases are compared: level and share of the worst use of a limit, and the largest effort."""
-    worst = Verdict(tuple(result.uses)).worst
-    effort = max((float(row.get(f"{what}_peak") or 0.0) for row in result.rows for what in ("effort", "brake")), default=0.0)
-    return (LEVELS.index(worst.level), worst.share, effort) if worst else (0, 0.0, effort)
 
 
 def loads(

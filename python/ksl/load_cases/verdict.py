@@ -13,7 +13,7 @@ Green: everything was compared, and holds with these margins.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -31,7 +31,7 @@ AMBER = {"position": 0.95, "speed": 0.8, "effort": 0.8}
 ROUND_OFF = 1e-9
 """A share is above 1 if it is by more than this: motions that end at a limit are not beyond it."""
 NAMED = 4
-"""So many joints without limits are named in a sentence."""
+"""So many joints or load cases are named in a sentence."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,8 @@ class Use:
     which: str
     """lower, upper, velocity or effort."""
     unit: str
-    time: float
+    time: float | None
+    """s; None where the load case is a single pose."""
 
     @property
     def level(self) -> Level:
@@ -69,7 +70,8 @@ class Use:
             what = f"its position range ({self.value:.4g} {self.unit}, {self.which} limit {self.limit:.4g} {self.unit})"
         else:
             what = f"its {self.quantity} limit ({self.value:.4g} of {self.limit:.4g} {self.unit})"
-        return f"{self.column} uses {percent(self.share)} of {what} at {self.time:.6g} s"
+        when = "" if self.time is None else f" at {self.time:.6g} s"
+        return f"{self.column} uses {percent(self.share)} of {what}{when}"
 
 
 @dataclass(frozen=True)
@@ -137,10 +139,14 @@ def percent(share: float) -> str:
 
 def uses_of(joint: Joint, row: SummaryRow, time: Array, q: Array) -> list[Use]:
     """What a load case uses of a joint's limits, from the joint's row of its summary; q (n, nq) for joints with several coordinates."""
+    uses = _uses_of_one(joint, row) if joint.one_coordinate else _uses_of_several(joint, str(row.get("case", "")), time, q)
+    return uses if len(time) > 1 else [replace(use, time=None) for use in uses]
+
+
+def _uses_of_one(joint: Joint, row: SummaryRow) -> list[Use]:
+    """Of joints with one coordinate."""
     case = str(row.get("case", ""))
     limits = limits_of(joint)
-    if not joint.one_coordinate:
-        return _uses_of_several(joint, case, time, q)
     uses = []
     if "position_lowest" in row:
         ends = [(number(row, f"position_{end}"), number(row, f"position_{end}_time")) for end in ("lowest", "highest")]

@@ -13,6 +13,7 @@ from ksl.mechanism import Mechanism
 from ksl.motions.column_map import ColumnMap, read_map
 from ksl.motions.columns import columns_of
 from ksl.motions.columns_used import Choice, choose_columns, with_unused_together
+from ksl.motions.csv_form import MEND
 from ksl.motions.motion import Motion, Source, complete
 from ksl.motions.npz_table import NpzTable, with_matrices
 from ksl.motions.quality import Samples
@@ -117,8 +118,10 @@ def _checked_rows(table: Recorded, time: Array, start: float | None, stop: float
     first = 0 if start is None else int(np.searchsorted(time, start - 1e-9))
     last = None if stop is None else int(np.searchsorted(time, stop + 1e-9, side="right"))
     if (start is not None or stop is not None) and len(time) and len(time[first:last]) == 0:
+        part = " to ".join(f"{x:g} s" for x in (start, stop) if x is not None)
+        which = f"from {part}" if stop is None else f"up to {part}" if start is None else f"between {start:g} s and {stop:g} s"
         raise MotionError(
-            f"{table.file}: no samples between {-np.inf if start is None else start:g} s and {np.inf if stop is None else stop:g} s; "
+            f"{table.file}: no samples {which}; "
             f"its times are {time[0]:.9g} s to {time[-1]:.9g} s: check --from and --to (start=, stop=)"
         )
     return slice(first, last)
@@ -148,7 +151,10 @@ def read_external(model: Mechanism, path: str | os.PathLike[str], time: Array) -
     The table, in any format but a bag, has `time`, with the samples of the motion, and LINK.fx … LINK.tz (missing components
     are zero): at the link's origin, in the link's axes.  Raises MotionError.
     """
-    table = open_table(path)
+    try:
+        table = open_table(path)
+    except MotionError as e:
+        raise MotionError(str(e).replace(MEND, "give a table with `time` and LINK.fx … LINK.tz")) from None
     if table.is_recording:
         raise MotionError(f"{table.file}: is a bag; give external wrenches as CSV, Parquet or NPZ, with the columns LINK.fx … LINK.tz")
     column = find_time(table, ())

@@ -18,10 +18,10 @@ from pathlib import Path
 from typing import BinaryIO
 
 from ksl.errors import MotionError
+from ksl.motions.csv_form import MEND
 from ksl.motions.csv_table import CsvTable
 from ksl.motions.recorded import Recorded
 
-MEND = "give a CSV file with `time` and a column for each joint"
 STANDARD_INPUT = "-"
 _PACKED: dict[bytes, tuple[str, Callable[[bytes], bytes]]] = {
     b"\x1f\x8b": ("gzip", gzip.decompress),

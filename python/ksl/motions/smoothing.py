@@ -32,7 +32,9 @@ def smoothed(time: Array, x: Array, cutoff: float, what: str = "motion") -> Arra
 
     steps = len(time) - 1
     rate = steps / (time[-1] - time[0])
-    if not 0 < cutoff < 0.5 * rate * (1 - 1e-9):
+    if not cutoff > 0:
+        raise MotionError(f"{what}: --smooth (smooth=) is {cutoff:g}; expected a frequency in Hz, a positive number")
+    if not cutoff < 0.5 * rate * (1 - 1e-9):
         raise MotionError(f"{what}: --smooth {cutoff:g} Hz, but {rate:.4g} samples a second hold frequencies up to {0.5 * rate:.4g} Hz; give a lower one")
     even = evenly_spaced(time, EVEN)
     regular = time if even else np.linspace(time[0], time[-1], len(time))

@@ -30,11 +30,18 @@ TIME_UNITS = {1e-3: ("milliseconds", "ms"), 1e-6: ("microseconds", "us"), 1e-9: 
 def suspicions(model: Mechanism, time: Array, q: Array, v: Array) -> list[str]:
     """Sentences that name a unit that can't be and the option that mends it; q (n, nq), v (n, nv)."""
     joints = [j for j in model.joints[: len(model.joint_names)] if j.one_coordinate]
-    found = [_about_degrees(joints, q), _about_time(joints, time, v)]
+    found = [_about_degrees(joints, q, "Then add --degrees"), _about_time(joints, time, v)]
     return [sentence for sentence in found if sentence is not None]
 
 
-def _about_degrees(joints: list[Joint], q: Array) -> str | None:
+def suspicions_of_pose(model: Mechanism, q: Array) -> list[str]:
+    """The same of one pose q (nq), which has no speeds."""
+    joints = [j for j in model.joints[: len(model.joint_names)] if j.one_coordinate]
+    sentence = _about_degrees(joints, q[None], "Positions are in rad; on the command line 90deg is an angle in degrees")
+    return [sentence] if sentence is not None else []
+
+
+def _about_degrees(joints: list[Joint], q: Array, mend: str) -> str | None:
     turning = [j for j in joints if j.has_angle]
     if not turning:
         return None
@@ -46,7 +53,7 @@ def _about_degrees(joints: list[Joint], q: Array) -> str | None:
     limit = ""
     if joint.has_limits and joint.lower is not None and joint.upper is not None:
         limit = f", and its limits are {joint.lower:.4g} and {joint.upper:.4g} rad"
-    return f"{joint.name} reaches {reach[joint.name]:.4g} rad{limit}: are these degrees? Then add --degrees"
+    return f"{joint.name} reaches {reach[joint.name]:.4g} rad{limit}: are these degrees? {mend}"
 
 
 def _range(joint: Joint) -> float:

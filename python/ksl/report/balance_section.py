@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ksl.load_cases.quantities import PowerBalance
+from ksl.load_cases.quantities import CAUSES_OF_RESIDUALS, LARGE_RESIDUAL, PowerBalance
 from ksl.report.charts import Charts, Panel
 from ksl.report.numbers import Clock, format_share
 from ksl.states import Array
 
-LARGE_RESIDUAL = 1e-2
-"""Residual, relative to the largest power, from which on the page explains what may be wrong."""
 TOO_FEW = "too few samples to differentiate the energy"
 AT_REST = "no power but round-off: nothing moves, or what moves takes no power"
 
@@ -59,6 +57,5 @@ def _residual(b: PowerBalance, time: Array, clock: Clock) -> str:
     if b.relative_residual <= LARGE_RESIDUAL:
         return text
     return text + (
-        ' <strong class="over">That is large</strong>: the positions, velocities and accelerations of the motion disagree, '
-        "or it jumps, or its samples are too far apart."
+        f' <strong class="over">That is large</strong>: {CAUSES_OF_RESIDUALS}.'
     )

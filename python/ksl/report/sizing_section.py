@@ -10,14 +10,14 @@ from ksl.report.numbers import Clock
 from ksl.sizing.figures import Figure, significant
 from ksl.sizing.sizing import Sizing
 
-AMBER = 0.9
-"""From this utilisation on, a figure is said to be near its limit."""
 WORDS: dict[Level, str] = {
     "green": "Green: all components hold",
     "amber": "Amber: components hold, but this needs a look",
     "red": "Red: components are over their limits",
 }
 OF_FIGURE: dict[Level, str] = {"green": "", "amber": " near the limit", "red": " exceeded"}
+LEVEL: dict[str, Level] = {"over": "red", "near": "amber", "within": "green", "": "green"}
+"""Of the verdict of a figure."""
 
 
 def sizing_verdict(sizing: Sizing) -> str:
@@ -33,7 +33,7 @@ def sizing_level(sizing: Sizing) -> Level:
     """Of all components together."""
     if sizing.exceeded:
         return "red"
-    doubtful = sizing.left_out or sizing.worst is None or any(_level(figure) == "amber" for figure in sizing.figures)
+    doubtful = sizing.left_out or sizing.worst is None or any(figure.verdict == "near" for figure in sizing.figures)
     return "amber" if doubtful else "green"
 
 
@@ -71,14 +71,8 @@ def _row(f: Figure, clock: Clock) -> str:
 def _utilisation(f: Figure) -> str:
     if f.utilisation is None:
         return "–"
-    level = _level(f)
+    level = LEVEL[f.verdict]
     width = 100 * min(max(f.utilisation, 0.0), 1.0)
     number = f"{100 * f.utilisation:.3g} %" if math.isfinite(f.utilisation) else "∞"
     bar = f'<span class="bar"><span class="{level}" style="width:{width:.1f}%"></span></span>'
     return f'<strong class="{level}">{number}{OF_FIGURE[level]}</strong>{bar}'
-
-
-def _level(f: Figure) -> Level:
-    if f.utilisation is None or f.utilisation <= AMBER:
-        return "green"
-    return "red" if f.utilisation > 1 else "amber"

@@ -60,7 +60,8 @@ def _cell(use: Use | None, anchors: Mapping[tuple[str, str], str], clocks: Mappi
     width = f"{100 * min(max(use.share, 0.0), 1.0):.1f}%"
     of = f" {use.column.removeprefix(f'{use.joint}.')}" if use.column != use.joint else ""
     between = ", limit" if use.quantity == "position" else " of"  # a share of a range is not the quotient of position and limit
-    text = f"{escape(of)} {format_number(use.value)}{between} {use.limit:.5g} {use.unit} at {clocks.get(use.case, PLAIN_CLOCK).text(use.time)} s"
+    when = "" if use.time is None else f" at {clocks.get(use.case, PLAIN_CLOCK).text(use.time)} s"
+    text = f"{escape(of)} {format_number(use.value)}{between} {use.limit:.5g} {use.unit}{when}"
     case = f", {link(anchors.get((use.case, use.joint)), use.case)}" if several else ""
     return f'<td>{share}<span class="bar"><span class="{use.level}" style="width:{width}"></span></span><small>{text.strip()}{case}</small></td>'
 

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from html import escape
 
-from ksl.load_cases.quantities import unit
+from ksl.load_cases.quantities import COMPARED, unit
 from ksl.mechanism import Joint
 from ksl.report.numbers import format_number, link
 from ksl.report.rows import Row, exceeds
 from ksl.report.tables import LABELS, joint_group
-
-QUANTITIES = ("axial_force", "radial_force", "bending_moment", "axial_moment", "force", "moment", "effort", "brake", "coupling", "speed", "power")
 
 
 def worst_section(rows: Sequence[Row], joints: Mapping[str, Joint], anchors: Mapping[tuple[str, str], str]) -> str:
@@ -23,7 +21,7 @@ def worst_section(rows: Sequence[Row], joints: Mapping[str, Joint], anchors: Map
     note = "The largest peak of each quantity over all load cases, and below it the case that governs. Its name leads to the joint's curves there."
     count, shown = len({row["case"] for row in rows}), len({case for case, _ in anchors})
     if shown < count:
-        note += f" Curves of {shown} of {count} load cases are shown: of those with the worst use of limits."
+        note += f" Curves of {shown} of {count} load cases are shown: of the one with the worst use of a limit, and of those that govern most."
     return f'<section id="worst"><h2>Worst over all load cases</h2><p>{note}</p>{tables}</section>'
 
 
@@ -34,7 +32,7 @@ def governing(rows: Sequence[Row], joint: str, quantity: str) -> Row | None:
 
 
 def _table(title: str, names: Sequence[str], rows: Sequence[Row], joints: Mapping[str, Joint], anchors: Mapping[tuple[str, str], str]) -> str:
-    quantities = [q for q in QUANTITIES if any(governing(rows, name, q) is not None for name in names)]
+    quantities = [q for q in COMPARED if any(governing(rows, name, q) is not None for name in names)]
     head = "".join(f'<th scope="col" class="first">{LABELS[q]}, {unit(q, joints[names[0]])}</th>' for q in quantities)
     body = ""
     for name in names:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ksl.mechanism import Joint
 from ksl.states import Array
 from ksl.viewer.scene import ACTUATION, CONSTRAINT, EXTERNAL, Scene, scale_of
 from ksl.viewer.shapes import Colour, Shape, arrows, ellipsoid, joined, rod, simplified
@@ -106,7 +107,7 @@ def _wrench(scene: Scene, sample: int, joint: str) -> tuple[list[Shape], list[st
     in_scale = scale_of(np.stack([scene.constraint[sample, i], scene.actuation[sample, i], *(w[sample] for w in scene.placed.values())]), scene.size)
     parts: list[Shape] = []
     legend = []
-    drawn = [("structure", CONSTRAINT, scene.constraint[sample, i], origin), ("drive", ACTUATION, scene.actuation[sample, i], origin)]
+    drawn = [("structure", CONSTRAINT, scene.constraint[sample, i], origin), (_mover(scene.model.joints[i]), ACTUATION, scene.actuation[sample, i], origin)]
     for name, wrench in scene.placed.items():
         drawn.append((f"external, on {name}", EXTERNAL, wrench[sample], scene.poses[sample, scene.model.link_names.index(name), :3, 3]))
     for words, colour, wrench, at in drawn:
@@ -123,6 +124,11 @@ def _wrench(scene: Scene, sample: int, joint: str) -> tuple[list[Shape], list[st
     parts.append(Shape(ball.vertices + origin, ball.faces, (0.1, 0.1, 0.1)))
     metre = (f"{_plain(1 / in_scale.force)} N", f"{_plain(1 / in_scale.moment)} N m (two heads)")
     return parts, [*legend, f"1 m of arrow: {metre[0]}, {metre[1]}"]
+
+
+def _mover(joint: Joint) -> str:
+    """What exerts the part of the wrench along the joint's motion: a floating base has no drive, and a mimic joint is moved by its leader."""
+    return "support" if joint.kind == "floating" else "drive" if joint.leader is None else "coupling"
 
 
 def _plain(x: float) -> str:
@@ -147,14 +153,15 @@ def _mesh_trace(shapes: list[Shape], towards_eye: Array) -> dict[str, Any]:
     brightness = _brightness(whole, towards_eye)
     of = np.concatenate([np.full(len(s.faces), colours.index(s.colour) if s.colour in colours else 0) for s in shapes])
     level = of * shades + np.minimum((brightness * shades).astype(int), shades - 1)
-    palette = [_dimmed(colour, 0.4 + 0.6 * (k + 0.5) / shades) for colour in colours for k in range(shades)]
+    dimmed = np.array(colours)[:, None] * (0.4 + 0.6 * (np.arange(shades) + 0.5) / shades)[:, None]
+    palette = [f"rgb({r},{g},{b})" for r, g, b in np.rint(255 * np.clip(dimmed, 0.0, 1.0)).astype(int).reshape(-1, 3).tolist()]
     palette += [palette[-1]] * (PALETTE - len(palette))  # plotly.js samples a scale at 256 places: each is then one colour
     x, y, z = (_typed(whole.vertices[:, c], "f4") for c in range(3))
     i, j, k = (_typed(whole.faces[:, c], "u2" if len(whole.vertices) < 1 << 16 else "u4") for c in range(3))
     return {
         "type": "mesh3d", "x": x, "y": y, "z": z, "i": i, "j": j, "k": k,
         "intensity": _typed(level, "u1"), "intensitymode": "cell", "cmin": 0, "cmax": PALETTE - 1,
-        "colorscale": [[n / (PALETTE - 1), _css(c)] for n, c in enumerate(palette)], "showscale": False, "flatshading": True, "hoverinfo": "skip",
+        "colorscale": [[n / (PALETTE - 1), c] for n, c in enumerate(palette)], "showscale": False, "flatshading": True, "hoverinfo": "skip",
         "lighting": {"ambient": 1, "diffuse": 0, "specular": 0, "fresnel": 0},
     }  # fmt: skip
 
@@ -169,15 +176,6 @@ def _brightness(shape: Shape, towards_eye: Array) -> Array:
     light = towards_eye + 0.9 * np.array([0.0, 0.0, 1.0]) + 0.6 * left
     shade: Array = np.clip(normal @ light / np.linalg.norm(light), 0.0, 1.0)
     return shade
-
-
-def _dimmed(colour: Colour, by: float) -> Colour:
-    r, g, b = colour
-    return (r * by, g * by, b * by)
-
-
-def _css(colour: Colour) -> str:
-    return "rgb({},{},{})".format(*(round(255 * min(max(x, 0.0), 1.0)) for x in colour))
 
 
 def _typed(x: NDArray[Any], dtype: str) -> dict[str, str]:
