@@ -355,5 +355,5 @@ def test_the_map_of_a_motion_lies_beside_the_file_and_is_an_input(arm):
     found, inputs = read_cases(m, folder / "cases.toml")
     assert (found[0].motion.q == 0.5).all() and [i.role for i in inputs] == ["cases", "motion", "map"]
     (folder / "cases.toml").write_text('[cases.counted]\nmotion = { file = "counts.csv", degrees = "yes" }\n')
-    with pytest.raises(ksl.MotionError, match="degrees is 'yes'; expected true or false"):
+    with pytest.raises(ksl.CaseError, match="case counted: .*degrees is 'yes'; expected true or false"):
         read_cases(m, folder / "cases.toml")
