@@ -345,3 +345,15 @@ def test_the_motion_of_the_command_is_that_of_cases_without_one(arm):
 def test_the_command_refuses(arm, arguments, sentence):
     p = run("loads", arm[1] / "arm.urdf", *arguments, "-o", arm[1] / "out")
     assert p.returncode == 2 and p.stderr.startswith(sentence) and p.stderr.count("\n") == 1 and not Path(arm[1] / "out").exists()
+
+
+def test_the_map_of_a_motion_lies_beside_the_file_and_is_an_input(arm):
+    m, folder = arm
+    (folder / "counts.csv").write_text("time,axis\n" + "".join(f"{k / 10},0.5\n" for k in range(10)))
+    (folder / "map.toml").write_text('[columns]\naxis = "pin"\n')
+    (folder / "cases.toml").write_text('[cases.counted]\nmotion = { file = "counts.csv", map = "map.toml" }\n')
+    found, inputs = read_cases(m, folder / "cases.toml")
+    assert (found[0].motion.q == 0.5).all() and [i.role for i in inputs] == ["cases", "motion", "map"]
+    (folder / "cases.toml").write_text('[cases.counted]\nmotion = { file = "counts.csv", degrees = "yes" }\n')
+    with pytest.raises(ksl.CaseError, match="case counted: .*degrees is 'yes'; expected true or false"):
+        read_cases(m, folder / "cases.toml")

@@ -85,7 +85,7 @@ def print_results(results: SweepResults) -> None:
         what = row["quantity"].rpartition("_")[0].replace("_", " ") or "components"
         table.add_row(Text(row["joint"]), what, value, Text(f"{row['case']}: {at}"))
     out.print(table)
-    rate = f", {results.computed / results.seconds:.0f} a second; {100 * results.share_of_dynamics:.0f} % of the workers' time was dynamics"
+    rate = f", {results.computed / results.seconds:.0f} a second; {100 * results.share_of_dynamics:.0f} % of the time was dynamics"
     out.print(Text(f"{results.computed} cases computed in {results.seconds:.1f} s{rate if results.computed else ': all were there'}"))
     out.print(Text(f"written to {results.directory}: cases/part-….parquet, worst.csv, sweep.json"), soft_wrap=True)
 

@@ -36,7 +36,7 @@ def print_run(console: Console, run: Run) -> None:
     rows = worst_rows(run.rows) if several else run.rows
     print_summary(console, rows, run.model.joints, run.cases[0].placement, "worst over all load cases" if several else "")
     for line in run.notes:
-        if verdict.level == "red" or line not in verdict.reasons:  # those have been printed
+        if line not in verdict.reasons:  # those have been printed
             console.print(Text(f"note: {line}"), soft_wrap=True)
     worst = max(run.results, key=_residual)
     of = f"power balance, worst of {len(run.cases)} load cases, {worst.case.name}: " if several else "power balance: "
