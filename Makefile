@@ -21,13 +21,16 @@ unexport $(filter-out PYTHON,$(filter $(DROPPED),$(.VARIABLES)))
 
 SOURCES := $(shell find include src python cmake -type f -not -name '*.pyc') CMakeLists.txt pyproject.toml
 
-.PHONY: demo test test-c test-python test-long bench bench-build bench-plots release docs clean
+.PHONY: demo test test-c test-python build-clang test-long bench bench-build bench-plots release docs clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/.installed
 	$(BIN)/ksl loads examples/robots/panda.urdf examples/motions/panda_pick.csv -o out/panda_pick
 
-test: test-c test-python
+# clang compiles while pip waits for the network.
+test: $(VENV)/.tools
+	$(MAKE) --no-print-directory -j2 build-clang $(VENV)/.tested
+	$(MAKE) --no-print-directory test-c test-python
 
 # C and C++.  Compiling kernels takes most of the time: 170 s of processor time for each set and compiler.  So gcc compiles those with the
 # shortest and the longest registers, optimised; the wheel's build in build/gcc has done that.  clang makes a debug build for the set
@@ -38,14 +41,16 @@ TEST_SETS := x86_64_v2;x86_64_v4
 build = CC=$(2) CXX=$(3) cmake -G Ninja -DCMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja -S . -B build/$(1) -DKSL_TESTS=ON \
   -DPython3_EXECUTABLE=$(CURDIR)/$(BIN)/python $(4) >/dev/null && cmake --build build/$(1) -- --quiet
 run_ctest = ctest --test-dir build/$(1) --output-on-failure -j $(CMAKE_BUILD_PARALLEL_LEVEL)
-test-c: $(VENV)/.tested
+test-c: $(VENV)/.tested build-clang
 	$(call build,gcc,gcc,g++,"-DKSL_INSTRUCTION_SETS=$(TEST_SETS)")
 	$(call run_ctest,gcc)
-	$(call build,clang,clang,clang++,-DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG= -DCMAKE_CXX_FLAGS_DEBUG= -DKSL_INSTRUCTION_SETS=x86_64_v3)
 	$(call run_ctest,clang) -E interfaces
 
+build-clang: $(VENV)/.packages
+	$(call build,clang,clang,clang++,-DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG= -DCMAKE_CXX_FLAGS_DEBUG= -DKSL_INSTRUCTION_SETS=x86_64_v3)
+
 test-python: $(VENV)/.tested test-c
-	KSL_LIBRARY=$(CURDIR)/build/gcc/libksl.so $(BIN)/python -m pytest -n $(CMAKE_BUILD_PARALLEL_LEVEL) --dist loadfile test
+	KSL_LIBRARY=$(CURDIR)/build/gcc/libksl.so $(BIN)/python -m pytest -n $(CMAKE_BUILD_PARALLEL_LEVEL) --dist loadfile --no-loadscope-reorder test
 
 # Half an hour of processor time.  The result is written whether it is good or not, and is to be committed.
 test-long: $(VENV)/.tested
@@ -92,11 +97,14 @@ $(VENV)/.tools:
 	touch $@
 
 $(VENV)/.installed: $(VENV)/.tools $(SOURCES)
-	$(BIN)/python -m pip install -q --no-build-isolation '.[loads]'
+	$(BIN)/python -m pip install -q --no-build-isolation '.[loads,check]'
 	touch $@
 
-$(VENV)/.tested: $(VENV)/.tools $(SOURCES)
+$(VENV)/.packages: $(VENV)/.tools scripts/system_packages.sh
 	scripts/system_packages.sh test
+	touch $@
+
+$(VENV)/.tested: $(VENV)/.packages $(SOURCES)
 	CC=gcc CXX=g++ $(BIN)/python -m pip install -q --no-build-isolation --config-settings=build-dir=build/gcc \
 	  "--config-settings=cmake.define.KSL_INSTRUCTION_SETS=$(TEST_SETS)" '.[test]'
 	rm -f $(VENV)/.installed

@@ -1,26 +1,26 @@
 #!/usr/bin/env python3
 """Make a recording of a robot as ROS would: joint states of the Panda's arm and of its gripper, from panda_pick.csv.
 
-    python3 make_bag.py [FOLDER]
+    python3 make_bag.py [FOLDER] [--bits N]
 
 writes panda_pick.bag (ROS 1), panda_pick (the folder of a ROS 2 bag) and panda_pick.mcap into FOLDER, or next to this file.
 It needs numpy and the packages rosbags and mcap-ros2-support: pip install 'ksl[bags]'.
 
 Two nodes publish on the topic /joint_states: the arm at 250 Hz with positions, velocities and efforts, and the gripper at
 30 Hz with the position of its finger. As in a real recording, the arm names its joints in an order of its own, positions are
-those of an encoder with 2^20 steps a turn, header stamps jitter by some 20 µs, and the log has the messages a little later.
+those of an encoder with 2^20 steps a turn (--bits: 2^N), header stamps jitter by some 20 µs, and the log has the messages a little later.
 """
 
+import argparse
 import os
 import shutil
-import sys
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-ENCODER = 2 * np.pi / 2**20  # rad a step
+BITS = 20  # of the encoder
 START = 1_760_000_000_000_000_000  # ns since 1970
 TOPIC = "/joint_states"
 TYPE = "sensor_msgs/msg/JointState"
@@ -55,13 +55,14 @@ def smooth_step(u):
     return u**3 * (10 - 15 * u + 6 * u**2)
 
 
-def messages(finger="panda_finger_joint1"):
+def messages(finger="panda_finger_joint1", bits=BITS):
     """All messages in the order of the log: time of the log (ns), header stamp (ns), names, positions, velocities, efforts."""
     rng = np.random.default_rng(1)
     names, time, q = read_motion()
     found = []
     stamps = START + np.round((time + rng.uniform(-2e-5, 2e-5, len(time))) * 1e9).astype(np.int64)
-    measured = np.round(q / ENCODER) * ENCODER
+    step = 2 * np.pi / 2**bits
+    measured = np.round(q / step) * step
     velocity = np.gradient(q, time, axis=0)
     order = [names.index(n) for n in sorted(names, reverse=True)]
     for stamp, row, rate in zip(stamps.tolist(), measured, velocity):
@@ -122,12 +123,16 @@ def write_mcap(path, states):
 
 
 def main():
-    folder = Path(sys.argv[1] if len(sys.argv) > 1 else HERE)
+    parser = argparse.ArgumentParser(description="Make a recording of a robot as ROS would.")
+    parser.add_argument("folder", nargs="?", default=HERE, type=Path)
+    parser.add_argument("--bits", type=int, default=BITS, help="of the encoders: 2^BITS steps a turn")
+    given = parser.parse_args()
+    folder = given.folder
     folder.mkdir(parents=True, exist_ok=True)
     if (folder / "panda_pick" / "metadata.yaml").exists():  # writers don't overwrite
         shutil.rmtree(folder / "panda_pick")
     (folder / "panda_pick.bag").unlink(missing_ok=True)
-    states = messages()
+    states = messages(bits=given.bits)
     write_ros1(folder / "panda_pick.bag", states)
     write_ros2(folder / "panda_pick", states)
     write_mcap(folder / "panda_pick.mcap", states)

@@ -29,10 +29,13 @@ def test_time_is_linear_in_links():
     """Eight times the links in less than sixteen times the time; rich's trees took sixty-four."""
 
     def seconds(m: ksl.Model) -> float:
-        text(m, 200)
-        start = time.process_time()
-        text(m, 200)
-        return time.process_time() - start
+        """The least of five: other programs only add to it."""
+        taken = []
+        for _ in range(5):
+            start = time.process_time()
+            text(m, 200)
+            taken.append(time.process_time() - start)
+        return min(taken)
 
     assert seconds(chain(2400)) < 16 * max(seconds(chain(300)), 0.01)
 

@@ -1,47 +1,38 @@
 """What README and docs show is run as it stands."""
 
-import os
 import re
-import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from pages import LANGUAGES, ROOT, TUTORIALS, blocks_of, environment, set_up
 
-ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "test" / "algebra"))
 from library import find
 
-LANGUAGES = ("sh", "python", "c", "cpp")
 SETS_UP = re.compile(r"^make (demo|test|bench)", re.MULTILINE)
 """Blocks with these set up the whole project; they are what runs the tests."""
 
 
 def blocks() -> list:
+    """Those that run on their own.  tutorials_test.py runs the pages whose blocks follow each other; marks name other tests that run a block."""
     found = []
     for path in [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]:
-        text = path.read_text(encoding="utf-8")
-        for match in re.finditer(r"^```(\w+)\n(.*?)^```$", text, re.MULTILINE | re.DOTALL):
-            language, code = match.groups()
-            line = text.count("\n", 0, match.start()) + 1
-            if language in LANGUAGES and not SETS_UP.search(code):
-                found.append(pytest.param(language, code, id=f"{path.relative_to(ROOT)}:{line}-{language}"))
+        if path.parent != TUTORIALS:
+            for block in blocks_of(path):
+                if block.language in LANGUAGES and not SETS_UP.search(block.code) and "tested" not in block.marks:
+                    found.append(pytest.param(block.language, block.code, id=f"{path.relative_to(ROOT)}:{block.line}-{block.language}"))
     return found
 
 
 @pytest.fixture
 def checkout(tmp_path) -> Path:
-    """The examples where README expects them, and a .venv that is this Python's."""
-    shutil.copytree(ROOT / "examples", tmp_path / "examples")
-    (tmp_path / ".venv" / "bin").mkdir(parents=True)
-    (tmp_path / ".venv" / "bin" / "activate").write_text(f'PATH="{Path(sys.executable).parent}:$PATH"\n')
-    return tmp_path
+    return set_up(tmp_path)
 
 
 def run(command: list, folder: Path) -> subprocess.CompletedProcess:
-    env = {k: v for k, v in os.environ.items() if k != "KSL_ISA"}
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, env=env, timeout=300)
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, env=environment(), timeout=300)
     assert done.returncode == 0, f"{command[0]} ended with {done.returncode}\n{done.stdout}\n{done.stderr}"
     return done
 
@@ -89,6 +80,14 @@ def test_block_runs(checkout, language, code):
         run([sys.executable, "-c", code], checkout)
     else:
         run(["sh", "-eu", "-c", code], checkout)
+
+
+def test_blocks_that_are_run_elsewhere_are():
+    """A mark names a test that reads the page."""
+    for path in sorted((ROOT / "docs").rglob("*.md")):
+        for block in blocks_of(path):
+            if "tested" in block.marks:
+                assert f'"{path.name}"' in (ROOT / block.marks["tested"]).read_text(encoding="utf-8")
 
 
 def test_readme_has_a_block_of_each_language():

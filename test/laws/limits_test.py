@@ -108,8 +108,6 @@ def test_limits_that_cannot_be(kind, limits, sentence):
 
 
 def test_what_is_beyond_limits_is_reported(chain):
-    from ksl.load_cases.curves import Curves
-    from ksl.load_cases.limits import exceeded_limits
     from ksl.load_cases.load_case import LoadCase
     from ksl.motions.motion import Motion
 
@@ -117,8 +115,5 @@ def test_what_is_beyond_limits_is_reported(chain):
     q = np.tile(chain.neutral(), (12, 1))
     q[:, 1], q[5, 5] = 0.1, -0.4
     motion = Motion(time, q, np.zeros((12, chain.nv)), np.zeros((12, chain.nv)))
-    case = LoadCase(chain, motion)
-    curves = Curves(case)
-    for block in case.blocks():
-        curves.add(block)
-    assert exceeded_limits(chain, motion, curves.loads) == ["pla: y -0.4 m is beyond the lower limit -0.1 m"]
+    exceeded = ksl.loads(chain, cases=[LoadCase(chain, motion)]).verdict.exceeded
+    assert [use.exceeded for use in exceeded] == ["pla: y -0.4 m is beyond the lower limit -0.1 m"]

@@ -128,6 +128,7 @@ def test_limits_that_are_not_given_forbid_green(tmp_path):
     p = run(tmp_path, np.zeros(8), robot=PENDULUM.replace('effort="18"', 'effort="0"'))
     lines = p.stdout.splitlines()
     assert lines[0].startswith("verdict: AMBER: ") and lines[1] == "  not green: no effort limit of pin in the robot's file (or 0): not compared"
+    assert sum("no effort limit of pin" in line for line in lines) == 1, "said once"
 
 
 def test_notes_are_in_order_of_weight(tmp_path):

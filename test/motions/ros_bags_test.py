@@ -1,6 +1,7 @@
 """Joint states from ROS 1 bags, ROS 2 bags and MCAP, which the tests write by the libraries of these formats."""
 
 import importlib.util
+import re
 import shutil
 from pathlib import Path
 from types import SimpleNamespace
@@ -237,3 +238,13 @@ def test_missing_packages_are_named(leg, tmp_path, refusal, monkeypatch):
     monkeypatch.setattr(importlib.util, "find_spec", lambda name, *more: None if name in ("rosbags", "mcap_ros2") else real(name, *more))
     for path, package in zip(paths, ["rosbags", "rosbags", "rosbags", "mcap-ros2-support"]):
         assert refusal(leg, path) == f": is a recording of ROS, which needs the package {package}; install it: pip install 'ksl[bags]'"
+
+
+def test_rates_are_no_hint_for_the_joint_of_another_robot(tmp_path):
+    """The arm's positions are all there: `panda_joint1.a` is not what the gripper's joint was meant to be.  Where a point is missing it is."""
+    arm = ksl.load(ROOT / "examples" / "robots" / "panda.urdf")
+    table = (ROOT / "examples" / "motions" / "panda_pick.csv").read_text().splitlines()
+    for name, hint in (("panda_finger_joint1", "the moving joints of panda are"), ("panda_joint1v", "did you mean 'panda_joint1.v'")):
+        (tmp_path / "motion.csv").write_text("\n".join([f"{table[0]},{name}", *(f"{row},0" for row in table[1:])]))
+        with pytest.raises(ksl.MotionError, match=re.escape(hint)):
+            ksl.read_motion(arm, tmp_path / "motion.csv")

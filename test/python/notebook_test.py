@@ -67,3 +67,13 @@ def test_surfaces(tmp_path):
     across = np.array([3.0, 2.0, 0]) / math.hypot(3, 2)
     wide, high = np.abs(across).sum(), np.abs(np.cross(eye, across)).sum()  # of the unit cube's projection
     assert np.ptp(y) / np.ptp(x) == pytest.approx(high / wide, rel=2e-3)
+
+
+def test_motions_and_verdicts_are_shown_in_short(examples):
+    """Not as arrays and lists of all limits."""
+    pytest.importorskip("scipy")
+    run = ksl.loads(examples / "robots/panda.urdf", examples / "motions/panda_pick.csv")
+    assert repr(run.verdict).startswith("<ksl verdict green: panda_joint2 uses 66.1 % of its speed limit") and "not green" not in repr(run.verdict)
+    motion = ksl.read_motion(ksl.load(examples / "robots/panda.urdf"), examples / "motions/panda_pick.csv")
+    first, *more = repr(motion).splitlines()
+    assert first.endswith("panda_pick.csv: 1021 samples, 7 degrees of freedom, 0 s to 4.08 s>") and "differentiated" in more[0]

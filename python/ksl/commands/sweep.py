@@ -73,9 +73,9 @@ def print_results(results: object) -> None:
     parameters = [key for key in (chosen[0] if chosen else ()) if key not in ("joint", "quantity", "value", "case")]
     for row in chosen:
         share = row["quantity"].endswith("_share")
-        value = f"{100 * row['value']:.4g} %" if share else format_number(row["value"])
+        value = f"{100 * row['value']:.1f} %" if share else format_number(row["value"])
         what = row["quantity"].replace("_share", " limit").replace("_", " ")
-        at = ", ".join(f"{name} {format_number(row[name])}" for name in parameters)
+        at = ", ".join(f"{name} {row[name]:g}" if isinstance(row[name], float) else f"{name} {row[name]}" for name in parameters)
         out.print(Text(f"{row['joint']}: {value} of the {what}" if share else f"{row['joint']}: {what} {value}"), Text(f"(case {row['case']}: {at})", style="dim"), soft_wrap=True)
     rate = f", {results.computed / results.seconds:.0f} a second; {100 * results.share_of_dynamics:.0f} % of the workers' time was dynamics" if results.computed else ""
     out.print(Text(f"{results.computed} cases computed in {results.seconds:.1f} s{rate}"), soft_wrap=True)

@@ -154,7 +154,8 @@ def _table(rows: list[SummaryRow], joints: list[Joint], columns: Columns) -> Tab
 
 
 def _number(x: float | None) -> str:
-    return "–" if x is None else f"{x:.4g}"
+    """Four digits; round-off of what is zero by the axes of joints is zero."""
+    return "–" if x is None else f"{0.0 if abs(x) < 1e-12 else x:.4g}"
 
 
 def balance_line(balance: PowerBalance | None) -> str:

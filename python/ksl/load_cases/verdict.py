@@ -83,6 +83,10 @@ class Verdict:
     reasons: tuple[str, ...] = ()
     """Why green is forbidden though no limit is near, most important first."""
 
+    def __repr__(self) -> str:
+        """The colour and one sentence: the whole would fill a notebook."""
+        return f"<ksl verdict {self.level}: {self.headline}{''.join(f'; not green: {reason}' for reason in self.reasons)}>"
+
     @property
     def level(self) -> Level:
         levels = {use.level for use in self.uses}

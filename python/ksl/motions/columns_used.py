@@ -197,7 +197,8 @@ class _Unknown:
         return f"{hint} ({LEFT_OUT})"
 
     def _nearest(self, name: str, known: list[str]) -> str:
-        near = get_close_matches(name, known, 1)
+        rates = [n for n in known if n.endswith((".v", ".a"))]  # of joints whose positions are there: only for slips of a letter
+        near = get_close_matches(name, [n for n in known if n not in rates], 1) or get_close_matches(name, rates, 1, 0.9)
         return f"did you mean {near[0]!r}?" if near else f"the moving joints of {self.model.name} are {listed(self.model.joint_names)}"
 
     def _instead(self, name: str) -> str | None:

@@ -72,6 +72,12 @@ class Motion:
     source: Source | None = None
     """The file that it was read from, if it was."""
 
+    def __repr__(self) -> str:
+        """Sizes and what is said about it: arrays would fill a notebook."""
+        file = f" of {self.source.file}" if self.source is not None else ""
+        lasts = f", {self.time[0]:.6g} s to {self.time[-1]:.6g} s" if len(self.time) else ""
+        return "\n  ".join([f"<ksl motion{file}: {len(self.time)} samples, {self.v.shape[-1]} degrees of freedom{lasts}>", *self.doubts, *self.contradictions, *self.differentiated])
+
 
 def complete(
     model: Mechanism,
