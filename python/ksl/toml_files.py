@@ -16,8 +16,8 @@ def read_toml(path: str | os.PathLike[str], error: type[ValueError], what: str) 
     """The tables of a TOML file.  Raises `error` for a file that can't be read; what: what it should hold, in words."""
     file = os.fspath(path)
     try:
-        with open(file, "rb") as text:
-            return tomllib.load(text)
+        with open(file, encoding="utf-8-sig", newline="") as text:  # editors on Windows put a byte-order mark first
+            return tomllib.loads(text.read().replace("\r\n", "\n"))
     except OSError as e:
         raise error(f"{file}: can't be read ({os.strerror(e.errno) if e.errno else e}); give a TOML file that describes {what}") from None
     except UnicodeDecodeError:

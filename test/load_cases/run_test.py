@@ -213,3 +213,21 @@ def test_how_a_motion_is_read(flange, tmp_path):
     (tmp_path / "m.csv").write_text("time,pin\n" + "".join(f"{k / 10},90\n" for k in range(8)))
     r = ksl.loads(flange, tmp_path / "m.csv", reading={"degrees": True})
     assert r.rows[0]["position_highest"] == pytest.approx(np.pi / 2) and r.provenance.options["degrees"] is True
+
+
+def test_a_motion_as_a_table_is_taken_by_name(flange):
+    pd = pytest.importorskip("pandas")
+    time = np.linspace(0, 1, 20)
+    table = pd.DataFrame({"pin": np.sin(time), "time": time})
+    expected = ksl.loads(flange, (time, np.sin(time)[:, None])).rows
+    assert ksl.loads(flange, table).rows == expected == ksl.loads(flange, pa.table({"pin": np.sin(time), "time": time})).rows
+    for wrong, words in (
+        (table.rename(columns={"pin": "pinn"}), "no column 'pin'; did you mean 'pinn'"),
+        (table.assign(temperature=0.0), "unknown column 'temperature'"),
+        (5, "motion is int; expected a file, a table"),
+    ):
+        with pytest.raises(ksl.MotionError, match=words):
+            ksl.loads(flange, wrong)
+    with pytest.raises(ksl.MotionError, match="reading: unknown key 'degree'; did you mean 'degrees'"):
+        ksl.loads(flange, table, reading={"degree": True})
+    assert repr(ksl.loads(flange, table).cases[0].motion).startswith("<ksl motion: 20 samples")

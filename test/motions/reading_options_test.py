@@ -274,3 +274,13 @@ def test_mistakes_on_the_command_line(leg, written, time, tmp_path):
     status, said = loads(leg.file, motion, "-o", out, "--topic", "/joint_states")
     assert status == 2 and "--topic (topic=) chooses among the topics of a bag" in said
     assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [({"degrees": "yes"}, "degrees is 'yes'; expected true or false"), ({"smooth": "20"}, "smooth is '20'; expected a number"), ({"time_unit": 3}, "time_unit is 3"), ({"map": 3}, "map is 3")],
+)
+def test_values_that_no_option_has(tmp_path, options, words):
+    """From programs and from files of load cases and sweeps, which hold anything."""
+    with pytest.raises(ksl.MotionError, match=words):
+        ksl.read_motion(None, tmp_path / "none.csv", **options)

@@ -236,7 +236,7 @@ def test_exit_statuses(loads, tmp_path):
         (["LOADS", "--at", "panda_joint2=1,2"], "expected 3 finite numbers"),
         (["LOADS", "--at", "panda_joint9=1,2,3"], "--at: no joint named 'panda_joint9'"),
         (["nowhere"], "nowhere: no such file; give the folder"),
-        ([PANDA, "LOADS"], "is no Parquet file that can be read"),
+        ([PANDA, "LOADS"], "is no Parquet file that can be read (the results come first, then the components)"),
         (["LOADS", "nothing.toml"], "nothing.toml: can't be read"),
     ],
 )
@@ -245,6 +245,19 @@ def test_bad_arguments(loads, tmp_path, monkeypatch, arguments, words):
     done = command(*(loads if a == "LOADS" else a for a in arguments))
     assert done.exit_code == 2 and not done.stdout and done.stderr.startswith("ksl: ") and words in done.stderr, done
     assert done.stderr.count("\n") == 1
+
+
+def test_files_of_components_as_people_write_them(loads, tmp_path):
+    """A byte-order mark and line ends of Windows; the kind as the table's name; the folder of a sweep."""
+    windows = tmp_path / "windows.toml"
+    windows.write_bytes(b'\xef\xbb\xbf[[component]]\r\njoint = "panda_joint2"\r\nkind = "limits"\r\ntorque = 100\r\n')
+    assert command(loads, windows).exit_code == 0
+    wrong = tmp_path / "wrong.toml"
+    wrong.write_text('[[motor]]\njoint = "panda_joint2"\n')
+    assert 'wrong.toml: components are tables [[component]] with kind = "motor", not [[motor]]' in command(loads, wrong).stderr
+    (tmp_path / "sweep").mkdir()
+    (tmp_path / "sweep" / "sweep.json").write_text("{}")
+    assert "this sweep has no wrenches; run it with --wrenches" in command(tmp_path / "sweep", windows).stderr
 
 
 def test_a_missing_package_is_named(loads, monkeypatch):

@@ -1,5 +1,7 @@
 """ksl.sweep: the cases are what the description says, each equals a load case of its own, and nothing that is complete is lost."""
 
+import errno
+import json
 import os
 import signal
 import subprocess
@@ -16,7 +18,9 @@ from ksl.load_cases.curves import Curves
 from ksl.load_cases.load_case import LoadCase
 from ksl.load_cases.quantities import summarise
 from ksl.motions.reading import read_motion
+from ksl.sweeps import on_ray
 from ksl.sweeps.description import sweep_from
+from ksl.sweeps.evaluate import Evaluator, Plan
 from ksl.sweeps.sampling import sample
 from ksl.sweeps.variants import Variants, shifted
 
@@ -248,7 +252,7 @@ def test_the_worst_cases_are_those_of_the_table(tmp_path):
     worst = max(of_joint, key=lambda row: row["effort_peak"])
     found = rows["panda_joint2", "effort_peak"]
     assert (found["value"], found["case"], found["speed"]) == (worst["effort_peak"], worst["case"], worst["speed"])
-    assert (tmp_path / "worst.csv").read_text().startswith("joint,quantity,value,case,payload_panda_flange,speed\n")
+    assert (tmp_path / "worst.csv").read_text().startswith("joint,quantity,value,unit,case,payload_panda_flange,speed\n")
 
 
 def test_wrenches_on_request(tmp_path):
@@ -261,7 +265,84 @@ def test_wrenches_on_request(tmp_path):
     assert np.abs(effort).max() == results.cases.to_table().to_pylist()[3]["effort_peak"]
 
 
+def test_utilisations_are_those_of_sizing_each_case(tmp_path):
+    components = str(EXAMPLES / "components" / "panda.toml")
+    tables = {"base": {"motion": PICK, "components": components}, "vary": [PAYLOAD]}
+    results = ksl.sweep(PANDA, tables, tmp_path, workers=1)
+    rows = results.cases.to_table().to_pylist()
+    for case, mass in enumerate(PAYLOAD["values"]):
+        sizing = ksl.size(ksl.loads(PANDA, PICK, payloads={TOOL: (mass, PAYLOAD["center"])}), components)
+        for row in (r for r in rows if r["case"] == case):
+            found = [f for f in sizing.figures if f.joint == row["joint"] and f.utilisation is not None]
+            assert (row["utilisation"], row["utilisation_of"]) == ((None, None) if not found else (pytest.approx(found[0].utilisation, rel=1e-9), f"{found[0].component}: {found[0].figure}"))
+    worst = max((row for row in rows if row["utilisation"]), key=lambda row: row["utilisation"])
+    assert max(r["value"] for r in results.worst if r["quantity"] == "utilisation") == worst["utilisation"]
+    assert "sha256" in (tmp_path / "sweep.json").read_text() and "panda.toml" in (tmp_path / "sweep.json").read_text()
+
+
+def test_metadata_say_units_and_parameters(tmp_path):
+    results = ksl.sweep(PANDA, described({**PAYLOAD, "values": np.array([0.0, 2.0])}), tmp_path, workers=1)
+    said = json.loads(results.cases.to_table().schema.metadata[b"ksl"])
+    assert said["robot"] == "panda" and said["parameters"][0]["unit"] == "kg" and "N m" in said["units"] and "first sample" in said["conventions"]
+    units = {row["quantity"]: row["unit"] for row in results.worst if row["joint"] == "panda_joint2"}
+    assert (units["effort_peak"], units["power_peak"], units["speed_share"]) == ("N m", "W", "")
+    assert repr(results).startswith("<ksl sweep in ") and "of a limit" in repr(results) and len(repr(results)) < 250
+
+
+def test_motions_are_read_as_the_base_says(tmp_path, monkeypatch):
+    """Degrees and a map, by names relative to the description, from wherever the sweep is started."""
+    motion = ksl.read_motion(ksl.load(PANDA), PICK)
+    names = [f"j{i}" for i in range(1, 8)]
+    rows = np.column_stack([motion.time, np.degrees(motion.q)])
+    (tmp_path / "in").mkdir()
+    np.savetxt(tmp_path / "in" / "pick.csv", rows, delimiter=",", header=",".join(["time", *names]), comments="", fmt="%.17g")
+    (tmp_path / "in" / "map.toml").write_text("[columns]\n" + "".join(f'j{i} = "panda_joint{i}"\n' for i in range(1, 8)))
+    vary = '[[vary]]\nkind = "motion"\nvalues = ["pick.csv"]\n'
+    (tmp_path / "in" / "sweep.toml").write_text(f'[base]\nreading = {{ degrees = true, map = "map.toml" }}\n{vary}')
+    monkeypatch.chdir(tmp_path)
+    row = ksl.sweep(PANDA, Path("in") / "sweep.toml", "out", workers=1).cases.to_table().to_pylist()[1]
+    expected = ksl.sweep(PANDA, described({"kind": "speed", "values": [1]}), "other", workers=1).cases.to_table().to_pylist()[1]
+    assert row["motion"] == "pick.csv" and row["effort_peak"] == pytest.approx(expected["effort_peak"], rel=1e-6)
+    (tmp_path / "in" / "map.toml").write_text((tmp_path / "in" / "map.toml").read_text() + "\n")
+    with pytest.raises(ksl.SweepError, match="holds another sweep"):
+        ksl.sweep(PANDA, Path("in") / "sweep.toml", "out", workers=1)
+
+
 # -------------------------------------------------------------------------------------------------------------- mistakes
+
+
+def test_a_fault_of_a_worker_is_said_at_once(monkeypatch):
+    def fault(self, index):
+        raise TypeError("of KSL")
+
+    monkeypatch.setattr(Evaluator, "partition", fault)
+    answer = on_ray.evaluate(Plan(PANDA, sweep_from(described(SPEED)), 1), 0)
+    assert isinstance(answer, ksl.SweepError) and "fault in KSL: TypeError: of KSL (" in str(answer)
+
+
+def test_damaged_and_unknown_partitions(tmp_path):
+    ksl.sweep(PANDA, described(SPEED), tmp_path, workers=1)
+    part = tmp_path / "cases" / "part-000000.parquet"
+    whole = part.read_bytes()
+    part.write_bytes(whole[:-100])
+    with pytest.raises(ksl.SweepError, match="part-000000.parquet: is damaged; remove it"):
+        ksl.sweep(PANDA, described(SPEED), tmp_path, workers=1)
+    part.unlink()
+    assert ksl.sweep(PANDA, described(SPEED), tmp_path, workers=1).computed == 2 and part.read_bytes() == whole
+    (tmp_path / "sweep.json").unlink()
+    with pytest.raises(ksl.SweepError, match="sweep.json beside it is missing"):
+        ksl.sweep(PANDA, described(PAYLOAD), tmp_path, workers=1)
+
+
+def test_a_folder_that_cannot_be_written(tmp_path):
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(OSError, match=r"can't be written there \(Not a directory\)"):
+        ksl.sweep(PANDA, described(SPEED), tmp_path / "file", workers=1)
+    full = OSError(errno.ENOSPC, "No space left on device")
+    with pytest.MonkeyPatch.context() as m, pytest.raises(OSError, match=r"can't be written there \(No space left on device\); free some space"):
+        m.setattr(Path, "write_bytes", lambda *_: (_ for _ in ()).throw(full))
+        ksl.sweep(PANDA, described(SPEED), tmp_path / "out", workers=1)
+    assert not list((tmp_path / "out").rglob("*.part"))
 
 
 def test_results_of_another_sweep_are_kept_unless_forced(tmp_path):
@@ -298,6 +379,11 @@ def test_results_of_another_sweep_are_kept_unless_forced(tmp_path):
         ({"vary": [{"kind": "motion", "values": ["nowhere.csv"]}]}, "nowhere.csv"),
         (described({"kind": "speed", "values": [1e200]}), "case 0: speed = 1e"),
         ({**described(SPEED), "base": {"motion": PICK, "gravety": [0, 0, 0]}}, "did you mean 'gravity'"),
+        ({**described(SPEED), "base": {"motion": PICK, "reading": {"degree": True}}}, "did you mean 'degrees'"),
+        ({**described(SPEED), "base": {"motion": PICK, "reading": {"degrees": "yes"}}}, "degrees is 'yes'; expected true or false"),
+        ({**described(SPEED), "base": {"motion": PICK, "reading": {"smooth": "20"}}}, "expected a number"),
+        ({**described(SPEED), "base": {"motion": PICK, "components": "nowhere.toml"}}, "nowhere.toml: can't be read"),
+        (described({**SPEED, "name": "effort_peak"}), "named like a column of the results"),
         ({**described(SPEED), "base": {"motion": PICK, "physics": ["dampin"]}}, r"\[base\]"),
     ],
 )
@@ -305,6 +391,13 @@ def test_mistakes_are_named_before_anything_is_written(tmp_path, tables, words):
     with pytest.raises(ValueError, match=words):
         ksl.sweep(PANDA, tables, tmp_path / "out", workers=1)
     assert not (tmp_path / "out").exists()
+
+
+def test_robots_and_descriptions_that_are_none(tmp_path):
+    with pytest.raises(ksl.SweepError, match="robot is Model; expected the name of a file"):
+        ksl.sweep(ksl.load(PANDA), described(SPEED), tmp_path)
+    with pytest.raises(ksl.SweepError, match="description is int; expected a TOML file"):
+        ksl.sweep(PANDA, 5, tmp_path)
 
 
 def command(*arguments) -> subprocess.CompletedProcess:
@@ -315,7 +408,10 @@ def test_the_command(tmp_path):
     (tmp_path / "sweep.toml").write_text(f'[base]\nmotion = "{PICK}"\n[[vary]]\nkind = "speed"\nvalues = [0.5, 1.0]\n')
     done = command(PANDA, tmp_path / "sweep.toml", "-o", tmp_path / "out", "--workers", 1)
     assert done.returncode == 0, done.stderr
-    assert "of the effort limit" in done.stdout and "2 cases computed" in done.stdout and max(map(len, done.stdout.splitlines())) < 140
+    lines = done.stdout.splitlines()
+    assert lines[0].split() == ["joint", "limit", "of", "share", "in", "case"] and "2 cases computed" in done.stdout
+    assert max(len(line) for line in lines if "written to" not in line) <= 80
+    assert "0 cases computed" in command(PANDA, tmp_path / "sweep.toml", "-o", tmp_path / "out").stdout
     broken = tmp_path / "broken.toml"
     broken.write_text("[base\n")
     for arguments, words in (((PANDA, broken), "is not TOML"), ((PANDA, tmp_path / "none.toml"), "can't be read"), ((PANDA, tmp_path / "sweep.toml", "--engine", "slurm"), "local")):

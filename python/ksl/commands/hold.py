@@ -80,6 +80,8 @@ def hold(
             inputs=inputs, options=options, command=command_line(),
         )  # fmt: skip
         written = run.write(output, force=force) if output else []
+    except typer.Exit:  # a RuntimeError, too, whose sentence is printed already
+        raise
     except (ValueError, OutputError, RuntimeError) as e:
         fail(e)
     out = console(120)

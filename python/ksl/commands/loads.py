@@ -140,7 +140,7 @@ def loads(
         print_run(out, run)
         for line in (f"written to {output}: {', '.join(written)}", f"report: {output / 'report.html'}"):
             out.print(line, markup=False, soft_wrap=True)
-    except BrokenPipeError:  # nobody reads what is printed: as any command
+    except (BrokenPipeError, typer.Exit):  # nobody reads what is printed: as any command; or the sentence is printed already
         raise
     except (ValueError, OutputError, RuntimeError) as e:  # RuntimeError: an unknown KSL_ISA
         fail(e)

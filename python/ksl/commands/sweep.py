@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal, cast
+from typing import TYPE_CHECKING, Annotated, Literal, cast
 
 import typer
 
 from ksl.commands.app import app, console, end_on_signals, errors, fail
 from ksl.commands.options import Robot
+
+if TYPE_CHECKING:
+    from ksl.sweeps.run import SweepResults
+
+PRINTED = 8
+"""So many of the largest shares."""
+NO_PARAMETERS = ("joint", "quantity", "value", "unit", "case")
 
 
 @app.command()
@@ -58,25 +65,30 @@ def sweep(
     print_results(results)
 
 
-def print_results(results: object) -> None:
-    """The largest shares of limits, and how long it took."""
+def print_results(results: SweepResults) -> None:
+    """The largest shares of limits, or where there are none the largest efforts and moments, and how long it took."""
+    from rich.table import Table
     from rich.text import Text
 
+    from ksl.load_cases.verdict import percent
     from ksl.report.numbers import format_number
-    from ksl.sweeps.run import SweepResults
 
-    assert isinstance(results, SweepResults)
     out = console(80)
-    shares = sorted((row for row in results.worst if row["quantity"].endswith("_share")), key=lambda row: -row["value"])[:8]
+    shares = [row for row in results.worst if row["quantity"].endswith(("_share", "utilisation"))]
     rest = [row for row in results.worst if row["quantity"] in ("effort_peak", "moment_peak", "bending_moment_peak")]
-    chosen = shares or sorted(rest, key=lambda row: -row["value"])[:8]
-    parameters = [key for key in (chosen[0] if chosen else ()) if key not in ("joint", "quantity", "value", "case")]
-    for row in chosen:
-        share = row["quantity"].endswith("_share")
-        value = f"{100 * row['value']:.1f} %" if share else format_number(row["value"])
-        what = row["quantity"].replace("_share", " limit").replace("_", " ")
-        at = ", ".join(f"{name} {row[name]:g}" if isinstance(row[name], float) else f"{name} {row[name]}" for name in parameters)
-        out.print(Text(f"{row['joint']}: {value} of the {what}" if share else f"{row['joint']}: {what} {value}"), Text(f"(case {row['case']}: {at})", style="dim"), soft_wrap=True)
-    rate = f", {results.computed / results.seconds:.0f} a second; {100 * results.share_of_dynamics:.0f} % of the workers' time was dynamics" if results.computed else ""
-    out.print(Text(f"{results.computed} cases computed in {results.seconds:.1f} s{rate}"), soft_wrap=True)
+    head = "share" if shares else "largest"
+    table = Table("joint", "limit of" if shares else "what", head, "in case", box=None, pad_edge=False, header_style="dim")
+    table.columns[2].justify = "right"
+    for row in sorted(shares or rest, key=lambda row: -row["value"])[:PRINTED]:
+        value = percent(row["value"]) if shares else f"{format_number(row['value'])} {row['unit']}"
+        at = ", ".join(f"{name} {_shown(x)}" for name, x in row.items() if name not in NO_PARAMETERS)
+        what = row["quantity"].rpartition("_")[0].replace("_", " ") or "components"
+        table.add_row(Text(row["joint"]), what, value, Text(f"{row['case']}: {at}"))
+    out.print(table)
+    rate = f", {results.computed / results.seconds:.0f} a second; {100 * results.share_of_dynamics:.0f} % of the workers' time was dynamics"
+    out.print(Text(f"{results.computed} cases computed in {results.seconds:.1f} s{rate if results.computed else ': all were there'}"))
     out.print(Text(f"written to {results.directory}: cases/part-….parquet, worst.csv, sweep.json"), soft_wrap=True)
+
+
+def _shown(x: float | str) -> str:
+    return x if isinstance(x, str) else f"{x:.6g}"

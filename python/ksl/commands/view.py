@@ -102,6 +102,8 @@ def view(
             scene = make_scene(model, package_paths=package_path)
         if joint:
             scene.joint_index(joint)
+    except typer.Exit:  # a RuntimeError, too, whose sentence is printed already
+        raise
     except (ValueError, RuntimeError) as e:  # RuntimeError: an unknown KSL_ISA
         fail(e)
     for note in scene.look.notes[:NOTES]:

@@ -20,6 +20,7 @@ from ksl.load_cases.wrenches_over_time import WrenchOverTime, total_on_links
 from ksl.model import Model
 from ksl.motions.motion import Motion
 from ksl.motions.reading import WRENCH_COLUMNS, read_motion
+from ksl.motions.reading_options import OPTIONS
 from ksl.states import Array
 from ksl.toml_files import read_toml
 
@@ -103,7 +104,9 @@ class _Reader:
         options = dict(spec) if isinstance(spec, dict) else {}
         if isinstance(spec, dict):
             spec = options.pop("file", None)
-            _known_keys(f"{where}: motion", options, _motion_options())
+            _known_keys(f"{where}: motion", options, OPTIONS)
+            if isinstance(options.get("map"), str):
+                options["map"] = self.path(f"{where}: motion: map", options["map"])
         if spec is None:
             if self._motion is None:
                 raise CaseError(f"{where}: no motion; give motion = \"FILE\", relative to the folder of {Path(self._file).name}")
@@ -117,6 +120,8 @@ class _Reader:
             except MotionError as e:
                 raise CaseError(f"{where}: motion: {e}") from None
             self._input("motion", file)
+            if isinstance(options.get("map"), str):
+                self._input("map", options["map"])
         return self._motions[key], file
 
     def path(self, where: str, file: Any) -> str:
@@ -370,13 +375,6 @@ def _rotation(where: str, given: Any) -> Array:
     about_z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
     rotation: Array = about_z @ about_y @ about_x  # as URDF's rpy
     return rotation
-
-
-def _motion_options() -> tuple[str, ...]:
-    """What reading a motion can be told, besides its file."""
-    from inspect import signature
-
-    return tuple(signature(read_motion).parameters)[2:]
 
 
 def _read_wrench(file: str) -> tuple[Array, Array]:

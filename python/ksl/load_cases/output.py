@@ -15,6 +15,14 @@ class OutputError(OSError):
     """Results can't be written.  Names the folder, what is wrong and how to mend it."""
 
 
+def cannot_write(error: OSError) -> str:
+    """Says why results can't be written to a place, and what mends it."""
+    what = os.strerror(error.errno) if error.errno else str(error)
+    full = error.errno in (errno.ENOSPC, errno.EDQUOT)
+    mend = "free some space, or give another folder with -o" if full else "give a folder that can be written with -o"
+    return f"results can't be written there ({what}); {mend}"
+
+
 @contextmanager
 def staged(directory: Path, results: Collection[str] = ()) -> Iterator[Path]:
     """A hidden folder in `directory`.  If the block ends without an exception, its files are moved into `directory`.
@@ -40,9 +48,7 @@ def staged(directory: Path, results: Collection[str] = ()) -> Iterator[Path]:
     except OutputError:
         raise
     except OSError as e:
-        what = os.strerror(e.errno) if e.errno else str(e)
-        mend = "free some space, or give another folder with -o" if e.errno in (errno.ENOSPC, errno.EDQUOT) else "give a folder that can be written with -o"
-        raise OutputError(f"{directory}: results can't be written there ({what}); {mend}") from None
+        raise OutputError(f"{directory}: {cannot_write(e)}") from None
     finally:
         for folder in reversed(made):
             try:

@@ -15,15 +15,17 @@ from numpy.typing import ArrayLike
 from ksl.errors import MotionError, unknown_name
 from ksl.load_cases.case_result import CaseResult, compute
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
+from ksl.load_cases.motion_given import motion_given
 from ksl.load_cases.output import staged
 from ksl.load_cases.provenance import InputFile, Provenance, input_file, provenance_of
 from ksl.load_cases.ranking import Ranking, severity
 from ksl.load_cases.result_files import RESULTS, WrenchFiles, refuse_other_robot
 from ksl.load_cases.summary_table import summary_table, worst_rows, write_summary
 from ksl.load_cases.verdict import NAMED, Verdict, not_given
-from ksl.load_cases.wrench_table import TableWriter, motion_of_arrays, wrenches_of_arrays
+from ksl.load_cases.wrench_table import TableWriter, wrenches_of_arrays
 from ksl.model import Model
 from ksl.motions.motion import Motion
+from ksl.motions.reading_options import check_options
 from ksl.report.files import ReportFiles
 from ksl.states import External, Order, Point, Side
 
@@ -35,7 +37,8 @@ if TYPE_CHECKING:
 KEPT_CASES, KEPT_CURVES = 5, 24
 """The report has the curves of the load cases that govern most: of so many at most, and of so many joints in all of them together, but of one at least."""
 
-MotionGiven = str | os.PathLike[str] | Motion | Sequence[ArrayLike]
+MotionGiven = str | os.PathLike[str] | Motion | Sequence[ArrayLike] | Any
+"""`Any`: a table of pandas, polars or pyarrow."""
 
 
 class Run:
@@ -132,7 +135,7 @@ class Run:
             with WrenchFiles(stage, self._writer(), csv) as files:
                 self._compute(files, advance)
             write_summary(stage / "summary.csv", self.rows, self.provenance)
-            report.write(stage, replace(self._report_input(self._shown()), sizing=report.sizing(stage)))
+            report.write(stage, replace(self._report_input(self._shown()), sizing=report.sizing(stage, folder)))
             return sorted(f.name for f in stage.iterdir())
 
     def report(self, path: str | os.PathLike[str], case: str | None = None) -> None:
@@ -225,7 +228,8 @@ def loads(
 ) -> Run:
     """Every wrench of a robot along a motion, or in several load cases, as one object: what `ksl loads` does.
 
-    model: a model, or the robot's file.  motion: a file; or time (n), q (n, nq) and, if known, v and a (n, nv).
+    model: a model, or the robot's file.  motion: a file; time (n), q (n, nq) and, if known, v and a (n, nv); or a table
+    of pandas, polars or pyarrow with the columns of a file: `time`, the joints' positions and, if known, rates.
     cases: a file of load cases (TOML; docs/cases.md), where `motion` is that of cases that name none; or load cases.
     payloads: {link: (mass in kg, point in the link's frame in m)}, point masses beside what the model carries; for one motion.
     external: {link: (n, 6), or (6) for all samples}: wrenches of the environment, at the link's origin, in its axes; for one motion.
@@ -237,6 +241,7 @@ def loads(
     from ksl.loading import load
 
     robot = model if isinstance(model, Model) else load(model)
+    check_options("reading", reading or {})
     common: Point = at if not isinstance(at, Mapping) else "joint"
     points = {joint: tuple(float(x) for x in point) for joint, point in at.items()} if isinstance(at, Mapping) else {}
     placement = checked(robot, Placement(on, common, axes, order, points, tuple(joints)))
@@ -292,6 +297,6 @@ def one_case(
         moved, name, inputs = read_motion(model, file, **(reading or {})), Path(file).stem, [input_file("motion", file)]
     else:
         file, name, inputs = "", "motion", []
-        moved = motion if isinstance(motion, Motion) else motion_of_arrays(model, *motion)
+        moved = motion_given(model, motion)
     wrenches = wrenches_of_arrays(external, len(moved.time))
     return LoadCase(model, moved, placement, wrenches, name, file, carried), inputs

@@ -11,7 +11,7 @@ from ksl.calls import Calls
 from ksl.mechanism import Joint
 from ksl.motions.columns import METRES, columns_of
 from ksl.motions.corners import Found, Jumps
-from ksl.motions.noise import LARGEST, SHARE, EffortErrors, effort_errors, first_derivative_noise, second_derivative_noise, step_of, white_noise
+from ksl.motions.noise import SHARE, EffortErrors, effort_errors, first_derivative_noise, second_derivative_noise, step_of, white_noise
 from ksl.motions.smoothing import noise_after, suitable_cutoff
 from ksl.states import Array
 

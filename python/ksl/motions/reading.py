@@ -17,6 +17,7 @@ from ksl.motions.csv_form import MEND
 from ksl.motions.motion import Motion, Source, complete
 from ksl.motions.npz_table import NpzTable, with_matrices
 from ksl.motions.quality import Samples
+from ksl.motions.reading_options import check_options
 from ksl.motions.recognise import open_table
 from ksl.motions.recorded import Recorded, check_finite, listed
 from ksl.motions.resampling import resampled
@@ -61,6 +62,9 @@ def read_motion(
     What is missing is differentiated from a quintic spline; what is given is compared with it.  `Motion.source` says what was done.
     Raises MotionError with file, line or column, fault and mend.  100,000 samples of 7 joints take about 50 ms, and half a second to differentiate.
     """
+    numbers = {"resample": resample, "start": start, "stop": stop, "smooth": smooth}
+    flags = {"degrees": degrees, "ignore_extra": ignore_extra, "positions_only": positions_only}
+    check_options(os.fspath(path), {"map": map, "time_unit": time_unit, "topic": topic, **flags, **numbers})
     table = open_table(path, topic, positions_only)
     if isinstance(table, NpzTable):
         table = with_matrices(table, model)

@@ -40,16 +40,20 @@ class ReportFiles:
             read_components(components)
         return ReportFiles(json, paper, find_browser() if paper else "", components)
 
-    def sizing(self, directory: Path) -> Sizing | None:
-        """The components against the wrenches in a folder; None without components.  Raises SizingError."""
+    def sizing(self, directory: Path, later: Path) -> Sizing | None:
+        """The components against the wrenches in a folder; None without components.  later: where they will be found.  Raises SizingError."""
         if self.components is None:
             return None
         from ksl.sizing.run import size
 
         try:
-            return size(directory, self.components)
+            found = size(directory, self.components)
         except ModuleNotFoundError as e:
             raise SizingError(f"{self.components}: needs the package {e.name}; install it with: pip install 'ksl[size]'") from None
+        for file in found.provenance["inputs"]:
+            if file["role"] == "results":
+                file["file"] = str(later / Path(file["file"]).name)
+        return found
 
     def write(self, directory: Path, report: ReportInput) -> None:
         from ksl.report.page import write_report

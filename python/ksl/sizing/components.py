@@ -94,6 +94,9 @@ class _Reader:
 
     def known(self, names: Iterable[str], allowed: Iterable[str], what: str, *path: str | int) -> None:
         for name in names:
+            kind = name.replace("_", " ")
+            if what == "top-level" and kind in KINDS:
+                raise self.fail(f'components are tables [[component]] with kind = "{kind}", not [[{name}]]', *path, name)
             if name not in set(allowed):
                 raise SizingError(unknown_name(self.at(*path, name), f"{what} key", name, allowed))
 

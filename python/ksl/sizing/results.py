@@ -189,6 +189,10 @@ def read_results(path: str | Path) -> Results:
 
     file = Path(path)
     table = file / "wrenches.parquet" if file.is_dir() and (file / "wrenches.parquet").exists() else file
+    if (file / "sweep.json").is_file():  # what `ksl sweep` has written
+        table = file / "wrenches"
+        if not table.is_dir():
+            raise SizingError(f"{file}: this sweep has no wrenches; run it with --wrenches, or with `components` in its [base]")
     if not table.exists():
         raise SizingError(f"{file}: no such file; give the folder or wrenches.parquet that `ksl loads` writes")
     if table.is_dir() and not any(table.rglob("*.parquet")):
@@ -201,7 +205,8 @@ def read_results(path: str | Path) -> Results:
             wanted = [n for n in ("case", "time", "joint", *WRENCH, *MOTION, "rotor", "on", "at", "axes") if n in names]
             return Results(parquet.read(columns=wanted), str(file))
     except (pa.ArrowInvalid, pa.ArrowTypeError, OSError) as e:
-        reason = str(e).splitlines()[0]
+        swapped = table.suffix == ".toml"
+        reason = "the results come first, then the components" if swapped else str(e).splitlines()[0].split(". ")[0]
         raise SizingError(
             f"{table}: is no Parquet file that can be read ({reason}); give the folder or wrenches.parquet that `ksl loads` writes"
         ) from None

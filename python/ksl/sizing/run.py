@@ -49,7 +49,7 @@ GEARS = ("strain wave gear", "planetary gear")
 
 def size(
     results: Any,
-    components: str | os.PathLike[str] | Mapping[str, Any] | None = None,
+    components: str | os.PathLike[str] | Mapping[str, Any] | Components | None = None,
     *,
     joints: Iterable[str] | None = None,
     at: Mapping[str, Sequence[float]] | None = None,
@@ -57,7 +57,8 @@ def size(
     """Checks components against the loads of their joints.
 
     results: what `ksl loads` has written (the folder or its wrenches.parquet), the table that `Model.loads` returns, or an
-    object with such a table as `wrenches`.  components: a TOML file, or its tables as a dictionary; None for the simultaneous
+    object with such a table as `wrenches`.  components: a TOML file, its tables as a dictionary, or what
+    `ksl.sizing.components.read_components` has read; None for the simultaneous
     sets alone.  joints: only these.  at: {joint: (x, y, z)} points of the moments in the simultaneous sets, from the joint's
     origin in its axes, m; components say their own positions.  Returns figures with formula, inputs, source and utilisation.
     Raises SizingError.  Cost: O(samples) for each component.
@@ -106,7 +107,9 @@ def _results(results: Any) -> Results:
     return Results(table)
 
 
-def _components(components: str | os.PathLike[str] | Mapping[str, Any]) -> Components:
+def _components(components: str | os.PathLike[str] | Mapping[str, Any] | Components) -> Components:
+    if isinstance(components, Components):
+        return components
     return components_of(components) if isinstance(components, Mapping) else read_components(components)
 
 

@@ -6,10 +6,10 @@ import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
-from ksl.errors import SweepError, near_names
+from ksl.errors import MotionError, SweepError, near_names
+from ksl.motions.reading_options import check_options
 from ksl.toml_files import read_toml
 
 KINDS = {
@@ -25,6 +25,9 @@ NEEDS = {"payload": ("link",), "tilt": ("axis",), "center": ("link", "axis")}
 TAKES = {"payload": ("link", "center"), "speed": (), "tilt": ("axis",), "mass": ("link",), "center": ("link", "axis"), "motion": ()}
 AT_MOST = 10_000_000
 """Cases of one sweep."""
+TAKEN = ("case", "joint", "kind", "quantity", "value", "unit")
+"""Columns of the results that are no parameters."""
+OF_BASE = ("motion", "reading", "components", "gravity", "physics", "friction_width", "floating_base", "mimic", "model")
 
 
 @dataclass(frozen=True)
@@ -64,8 +67,24 @@ class Sweep:
     """File of the motion, if no parameter names some."""
     base: Mapping[str, Any] = field(default_factory=dict)
     """What all cases share besides: gravity, physics, friction_width, floating_base, mimic, model."""
+    reading: Mapping[str, Any] = field(default_factory=dict)
+    """How motions are read: arguments of `ksl.read_motion`."""
+    components: str | None = None
+    """File of catalogue numbers, for utilisations."""
     partition: int = 0
     """Cases of one partition of the results; 0 is chosen by the sweep."""
+    folder: str = ""
+    """That the names of files are relative to, from the root: workers may run elsewhere."""
+
+    def path(self, name: str) -> str:
+        """Of a file that the sweep names."""
+        return os.path.normpath(os.path.join(self.folder, name))
+
+    @property
+    def motions(self) -> list[str]:
+        """Files of motions, as the sweep names them."""
+        varied = [str(v) for p in self.parameters if p.kind == "motion" for v in p.values]
+        return [*([self.motion] if self.motion is not None else []), *varied]
 
 
 def read_sweep(path: str | os.PathLike[str]) -> Sweep:
@@ -79,8 +98,7 @@ def sweep_from(tables: Mapping[str, Any], file: str = "<sweep>") -> Sweep:
     _known(tables, ("sweep", "base", "vary"), file, "")
     head, base = _table(tables, "sweep", file), dict(_table(tables, "base", file))
     _known(head, ("sampling", "cases", "seed", "partition"), file, "[sweep] ")
-    _known(base, ("motion", "gravity", "physics", "friction_width", "floating_base", "mimic", "model"), file, "[base] ")
-    folder = Path(file).parent
+    _known(base, OF_BASE, file, "[base] ")
     vary = tables.get("vary", [])
     if not isinstance(vary, list) or not vary or not all(isinstance(v, Mapping) for v in vary):
         raise SweepError(f"{file}: nothing to vary; add a table [[vary]] with `kind` and `values`, or `from`, `to` and `steps`")
@@ -88,7 +106,7 @@ def sweep_from(tables: Mapping[str, Any], file: str = "<sweep>") -> Sweep:
     if sampling not in ("grid", "latin hypercube"):
         raise SweepError(f'{file}: [sweep] sampling = {sampling!r}; expected "grid" or "latin hypercube"')
     latin = sampling != "grid"
-    parameters = tuple(_parameter(v, i, latin, folder, file) for i, v in enumerate(vary, 1))
+    parameters = tuple(_parameter(v, i, latin, file) for i, v in enumerate(vary, 1))
     for i, p in enumerate(parameters):
         if p.name in [other.name for other in parameters[:i]]:
             raise SweepError(f"{file}: two parameters are named {p.name!r}; give one of them another `name`")
@@ -104,11 +122,31 @@ def sweep_from(tables: Mapping[str, Any], file: str = "<sweep>") -> Sweep:
         cases = math.prod(len(p.values) for p in parameters)
     if cases > AT_MOST:
         raise SweepError(f"{file}: {cases:,} cases; at most {AT_MOST:,}: give fewer values, or split the sweep")
-    found = None if motion is None else str(folder / motion)
-    return Sweep(file, parameters, sampling, cases, _count(head, "seed", 0, file), found, base, _count(head, "partition", 0, file))
+    components = base.pop("components", None)
+    if components is not None and not isinstance(components, str):
+        raise SweepError(f"{file}: [base] components = {components!r}; expected the name of a file")
+    reading = _reading(base.pop("reading", {}), file)
+    seed, partition = _count(head, "seed", 0, file), _count(head, "partition", 0, file)
+    return Sweep(file, parameters, sampling, cases, seed, motion, base, reading, components, partition, os.path.dirname(os.path.abspath(file)))
 
 
-def _parameter(given: Mapping[str, Any], number: int, latin: bool, folder: Path, file: str) -> Parameter:
+def _reading(given: Any, file: str) -> dict[str, Any]:
+    """How motions are read."""
+    if not isinstance(given, Mapping):
+        raise SweepError(f"{file}: [base] reading = {given!r}; expected a table, for instance {{ degrees = true }}")
+    try:
+        check_options(f"{file}: [base] reading", given)
+    except MotionError as error:
+        raise SweepError(str(error)) from None
+    return dict(given)
+
+
+def described(sweep: Sweep) -> list[dict[str, Any]]:
+    """The parameters, for the metadata of results: name, kind, unit, values or range, link, point, axis."""
+    return [{**vars(p), "unit": p.unit, "meaning": KINDS[p.kind][1]} for p in sweep.parameters]
+
+
+def _parameter(given: Mapping[str, Any], number: int, latin: bool, file: str) -> Parameter:
     where = f"{file}: [[vary]] {number}"
     kind = given.get("kind")
     if kind not in KINDS:
@@ -118,27 +156,27 @@ def _parameter(given: Mapping[str, Any], number: int, latin: bool, folder: Path,
         if key not in given:
             raise SweepError(f"{where}: `{key}` is missing; {kind} is the {KINDS[kind][1]}")
     name = given.get("name", kind if not given.get("link") else f"{kind}_{given['link']}")
-    if not isinstance(name, str) or not name or name in ("case", "joint", "kind"):
-        raise SweepError(f"{where}: name = {name!r}; expected a name for its column, other than case, joint and kind")
+    if not isinstance(name, str) or not name or name in TAKEN:
+        raise SweepError(f"{where}: name = {name!r}; expected a name for its column, other than {', '.join(TAKEN)}")
     center, axis = _vector(given, "center", where), _vector(given, "axis", where)
     if "axis" in TAKES[kind] and not any(axis):
         raise SweepError(f"{where}: axis has no direction; give three numbers, for instance [1, 0, 0]")
-    values, lower, upper = _values(given, kind, latin, folder, where)
+    values, lower, upper = _values(given, kind, latin, where)
     return Parameter(name, kind, values, lower, upper, given.get("link"), center, axis)
 
 
-def _values(given: Mapping[str, Any], kind: str, latin: bool, folder: Path, where: str) -> tuple[tuple[float | str, ...], float, float]:
+def _values(given: Mapping[str, Any], kind: str, latin: bool, where: str) -> tuple[tuple[float | str, ...], float, float]:
     """Values to choose from; or none, and the range of a Latin hypercube."""
     if "values" in given:
         if any(key in given for key in ("from", "to", "steps")):
             raise SweepError(f"{where}: has `values` and a range; give one of them")
-        values = given["values"]
-        if not isinstance(values, list) or not values:
+        values = given["values"].tolist() if hasattr(given["values"], "tolist") else given["values"]  # NumPy's arrays, too
+        if not isinstance(values, (list, tuple)) or not values:
             raise SweepError(f"{where}: values = {values!r}; expected a list")
         if kind == "motion":
             if not all(isinstance(v, str) for v in values):
                 raise SweepError(f"{where}: values of a motion are names of files")
-            return tuple(str(folder / v) for v in values), 0.0, 0.0
+            return tuple(values), 0.0, 0.0
         return tuple(_number(v, kind, "values", where) for v in values), 0.0, 0.0
     if kind == "motion":
         raise SweepError(f"{where}: a motion has `values`: the names of the files")

@@ -2,21 +2,35 @@
 
 from __future__ import annotations
 
+import json
 import time
+import traceback
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ksl._core import __version__
 from ksl.errors import SweepError
 from ksl.load_cases.load_case import Block, LoadCase
-from ksl.sweeps.description import Sweep
+from ksl.load_cases.provenance import UNITS
+from ksl.load_cases.summary_table import PEAKS
+from ksl.mechanism import Joint
+from ksl.sizing.components import read_components
+from ksl.sweeps.description import Sweep, described
 from ksl.sweeps.peaks import Peaks
 from ksl.sweeps.sampling import sample
 from ksl.sweeps.variants import Variants
 
 if TYPE_CHECKING:
     import pyarrow as pa
+
+    from ksl.sizing.figures import Figure
+
+UNITS_OF_SWEEPS = f"{UNITS}; shares of limits: 1 is at the limit; parameters: see `parameters`"
+CONVENTIONS_OF_SWEEPS = f"{PEAKS}; wrenches are exerted on the child, about the joint's origin, in the joint's axes; effort is the drive's"
+UTILISATION = ("utilisation", "utilisation_of")
+"""Columns of sweeps with components."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +77,15 @@ class Evaluator:
         self._variants = Variants(plan.robot, plan.sweep)
         self._values = sample(plan.sweep)
         self._peaks = Peaks(self._variants.model)
+        self._components = read_components(plan.sweep.path(plan.sweep.components)) if plan.sweep.components is not None else None
+        taken = [p.name for p in plan.sweep.parameters if p.name in (*self._peaks.names(), *UTILISATION)]
+        if taken:
+            raise SweepError(f"{plan.sweep.file}: parameter {taken[0]!r} is named like a column of the results; give it another `name`")
         self._dynamics = 0.0
+
+    @property
+    def joints(self) -> tuple[Joint, ...]:
+        return self._variants.model.joints
 
     def extent(self) -> tuple[int, int]:
         """Joints, and samples of the longest motion."""
@@ -76,21 +98,45 @@ class Evaluator:
         tables: dict[str, list[pa.Table]] = {}
         rows: list[dict[str, Any]] = []
         for case in cases:
-            values = {name: x[case].item() for name, x in self._values.items()}
-            try:
-                with np.errstate(over="ignore", invalid="ignore"):
-                    load_case, block = self._block(values)
-                    row = self._peaks.of(load_case.motion, block)
-                if not (np.isfinite(block.tau).all() and np.isfinite(block.in_joint_axes).all()):
-                    raise ValueError("results are not finite; check the values, and the units of the motion")
-            except ValueError as error:
-                raise SweepError(f"{self.plan.sweep.file}: case {case}: {_listed(values)}: {error}") from None
+            row, wrenches = self._case(cases, case)
             rows.append(row)
-            if self.plan.with_wrenches:
-                tables.setdefault("wrenches", []).append(self._wrenches(cases, case, load_case, block))
+            if wrenches is not None and self.plan.with_wrenches:
+                tables.setdefault("wrenches", []).append(wrenches)
         tables["cases"] = [self._table(cases, rows)]
         files = {name: _parquet(parts) for name, parts in tables.items()}
         return Result(index, files, time.perf_counter() - start, self._dynamics)
+
+    def _case(self, cases: range, case: int) -> tuple[dict[str, Any], pa.Table | None]:
+        """The row of a case, and its wrenches if they are wanted or components need them."""
+        values = {name: x[case].item() for name, x in self._values.items()}
+        try:
+            with np.errstate(over="ignore", invalid="ignore"):
+                load_case, block = self._block(values)
+                row: dict[str, Any] = self._peaks.of(load_case.motion, block)
+            if not (np.isfinite(block.tau).all() and np.isfinite(block.in_joint_axes).all()):
+                raise ValueError("results are not finite; check the values, and the units of the motion")
+            wrenches = None
+            if self.plan.with_wrenches or self._components is not None:
+                wrenches = self._wrenches(cases, case, load_case, block)
+            if self._components is not None:
+                row |= self._utilisations(wrenches)
+            return row, wrenches
+        except ValueError as error:
+            raise SweepError(f"{self.plan.sweep.file}: case {case}: {_listed(values)}: {error}") from None
+        except ModuleNotFoundError as error:
+            raise SweepError(f"{self.plan.sweep.components}: needs the package {error.name}; install it with: pip install 'ksl[size]'") from None
+
+    def _utilisations(self, wrenches: pa.Table) -> dict[str, Any]:
+        """The largest utilisation of each joint's components, and of which component and figure it is."""
+        from ksl.sizing.run import size
+
+        worst: dict[str, Figure] = {}
+        for figure in size(wrenches, self._components).figures:  # worst first
+            if figure.utilisation is not None:
+                worst.setdefault(figure.joint, figure)
+        of = [worst.get(j.name) for j in self.joints]
+        share = np.array([np.nan if f is None or f.utilisation is None else f.utilisation for f in of])
+        return {UTILISATION[0]: share, UTILISATION[1]: [None if f is None else f"{f.component}: {f.figure}" for f in of]}
 
     def _block(self, values: dict[str, Any]) -> tuple[LoadCase, Block]:
         model, motion = self._variants.case(values)
@@ -113,7 +159,25 @@ class Evaluator:
         for name in self._peaks.names():
             values = np.concatenate([row[name] for row in rows])
             columns[name] = pa.array(values, mask=np.isnan(values))
-        return pa.table(columns)
+        if self._components is not None:
+            values = np.concatenate([row[UTILISATION[0]] for row in rows])
+            columns[UTILISATION[0]] = pa.array(values, mask=np.isnan(values))
+            columns[UTILISATION[1]] = pa.array([text for row in rows for text in row[UTILISATION[1]]], pa.string())
+        return pa.table(columns, metadata={"ksl": json.dumps(self._said())})
+
+    def _said(self) -> dict[str, Any]:
+        """What the metadata of the partitions say: the same in all, and no date, so that the bits are the same each time."""
+        from ksl.load_cases.provenance import joint_description
+
+        model = self._variants.model
+        return {
+            "version": __version__,
+            "robot": model.name,
+            "joints": [joint_description(j) for j in model.joints],
+            "parameters": described(self.plan.sweep),
+            "units": UNITS_OF_SWEEPS,
+            "conventions": CONVENTIONS_OF_SWEEPS,
+        }
 
     def _wrenches(self, cases: range, case: int, load_case: LoadCase, block: Block) -> pa.Table:
         """Every wrench of a case.  The metadata say the parameters of all cases of the partition, and no date: the same bits each time."""
@@ -122,10 +186,20 @@ class Evaluator:
         from ksl.load_cases.provenance import Provenance, joint_description
         from ksl.load_cases.wrench_table import TableWriter
 
-        described = [{"name": str(i), **{name: x[i].item() for name, x in self._values.items()}} for i in cases]
-        provenance = Provenance(load_case.model.name, [joint_description(j) for j in load_case.model.joints], described)
+        cases_described = [{"name": str(i), **{name: x[i].item() for name, x in self._values.items()}} for i in cases]
+        provenance = Provenance(load_case.model.name, [joint_description(j) for j in load_case.model.joints], cases_described)
         table = TableWriter(load_case.model, load_case.placement, provenance).table(block, case - cases.start)
         return table.set_column(0, "case", pa.array(np.full(len(table), case)))
+
+
+def refused(error: Exception) -> SweepError:
+    """What a worker answers instead of a partition.  A ValueError is of the robot, the motion or a case; others are faults of KSL."""
+    if isinstance(error, ValueError):
+        return SweepError(str(error))
+    if isinstance(error, MemoryError):
+        return SweepError("the memory of a worker is too small; use fewer workers")
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    return SweepError(f"a fault in KSL: {type(error).__name__}: {error} ({last.filename}:{last.lineno}); please report it, with the sweep")
 
 
 def _parquet(tables: list[pa.Table]) -> bytes:

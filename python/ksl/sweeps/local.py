@@ -39,6 +39,11 @@ def compute(plan: Plan, partitions: Sequence[int], workers: int) -> Iterator[Res
             worker.end()
 
 
+def died(cases: range) -> str:
+    """The sentence about a partition whose workers die."""
+    return f"the worker of cases {cases.start} to {cases.stop - 1} has died {ATTEMPTS} times; memory may be too small: use fewer workers"
+
+
 class _Worker:
     """A process, and the thread that talks to it."""
 
@@ -71,9 +76,7 @@ class _Worker:
                 elif attempt < ATTEMPTS:
                     self._waiting.put((partition, attempt + 1))
                 else:
-                    cases = self._plan.cases(partition)
-                    said = f"the worker of cases {cases.start} to {cases.stop - 1} has died {ATTEMPTS} times; memory may be too small: use fewer workers"
-                    self._done.put(SweepError(said))
+                    self._done.put(SweepError(died(self._plan.cases(partition))))
                     return
         except Exception as error:  # a fault of this thread must not leave the sweep waiting
             self._done.put(error)

@@ -8,8 +8,8 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from ksl.errors import SweepError
-from ksl.sweeps.evaluate import Evaluator, Plan, Result
-from ksl.sweeps.local import ATTEMPTS
+from ksl.sweeps.evaluate import Evaluator, Plan, Result, refused
+from ksl.sweeps.local import ATTEMPTS, died
 
 _evaluators: dict[str, Evaluator] = {}
 """Of this worker: one, kept between its partitions."""
@@ -22,8 +22,8 @@ def evaluate(plan: Plan, partition: int) -> Result | SweepError:
             _evaluators.clear()
             _evaluators[plan.key] = Evaluator(plan)
         return _evaluators[plan.key].partition(partition)
-    except ValueError as error:
-        return SweepError(str(error))
+    except Exception as error:
+        return refused(error)
 
 
 def compute(plan: Plan, partitions: Sequence[int], workers: int, address: str | None) -> Iterator[Result]:
@@ -51,8 +51,11 @@ def compute(plan: Plan, partitions: Sequence[int], workers: int, address: str | 
             cases = plan.cases(running.pop(ready[0]))
             try:
                 answer = ray.get(ready[0])
-            except ray.exceptions.WorkerCrashedError:
-                raise SweepError(f"the worker of cases {cases.start} to {cases.stop - 1} has died {ATTEMPTS} times; memory may be too small: use fewer workers") from None
+            except (ray.exceptions.WorkerCrashedError, ray.exceptions.OutOfMemoryError):
+                raise SweepError(died(cases)) from None
+            except ray.exceptions.RayError as error:  # above all: a machine of the cluster that lacks KSL, or has another version of it
+                said = str(error).strip().splitlines()[-1]
+                raise SweepError(f"cases {cases.start} to {cases.stop - 1}: the Ray cluster answers: {said}; check that KSL is on its machines") from None
             if isinstance(answer, SweepError):
                 raise answer
             yield answer

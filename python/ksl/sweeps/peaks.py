@@ -104,7 +104,12 @@ class Peaks:
     def _add_shares(self, rows: dict[str, Array], position: Array) -> None:
         """Shares of the limits of the robot's file: 1 is at the limit.  NaN where it gives none."""
         middle, half = (self._upper + self._lower) / 2, (self._upper - self._lower) / 2
-        of_position = np.max(np.abs(position - middle[:, None]), axis=1, initial=0.0) / half
+        lowest, highest = position.min(axis=1), position.max(axis=1)
+        both = np.max(np.abs(position - middle[:, None]), axis=1, initial=0.0) / half
+        # with one bound there is no range: the distance to it counts in units of its size, or of 1 rad or m, as for the verdict
+        above = 1 + (highest - self._upper) / np.maximum(np.abs(self._upper), 1.0)
+        below = 1 - (lowest - self._lower) / np.maximum(np.abs(self._lower), 1.0)
+        of_position = np.where(np.isnan(self._lower), above, np.where(np.isnan(self._upper), below, both))
         rows["position_share"] = self._of(self._axial, of_position)
         rows["speed_share"] = self._of(self._axial, rows["speed_peak"][self._axial] / self._speed)
         rows["effort_share"] = self._of(self._axial, rows["effort_peak"][self._axial] / self._effort)

@@ -11,6 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from ksl.errors import SweepError
+from ksl.load_cases.verdict import percent
+from ksl.mechanism import Joint
 from ksl.sweeps.description import Sweep, read_sweep, sweep_from
 from ksl.sweeps.evaluate import Evaluator, Plan, Result
 from ksl.sweeps.store import Store
@@ -30,16 +32,28 @@ class SweepResults:
 
     directory: Path
     worst: list[dict[str, Any]]
-    """For each joint and quantity the largest value and its case: the rows of worst.csv."""
+    """For each joint and quantity the largest value, its unit, and its case with its parameters: the rows of worst.csv."""
     computed: int
     """Cases that this run has computed; others were there."""
     seconds: float
     share_of_dynamics: float
     """Of the time of the workers; the rest is sums, peaks and tables."""
 
+    def __repr__(self) -> str:
+        share = max((row for row in self.worst if row["quantity"].endswith(("_share", "utilisation"))), key=lambda row: row["value"], default=None)
+        worst = ""
+        if share is not None:
+            what = share["quantity"].removesuffix("_share").replace("utilisation", "components")
+            worst = f", at most {percent(share['value'])} of a limit ({what} of {share['joint']}, case {share['case']})"
+        return f"<ksl sweep in {self.directory}: {self.computed} cases computed in {self.seconds:.3g} s{worst}>"
+
     @property
     def cases(self) -> pyarrow.dataset.Dataset:
-        """A row for each case and joint: `results.cases.to_table()`, and whatever reads a folder of Parquet files."""
+        """A row for each case and joint: `results.cases.to_table()`, and whatever reads a folder of Parquet files.
+
+        The columns are those of docs/sweep.md.  The metadata of the schema (key `ksl`, JSON) say version, robot, joints, parameters,
+        units and conventions.
+        """
         import pyarrow.dataset
 
         return pyarrow.dataset.dataset(self.directory / "cases")
@@ -68,6 +82,11 @@ def sweep(
     force: replaces the results of another sweep.  progress(cases done, cases): called after each partition.
     Raises SweepError and OutputError.  About 1 ms of a core for a case of 1,000 samples and 7 joints.
     """
+    for name, what in (("robot", robot), ("directory", directory)):
+        if not isinstance(what, (str, os.PathLike)):
+            raise SweepError(f"{name} is {type(what).__name__}; expected the name of a file or folder, since workers read it themselves")
+    if not isinstance(description, (str, os.PathLike, Mapping)):
+        raise SweepError(f"description is {type(description).__name__}; expected a TOML file, or its tables as a mapping")
     given = sweep_from(description) if isinstance(description, Mapping) else read_sweep(description)
     if engine not in ("local", "ray"):
         raise SweepError(f"engine={engine!r}; expected 'local' or 'ray'")
@@ -75,7 +94,7 @@ def sweep(
     if count < 1:
         raise SweepError(f"workers={workers!r}; expected at least 1")
     start = time.perf_counter()
-    plan = _plan(os.path.abspath(robot), given, wrenches)
+    plan, joints = _plan(os.path.abspath(robot), given, wrenches)
     store = Store(Path(directory), plan, force)
     missing = store.missing()
     computed, busy, dynamics = 0, 0.0, 0.0
@@ -89,7 +108,7 @@ def sweep(
             busy, dynamics = busy + result.seconds, dynamics + result.seconds_of_dynamics
             if progress:
                 progress(done + computed, given.cases)
-    return SweepResults(Path(directory), store.worst(), computed, time.perf_counter() - start, dynamics / busy if busy else 0.0)
+    return SweepResults(Path(directory), store.worst(joints), computed, time.perf_counter() - start, dynamics / busy if busy else 0.0)
 
 
 def usable_cores() -> int:
@@ -97,15 +116,15 @@ def usable_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _plan(robot: str, given: Sweep, wrenches: bool) -> Plan:
-    """Checks the sweep on its first case, before any worker starts, and chooses the size of partitions."""
+def _plan(robot: str, given: Sweep, wrenches: bool) -> tuple[Plan, tuple[Joint, ...]]:
+    """Checks the sweep on its first case, before any worker starts, and chooses the size of partitions.  Also returns the joints."""
     first = Evaluator(Plan(robot, given, 1))
     joints, samples = first.extent()
     size = given.partition or max(1, ROWS // joints)
     if wrenches and not given.partition:
         size = max(1, min(size, ROWS_OF_WRENCHES // (joints * samples)))
     first.partition(0)
-    return Plan(robot, given, size, wrenches)
+    return Plan(robot, given, size, wrenches), first.joints
 
 
 def _results(plan: Plan, missing: list[int], engine: str, workers: int, address: str | None) -> Generator[Result]:

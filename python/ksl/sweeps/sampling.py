@@ -20,10 +20,12 @@ def sample(sweep: Sweep) -> dict[str, NDArray[Any]]:
     if sweep.sampling == "grid":
         indices = np.unravel_index(np.arange(sweep.cases), [len(p.values) for p in sweep.parameters])
         return {p.name: np.array(p.values)[i] for p, i in zip(sweep.parameters, indices, strict=True)}
-    from scipy.stats import qmc
-
-    points = qmc.LatinHypercube(len(sweep.parameters), rng=np.random.default_rng(sweep.seed)).random(sweep.cases)
+    rng = np.random.default_rng(sweep.seed)
     columns = {}
-    for p, x in zip(sweep.parameters, points.T, strict=True):
-        columns[p.name] = np.array(p.values)[(x * len(p.values)).astype(int)] if p.values else p.lower + (p.upper - p.lower) * x
+    for p in sweep.parameters:
+        cell = rng.permutation(sweep.cases)
+        if p.values:
+            columns[p.name] = np.array(p.values)[cell * len(p.values) // sweep.cases]
+        else:
+            columns[p.name] = p.lower + (p.upper - p.lower) * (cell + rng.random(sweep.cases)) / sweep.cases
     return columns

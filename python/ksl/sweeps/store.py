@@ -9,17 +9,26 @@ import os
 import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ksl._core import __version__
 from ksl.errors import SweepError
-from ksl.load_cases.output import OutputError
-from ksl.sweeps.evaluate import Plan, Result
+from ksl.load_cases.output import OutputError, cannot_write
+from ksl.load_cases.provenance import InputFile, input_file
+from ksl.load_cases.quantities import unit
+from ksl.mechanism import Joint
+from ksl.sweeps.description import described
+from ksl.sweeps.evaluate import CONVENTIONS_OF_SWEEPS, UNITS_OF_SWEEPS, Plan, Result
+
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 MANIFEST = "sweep.json"
 DATA_SETS = ("cases", "wrenches")
+OF_WORST = ("_peak", "_rms", "_share", "utilisation")
+"""Ends of the names of quantities that worst.csv has."""
 
 
 class Store:
@@ -35,6 +44,8 @@ class Store:
                 raise SweepError(f"{directory}: holds another sweep ({_difference(found, manifest)}); give another folder with -o, or --force to replace it")
             _remove(directory)
             found = None
+        if found is None:
+            self._refuse_unknown()
         try:
             for name in self._data_sets():
                 (directory / name).mkdir(parents=True, exist_ok=True)
@@ -42,8 +53,16 @@ class Store:
                     part.unlink()
             if found is None:
                 write_whole(directory / MANIFEST, json.dumps(manifest, indent=1).encode())
+        except OutputError:
+            raise
         except OSError as error:
-            raise OutputError(f"{directory}: results can't be written there ({error.strerror}); give a folder that can be written with -o") from None
+            raise OutputError(f"{directory}: {cannot_write(error)}") from None
+
+    def _refuse_unknown(self) -> None:
+        """Partitions without a description may be of any sweep: they would be taken for those of this one."""
+        for name in DATA_SETS:
+            if any((self.directory / name).glob("part-*.parquet")):
+                raise SweepError(f"{self.directory / name}: holds partitions, but {MANIFEST} beside it is missing; remove them, or give another folder with -o")
 
     def _data_sets(self) -> tuple[str, ...]:
         return DATA_SETS if self.plan.with_wrenches else DATA_SETS[:1]
@@ -60,9 +79,10 @@ class Store:
         for name in reversed(self._data_sets()):
             write_whole(self._path(name, result.partition), result.files[name])
 
-    def worst(self) -> list[dict[str, Any]]:
+    def worst(self, joints: Sequence[Joint]) -> list[dict[str, Any]]:
         """The worst case of each joint and quantity, from all partitions; also written as worst.csv."""
-        rows = worst_cases([self._path("cases", p) for p in range(self.plan.partitions)], [p.name for p in self.plan.sweep.parameters])
+        files = [self._path("cases", p) for p in range(self.plan.partitions)]
+        rows = worst_cases(files, [p.name for p in self.plan.sweep.parameters], joints)
         text = _csv(rows)
         write_whole(self.directory / "worst.csv", text.encode())
         return rows
@@ -71,39 +91,74 @@ class Store:
 def describe(plan: Plan) -> dict[str, Any]:
     """What makes the results of a sweep: its fingerprint is the same if and only if they are."""
     sweep = plan.sweep
-    files = [plan.robot, *([sweep.motion] if sweep.motion else []), *(str(v) for p in sweep.parameters if p.kind == "motion" for v in p.values)]
     made_by = {
         "version": __version__,
-        "inputs": [{"file": os.path.basename(f), "sha256": _sha256(f)} for f in files],
-        "base": dict(sweep.base),
+        "inputs": [{"file": os.path.basename(f.file), "sha256": f.sha256} for f in _inputs(plan)],
+        "base": {**sweep.base, "reading": sweep.reading},
         "sampling": {"kind": sweep.sampling, "cases": sweep.cases, "seed": sweep.seed if sweep.sampling != "grid" else None},
-        "parameters": [{**{k: v for k, v in vars(p).items() if p.kind != "motion" or k != "values"}, "unit": p.unit} for p in sweep.parameters],
+        "parameters": described(sweep),
         "partition": plan.size,
         "wrenches": plan.with_wrenches,
-        "units": "SI: N, N m, rad, m, s, W, J; payload kg, tilt deg; position_share, speed_share and effort_share are 1 at the limit",
+        "units": UNITS_OF_SWEEPS,
+        "conventions": CONVENTIONS_OF_SWEEPS,
     }
+    made_by = json.loads(json.dumps(made_by, default=_plain))  # a program may give arrays
     return {"fingerprint": hashlib.sha256(json.dumps(made_by, sort_keys=True).encode()).hexdigest(), **made_by}
 
 
-def worst_cases(files: Sequence[Path], parameters: Sequence[str]) -> list[dict[str, Any]]:
-    """For each joint and each peak or share its largest value, and the case, with the values of its parameters."""
-    import pyarrow.parquet
+def _inputs(plan: Plan) -> list[InputFile]:
+    sweep, columns = plan.sweep, plan.sweep.reading.get("map")
+    named = [("motion", sweep.path(name)) for name in sweep.motions]
+    named += [("map", sweep.path(columns))] if isinstance(columns, str) else []
+    named += [("components", sweep.path(sweep.components))] if sweep.components is not None else []
+    files = [input_file(role, file) for role, file in (("robot", plan.robot), *named)]
+    for f in files:
+        if f.sha256 is None:  # the results could not be told from those of another file
+            raise SweepError(f"{f.file}: can't be read again; a sweep needs its {f.role} as a file")
+    return files
 
+
+def _plain(x: Any) -> Any:
+    return x.tolist() if hasattr(x, "tolist") else str(x)
+
+
+def worst_cases(files: Sequence[Path], parameters: Sequence[str], joints: Sequence[Joint]) -> list[dict[str, Any]]:
+    """For each joint and each peak, root mean square or share its largest value, its unit, and the case, with the values of its parameters."""
     best: dict[tuple[str, str], tuple[float, dict[str, Any]]] = {}
     for file in files:
-        table = pyarrow.parquet.read_table(file)
-        quantities = [name for name in table.column_names if name.endswith(("_peak", "_share", "_rms"))]
-        joints = np.array(table["joint"].to_pylist())
-        for joint in dict.fromkeys(joints):
-            rows = np.flatnonzero(joints == joint)
+        table = _table(file)
+        quantities = [name for name in table.column_names if name not in parameters and name.endswith(tuple(OF_WORST))]
+        for i, joint in enumerate(joints):
             for quantity in quantities:
-                x = table[quantity].to_numpy()[rows]
+                x = table[quantity].to_numpy()[i :: len(joints)]  # each case has a row for each joint, in order
                 if np.isnan(x).all():
                     continue
                 k = int(np.nanargmax(x))
-                if (joint, quantity) not in best or x[k] > best[joint, quantity][0]:
-                    best[joint, quantity] = (float(x[k]), {name: table[name][int(rows[k])].as_py() for name in ("case", *parameters)})
-    return [{"joint": joint, "quantity": quantity, "value": value, **case} for (joint, quantity), (value, case) in best.items()]
+                if (joint.name, quantity) not in best or x[k] > best[joint.name, quantity][0]:
+                    case = {name: table[name][i + k * len(joints)].as_py() for name in ("case", *parameters)}
+                    best[joint.name, quantity] = (float(x[k]), case)
+    by_name = {j.name: j for j in joints}
+    return [
+        {"joint": joint, "quantity": quantity, "value": value, "unit": _unit(quantity, by_name[joint]), **best[joint, quantity][1]}
+        for joint in by_name
+        for quantity, (value, _) in ((q, found) for (of, q), found in best.items() if of == joint)
+    ]
+
+
+def _table(file: Path) -> pa.Table:
+    import pyarrow as pa
+    import pyarrow.parquet
+
+    try:
+        return pyarrow.parquet.read_table(file)
+    except (OSError, pa.ArrowInvalid):
+        raise SweepError(f"{file}: is damaged; remove it, and run the sweep again: only its cases are then computed") from None
+
+
+def _unit(quantity: str, joint: Joint) -> str:
+    """Of a peak or root mean square; empty for shares of limits and utilisations."""
+    name, _, part = quantity.rpartition("_")
+    return "" if part in ("share", "utilisation") else unit(name, joint)
 
 
 def write_whole(path: Path, contents: bytes) -> None:
@@ -114,7 +169,7 @@ def write_whole(path: Path, contents: bytes) -> None:
         os.replace(part, path)
     except OSError as error:
         part.unlink(missing_ok=True)
-        raise OutputError(f"{path}: can't be written ({error.strerror}); free some space, or give another folder with -o") from None
+        raise OutputError(f"{path}: {cannot_write(error)}") from None
     except BaseException:
         part.unlink(missing_ok=True)
         raise
@@ -124,25 +179,17 @@ def _csv(rows: Sequence[Mapping[str, Any]]) -> str:
     import io
 
     text = io.StringIO(newline="")
-    table = csv.DictWriter(text, list(rows[0]) if rows else ["joint", "quantity", "value"], lineterminator="\n")
+    table = csv.DictWriter(text, list(rows[0]) if rows else ["joint", "quantity", "value", "unit"], lineterminator="\n")
     table.writeheader()
     table.writerows(rows)
     return text.getvalue()
-
-
-def _sha256(file: str) -> str:
-    try:
-        with open(file, "rb") as contents:
-            return hashlib.file_digest(contents, "sha256").hexdigest() if hasattr(hashlib, "file_digest") else hashlib.sha256(contents.read()).hexdigest()
-    except OSError as error:
-        raise SweepError(f"{file}: can't be read ({error.strerror}); check its name in the sweep") from None
 
 
 def _read(path: Path) -> dict[str, Any] | None:
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
         return found if isinstance(found, dict) and "fingerprint" in found else None
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError):  # of the second the folder's error is clearer
         return None
     except (OSError, ValueError):
         raise SweepError(f"{path}: is not the description of a sweep; remove it, or give another folder with -o") from None

@@ -25,9 +25,10 @@ class Variants:
     def __init__(self, robot: str | os.PathLike[str], sweep: Sweep) -> None:
         self.sweep = sweep
         self.model = _base(robot, sweep)
-        files = [sweep.motion] if sweep.motion is not None else []
-        files += [str(v) for p in sweep.parameters if p.kind == "motion" for v in p.values]
-        self.motions = {file: read_motion(self.model, file) for file in files}
+        reading = dict(sweep.reading)
+        if isinstance(reading.get("map"), str):
+            reading["map"] = sweep.path(reading["map"])
+        self.motions = {name: read_motion(self.model, sweep.path(name), **reading) for name in sweep.motions}
         for p in sweep.parameters:
             if p.link is not None and p.link not in self.model.link_names:
                 _no_link(sweep, p, self.model)

@@ -9,8 +9,7 @@ import pickle
 import signal
 import sys
 
-from ksl.errors import SweepError
-from ksl.sweeps.evaluate import Evaluator
+from ksl.sweeps.evaluate import Evaluator, refused
 
 
 def main() -> None:
@@ -30,8 +29,10 @@ def main() -> None:
                 evaluator = Evaluator(request)
                 continue
             answer: object = evaluator.partition(request)
-        except ValueError as error:  # of the robot, the motion or a case; others are faults, and end the worker with a traceback
-            answer = SweepError(str(error))
+        except MemoryError:  # ends the worker; another one tries again
+            raise
+        except Exception as error:
+            answer = refused(error)
         pickle.dump(answer, answers, pickle.HIGHEST_PROTOCOL)
         answers.flush()
 

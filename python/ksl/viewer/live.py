@@ -196,7 +196,6 @@ class _Controls:
     # ------------------------------------------------------------------------------------------------------- playback
 
     def _add_playback(self, scene: Scene) -> None:
-        viewer = self._viewer
         start, end = float(scene.time[0]), float(scene.time[-1])
         with self._gui.add_folder("Playback"):
             self._play: Any = self._gui.add_button("Play")

@@ -1,0 +1,50 @@
+"""A motion that a program gives: arrays, or a table whose columns are named like those of a file."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ksl.errors import MotionError, near_names
+from ksl.load_cases.wrench_table import motion_of_arrays
+from ksl.model import Model
+from ksl.motions.columns import columns_of
+from ksl.motions.motion import Motion
+from ksl.states import Array
+
+EXPECTED = "expected a file, a table with the column `time`, or time (n), q (n, nq) and, if known, v and a (n, nv)"
+
+
+def motion_given(model: Model, motion: Any) -> Motion:
+    """The motion of a table (pandas, polars, pyarrow), or of arrays; a motion is left as it is.  Raises MotionError."""
+    if isinstance(motion, Motion):
+        return motion
+    names = getattr(motion, "column_names", getattr(motion, "columns", None))
+    if names is not None:
+        return _of_table(model, motion, [str(name) for name in names])
+    if not isinstance(motion, (tuple, list)) or not 2 <= len(motion) <= 4:
+        raise MotionError(f"motion is {type(motion).__name__}; {EXPECTED}")
+    return motion_of_arrays(model, *motion)
+
+
+def _of_table(model: Model, table: Any, names: list[str]) -> Motion:
+    """Columns are taken by name.  Rates are used if those of all joints are there."""
+    joints = model.joints[: len(model.joint_names)]
+    groups = [[column for j in joints for column in columns_of(j)[k]] for k in range(3)]
+    for column in ("time", *groups[0]):
+        if column not in names:
+            raise MotionError(f"motion: the table has no column {column!r}; {near_names(column, names)}its columns are {', '.join(names)}")
+    known = {"time", *(column for group in groups for column in group)}
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        raise MotionError(f"motion: unknown column {unknown[0]!r}; {near_names(unknown[0], known)}leave out what belongs to no joint")
+
+    def numbers(group: list[str]) -> Array | None:
+        if not all(column in names for column in group):
+            return None
+        return np.column_stack([np.asarray(table[column]) for column in group]) if group else np.empty((len(table["time"]), 0))
+
+    q, v, a = (numbers(group) for group in groups)
+    assert q is not None  # its columns are there
+    return motion_of_arrays(model, np.asarray(table["time"]), q, v, a)
