@@ -152,9 +152,9 @@ def _table(rows: list[SummaryRow], joints: list[Joint], columns: Columns) -> Tab
     return table
 
 
-def _number(x: float | str | None) -> str:
+def _number(x: float | None) -> str:
     """Four digits; round-off of what is zero by the axes of joints is zero."""
-    return "–" if x is None or isinstance(x, str) else f"{0.0 if abs(x) < 1e-12 else x:.4g}"
+    return "–" if x is None else f"{0.0 if abs(x) < 1e-12 else x:.4g}"
 
 
 def balance_line(balance: PowerBalance | None) -> str:

@@ -190,7 +190,8 @@ class _Unknown:
         if name.startswith("floating_base.") and not (joints and joints[0].parent is None):
             return "if the root link floats, load the robot with --floating-base (in Python floating_base=True)"
         in_file = set(self.table.names)
-        hint = self._nearest(name, [n for n in self.known if n not in in_file])
+        rates = () if "." in name else (".v", ".a")  # a joint's name is not meant to be the rate of another
+        hint = self._nearest(name, [n for n in self.known if n not in in_file and not n.endswith(rates)])
         if not hint.startswith("did") and not any(n in self.known for n in in_file):
             return f"{hint}. No column has the name of a joint; say which is which by a map (--map FILE)"
         return f"{hint} ({LEFT_OUT})"
