@@ -27,7 +27,7 @@ SOURCES := $(shell find include src python cmake -type f -not -name '*.pyc') CMa
 demo: $(VENV)/.installed
 	$(BIN)/ksl loads examples/robots/panda.urdf examples/motions/panda_pick.csv -o out/panda_pick
 
-# clang compiles while pip waits for the network.
+# One job installs packages and compiles with clang, the other compiles with gcc and installs libraries: each waits for the network in turn.
 test: $(VENV)/.tools
 	$(MAKE) --no-print-directory -j2 build-clang $(VENV)/.tested
 	$(MAKE) --no-print-directory test-c test-python
@@ -53,7 +53,7 @@ test-python: $(VENV)/.tested test-c
 	KSL_LIBRARY=$(CURDIR)/build/gcc/libksl.so $(BIN)/python -m pytest -n $(CMAKE_BUILD_PARALLEL_LEVEL) --dist loadfile --no-loadscope-reorder test
 
 # Half an hour of processor time.  The result is written whether it is good or not, and is to be committed.
-test-long: $(VENV)/.tested
+test-long: $(VENV)/.tested $(VENV)/.packages
 	rm -f build/long_*.xml
 	status=0; \
 	$(call build,long-gcc,gcc,g++,) || status=1; \
@@ -104,7 +104,7 @@ $(VENV)/.packages: $(VENV)/.tools scripts/system_packages.sh
 	scripts/system_packages.sh test
 	touch $@
 
-$(VENV)/.tested: $(VENV)/.packages $(SOURCES)
+$(VENV)/.tested: $(VENV)/.tools $(SOURCES)
 	CC=gcc CXX=g++ $(BIN)/python -m pip install -q --no-build-isolation --config-settings=build-dir=build/gcc \
 	  "--config-settings=cmake.define.KSL_INSTRUCTION_SETS=$(TEST_SETS)" '.[test]'
 	rm -f $(VENV)/.installed

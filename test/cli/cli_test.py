@@ -320,7 +320,7 @@ def test_given_rates_that_contradict_the_positions_are_noted(two, tmp_path):
     motion.write_text("time,slide,slide.v\n" + "".join(f"{t},{q},{114.6 * v}\n" for t, q, v in rows))
     p = run("loads", robot, motion, "-o", tmp_path / "o")
     assert p.returncode == 0, p.stderr
-    line = [l for l in p.stdout.splitlines() if l.startswith("note: slide.v at")]
+    line = [l for l in p.stdout.splitlines() if l.startswith("  besides: slide.v at")]
     assert line and "changes at" in line[0], p.stdout
     assert "slide.v at" in (tmp_path / "o" / "report.html").read_text(encoding="utf-8")
 
@@ -549,7 +549,7 @@ def test_one_link_without_mass_is_a_warning_or_with_strict_an_error(two, tmp_pat
     robot.write_text(SLIDE.replace("</robot>", f"{tool}{weld}</robot>"))
     sentence = "link tool (line 4): moves and has geometry, but no mass: its weight and inertia are missing"
     p = run("loads", robot, motion, "-o", tmp_path / "o")
-    assert (p.returncode, p.stderr) == (0, f"ksl: warning: {sentence}\n") and f"note: {sentence}" in p.stdout
+    assert (p.returncode, p.stderr) == (0, f"ksl: warning: {sentence}\n") and f"  not green: {sentence}" in p.stdout
     assert "moves and has geometry, but no mass" in (tmp_path / "o" / "report.html").read_text(encoding="utf-8")
     refused(tmp_path, run("loads", robot, motion, "-o", tmp_path / "q", "--strict"), sentence, "add <inertial> to these links")
 

@@ -190,14 +190,13 @@ class _Unknown:
         if name.startswith("floating_base.") and not (joints and joints[0].parent is None):
             return "if the root link floats, load the robot with --floating-base (in Python floating_base=True)"
         in_file = set(self.table.names)
-        rates = () if "." in name else (".v", ".a")  # a joint's name is not meant to be the rate of another
-        hint = self._nearest(name, [n for n in self.known if n not in in_file and not n.endswith(rates)])
+        hint = self._nearest(name, [n for n in self.known if n not in in_file])
         if not hint.startswith("did") and not any(n in self.known for n in in_file):
             return f"{hint}. No column has the name of a joint; say which is which by a map (--map FILE)"
         return f"{hint} ({LEFT_OUT})"
 
     def _nearest(self, name: str, known: list[str]) -> str:
-        rates = [n for n in known if n.endswith((".v", ".a"))]  # of joints whose positions are there: only for slips of a letter
+        rates = [n for n in known if n.endswith((".v", ".a"))]  # the name of another robot's joint is not meant to be one: only slips of a letter are
         near = get_close_matches(name, [n for n in known if n not in rates], 1) or get_close_matches(name, rates, 1, 0.9)
         return f"did you mean {near[0]!r}?" if near else f"the moving joints of {self.model.name} are {listed(self.model.joint_names)}"
 
