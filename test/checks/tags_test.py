@@ -63,9 +63,13 @@ def test_time_is_linear_in_length():
     import time
 
     def seconds(text):
-        start = time.process_time()
-        balanced(text, ELEMENTS)
-        return time.process_time() - start
+        """The least of three: other programs only add to it."""
+        taken = []
+        for _ in range(3):
+            start = time.process_time()
+            balanced(text, ELEMENTS)
+            taken.append(time.process_time() - start)
+        return min(taken)
 
     for pattern in (
         ("<a",),
