@@ -56,8 +56,8 @@ test-python: $(VENV)/.tested test-c
 test-long: $(VENV)/.tested $(VENV)/.packages
 	rm -f build/long_*.xml
 	status=0; \
-	$(call build,long-gcc,gcc,g++,) || status=1; \
-	$(call build,long-clang,clang,clang++,) || status=1; \
+	$(call build,long-gcc,gcc,g++,-DKSL_LONG_TESTS=ON) || status=1; \
+	$(call build,long-clang,clang,clang++,-DKSL_LONG_TESTS=ON) || status=1; \
 	for compiler in gcc clang; do for set in x86-64-v2 x86-64-v3 x86-64-v4; do \
 	  KSL_ISA=$$set $(call run_ctest,long-$$compiler) --output-junit $(CURDIR)/build/long_$$compiler-$$set.xml || status=1; \
 	done; done; \

@@ -200,7 +200,7 @@ def test_what_is_looked_for_costs_little(examples):
         return best
 
     looked = seconds(lambda: (find_jumps(t, x), white_noise(t, x, np.array([step_of(c) for c in x.T]))))
-    assert looked < 0.1
+    assert looked < 1.0  # some 0.03 s where nothing else runs
 
 
 def test_numbers_of_the_page(examples):
