@@ -33,7 +33,6 @@ IgnoreExtra = Annotated[bool, typer.Option("--ignore-extra", help="Leave out col
 Topic = Annotated[str | None, typer.Option("--topic", metavar="NAME", help="Topic of a bag, where several have joint states.")]
 PositionsOnly = Annotated[bool, typer.Option("--positions-only", help="Differentiate the positions, even if the motion has velocities or accelerations.")]
 MOTION_HELP = "CSV, Parquet, NPZ, MCAP or ROS bag with the positions of all moving joints over time; - is standard input."
-MotionFile = Annotated[Path, typer.Argument(metavar="MOTION", help=MOTION_HELP)]
 ModelName = Annotated[str, typer.Option("--model", metavar="NAME", help="Which model of an SDF file that has several.")]
 DEFAULT_FRICTION_WIDTH = 0.01
 """rad/s or m/s, as that of ksl.load."""

@@ -173,24 +173,24 @@ def joint_loads(joint: Joint, wrench: Array, speed: Array | None, effort: Array 
     return JointLoads(joint, curves, speed, effort)
 
 
-def integral(time: Array, x: Array) -> float:
-    """∫ x dt by trapezoids."""
-    return float(np.sum((x[:-1] + x[1:]) / 2 * np.diff(time)))
+def integral(time: Array, x: Array) -> Array:
+    """∫ x dt of curves x (…, n) by trapezoids: (…)."""
+    sums: Array = np.sum((x[..., :-1] + x[..., 1:]) / 2 * np.diff(time), axis=-1)
+    return sums
 
 
-def rms(time: Array, x: Array) -> float:
-    """Root of the time mean of x²; samples are weighted by the duration they represent.  Of one sample its magnitude."""
-    if len(x) == 1:
-        return float(abs(x[0]))
-    return float(np.sqrt(integral(time, x * x) / (time[-1] - time[0])))
+def rms(time: Array, x: Array) -> Array:
+    """Roots (…) of the time mean of x² (…, n); samples are weighted by the duration they represent.  Of one sample its magnitude."""
+    means: Array = np.abs(x[..., 0]) if len(time) == 1 else np.sqrt(integral(time, x * x) / (time[-1] - time[0]))
+    return means
 
 
-def work(time: Array, power: Array) -> tuple[float, float]:
-    """Positive and negative work of a power that is linear between samples, J."""
-    p0, p1 = power[:-1], power[1:]
+def work(time: Array, power: Array) -> tuple[Array, Array]:
+    """Positive and negative work (…) of powers (…, n) that are linear between samples, J."""
+    p0, p1 = power[..., :-1], power[..., 1:]
     with np.errstate(divide="ignore", invalid="ignore"):
         triangle = np.maximum(p0, p1) ** 2 / np.abs(p1 - p0) / 2  # where the sign changes between two samples
-    positive = float(np.sum(np.where(p0 * p1 < 0, triangle, np.maximum((p0 + p1) / 2, 0)) * np.diff(time)))
+    positive: Array = np.sum(np.where(p0 * p1 < 0, triangle, np.maximum((p0 + p1) / 2, 0)) * np.diff(time), axis=-1)
     return positive, integral(time, power) - positive
 
 
@@ -206,20 +206,20 @@ def summarise(time: Array, loads: JointLoads) -> SummaryRow:
     """
     row: dict[str, float | str | None] = {"joint": loads.joint.name, "kind": loads.joint.kind}
     for name, x in loads.wrench.items():
-        row |= _peak(time, name, x) | {f"{name}_rms": rms(time, x)}
+        row |= _peak(time, name, x) | {f"{name}_rms": float(rms(time, x))}
     if loads.effort is not None and loads.speed is not None and loads.power is not None:
-        row |= _peak(time, "effort", loads.effort) | {"effort_rms": rms(time, loads.effort)}
+        row |= _peak(time, "effort", loads.effort) | {"effort_rms": float(rms(time, loads.effort))}
         for name, x in loads.parts.items():
-            row |= _peak(time, name, x) | {f"{name}_rms": rms(time, x)}
+            row |= _peak(time, name, x) | {f"{name}_rms": float(rms(time, x))}
         if loads.brake is not None:
-            row |= _peak(time, "brake", loads.brake) | {"brake_rms": rms(time, loads.brake)}
+            row |= _peak(time, "brake", loads.brake) | {"brake_rms": float(rms(time, loads.brake))}
         row |= _peak(time, "speed", loads.speed)
         row |= _peak(time, "power", loads.power)
-        positive, negative = work(time, loads.power)
+        positive, negative = map(float, work(time, loads.power))
         duration = float(time[-1] - time[0])
         row |= {"power_mean": (positive + negative) / duration if duration > 0 else float(loads.power[0]), "work_positive": positive, "work_negative": negative}
     if loads.coupling is not None and loads.speed is not None:
-        row |= _peak(time, "coupling", loads.coupling) | {"coupling_rms": rms(time, loads.coupling)}
+        row |= _peak(time, "coupling", loads.coupling) | {"coupling_rms": float(rms(time, loads.coupling))}
         row |= _peak(time, "speed", loads.speed)
     if loads.position is not None:
         lowest, highest = (first_extreme(sign * loads.position) for sign in (-1, 1))

@@ -6,7 +6,7 @@ import numpy as np
 
 from ksl.load_cases.limits import limits_of
 from ksl.load_cases.load_case import Block
-from ksl.load_cases.quantities import EFFORT_PARTS, along, first_extremes, length
+from ksl.load_cases.quantities import EFFORT_PARTS, along, first_extremes, length, rms, work
 from ksl.mechanism import Mechanism
 from ksl.motions.motion import Motion
 from ksl.states import Array
@@ -49,7 +49,6 @@ class Peaks:
         """{quantity: its value for each joint (joints)} of one case, all of whose samples are in `block`."""
         rows: dict[str, Array] = dict.fromkeys(self.names(), np.empty(0))
         time = block.time
-        steps, duration = np.diff(time), time[-1] - time[0]
         by_joint = np.ascontiguousarray(np.moveaxis(block.in_joint_axes, 0, 1))  # samples of a joint are neighbours
 
         def put(name: str, chosen: Array, x: Array, mean: bool = True) -> None:
@@ -58,7 +57,7 @@ class Peaks:
             rows[f"{name}_peak"] = self._of(chosen, size.max(axis=1, initial=0.0))
             rows[f"{name}_peak_time"] = self._of(chosen, time[first_extremes(size)])
             if mean:
-                rows[f"{name}_rms"] = self._of(chosen, np.sqrt(_integral(steps, x * x) / duration))
+                rows[f"{name}_rms"] = self._of(chosen, rms(time, x))
 
         forces, moments = by_joint[self._axial, :, :3], by_joint[self._axial, :, 3:]
         axes = self._axes[:, None]
@@ -85,8 +84,8 @@ class Peaks:
         if block.parts is not None:
             for i, name in enumerate(EFFORT_PARTS):
                 put(name, self._driven, np.ascontiguousarray(block.parts[:, i, self._v].T))
-        positive, negative = _work(steps, power)
-        rows["power_mean"] = self._of(self._driven, (positive + negative) / duration)
+        positive, negative = work(time, power)
+        rows["power_mean"] = self._of(self._driven, (positive + negative) / (time[-1] - time[0]))
         rows["work_positive"], rows["work_negative"] = self._of(self._driven, positive), self._of(self._driven, negative)
         if self._followers:
             put("coupling", self._follows, np.ascontiguousarray(block.coupling.T))
@@ -119,18 +118,3 @@ class Peaks:
         values = np.full(len(self._joints), np.nan)
         values[chosen] = x
         return values
-
-
-def _integral(steps: Array, x: Array) -> Array:
-    """∫ x dt by trapezoids along the last axis."""
-    sums: Array = np.sum((x[:, :-1] + x[:, 1:]) / 2 * steps, axis=1)
-    return sums
-
-
-def _work(steps: Array, power: Array) -> tuple[Array, Array]:
-    """Positive and negative work of powers (joints, samples) that are linear between samples."""
-    p0, p1 = power[:, :-1], power[:, 1:]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        triangle = np.maximum(p0, p1) ** 2 / np.abs(p1 - p0) / 2  # where the sign changes between two samples
-    positive = np.sum(np.where(p0 * p1 < 0, triangle, np.maximum((p0 + p1) / 2, 0)) * steps, axis=1)
-    return positive, _integral(steps, power) - positive

@@ -21,23 +21,6 @@ def two(robot) -> ksl.Model:
     return robot(TWO)
 
 
-@pytest.fixture
-def flying(robot) -> ksl.Model:
-    return robot(f'<robot name="stone"><link name="stone">{INERTIAL}</link></robot>', floating_base=True)
-
-
-@pytest.fixture
-def written(tmp_path):
-    """Writes text (or bytes) to motion.csv and gives its path."""
-
-    def write(text: str | bytes, name: str = "motion.csv"):
-        path = tmp_path / name
-        path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        return path
-
-    return write
-
-
 def csv(columns: dict[str, np.ndarray]) -> str:
     rows = zip(*columns.values())
     return ",".join(columns) + "\n" + "".join(",".join(repr(float(x)) for x in row) + "\n" for row in rows)
