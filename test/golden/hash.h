@@ -36,7 +36,13 @@ static inline void golden_add_float(uint64_t *hash, float x) {
 static const uint64_t golden_start = 0xcbf29ce484222325u;
 
 /* Which functions of the C library were called since golden_libm was zero, a bit for each; and their names, null-terminated. */
+#ifdef __cplusplus
+extern "C" {
+#endif
 extern uint64_t golden_libm;
 extern const char *const golden_libm_names[];
+#ifdef __cplusplus
+}
+#endif
 
 #endif
