@@ -62,10 +62,12 @@ template <class S> bool compute_one(const algorithm_row &row, const model &m, co
   state.lay_out(measure, row, m, batch, bytes);
   arena memory(scratch(measure.used()));
   state.lay_out(memory, row, m, batch, bytes);
+  bool ordinary = true;
   if (direct)
-    return kernel.state(view, state.workspace, state.load(row, m, batch, k));
-  coupled::run_state(row, m, state.workspace, state.load(row, m, batch, k));
-  return ordinary_results(row, m, batch, k, k + 1);
+    ordinary = kernel.state(view, state.workspace, state.load(row, m, batch, k));
+  else
+    coupled::run_state(row, m, state.workspace, state.load(row, m, batch, k));
+  return direct && row.needs_mass ? ordinary : ordinary_results(row, m, batch, k, k + 1);
 }
 
 } // namespace

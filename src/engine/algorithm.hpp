@@ -7,7 +7,8 @@ namespace ksl {
 
 /// Computes one state.  The kernel lays out its workspace in `memory`, which is aligned to 64 bytes.  The inputs that the
 /// algorithm reads and the results that it writes must not be null.  Returns whether the results are ordinary: false if one of them
-/// may be NaN or infinite, or so large that it must be examined (engine/examine.hpp).
+/// may be NaN or infinite, or so large that it must be examined (engine/examine.hpp).  Of algorithms that don't need mass it is not known,
+/// and true.
 template <class S> using state_kernel = bool (*)(const model_view<S> &, void *memory, const state_view<S> &);
 
 struct batch_outcome {

@@ -46,10 +46,12 @@ template <class S> bool compute_ordinary(const algorithm_row &row, const model &
   return ordinary_results(row, m, s);
 }
 
-/// The same; results that are not finite though the arguments are throw result_error.
+/// The same; results that are not finite though the arguments are throw result_error.  In C++ those of algorithms that need mass alone
+/// are looked at, where it costs least.
 template <class S>
 void compute(const algorithm_row &row, const model &m, data &d, const state_view<S> &s, arguments_are given = arguments_are::unchecked) {
-  if (!compute_ordinary<S>(row, m, d, s))
+  const bool ordinary = compute_ordinary<S>(row, m, d, s);
+  if (!ordinary || (given == arguments_are::finite && !row.needs_mass && !ordinary_results(row, m, s)))
     examine_state(row, m, s, given);
 }
 

@@ -3,7 +3,8 @@
 A function that the table lacks, or whose row says something else than what happens, fails.  `python test/algebra/not_finite_test.py` writes
 the table.  Algorithms: test/python/not_finite_calls_test.py.
 
-NaN: "propagates", tested for every number by nan_test.py; "-" where the function takes no numbers.
+NaN: "propagates", tested for every number by nan_test.py; "documented" of dense equations (docs/algebra.md); "-" where the function takes no numbers,
+or is no function of numbers alone: printing and memory.
 Infinity, for every number of every argument: "not finite" if the results that depend on it are infinite or NaN; "some finite" where a finite number can
 come out, as of atan2, of a quotient, or of a choice.
 Subnormal: "kept" if a small power of two, scaled, comes back from the subnormal range; "computed" where results are not proportional to arguments."""
@@ -28,6 +29,10 @@ ELSEWHERE = {
     "mat3x3_toQuaternionRay": "a choice", "axis_getIndices": "-", "joint_space_setCoordinate": "-",
 }  # fmt: skip
 """Functions that return a status or a choice: errata_test.py and the functions that use them."""
+
+
+DENSE = {f.name for f in published() if f.header in ("linalg.h", "array.h")}
+"""Functions of arrays of any size: docs/algebra.md says what pivots that are NaN give; linalg_test.py."""
 
 
 def every_name() -> list[str]:
@@ -80,8 +85,10 @@ def of_subnormals(ksl, f) -> str:
 
 def row_of(ksl, name: str) -> tuple[str, str, str]:
     f = FUNCTIONS.get(name)
+    if name in DENSE:
+        return ("documented", "documented", "computed")
     if name not in TESTED:
-        return (ELSEWHERE.get(short(name), "-" if not f else "-"), "-", "-")
+        return (ELSEWHERE.get(short(name), "-"), "-", "-")
     with np.errstate(all="ignore"):
         return "propagates", of_infinity(ksl, f), of_subnormals(ksl, f)
 

@@ -25,12 +25,14 @@ TEST_CASE("finite results: overflow is an error of one state and of batches, NaN
   ksl::data d(m);
   const double q[2] = {0.3, 0.4}, v[2] = {1e200, 1}, a[2] = {0, 0}, nan[2] = {std::nan(""), 0};
   double tau[2];
-  CHECK_THROWS_WITH_AS(ksl::inverse_dynamics(m, d, q, v, a, tau), doctest::Contains("inverse_dynamics: tau[0] is"), ksl::result_error);
+  ksl::inverse_dynamics(m, d, q, v, a, tau); // of one state in C++ it isn't looked for, since it would take time
+  CHECK(!std::isfinite(tau[0]));
+  CHECK_THROWS_WITH_AS(ksl::forward_dynamics(m, d, q, v, a, tau), doctest::Contains("forward_dynamics: a[0] is"), ksl::result_error);
   ksl::inverse_dynamics(m, d, q, nan, a, tau); // arguments of C++ calls are not checked
   CHECK(std::isnan(tau[0]));
   const float qf[2] = {0.3f, 0.4f}, vf[2] = {1e30f, 1}, af[2] = {0, 0};
   float tauf[2];
-  CHECK_THROWS_WITH_AS(ksl::inverse_dynamics(m, d, qf, vf, af, tauf), doctest::Contains("single precision"), ksl::result_error);
+  CHECK_THROWS_WITH_AS(ksl::forward_dynamics(m, d, qf, vf, af, tauf), doctest::Contains("single precision"), ksl::result_error);
 
   const std::size_t n = 300;
   std::vector<double> Q(2 * n, 0.1), V(2 * n, 0.2), out(2 * n);
