@@ -25,7 +25,7 @@ bool moves_no_mass(const body<double> &b, const forward_dynamics_workspace<doubl
       none = none || !(std::fabs(y) * least * size <= 1);
   } else {
     for (int k = 0; k < joint<K>::nv; ++k)
-      none = none || !(w.coordinate[b.v_index + k].D_inverse * least * size <= 1);
+      none = none || !(std::fabs(w.coordinate[b.v_index + k].D_inverse) * least * size <= 1); // by rounding also below zero
   }
   return none;
 }
