@@ -63,7 +63,8 @@ class Build:
         self.c = "aarch64-linux-gnu-gcc" if arm else compiler
         self.cpp = "aarch64-linux-gnu-g++" if arm else {"gcc": "g++", "clang": "clang++"}[compiler]
         # no rule of NEON or of x86-64-v2 fuses; there the vectoriser of scalars may stay
-        self.flags = [f"-O{level}", *STRICT[compiler], *flags, *([] if arm else [f"-march={isa}"]), "-w", "-I", ROOT / "include", "-I", ROOT / "src", "-I", HERE]
+        self.march = [] if arm else [f"-march={isa}"]
+        self.flags = [f"-O{level}", *STRICT[compiler], *flags, "-w", "-I", ROOT / "include", "-I", ROOT / "src", "-I", HERE]
         self.runner = ["qemu-aarch64"] if arm else []
         self.static = ["-static"] if arm else []
         self.ccache = ["ccache"] if shutil.which("ccache") else []
@@ -76,16 +77,16 @@ class Build:
 
     def algebra(self) -> str:
         (self.folder / "algebra.c").write_text(algebra())
-        objects = [self.compiled(s, s.stem + ".o") for s in (self.folder / "algebra.c", ROOT / "src/ksl.c")]
+        objects = [self.compiled(s, s.stem + ".o", *self.march) for s in (self.folder / "algebra.c", ROOT / "src/ksl.c")]
         return self.linked("algebra", objects, self.c)
 
     def engine(self, library: Path | None) -> str:
         isa = self.isa.replace("-", "_")
-        program = self.compiled(HERE / "engine.cpp", "engine.o")
+        program = self.compiled(HERE / "engine.cpp", "engine.o")  # as all but the kernels, for any processor
         if library:
             return self.linked("engine", [program, library / "libksl.a"], self.cpp, "-lpugixml", "-pthread")
-        kernels = [(f, [f"-DKSL_ISA={isa}"]) for f in ALGORITHMS]
-        kernels += [(ROOT / "src/batch/finite.cpp", [f"-DKSL_ISA={isa}", f"-DKSL_TABLE=ksl_finite_{isa}"])]
+        kernels = [(f, [f"-DKSL_ISA={isa}", *self.march]) for f in ALGORITHMS]
+        kernels += [(ROOT / "src/batch/finite.cpp", [f"-DKSL_ISA={isa}", f"-DKSL_TABLE=ksl_finite_{isa}", *self.march])]
         kernels += [(ROOT / "src" / f, [f"-DKSL_HAS_{isa}"] if "dispatch" in f else []) for f in HOST]
         with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
             objects = list(pool.map(lambda k: self.compiled(k[0], k[0].stem + ".part.o", "-DNDEBUG", *k[1]), kernels))

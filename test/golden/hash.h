@@ -41,6 +41,8 @@ extern "C" {
 #endif
 extern uint64_t golden_libm;
 extern const char *const golden_libm_names[];
+/* Are others called in their place?  Not while models are built, which need sines and cosines. */
+extern int golden_replaces;
 #ifdef __cplusplus
 }
 #endif
