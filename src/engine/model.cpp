@@ -1,6 +1,8 @@
 // The model: its options and queries.
 #include "ksl/model.hpp"
 
+#include "ksl/engine/tree_rows.hpp"
+
 #include "engine/joint_physics.hpp"
 #include "engine/model_builder.hpp"
 #include "load/check.hpp"

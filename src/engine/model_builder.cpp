@@ -4,6 +4,7 @@
 #include "engine/joint_physics.hpp"
 #include "engine/massless_joint.hpp"
 #include "load/check.hpp"
+#include "load/limits.hpp"
 #include "load/words.hpp"
 
 #include <algorithm>
@@ -51,6 +52,9 @@ void model_builder::build() {
     fixed_joints_.push_back({free_name("base", "ground"), joint_kind::fixed, 0, -1, -1, -1, none, none, 0, -1});
   }
   descend(root);
+  if (static_cast<std::size_t>(m_.expanded_nv_) > load::limits::coordinates)
+    load::refuse(m_.description_.file, 0, "the robot has " + std::to_string(m_.expanded_nv_) + " coordinates, more than " +
+                                              std::to_string(load::limits::coordinates) + "; split it, or fix some joints");
   finish();
 }
 
@@ -260,11 +264,13 @@ void model_builder::couple() {
     const int link = row.link;
     return m_.double_.bodies[static_cast<std::size_t>(m_.double_.links[static_cast<std::size_t>(link)].body)];
   };
+  std::vector<int> of_description(m_.description_.joints.size(), -1);
+  for (int j = 0; j < m_.moving_joints_; ++j)
+    if (const int described = m_.joints_[static_cast<std::size_t>(j)].description; described >= 0)
+      of_description[static_cast<std::size_t>(described)] = j;
   for (joint_row &row : followers_) {
-    const auto leads = [&](const joint_row &other) { return other.description == row.leader; };
-    const auto leader = std::find_if(m_.joints_.begin(), m_.joints_.begin() + m_.moving_joints_, leads);
-    row.leader = static_cast<int>(leader - m_.joints_.begin());
-    const body<double> &b = numbers_of_joint(row), &l = numbers_of_joint(*leader);
+    row.leader = of_description[static_cast<std::size_t>(row.leader)];
+    const body<double> &b = numbers_of_joint(row), &l = numbers_of_joint(m_.joints_[static_cast<std::size_t>(row.leader)]);
     m_.double_.followers.push_back({b.q_index, b.v_index, l.q_index, l.v_index, row.multiplier, row.offset});
   }
   m_.joints_.insert(m_.joints_.end(), followers_.begin(), followers_.end());
