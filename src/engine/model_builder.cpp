@@ -9,6 +9,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <iterator>
 #include <limits>
 
 namespace ksl {
@@ -235,6 +237,7 @@ void model_builder::finish() {
   sum_inertias();
   add_tree_rows();
   augment_inertias();
+  check_finite();
   add_angles();
   add_limits();
   add_ranges();
@@ -335,6 +338,25 @@ void model_builder::augment_inertias() {
         A::spatial_inertia_added(&parent, &there, &parent);
       }
     });
+  }
+}
+
+/// Refuses a model whose numbers overflow: those of the description are finite, but not their products.
+void model_builder::check_finite() const {
+  const auto are_finite = [](const auto &value) {
+    double numbers[sizeof value / sizeof(double)];
+    std::memcpy(numbers, &value, sizeof value);
+    return std::all_of(std::begin(numbers), std::end(numbers), [](double x) { return std::isfinite(x); });
+  };
+  const auto &d = m_.double_;
+  for (std::size_t i = d.bodies.size(); i-- > 0;) { // from the tips, since all that carry a body suffer from its numbers
+    const body<double> &b = d.bodies[i];
+    const bool fine = are_finite(b.placement) && are_finite(b.theta0) && are_finite(b.alpha) && are_finite(b.offset) && are_finite(d.augmented[i]) &&
+                      are_finite(bodies_at<double, double>{static_cast<int>(i)}.get<spatial_inertia>(d.inertia.data()));
+    if (!fine)
+      load::refuse(m_.description_.file, 0, "link " + m_.links_[static_cast<std::size_t>(std::max(b.link, 0))].name +
+                                                ": its place, or the inertia of it and of what it carries, is not finite, since some numbers are too "
+                                                "large for their products; correct masses, inertias and lengths");
   }
 }
 

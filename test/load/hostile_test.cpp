@@ -9,6 +9,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <ctime>
 #include <filesystem>
 #include <functional>
@@ -55,17 +56,13 @@ std::string refusal_of_file(const std::string &path) {
   return refusal_of([&] { bytes_of_robot_file(path); });
 }
 
-/// Seconds of processor time for each megabyte of a text that is loaded or refused: the least of two.
+/// Seconds of processor time for each megabyte of a text that is loaded or refused.
 double seconds_a_megabyte(const std::string &text) {
-  double least = HUGE_VAL;
-  for (int turn = 0; turn < 2; ++turn) {
-    const std::clock_t start = std::clock();
-    const std::string message = refusal_of_text(text);
-    least = std::min(least, static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
-    CAPTURE(message);
-    CHECK(message.size() < 5000);
-  }
-  return least / (1e-6 * static_cast<double>(text.size()));
+  const std::clock_t start = std::clock();
+  const std::string message = refusal_of_text(text);
+  const double took = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  CHECK(message.size() < 5000);
+  return took / (1e-6 * static_cast<double>(text.size()));
 }
 
 } // namespace
@@ -121,7 +118,12 @@ TEST_CASE("hostile: the time is in proportion to the size") {
     CAPTURE(title);
     CAPTURE(text.size());
     // debug builds and busy machines take some times as long; what grows with the square takes a hundred times
-    CHECK(seconds_a_megabyte(text) < 3);
+    double took = seconds_a_megabyte(text);
+    if (std::getenv("KSL_TIMES"))
+      std::printf("%-35s %5.2f MB  %5.2f s/MB\n", title, 1e-6 * static_cast<double>(text.size()), took);
+    if (took > 3) // of two, if the first was disturbed
+      took = seconds_a_megabyte(text);
+    CHECK(took < 3);
   }
 }
 
@@ -158,6 +160,16 @@ TEST_CASE("hostile: a model has at most 40,000 coordinates, since an int counts 
   };
   check_message(refusal_of_text(floating(6666)), {"accepted"});
   check_message(refusal_of_text(floating(6667)), {"r.xml: the robot has 40002 coordinates, more than 40000"});
+}
+
+TEST_CASE("hostile: numbers whose products overflow make no model") {
+  const auto heavy = [](const std::string &name) {
+    return "<link name=\"" + name + "\"><inertial><mass value=\"1e308\"/><inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial></link>";
+  };
+  check_message(refusal_of_text(robot(heavy("a") + heavy("b") + a_joint("j", "a", "b", "revolute"))), {"r.xml: link a: ", "not finite", "correct masses"});
+  const std::string far = "<origin xyz=\"1e308 0 0\"/>";
+  check_message(refusal_of_text(robot(a_link("a") + a_link("b") + heavy("c") + a_joint("j", "a", "b", "fixed", far) + a_joint("k", "b", "c", "revolute", far))),
+                {"r.xml: link c: ", "not finite"});
 }
 
 TEST_CASE("hostile: only regular files are read") {
