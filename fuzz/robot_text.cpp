@@ -8,6 +8,9 @@
 #include <ctime>
 #include <set>
 
+/// Most of the time of a small text is the sanitizer's own: less of what only reports of leaks need.
+extern "C" const char *__asan_default_options() { return "malloc_context_size=4:quarantine_size_mb=16:max_malloc_fill_size=64"; }
+
 namespace ksl::fuzz {
 
 namespace {
