@@ -19,7 +19,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 BUILD = ROOT / "build/fuzz"
 PROGRAMS = BUILD / "fuzz"
-PATIENCE = 120
+PATIENCE = 300
 """Seconds in which a fault that was planted must be found."""
 LONGEST = 1500
 """Bytes of a text.  Long ones take their time, and show little that short ones don't."""
