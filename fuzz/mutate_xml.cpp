@@ -1,4 +1,5 @@
-// Mutations that keep a text XML: bytes that are changed at random mostly break a tag, which the reader then says, and sees no more.
+// Mutations that keep a text XML: bytes that are changed at random mostly break a tag, which the reader then says, and
+// sees no more.
 #include <pugixml.hpp>
 
 #include <cstddef>
@@ -18,8 +19,11 @@ using generator = std::minstd_rand;
 template <class Items> auto &one_of(Items &items, generator &random) { return items[random() % std::size(items)]; }
 
 /// What a value becomes: numbers at the ends of their ranges, names, nothing.
-const char *const values[] = {"0", "-1", "1e308", "-1e308", "1e-400", "1e400", "5e-324", "0 0 1", "1 0 0", "0 0 0 1", "0 0 1e308", "1e-300 0 0", "0 0 0 0 0 0",
-                              "a", "b", "j", "world", "base", "floating_base", "", "1.1", "true", "inf", "revolute", "universal", "helical", "floating"};
+const char *const values[] = {
+    "0",         "-1",      "1e308",         "-1e308",     "1e-400",      "1e400", "5e-324", "0 0 1",
+    "1 0 0",     "0 0 0 1", "0 0 1e308",     "1e-300 0 0", "0 0 0 0 0 0", "a",     "b",      "j",
+    "world",     "base",    "floating_base", "",           "1.1",         "true",  "inf",    "revolute",
+    "universal", "helical", "floating"};
 
 std::vector<pugi::xml_node> elements_of(const pugi::xml_document &document) {
   struct collector : pugi::xml_tree_walker {
@@ -63,15 +67,24 @@ void change(pugi::xml_document &document, generator &random) {
     if (node != document.document_element())
       node.parent().remove_child(node);
     break;
-  case 1: other.append_copy(node); break;
-  case 2: other.prepend_copy(node); break;
+  case 1:
+    other.append_copy(node);
+    break;
+  case 2:
+    other.prepend_copy(node);
+    break;
   case 3:
     if (other != document.document_element())
       other.parent().insert_copy_after(node, other);
     break;
-  case 4: node.set_name(other.name()); break;
-  case 5: node.append_attribute(other.first_attribute().name()) = one_of(values, random); break;
-  default: change_value(node, random);
+  case 4:
+    node.set_name(other.name());
+    break;
+  case 5:
+    node.append_attribute(other.first_attribute().name()) = one_of(values, random);
+    break;
+  default:
+    change_value(node, random);
   }
 }
 
@@ -80,7 +93,8 @@ void change(pugi::xml_document &document, generator &random) {
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t *bytes, std::size_t size, std::size_t most, unsigned seed) {
   generator random(seed + 1);
   pugi::xml_document document;
-  if (random() % 3 == 0 || !document.load_buffer(bytes, size, pugi::parse_full, pugi::encoding_utf8) || !document.document_element())
+  if (random() % 3 == 0 || !document.load_buffer(bytes, size, pugi::parse_full, pugi::encoding_utf8) ||
+      !document.document_element())
     return LLVMFuzzerMutate(bytes, size, most);
   for (std::size_t i = 0, changes = 1 + random() % 3; i < changes; ++i)
     change(document, random);

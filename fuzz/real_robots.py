@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
-"""Fills a folder with real robots, cut down to what a fuzzer changes quickly: real_robots.py urdf|sdf FOLDER [--most BYTES].
+"""Fills a folder with real robots, cut down to what a fuzzer changes quickly.
 
-The robots are those of the package example-robot-data.  Each becomes one file or several: the root and as many links as fit, without
-geometry, with all that the readers use.  SDF files are made from the same links and joints."""
+    real_robots.py urdf|sdf FOLDER [--most BYTES]
+
+The robots are those of the package example-robot-data.  Each becomes one file or several, of neighbouring links and their
+joints, without geometry, with all that the readers use.  SDF files are made from the same links and joints."""
 
 import argparse
 import importlib.metadata
@@ -80,7 +82,12 @@ def as_sdf(robot):
             of[-1].extend(text(*moment) for moment in inertial.find("inertia").items())
     for joint in robot.findall("joint"):
         kind = joint.get("type")
-        out = ET.SubElement(model, "joint", name=joint.get("name"), type=kind if kind in ("revolute", "continuous", "prismatic", "fixed") else "ball")
+        out = ET.SubElement(
+            model,
+            "joint",
+            name=joint.get("name"),
+            type=kind if kind in ("revolute", "continuous", "prismatic", "fixed") else "ball",
+        )
         out.extend([text("parent", joint.find("parent").get("link")), text("child", joint.find("child").get("link"))])
         if out.get("type") not in ("fixed", "ball"):
             axis = ET.SubElement(out, "axis")

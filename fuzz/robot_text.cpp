@@ -9,7 +9,9 @@
 #include <set>
 
 /// Most of the time of a small text is the sanitizer's own: less of what only reports of leaks need.
-extern "C" const char *__asan_default_options() { return "malloc_context_size=4:quarantine_size_mb=16:max_malloc_fill_size=64"; }
+extern "C" const char *__asan_default_options() {
+  return "malloc_context_size=4:quarantine_size_mb=16:max_malloc_fill_size=64";
+}
 
 namespace ksl::fuzz {
 
@@ -32,13 +34,15 @@ std::uint32_t hash(const std::string &text) {
   return h;
 }
 
-/// Is the text one line that a terminal shows as it is: without control characters and without marks that turn the order of letters?
+/// Is the text one line that a terminal shows as it is: without control characters and without marks that turn the
+/// order of letters?
 bool is_plain(const std::string &text) {
   for (std::size_t i = 0; i < text.size(); ++i) {
     const auto byte = [&](std::size_t k) { return i + k < text.size() ? static_cast<unsigned char>(text[i + k]) : 0u; };
     if (byte(0) < 0x20 || byte(0) == 0x7f || (byte(0) == 0xc2 && byte(1) < 0xa0))
       return false;
-    if (byte(0) == 0xe2 && ((byte(1) == 0x80 && byte(2) >= 0xa8 && byte(2) <= 0xae) || (byte(1) == 0x81 && byte(2) >= 0xa6 && byte(2) <= 0xa9)))
+    if (byte(0) == 0xe2 && ((byte(1) == 0x80 && byte(2) >= 0xa8 && byte(2) <= 0xae) ||
+                            (byte(1) == 0x81 && byte(2) >= 0xa6 && byte(2) <= 0xa9)))
       return false;
   }
   return true;
@@ -123,7 +127,8 @@ std::optional<model> loaded(const std::uint8_t *bytes, std::size_t size) {
   const std::string text(reinterpret_cast<const char *>(bytes), size);
   const double start = seconds();
   std::optional<model> m = load_or_refuse(text);
-  // sanitizers take ten times as long as the promised second for each megabyte; less than this can't be told from the system's own
+  // sanitizers take ten times as long as the promised second for each megabyte; less than this can't be told from the
+  // system's own
   const double took = seconds() - start, most = 0.25 + 10e-6 * static_cast<double>(size);
   if (took > most)
     broken("time is linear", std::to_string(took) + " s for " + std::to_string(size) + " bytes");

@@ -1,9 +1,12 @@
 #!/usr/bin/env python3
-"""Runs fuzz targets, as many at a time as there are cores, and writes a record of each: run.py --seconds N | --runs N [--only NAME ...]
+"""Runs fuzz targets, as many at a time as there are cores, and writes a record of each.
 
-A target is a program build/fuzz/fuzz/fuzz_NAME, or a file fuzz/python/fuzz_NAME.py, which takes the arguments of libFuzzer.  Its seeds are in
-fuzz/corpus/FORMAT, where NAME begins with FORMAT; words of the format are in fuzz/FORMAT.dict, if there are any.  What a run finds new is kept in
-build/fuzz/corpus/NAME for the next, and a text that breaks a promise in build/fuzz/found/NAME.
+    run.py --seconds N | --runs N [--only NAME ...]
+
+A target is a program build/fuzz/fuzz/fuzz_NAME, or a file fuzz/python/fuzz_NAME.py, which takes the arguments of
+libFuzzer.  Its seeds are in fuzz/corpus/FORMAT, where NAME begins with FORMAT; words of the format are in
+fuzz/FORMAT.dict, if there are any.  What a run finds new is kept in build/fuzz/corpus/NAME for the next, and a text that
+breaks a promise in build/fuzz/found/NAME.
 
 A program fuzz_NAME_with_FAULT has a fault that it must find.  Only --runs writes records, fuzz-NAME.json."""
 
@@ -38,7 +41,14 @@ def targets():
 
 
 def format_of(name):
-    return next((folder.name for folder in sorted((ROOT / "fuzz/corpus").iterdir(), reverse=True) if name.startswith(folder.name)), name)
+    return next(
+        (
+            folder.name
+            for folder in sorted((ROOT / "fuzz/corpus").iterdir(), reverse=True)
+            if name.startswith(folder.name)
+        ),
+        name,
+    )
 
 
 def seeds_of(name):
@@ -60,13 +70,32 @@ def run(name, command, fault, limits):
     for folder in (kept, found):
         folder.mkdir(parents=True, exist_ok=True)
     words = ROOT / f"fuzz/{format_of(name)}.dict"
-    arguments = [f"-max_len={LONGEST}", "-timeout=10", "-rss_limit_mb=2048", "-print_final_stats=1", "-entropic=0", f"-artifact_prefix={found}/", *limits]
+    arguments = [
+        f"-max_len={LONGEST}",
+        "-timeout=10",
+        "-rss_limit_mb=2048",
+        "-print_final_stats=1",
+        "-entropic=0",
+        f"-artifact_prefix={found}/",
+        *limits,
+    ]
     if words.exists():
         arguments.append(f"-dict={words}")
     start = time.monotonic()
-    done = subprocess.run([*command, *arguments, kept, *seeds_of(name)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="backslashreplace")
+    done = subprocess.run(
+        [*command, *arguments, kept, *seeds_of(name)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        errors="backslashreplace",
+    )
     executed = re.findall(r"stat::number_of_executed_units: *(\d+)", done.stdout)
-    return {"ok": done.returncode == 0, "executions": int(executed[-1]) if executed else 0, "seconds": time.monotonic() - start, "said": done.stdout}
+    return {
+        "ok": done.returncode == 0,
+        "executions": int(executed[-1]) if executed else 0,
+        "seconds": time.monotonic() - start,
+        "said": done.stdout,
+    }
 
 
 def faults_of(name, all_targets):
@@ -84,8 +113,19 @@ def record(name, results, faults):
     executions = sum(result["executions"] for result in results)
     seconds = sum(result["seconds"] for result in results)
     kept = all(result["ok"] for result in results) and "missed" not in faults.values()
-    command = [sys.executable, ROOT / "scripts/trust/record.py", f"fuzz-{name.replace('_', '-')}", "--command", "make fuzz", "--kept" if kept else "--broken"]
-    for figure in (f"executions={executions:,}", f"hours={seconds / 3600:.2f}", f"texts that broke a promise={sum(not result['ok'] for result in results)}"):
+    command = [
+        sys.executable,
+        ROOT / "scripts/trust/record.py",
+        f"fuzz-{name.replace('_', '-')}",
+        "--command",
+        "make fuzz",
+        "--kept" if kept else "--broken",
+    ]
+    for figure in (
+        f"executions={executions:,}",
+        f"hours={seconds / 3600:.2f}",
+        f"texts that broke a promise={sum(not result['ok'] for result in results)}",
+    ):
         command += ["--figure", figure]
     for fault, outcome in faults.items():
         command += ["--planted", f"{fault}={outcome}"]
@@ -99,7 +139,8 @@ def work(target, asked, all_targets):
     result = run(name, command, None, limits)
     if asked.runs:
         record(name, [result], faults)
-    print(f"fuzz-{name}: {result['executions']:,} executions in {result['seconds']:.0f} s; {'; '.join(f'{f}: {o}' for f, o in faults.items()) or 'no fault planted'}", flush=True)
+    planted = "; ".join(f"{fault}: {outcome}" for fault, outcome in faults.items()) or "no fault planted"
+    print(f"fuzz-{name}: {result['executions']:,} executions in {result['seconds']:.0f} s; {planted}", flush=True)
     if not result["ok"]:
         print("\n".join(result["said"].splitlines()[-40:]), flush=True)
     return result["ok"] and "missed" not in faults.values()

@@ -14,7 +14,10 @@ using namespace ksl;
 template <class T> bool same_bits(const T &a, const T &b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
 std::string difference(const link_description &a, const link_description &b) {
-  return a.name != b.name ? "name" : a.has_inertial != b.has_inertial ? "has_inertial" : !same_bits(a.inertia, b.inertia) ? "inertia" : "";
+  return a.name != b.name                   ? "name"
+         : a.has_inertial != b.has_inertial ? "has_inertial"
+         : !same_bits(a.inertia, b.inertia) ? "inertia"
+                                            : "";
 }
 
 std::string difference(const joint_description &a, const joint_description &b) {
@@ -30,11 +33,13 @@ std::string difference(const joint_description &a, const joint_description &b) {
       return "limits";
   if (row.nv == 1 && (a.effort != b.effort || a.velocity != b.velocity))
     return "effort or velocity";
-  if (a.damping != b.damping || a.friction != b.friction || a.friction_width != b.friction_width || a.armature != b.armature ||
-      a.rotor_inertia != b.rotor_inertia || a.gear_ratio != b.gear_ratio || a.spring_stiffness != b.spring_stiffness)
+  if (a.damping != b.damping || a.friction != b.friction || a.friction_width != b.friction_width ||
+      a.armature != b.armature || a.rotor_inertia != b.rotor_inertia || a.gear_ratio != b.gear_ratio ||
+      a.spring_stiffness != b.spring_stiffness)
     return "physics";
   if (a.mimic.has_value() != b.mimic.has_value() ||
-      (a.mimic && (a.mimic->joint != b.mimic->joint || a.mimic->multiplier != b.mimic->multiplier || a.mimic->offset != b.mimic->offset)))
+      (a.mimic && (a.mimic->joint != b.mimic->joint || a.mimic->multiplier != b.mimic->multiplier ||
+                   a.mimic->offset != b.mimic->offset)))
     return "mimic";
   return "";
 }

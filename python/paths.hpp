@@ -10,13 +10,13 @@ namespace paths {
 namespace nb = nanobind;
 
 /// As os.fsdecode: bytes that are no text become surrogates.
-inline nb::object str_of_path(const std::string &path) {
-  return nb::steal(PyUnicode_DecodeFSDefaultAndSize(path.data(), static_cast<Py_ssize_t>(path.size())));
+inline nb::str str_of_path(const std::string &path) {
+  return nb::steal<nb::str>(PyUnicode_DecodeFSDefaultAndSize(path.data(), static_cast<Py_ssize_t>(path.size())));
 }
 
 /// A text of a description as str and back, whatever its bytes: in UTF-8, others as surrogates.
-inline nb::object str_of(const std::string &text) {
-  return nb::steal(PyUnicode_DecodeUTF8(text.data(), static_cast<Py_ssize_t>(text.size()), "surrogateescape"));
+inline nb::str str_of(const std::string &text) {
+  return nb::steal<nb::str>(PyUnicode_DecodeUTF8(text.data(), static_cast<Py_ssize_t>(text.size()), "surrogateescape"));
 }
 inline std::string bytes_of(nb::handle text) {
   const nb::bytes bytes = nb::steal<nb::bytes>(PyUnicode_AsEncodedString(text.ptr(), "utf-8", "surrogateescape"));

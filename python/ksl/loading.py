@@ -49,7 +49,8 @@ def load(
     except TypeError:
         raise ValueError(f"path is {type(path).__name__}; expected the path of a robot file") from None
     except UnicodeEncodeError:
-        raise DescriptionError(f"{ascii(path)} is no path, since no bytes stand for one of its characters; correct it") from None
+        said = f"{ascii(path)} is no path, since no bytes stand for one of its characters; correct it"
+        raise DescriptionError(said) from None
     if "<" in file and ">" in file:
         raise DescriptionError("the path of the file is the contents of one; ksl.load_string(text) reads these")
     options = _Options(floating_base, mimic, strict, gravity, payloads, masses, model, physics, friction_width)
@@ -119,7 +120,8 @@ def _loaded(file: str, text: bytes | None, o: _Options) -> Model:
         loaded = mjcf._load(file, text, floating_base, independent, strict, gravity, o.payloads, o.masses)
         return loaded if o.physics is None and o.friction_width == loaded.friction_width else loaded.with_physics(o.physics, o.friction_width)
     options = (floating_base, independent, strict, gravity, points, o.masses is not None, o.model or "", given.physics(o.physics, o.friction_width))
-    return Model(_core.load_text(contents, os.fsencode(file), *options), None if text is not None else (os.path.abspath(file), *options))
+    made = _core.load_text(contents, os.fsencode(file), *options)
+    return Model(made, (os.path.abspath(file), *options) if text is None else None)
 
 
 def _warn_of(loaded: Model) -> None:

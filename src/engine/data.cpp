@@ -41,8 +41,8 @@ std::size_t coupled_bytes(const model &m) {
 } // namespace
 
 data::data(const model &m)
-    : bytes_(std::max(largest_workspace(m.view()), coupled_bytes(m)) + unread_bytes(m)), memory_(::operator new(bytes_, alignment)), zero_(static_cast<std::size_t>(m.nv())),
-      zero_single_(zero_.size()) {
+    : bytes_(std::max(largest_workspace(m.view()), coupled_bytes(m)) + unread_bytes(m)),
+      memory_(::operator new(bytes_, alignment)), zero_(static_cast<std::size_t>(m.nv())), zero_single_(zero_.size()) {
 #ifndef NDEBUG
   std::fill_n(static_cast<double *>(memory_.get()), bytes_ / sizeof(double), std::numeric_limits<double>::quiet_NaN());
 #endif

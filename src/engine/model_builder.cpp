@@ -55,8 +55,9 @@ void model_builder::build() {
   }
   descend(root);
   if (static_cast<std::size_t>(m_.expanded_nv_) > load::limits::coordinates)
-    load::refuse(m_.description_.file, 0, "the robot has " + std::to_string(m_.expanded_nv_) + " coordinates, more than " +
-                                              std::to_string(load::limits::coordinates) + "; split it, or fix some joints");
+    load::refuse(m_.description_.file, 0,
+                 "the robot has " + std::to_string(m_.expanded_nv_) + " coordinates, more than " +
+                     std::to_string(load::limits::coordinates) + "; split it, or fix some joints");
   finish();
 }
 
@@ -273,7 +274,8 @@ void model_builder::couple() {
       of_description[static_cast<std::size_t>(described)] = j;
   for (joint_row &row : followers_) {
     row.leader = of_description[static_cast<std::size_t>(row.leader)];
-    const body<double> &b = numbers_of_joint(row), &l = numbers_of_joint(m_.joints_[static_cast<std::size_t>(row.leader)]);
+    const body<double> &b = numbers_of_joint(row),
+                       &l = numbers_of_joint(m_.joints_[static_cast<std::size_t>(row.leader)]);
     m_.double_.followers.push_back({b.q_index, b.v_index, l.q_index, l.v_index, row.multiplier, row.offset});
   }
   m_.joints_.insert(m_.joints_.end(), followers_.begin(), followers_.end());
@@ -349,14 +351,18 @@ void model_builder::check_finite() const {
     return std::all_of(std::begin(numbers), std::end(numbers), [](double x) { return std::isfinite(x); });
   };
   const auto &d = m_.double_;
-  for (std::size_t i = d.bodies.size(); i-- > 0;) { // from the tips, since all that carry a body suffer from its numbers
+  for (std::size_t i = d.bodies.size();
+       i-- > 0;) { // from the tips, since all that carry a body suffer from its numbers
     const body<double> &b = d.bodies[i];
-    const bool fine = are_finite(b.placement) && are_finite(b.theta0) && are_finite(b.alpha) && are_finite(b.offset) && are_finite(d.augmented[i]) &&
+    const bool fine = are_finite(b.placement) && are_finite(b.theta0) && are_finite(b.alpha) && are_finite(b.offset) &&
+                      are_finite(d.augmented[i]) &&
                       are_finite(bodies_at<double, double>{static_cast<int>(i)}.get<spatial_inertia>(d.inertia.data()));
     if (!fine)
-      load::refuse(m_.description_.file, 0, "link " + m_.links_[static_cast<std::size_t>(std::max(b.link, 0))].name +
-                                                ": its place, or the inertia of it and of what it carries, is not finite, since some numbers are too "
-                                                "large for their products; correct masses, inertias and lengths");
+      load::refuse(
+          m_.description_.file, 0,
+          "link " + m_.links_[static_cast<std::size_t>(std::max(b.link, 0))].name +
+              ": its place, or the inertia of it and of what it carries, is not finite, since some numbers are too "
+              "large for their products; correct masses, inertias and lengths");
   }
 }
 

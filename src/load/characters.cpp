@@ -6,10 +6,12 @@ namespace {
 
 bool continues_character(char c) { return (static_cast<unsigned char>(c) & 0xc0) == 0x80; }
 
-/// Control characters, and format characters that turn the order of letters or end a line (Unicode's Bidi_Control, U+2028, U+2029).
+/// Control characters, and format characters that turn the order of letters or end a line (Unicode's Bidi_Control,
+/// U+2028, U+2029).
 bool must_be_escaped(char32_t c) {
   const bool control = c < 0x20 || (c >= 0x7f && c < 0xa0);
-  const bool turns = c == 0x61c || c == 0x200e || c == 0x200f || (c >= 0x2028 && c <= 0x202e) || (c >= 0x2066 && c <= 0x2069);
+  const bool turns =
+      c == 0x61c || c == 0x200e || c == 0x200f || (c >= 0x2028 && c <= 0x202e) || (c >= 0x2066 && c <= 0x2069);
   return control || turns || !is_allowed_in_xml(c);
 }
 
@@ -59,7 +61,8 @@ void append_utf8(std::string &text, char32_t c) {
 }
 
 bool is_allowed_in_xml(char32_t c) {
-  return c == '\t' || c == '\n' || c == '\r' || (c >= 0x20 && c < 0xd800) || (c >= 0xe000 && c < 0xfffe) || (c >= 0x10000 && c < 0x110000);
+  return c == '\t' || c == '\n' || c == '\r' || (c >= 0x20 && c < 0xd800) || (c >= 0xe000 && c < 0xfffe) ||
+         (c >= 0x10000 && c < 0x110000);
 }
 
 std::string printable(std::string_view text) {

@@ -21,8 +21,8 @@ void append_utf8(std::string &text, char32_t c);
 /// May a file contain it?  XML 1.0, production 2.
 bool is_allowed_in_xml(char32_t c);
 
-/// The text as one line that a terminal shows as it is: blanks stay blanks, and what would move the cursor, turn the order of letters or is
-/// no UTF-8 is written as \x1b, \u202e or \xff.
+/// The text as one line that a terminal shows as it is: blanks stay blanks, and what would move the cursor, turn the
+/// order of letters or is no UTF-8 is written as \x1b, \u202e or \xff.
 std::string printable(std::string_view text);
 
 /// The text if it is no longer than `most` bytes, otherwise its beginning, whole characters, and "...".

@@ -323,7 +323,7 @@ std::vector<std::string> check_masses(const robot_description &robot, bool float
       any_mass = true;
     else if (link.has_geometry)
       lines.push_back(load::printable("link " + link.name + in_line(link.at.line) +
-                                     ": moves and has geometry, but no mass: its weight and inertia are missing"));
+                                      ": moves and has geometry, but no mass: its weight and inertia are missing"));
   }
   if (any_mass || names.empty())
     return lines;

@@ -94,8 +94,8 @@ private:
     constexpr std::size_t longest = 64;
     const std::string_view rest = text_.substr(at_ + 1, longest);
     const auto is_of_name = [](char c) {
-      return c == '#' || c == '.' || c == '-' || c == '_' || c == ':' || (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-             static_cast<unsigned char>(c) >= 0x80;
+      return c == '#' || c == '.' || c == '-' || c == '_' || c == ':' || (c >= '0' && c <= '9') ||
+             (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || static_cast<unsigned char>(c) >= 0x80;
     };
     const auto end = static_cast<std::size_t>(std::find_if_not(rest.begin(), rest.end(), is_of_name) - rest.begin());
     const std::string_view name = rest.substr(0, end);
@@ -115,12 +115,14 @@ private:
     char32_t code = 0;
     bool is_number = name.size() > (hexadecimal ? 2u : 1u);
     for (const char c : name.substr(hexadecimal ? 2 : 1)) {
-      const std::size_t digit = std::string_view("0123456789abcdef").find(c >= 'A' && c <= 'F' ? static_cast<char>(c - 'A' + 'a') : c);
+      const std::size_t digit =
+          std::string_view("0123456789abcdef").find(c >= 'A' && c <= 'F' ? static_cast<char>(c - 'A' + 'a') : c);
       is_number = is_number && digit < (hexadecimal ? 16 : 10);
       code = std::min<char32_t>(0x110000, code * (hexadecimal ? 16 : 10) + static_cast<char32_t>(digit & 0xf));
     }
     if (!is_number || !is_allowed_in_xml(code))
-      found_.fault = {at_, "the reference " + quoted('&' + std::string(name) + ';') + " stands for no character that XML allows; remove it"};
+      found_.fault = {at_, "the reference " + quoted('&' + std::string(name) + ';') +
+                               " stands for no character that XML allows; remove it"};
   }
 
   std::string_view text_;
@@ -131,7 +133,9 @@ private:
 std::string more_than(std::size_t count, const char *what, std::size_t most) {
   return " has " + std::to_string(count) + " " + what + ", more than " + std::to_string(most);
 }
-std::string too_long(std::size_t size) { return " has " + std::to_string(size) + " bytes, more than 1 MiB; remove it, or put it into another file"; }
+std::string too_long(std::size_t size) {
+  return " has " + std::to_string(size) + " bytes, more than 1 MiB; remove it, or put it into another file";
+}
 static_assert(limits::value_bytes == std::size_t{1} << 20);
 
 /// The name of something, if it is too long.
@@ -144,7 +148,8 @@ std::string name_fault(const std::string &what, std::string_view name) {
 std::string twice(const std::string &tag, std::vector<std::string_view> &names) {
   std::sort(names.begin(), names.end());
   const auto same = std::adjacent_find(names.begin(), names.end());
-  return same == names.end() ? "" : "broken XML, " + tag + " gives " + shortened(*same, 100) + " twice; keep one of them";
+  return same == names.end() ? ""
+                             : "broken XML, " + tag + " gives " + shortened(*same, 100) + " twice; keep one of them";
 }
 
 std::string fault_of_attributes(pugi::xml_node node, const std::string &tag) {
@@ -183,7 +188,8 @@ std::string owner_of(pugi::xml_node node) {
   for (; node; node = node.parent())
     for (const std::string_view kind : {"link", "joint", "drake:joint", "model"})
       if (node.name() == kind)
-        return std::string(kind == "drake:joint" ? "joint" : kind) + " " + shortened(node.attribute("name").value(), 100) + ": ";
+        return std::string(kind == "drake:joint" ? "joint" : kind) + " " +
+               shortened(node.attribute("name").value(), 100) + ": ";
   return {};
 }
 
@@ -196,8 +202,9 @@ std::optional<element_fault> fault_in_elements(const pugi::xml_document &documen
   for (pugi::xml_node node = document.document_element(); node;) {
     if (node.type() == pugi::node_element) {
       if (depth > limits::depth)
-        return element_fault{node, "<" + shortened(node.name(), 100) + "> is in " + std::to_string(limits::depth) + " other elements; at most " +
-                                       std::to_string(limits::depth) + " may be in each other"};
+        return element_fault{node, "<" + shortened(node.name(), 100) + "> is in " + std::to_string(limits::depth) +
+                                       " other elements; at most " + std::to_string(limits::depth) +
+                                       " may be in each other"};
       if (const std::string fault = fault_of(node); !fault.empty())
         return element_fault{node, owner_of(node) + fault};
     }

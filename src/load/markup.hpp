@@ -1,4 +1,5 @@
-// What XML demands and pugixml doesn't: references that are known, characters that are allowed, no attribute twice.  And limits.
+// What XML demands and pugixml doesn't: references that are known, characters that are allowed, no attribute twice. And
+// limits.
 #pragma once
 
 #include <pugixml.hpp>
@@ -20,7 +21,8 @@ struct markup_fault {
 struct markup {
   std::size_t elements = 0;            ///< how many begin in it; counted up to one more than there may be
   std::optional<markup_fault> doctype; ///< the text isn't looked at beyond it
-  std::optional<markup_fault> fault;   ///< the first reference or character that XML forbids, if the text is otherwise well-formed
+  std::optional<markup_fault>
+      fault; ///< the first reference or character that XML forbids, if the text is otherwise well-formed
 };
 
 /// Looks at a text in UTF-8, once.

@@ -58,8 +58,8 @@ int named_leader(const robot_description &robot, const joint_description &follow
 }
 
 /// Sets the leaders of a joint and of all that it follows, each of which is visited once: followers may be long chains.
-void resolve(const robot_description &robot, const std::vector<leader_of_joint> &named, std::size_t joint, std::vector<leader_of_joint> &out,
-             std::vector<bool> &is_known) {
+void resolve(const robot_description &robot, const std::vector<leader_of_joint> &named, std::size_t joint,
+             std::vector<leader_of_joint> &out, std::vector<bool> &is_known) {
   std::vector<std::size_t> path; // followers whose leader isn't known yet, each of which names the next
   std::size_t j = joint;
   for (; !is_known[j] && named[j].joint >= 0; j = index(named[j].joint)) {
@@ -76,7 +76,8 @@ void resolve(const robot_description &robot, const std::vector<leader_of_joint> 
     if (next.joint >= 0)
       out[*follower] = {next.joint, own.multiplier * next.multiplier, own.multiplier * next.offset + own.offset};
     if (!std::isfinite(out[*follower].multiplier) || !std::isfinite(out[*follower].offset))
-      refuse(robot, robot.joints[*follower], "its multiplier or offset is not finite, together with those of the joints that it mimics; correct them");
+      refuse(robot, robot.joints[*follower],
+             "its multiplier or offset is not finite, together with those of the joints that it mimics; correct them");
     is_known[*follower] = true;
   }
 }

@@ -15,8 +15,11 @@ namespace {
 
 [[noreturn]] void refuse_unreadable(const std::string &path, int error) {
   if (error == ENOENT || error == ENOTDIR)
-    refuse(path, 0, "there is no such file; check the path, which starts at the current folder unless it begins with /");
-  refuse(path, 0, "the file can't be read (" + std::error_code(error, std::generic_category()).message() + "); check its path and its permissions");
+    refuse(path, 0,
+           "there is no such file; check the path, which starts at the current folder unless it begins with /");
+  refuse(path, 0,
+         "the file can't be read (" + std::error_code(error, std::generic_category()).message() +
+             "); check its path and its permissions");
 }
 
 void check_regular(const struct stat &status, const std::string &path) {
@@ -25,14 +28,17 @@ void check_regular(const struct stat &status, const std::string &path) {
   if (S_ISDIR(status.st_mode))
     refuse(path, 0, "this is a folder, not a file; give the path of a URDF file in it");
   const char *const kind = S_ISFIFO(status.st_mode) ? "pipe" : S_ISSOCK(status.st_mode) ? "socket" : "device";
-  refuse(path, 0, std::string("this is a ") + kind + ", not a regular file; save what it gives as a file, or give it to ksl.load_string");
+  refuse(path, 0,
+         std::string("this is a ") + kind +
+             ", not a regular file; save what it gives as a file, or give it to ksl.load_string");
 }
 
 /// A file that is open for reading.
 class open_file {
 public:
-  /// What the path names may be exchanged between a look at it and its opening.  Therefore opening doesn't wait for a pipe's writer, and
-  /// what has been opened is looked at.  The first look is for devices, some of which act when they are opened.
+  /// What the path names may be exchanged between a look at it and its opening.  Therefore opening doesn't wait for a
+  /// pipe's writer, and what has been opened is looked at.  The first look is for devices, some of which act when they
+  /// are opened.
   explicit open_file(const std::string &path) : path_(path) {
     struct stat status {};
     if (stat(path.c_str(), &status) != 0)
@@ -81,7 +87,9 @@ private:
 void check_size(std::size_t bytes, const std::string &file) {
   static_assert(limits::file_bytes == std::size_t{64} << 20);
   if (bytes > limits::file_bytes)
-    refuse(file, 0, "the file has " + std::to_string(bytes) + " bytes, more than 64 MiB; a robot file holds no meshes or recordings");
+    refuse(file, 0,
+           "the file has " + std::to_string(bytes) +
+               " bytes, more than 64 MiB; a robot file holds no meshes or recordings");
 }
 
 std::string bytes_of_file(const std::string &path) {

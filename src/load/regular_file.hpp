@@ -6,8 +6,8 @@
 
 namespace ksl::load {
 
-/// The bytes of a regular file.  Throws description_error if there is none or it can't be read, if it is too large (limits.hpp), or if
-/// it is something else: a pipe would be waited for, and a device may have no end.
+/// The bytes of a regular file.  Throws description_error if there is none or it can't be read, if it is too large
+/// (limits.hpp), or if it is something else: a pipe would be waited for, and a device may have no end.
 std::string bytes_of_file(const std::string &path);
 
 /// Refuses a file of more bytes than files may have.

@@ -559,12 +559,16 @@ void sdf_reader::add_floating() {
 void sdf_reader::warn() {
   std::vector<std::string> lines;
   if (!without_inertia_.empty())
-    lines.push_back(load::printable("link " + listed(without_inertia_) + ": no <inertial>, which means 1 kg and 1 kg m² in SDF; write the mass that it has"));
+    lines.push_back(
+        load::printable("link " + listed(without_inertia_) +
+                        ": no <inertial>, which means 1 kg and 1 kg m² in SDF; write the mass that it has"));
   if (!incomplete_inertia_.empty())
-    lines.push_back(load::printable("link " + listed(incomplete_inertia_) + ": missing in <inertial>, which means 1 kg or 1 kg m² in SDF; write the number"));
+    lines.push_back(load::printable("link " + listed(incomplete_inertia_) +
+                                    ": missing in <inertial>, which means 1 kg or 1 kg m² in SDF; write the number"));
   warn_of_links(robot_, lines, options_.strict, "write these inertias");
   if (!without_weight_.empty())
-    robot_.warnings.push_back(load::printable("link " + listed(without_weight_) + ": <gravity> is false, but gravity acts on all links"));
+    robot_.warnings.push_back(
+        load::printable("link " + listed(without_weight_) + ": <gravity> is false, but gravity acts on all links"));
   for (const auto &[what, joints] : drake_joints_)
     robot_.warnings.push_back(load::printable("joint " + listed(joints) + ": " + what));
 }

@@ -21,8 +21,8 @@ SE3<double> inverse(const SE3<double> &a) {
 
 void frame_graph::add(const std::string &full_name, frame f) {
   if (full_name.size() > limits::name_bytes + own_frame.size())
-    f.where.refuse("its name, with those of the models around it, has " + std::to_string(full_name.size()) + " bytes, more than " +
-                   std::to_string(limits::name_bytes) + "; shorten one of them");
+    f.where.refuse("its name, with those of the models around it, has " + std::to_string(full_name.size()) +
+                   " bytes, more than " + std::to_string(limits::name_bytes) + "; shorten one of them");
   const auto [entry, is_new] = frames_.try_emplace(full_name, std::move(f));
   if (!is_new)
     f.where.refuse("the name is given twice in its model, first in line " + std::to_string(entry->second.where.line()) +
@@ -32,7 +32,8 @@ void frame_graph::add(const std::string &full_name, frame f) {
 
 void frame_graph::place_by(const std::string &model, const std::string &placement_frame, const element &where) {
   const std::string scope = model.substr(0, model.size() - own_frame.size());
-  const SE3<double> in_model = *relative_within(frames_.size(), model, found(scope, placement_frame, where, "placement_frame"));
+  const SE3<double> in_model =
+      *relative_within(frames_.size(), model, found(scope, placement_frame, where, "placement_frame"));
   SE3<double> &pose = frames_.find(model)->second.pose;
   pose = product(pose, inverse(in_model));
 }
@@ -98,7 +99,8 @@ SE3<double> frame_graph::in_world(const std::string &full_name) const {
   return pose;
 }
 
-std::optional<SE3<double>> frame_graph::relative_within(std::size_t most, const std::string &in, const std::string &of) const {
+std::optional<SE3<double>> frame_graph::relative_within(std::size_t most, const std::string &in,
+                                                        const std::string &of) const {
   // only as far as their first common frame: then a pose that the file gives is not changed by rounding
   std::vector<std::string> up_from_in, up_from_of;
   std::string a = in, b = of;

@@ -54,7 +54,8 @@ private:
   const frame &at(const std::string &full_name) const { return frames_.find(full_name)->second; }
 
   std::map<std::string, frame> frames_;
-  // found when they are asked for, after all frames have been added; poses in the world after all models have been placed
+  // found when they are asked for, after all frames have been added; poses in the world after all models have been
+  // placed
   mutable std::map<std::string, place> places_;
   mutable std::map<std::string, SE3<double>> in_world_;
   mutable std::map<std::string, std::string> links_;

@@ -333,9 +333,9 @@ void urdf_reader::ignore(const element &joint, const char *tag, const joint_desc
 void urdf_reader::warn_of_extensions() {
   if (!joints_beyond_urdf_.empty())
     robot_.warnings.push_back(load::printable("joint " + load::listed(joints_beyond_urdf_) + ": " +
-                                             load::listed({types_beyond_urdf_.begin(), types_beyond_urdf_.end()}) +
-                                             (types_beyond_urdf_.size() > 1 ? " are types" : " is a type") +
-                                             " beyond URDF, which other readers may refuse"));
+                                              load::listed({types_beyond_urdf_.begin(), types_beyond_urdf_.end()}) +
+                                              (types_beyond_urdf_.size() > 1 ? " are types" : " is a type") +
+                                              " beyond URDF, which other readers may refuse"));
   for (const auto &[what, joints] : drake_joints_)
     robot_.warnings.push_back(load::printable("joint " + load::listed(joints) + ": " + what));
 }

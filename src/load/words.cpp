@@ -15,8 +15,9 @@ namespace {
 
 constexpr std::string_view blanks = " \t\r\n";
 
-/// Levenshtein distance: how many letters must be changed, inserted or deleted to turn a into b.  Distances of `most` or more may be
-/// given as larger than they are: then only letters at most that far from each other are compared, in time that grows with the length alone.
+/// Levenshtein distance: how many letters must be changed, inserted or deleted to turn a into b.  Distances of `most`
+/// or more may be given as larger than they are: then only letters at most that far from each other are compared, in
+/// time that grows with the length alone.
 std::size_t edit_distance(std::string_view a, std::string_view b, std::size_t most) {
   std::vector<std::size_t> row(b.size() + 1), above(b.size() + 1);
   std::iota(above.begin(), above.end(), std::size_t{0});
@@ -36,7 +37,8 @@ std::size_t edit_distance(std::string_view a, std::string_view b, std::size_t mo
   return above[b.size()];
 }
 
-/// A decimal number too large or too small for a double: is it the latter?  By the power of ten of its first digit that isn't zero.
+/// A decimal number too large or too small for a double: is it the latter?  By the power of ten of its first digit that
+/// isn't zero.
 bool is_below_least_double(std::string_view text) {
   constexpr long most = 1'000'000'000; // more digits or a larger exponent make no difference
   const std::size_t e = text.find_first_of("eE");
@@ -58,7 +60,8 @@ bool is_below_least_double(std::string_view text) {
   return power < 0;
 }
 
-/// The status and the number of std::from_chars for a text that holds a number and nothing else; invalid_argument for any other.
+/// The status and the number of std::from_chars for a text that holds a number and nothing else; invalid_argument for
+/// any other.
 std::pair<std::errc, double> read_number(std::string_view text) {
   text = trimmed(text);
   if (text.size() > 1 && text[0] == '+' && text[1] != '-')
@@ -121,7 +124,8 @@ std::optional<double> number_in(std::string_view text) {
 }
 
 std::string number_fault(std::string_view text) {
-  return read_number(text).first == std::errc::result_out_of_range ? "which is beyond the largest double, 1.8e308" : "not a finite number";
+  return read_number(text).first == std::errc::result_out_of_range ? "which is beyond the largest double, 1.8e308"
+                                                                   : "not a finite number";
 }
 
 std::vector<std::string_view> split(std::string_view text) {

@@ -11,9 +11,9 @@
 
 namespace ksl::load {
 
-/// Throws description_error with "file:line: what", as one printable line.  A file that is empty or a line that is 0 is not known and left
-/// out.  Whatever the file holds, the message is short: names and values are to be quoted or listed, and of a message that would still be long,
-/// the middle is left out.
+/// Throws description_error with "file:line: what", as one printable line.  A file that is empty or a line that is 0 is
+/// not known and left out.  Whatever the file holds, the message is short: names and values are to be quoted or listed,
+/// and of a message that would still be long, the middle is left out.
 [[noreturn]] void refuse(const std::string &file, int line, const std::string &what);
 
 /// " (line 12)", or an empty text if no line is known.
@@ -28,8 +28,8 @@ std::string listed(const std::vector<std::string> &names, std::size_t most = 6);
 /// A number with six significant digits and a decimal point, whatever the locale.
 std::string shown(double number);
 
-/// The double nearest to the number in a text that contains nothing else, except blanks around it and a leading plus.  That of 1e-400 is 0.
-/// Empty if there is no number, or if it is infinite or beyond the largest double.
+/// The double nearest to the number in a text that contains nothing else, except blanks around it and a leading plus.
+/// That of 1e-400 is 0. Empty if there is no number, or if it is infinite or beyond the largest double.
 std::optional<double> number_in(std::string_view text);
 
 /// Why there is no number in a text, as the end of a sentence.

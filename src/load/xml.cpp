@@ -87,7 +87,9 @@ xml_file::xml_file(std::string text, std::string name) : text_(std::move(text)),
     load::refuse(name_, line_at(zero), "a zero byte, so this is no text file; save it as UTF-8 text");
   const markup found = look_at(text_);
   if (found.elements > limits::elements)
-    load::refuse(name_, 0, "the file has more than " + std::to_string(limits::elements) + " elements; split it, or leave out what is no link or joint");
+    load::refuse(name_, 0,
+                 "the file has more than " + std::to_string(limits::elements) +
+                     " elements; split it, or leave out what is no link or joint");
   if (found.doctype)
     load::refuse(name_, line_at(found.doctype->offset), found.doctype->what);
 

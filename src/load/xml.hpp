@@ -11,8 +11,8 @@ namespace ksl::load {
 /// A parsed XML document that knows the line of each element.
 class xml_file {
 public:
-  /// Parses the text; `name` stands for the file in messages.  Throws description_error unless it is well-formed XML with one root element,
-  /// without DOCTYPE, and within the limits of limits.hpp.
+  /// Parses the text; `name` stands for the file in messages.  Throws description_error unless it is well-formed XML
+  /// with one root element, without DOCTYPE, and within the limits of limits.hpp.
   xml_file(std::string text, std::string name);
 
   pugi::xml_node root() const { return document_.document_element(); }
