@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -131,7 +132,18 @@ def _warn_of(loaded: Model) -> None:
 
 def _root_element(contents: bytes) -> str | None:
     """The name of a file's first element; None if it can't be read, which the reader then explains."""
+    # a parser that is given its input in blocks may look at a tag of many megabytes again with each of them
+    most = 1 << 20
+    name = _first_element(contents[:most])
+    if name is None and len(contents) > most:
+        before = re.match(rb"(?:\s|<!--.*?-->|<\?.*?\?>)*", contents, re.DOTALL)
+        start = before.end() if before else 0
+        name = _first_element(contents[start : start + most])
+    return name
+
+
+def _first_element(xml: bytes) -> str | None:
     try:
-        return next((element.tag for _, element in ElementTree.iterparse(BytesIO(contents), events=("start",))), None)
+        return next((element.tag for _, element in ElementTree.iterparse(BytesIO(xml), events=("start",))), None)
     except (ElementTree.ParseError, ValueError, LookupError):
         return None

@@ -5,6 +5,7 @@ import pickle
 import re
 import subprocess
 import sys
+import time
 import warnings
 from pathlib import Path
 
@@ -79,6 +80,19 @@ def test_messages_from_long_files_are_short():
         with pytest.raises(ValueError) as caught:
             ksl.load_string(text)
         assert len(str(caught.value)) < 1000
+
+
+def test_a_tag_of_many_megabytes_takes_time_in_proportion():
+    start = time.process_time()
+    with pytest.raises(ksl.DescriptionError, match="more than 1 MiB"):
+        ksl.load_string(b"<robot name='" + b"x" * 50_000_000 + b"'/>")
+    assert time.process_time() - start < 10, "with the square it would be a minute"
+
+
+def test_the_root_element_is_found_behind_a_long_comment():
+    pytest.importorskip("mujoco")
+    mjcf = b"<?xml version='1.0'?>\n<!--" + b"x" * 1_200_000 + b"-->\n<mujoco><worldbody/></mujoco>"
+    assert ksl.load_string(mjcf, masses="optional").nq == 0
 
 
 def test_control_characters_in_names_are_said_as_numbers():
