@@ -5,6 +5,7 @@ from __future__ import annotations
 import atexit
 import contextlib
 import csv
+import errno
 import hashlib
 import json
 import os
@@ -93,11 +94,13 @@ class Store:
             write_part(self.directory / MANIFEST, json.dumps(manifest, indent=1).encode())
 
     def _make(self, name: str) -> None:
-        missing = [folder for folder in (self.directory / name, *(self.directory / name).parents) if not os.path.lexists(folder)]
-        for folder in reversed(missing):
+        """A folder, and what is missing above it."""
+        whole = self.directory / name
+        for folder in [f for f in (*reversed(whole.parents), whole) if not os.path.lexists(f)]:
             folder.mkdir()
             self._made.append(folder)
-        (self.directory / name).mkdir(exist_ok=True)  # raises if it is a file
+        if not whole.is_dir():
+            raise NotADirectoryError(errno.ENOTDIR, "is a file", str(whole))
 
     def _close(self) -> None:
         """Gives the folder free.  Folders that were made and are empty go: a sweep that was refused leaves nothing."""
