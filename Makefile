@@ -112,7 +112,7 @@ $(VENV)/.tested: $(VENV)/.tools $(SOURCES)
 	rm -f $(VENV)/.installed
 	touch $@
 
--include scripts/lint/lint.mk scripts/dist/dist.mk scripts/trust/trust.mk fuzz/fuzz.mk test/golden/golden.mk test/mutate/mutate.mk \
+-include scripts/lint/lint.mk scripts/abi/abi.mk scripts/dist/dist.mk scripts/trust/trust.mk fuzz/fuzz.mk test/golden/golden.mk test/mutate/mutate.mk \
   test/coverage/coverage.mk test/sanitize/sanitize.mk test/faults/faults.mk
 
 clean:

@@ -1,9 +1,7 @@
 #!/usr/bin/env python3
-"""Write docs/trust.md from the promises and the records of the last runs.  `--check` compares only.
+"""Write docs/trust.md from the promises and the records of the last runs.
 
-    scripts/trust/page.py [--check]"""
-
-import sys
+    scripts/trust/page.py"""
 
 import promises
 import run_facts
@@ -77,14 +75,9 @@ def page(read):
     return HEAD + "\n" + "\n".join(lines) + "\n"
 
 
-def main(arguments):
-    text = page(promises.read())
-    if arguments == ["--check"]:
-        if not PAGE.exists() or PAGE.read_text(encoding="utf-8") != text:
-            sys.exit("docs/trust.md is not what scripts/trust/page.py writes; run it")
-    else:
-        PAGE.write_text(text, encoding="utf-8")
+def write():
+    PAGE.write_text(page(promises.read()), encoding="utf-8")
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    write()

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Write the result of a check to test/trust/results/NAME.json, with date, commit and machine.  docs/trust.md shows it.
+"""Write the result of a check to test/trust/results/NAME.json, with date, commit and machine, and docs/trust.md, which shows it.
 
     scripts/trust/record.py coverage --command "make coverage" --kept --figure "lines, algebra=100 %" \\
         --planted "a line that no test runs=caught"
@@ -13,6 +13,7 @@ import os
 import sys
 from pathlib import Path
 
+import page
 import run_facts
 
 RESULTS = run_facts.ROOT / "test/trust/results"
@@ -44,6 +45,8 @@ def write(name, command, kept, figures, planted=(), notes=(), results=RESULTS):
     fresh = path.with_suffix(".new")
     fresh.write_text(json.dumps(record, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     os.replace(fresh, path)
+    if results == RESULTS:
+        page.write()
     return path
 
 
