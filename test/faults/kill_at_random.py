@@ -33,9 +33,7 @@ def killed_at_moments(writer: writers.Writer, out: Path, moments: list[float]) -
     """Kills at shares of the time that a run takes.  Returns what is amiss, and how many runs had not ended yet."""
     earlier = writers.earlier_results(writer, out)
     saved = _saved(out)
-    start = time.perf_counter()
-    killing.in_a_copy(writer.later(out))
-    took, later = time.perf_counter() - start, killing.visible(out)
+    took, later = _time(writer, out), killing.visible(out)
     faults, killed = [], 0
     for moment in moments:
         _again(saved, out)
@@ -51,14 +49,18 @@ def interrupted(writer: writers.Writer, out: Path, moments: list[float]) -> tupl
 
     earlier = writers.earlier_results(writer, out)
     saved = _saved(out)
-    start = time.perf_counter()
     usual, _ = killing.in_a_copy(writer.later(out))
-    took, later = time.perf_counter() - start, killing.visible(out)
+    took, later = _time(writer, out), killing.visible(out)
     faults, ended = [], 0
+
+    def heard() -> None:
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell lets commands in the background ignore it
+        end_on_signals()
+
     for k, moment in enumerate(moments):
         _again(saved, out)
         number = (signal.SIGINT, signal.SIGTERM)[k % 2]
-        status, _ = killing.in_a_copy(writer.later(out), end=(number, moment * took), before=end_on_signals)
+        status, _ = killing.in_a_copy(writer.later(out), end=(number, moment * took), before=heard)
         ended += status != usual
         found, when = killing.visible(out), f"{writer.name}: {number.name} after {moment:.3f} of its time"
         if status not in (usual, 128 + number, -number):
@@ -128,6 +130,16 @@ def _peak(writer: writers.Writer, out: Path) -> int:
     before = _used(out)
     killing.in_a_copy(writer.later(out))
     return max(_used(out), before, 8 * 4096) + 4 * 4096
+
+
+def _time(writer: writers.Writer, out: Path) -> float:
+    """Seconds of a run, the middle of three."""
+    took = []
+    for _ in range(3):
+        start = time.perf_counter()
+        killing.in_a_copy(writer.later(out))
+        took.append(time.perf_counter() - start)
+    return sorted(took)[1]
 
 
 def _saved(out: Path) -> Path:

@@ -9,7 +9,6 @@ import resource
 import shutil
 import signal
 import sys
-import time
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -48,13 +47,13 @@ def folder_with(path: Path, files: dict[str, str]) -> Path:
     return path
 
 
-def faults_of(write, folder: Path, earlier: dict[str, str], later: dict[str, str], before=lambda: None, torn_until_settled=False) -> list[str]:
+def faults_of(write, folder: Path, earlier: dict[str, str], later: dict[str, str], before=lambda: None, torn_until_settled=False, step=1) -> list[str]:
     """Kills `write` before each of its changes; what a reader then finds amiss, at once and after the next run."""
     folder_with(folder, earlier)
     _, changes = killing.in_a_copy(lambda: write(folder), before=before)
     assert changes > 2
     faults = []
-    for number in range(1, changes + 1):
+    for number in range(1, changes + 1, step):
         folder_with(folder, earlier)
         status, _ = killing.in_a_copy(lambda: write(folder), kill_at=number, before=before)
         assert status == -signal.SIGKILL
@@ -124,13 +123,13 @@ def in_place(folder: Path) -> None:
 
 @pytest.mark.parametrize("write", [one_after_the_other, in_place])
 def test_a_writer_that_tears_results_is_noticed(tmp_path, write):
-    faults = faults_of(write, tmp_path / "out", EARLIER, LATER)
+    faults = faults_of(write, tmp_path / "out", EARLIER, LATER, step=2)
     assert any(fault.startswith("killed") for fault in faults)
 
 
 def test_a_stage_that_stays_is_noticed(tmp_path, monkeypatch):
     monkeypatch.setattr(stage, "settle_stale", lambda folder: None)
-    faults = faults_of(write_set, tmp_path / "out", EARLIER, LATER)
+    faults = faults_of(write_set, tmp_path / "out", EARLIER, LATER, step=6)
     assert any(fault.startswith("left behind") for fault in faults)
 
 
@@ -170,7 +169,7 @@ def as_a_command():
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["SIGINT", "SIGTERM"])
 @pytest.mark.parametrize("there", [True, False], ids=["over earlier results", "into a new folder"])
 def test_a_signal_at_any_line_leaves_the_earlier_or_the_later_set(tmp_path, number, there):
-    """Each fifth line, beginning elsewhere for each signal."""
+    """Each seventh line, beginning elsewhere for each signal."""
     out, lines, interrupted = tmp_path / "a" / "out", 10**6, 0
     tracing = sys.gettrace()
     at = 1 + (number == signal.SIGTERM)
@@ -190,13 +189,13 @@ def test_a_signal_at_any_line_leaves_the_earlier_or_the_later_set(tmp_path, numb
             finally:
                 sys.settrace(tracing)
         stage._end_open_stages()
-        lines, at = interrupt.lines if ended is None else lines, at + 5
+        lines, at = interrupt.lines if ended is None else lines, at + 7
         assert ended in (None, 128 + number)
         interrupted += ended is not None
         assert texts(out) in ((EARLIER, LATER) if there else ({}, LATER)), (at, ended)
         assert killing.everything(out) == set(texts(out)), (at, ended)
         assert there or texts(out) or not (tmp_path / "a").exists(), "folders that were made are removed"
-    assert interrupted > 20
+    assert interrupted > 10
 
 
 # Several at once
@@ -425,7 +424,7 @@ def all_writers(work) -> dict[str, writers.Writer]:
 
 
 NAMES = ["loads", "loads into an empty folder", "size", "motion", "motion as Parquet", "check --fix", "view --export", "to_urdf", "Run.report"]
-PLACES = 6
+PLACES = 5
 """So many of its changes each command is killed at; `make test-faults` takes all."""
 
 
@@ -496,10 +495,3 @@ def test_a_sweep_that_is_refused_leaves_no_folder(work, swept):
     with files_of_at_most(10):
         assert killing.in_a_copy(writers.sweep_of(work, "b")(work / "x" / "y"), output=None)[0] == 2
     assert not (work / "x").exists()
-
-
-def test_time_of_a_wait_is_short(tmp_path):
-    """A stage takes some milliseconds: listing, two locks, links."""
-    start = time.perf_counter()
-    write_set(tmp_path)
-    assert time.perf_counter() - start < 5
