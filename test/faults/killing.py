@@ -15,6 +15,7 @@ from pathlib import Path
 
 CHANGES = ("os.rename", "os.link", "os.symlink", "os.mkdir", "os.remove", "os.rmdir", "os.truncate", "os.chmod")
 """Events of Python's audit hooks, which come before the call: whatever function makes it, these change names in a folder."""
+WAITING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 WRITES = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC
 
 
@@ -27,6 +28,7 @@ def in_a_copy(action: Callable[[], object], *, kill_at: int = 0, before: Callabl
     read, write = os.pipe()
     sys.stdout.flush()
     sys.stderr.flush()
+    signal.pthread_sigmask(signal.SIG_BLOCK, WAITING)  # those that a user sends come while the action runs, and not before
     copy = os.fork()
     if copy == 0:
         status = 70
@@ -42,6 +44,7 @@ def in_a_copy(action: Callable[[], object], *, kill_at: int = 0, before: Callabl
         finally:
             sys.stderr.flush()
             os._exit(status)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, WAITING)
     os.close(write)
     if end is not None:
         time.sleep(end[1])
@@ -77,7 +80,11 @@ def _status(action: Callable[[], object]) -> int:
     from ksl.output import stage
 
     try:
-        action()
+        try:
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, WAITING)
+            action()
+        finally:
+            signal.pthread_sigmask(signal.SIG_BLOCK, WAITING)
         status = 0
     except SystemExit as e:
         status = e.code if isinstance(e.code, int) else int(e.code is not None)

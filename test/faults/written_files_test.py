@@ -424,7 +424,7 @@ def all_writers(work) -> dict[str, writers.Writer]:
 
 
 NAMES = ["loads", "loads into an empty folder", "size", "motion", "motion as Parquet", "check --fix", "view --export", "to_urdf", "Run.report"]
-PLACES = 5
+PLACES = 4
 """So many of its changes each command is killed at; `make test-faults` takes all."""
 
 
