@@ -197,9 +197,9 @@ void sdf_reader::collect_model(pugi::xml_node node, const std::string &scope, co
       const std::string nested = name_of(child);
       collect_model(child, inner, nested, inner + nested + "::" + own_frame);
     } else if (tag == "link" || tag == "frame" || tag == "joint" || tag == "drake:joint") {
-      const std::string part = collect_part(child, inner);
+      const std::string found = collect_part(child, inner);
       if (tag == "link" && canonical.empty())
-        canonical = part;
+        canonical = found;
     }
   }
   if (canonical.empty()) // the first nested model moves with it
