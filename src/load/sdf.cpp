@@ -171,7 +171,7 @@ pugi::xml_node sdf_reader::chosen_model() {
 }
 
 std::string sdf_reader::name_of(pugi::xml_node node) const {
-  const std::string name = node.attribute("name").value();
+  std::string name = node.attribute("name").value();
   if (name.empty())
     file_.refuse(node, "<" + std::string(node.name()) + "> has no name; write <" + node.name() + " name=\"...\">");
   if (name == "world" || name.find("::") != name.npos || (name.size() > 3 && name.substr(0, 2) == "__" && name.substr(name.size() - 2) == "__"))
@@ -216,7 +216,8 @@ void sdf_reader::collect_model(pugi::xml_node node, const std::string &scope, co
 
 /// Adds the frame of a link, joint or frame, and notes it.  Returns its name.
 std::string sdf_reader::collect_part(pugi::xml_node child, const std::string &scope) {
-  const std::string tag = child.name(), name = name_of(child), kind = tag == "drake:joint" ? "joint" : tag;
+  const std::string tag = child.name(), kind = tag == "drake:joint" ? "joint" : tag;
+  std::string name = name_of(child);
   const element at = in_file(child, kind, scope + name);
   const auto pose = load::sdf::pose_in(at);
   std::string usual = own_frame, attached_to;

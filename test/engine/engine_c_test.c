@@ -477,6 +477,8 @@ static void test_memory(const char *path) {
   ksl_joint_info_t a, b;
   const size_t n = strlen(pendulum);
   char *text = malloc(n + 4);
+  if (!text)
+    return;
   memcpy(text, pendulum, n);
   memcpy(text + n, "<no>", 4);
   CHECK(ksl_model_load(path, NULL, &file) == KSL_OK && ksl_model_load_memory(text, n, NULL, &m) == KSL_OK);
