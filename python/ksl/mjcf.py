@@ -15,7 +15,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ksl import _core, given
+from ksl import given
 from ksl.builder import Builder
 from ksl.errors import DescriptionError, DescriptionWarning
 from ksl.model import Layout, Model

@@ -49,12 +49,12 @@ template void neutral(const model &, float *);
 template <class S> void random_position(const model &m, const S *uniform, S *q) {
   for (std::size_t i = 0; i < m.position_ranges().size(); ++i) {
     const auto [lower, upper] = m.position_ranges()[i];
-    q[i] = S(upper - (upper - lower) * uniform[i]);
+    q[i] = S(upper - (upper - lower) * double(uniform[i]));
   }
   const double turn = 2 * std::acos(-1.0);
   for (const model::quaternion_in_q &quaternion : m.quaternions()) {
     const S *const u = uniform + quaternion.q_index;
-    const double a = std::sqrt(1 - double(u[0])), b = std::sqrt(double(u[0])), x = turn * u[1], y = turn * u[2];
+    const double a = std::sqrt(1 - double(u[0])), b = std::sqrt(double(u[0])), x = turn * double(u[1]), y = turn * double(u[2]);
     const double numbers[4] = {a * std::sin(x), a * std::cos(x), b * std::sin(y), b * std::cos(y)};
     for (int i = 0; i < 4; ++i)
       q[quaternion.q_index + i] = S(numbers[i]);

@@ -398,7 +398,7 @@ void model_builder::add_angles() {
 /// Limits of the numbers of joints, in the expanded mechanism.
 void model_builder::add_limits() {
   const auto n = static_cast<std::size_t>(m_.expanded_nq_);
-  m_.double_.lower.assign(n, -INFINITY), m_.double_.upper.assign(n, INFINITY);
+  m_.double_.lower.assign(n, -HUGE_VAL), m_.double_.upper.assign(n, HUGE_VAL);
   for (const joint_row &j : m_.joints_) {
     const int numbers = numbers_with_limits(row_of(j.kind));
     if (j.description < 0 || numbers == 0)

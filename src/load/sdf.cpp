@@ -173,7 +173,7 @@ pugi::xml_node sdf_reader::chosen_model() {
 }
 
 std::string sdf_reader::name_of(pugi::xml_node node) const {
-  const std::string name = node.attribute("name").value();
+  std::string name = node.attribute("name").value();
   if (name.empty())
     file_.refuse(node, "<" + std::string(node.name()) + "> has no name; write <" + node.name() + " name=\"...\">");
   if (name == "world" || name.find("::") != name.npos || (name.size() > 3 && name.substr(0, 2) == "__" && name.substr(name.size() - 2) == "__"))
@@ -199,9 +199,9 @@ void sdf_reader::collect_model(pugi::xml_node node, const std::string &scope, co
       const std::string nested = name_of(child);
       collect_model(child, inner, nested, inner + nested + "::" + own_frame);
     } else if (tag == "link" || tag == "frame" || tag == "joint" || tag == "drake:joint") {
-      const std::string part = collect_part(child, inner);
+      const std::string found = collect_part(child, inner);
       if (tag == "link" && canonical.empty())
-        canonical = part;
+        canonical = found;
     }
   }
   if (canonical.empty()) // the first nested model moves with it
@@ -218,7 +218,8 @@ void sdf_reader::collect_model(pugi::xml_node node, const std::string &scope, co
 
 /// Adds the frame of a link, joint or frame, and notes it.  Returns its name.
 std::string sdf_reader::collect_part(pugi::xml_node child, const std::string &scope) {
-  const std::string tag = child.name(), name = name_of(child), kind = tag == "drake:joint" ? "joint" : tag;
+  const std::string tag = child.name(), kind = tag == "drake:joint" ? "joint" : tag;
+  std::string name = name_of(child);
   const element at = in_file(child, kind, scope + name);
   const auto pose = load::sdf::pose_in(at);
   std::string usual = own_frame, attached_to;

@@ -23,7 +23,6 @@ namespace ksl {
 namespace {
 
 using load::element;
-using load::owner;
 using load::quoted;
 
 class urdf_reader {
