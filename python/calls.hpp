@@ -389,6 +389,8 @@ private:
     const ksl::batch_view<S> batch = batch_of(external, reactions);
     if (!compute(batch, threads))
       refuse_numbers(batch);
+    if (!ordinary_.load())
+      ksl::examine_states(row_, m_, batch, 0, batch.n, ksl::arguments_are::finite);
     if (rough_state_.load() != none)
       warn_of_quaternions();
     return arrays_.size() == 1 ? arrays_[0] : nb::object(nb::tuple(nb::cast(arrays_)));
@@ -445,7 +447,8 @@ private:
       in_place = in_place || !all_of([&](const argument &x) { return result.apart_from(x.array); });
     const auto check = [&](std::size_t first, std::size_t end) { return acceptable(batch, first, end); };
     const auto run = [&](std::size_t first, std::size_t end) {
-      ksl::compute_states(row_, m_, batch, first, end);
+      if (!ksl::compute_states(row_, m_, batch, first, end))
+        ordinary_.store(false, std::memory_order_relaxed);
       return true;
     };
     const auto both = [&](std::size_t first, std::size_t end) { return check(first, end) && run(first, end); };
@@ -516,6 +519,7 @@ private:
   const ksl::algorithm_row &row_;
   const ksl::model &m_;
   mutable std::atomic<std::size_t> rough_state_{none}; ///< the first with a quaternion that isn't quite of unit length
+  mutable std::atomic<bool> ordinary_{true}; ///< are the results of all states
   std::vector<argument> inputs_, wrenches_;
   nb::object external_;
   bool world_axes_ = false; ///< of external wrenches

@@ -117,6 +117,9 @@ NB_MODULE(_core, module) {
     } catch (const ksl::description_error &e) {
       nb::object error = nb::module_::import_("ksl.errors").attr("DescriptionError");
       PyErr_SetString(error.ptr(), e.what());
+    } catch (const ksl::result_error &e) {
+      nb::object error = nb::module_::import_("ksl.errors").attr("ResultError");
+      PyErr_SetString(error.ptr(), e.what());
     }
   });
 

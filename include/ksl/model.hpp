@@ -5,6 +5,7 @@
 #include "ksl/engine/model.hpp"
 #include "ksl/engine/description.hpp"
 #include "ksl/engine/joints.hpp"
+#include "ksl/result_error.hpp"
 
 #include <array>
 #include <cstddef>
@@ -101,6 +102,8 @@ public:
   int massless_joint() const { return massless_joint_; }
   /// A sentence that names it, and how to mend it; empty if there is none.
   std::string massless_joint_text() const;
+  /// The same for a joint that moves no mass at some position: an index into joints().
+  std::string massless_joint_text(int joint) const;
 
   /// A unit quaternion [x y z w] in q: where it begins, and the joint that it belongs to.
   struct quaternion_in_q {

@@ -536,7 +536,7 @@ class Calls(Requests):
         axes, at, order: as in :meth:`frame_velocity`, whose numbers these are; wrenches have power with them.
         q, out, threads: as in :meth:`inverse_dynamics`.  It exists for any frames, also where it is singular.
         Khatib, IEEE J. Robotics and Automation 3 (1987) 43; by propagation of wrenches through articulated bodies, as Lilly
-        and Orin (1993).  O(bodies + n² depth).  NaN where a joint can move without moving any mass.
+        and Orin (1993).  O(bodies + n² depth).
         """
         return self._core.operational_space_inertia_inverse(q, None, None, None, None, self._frames_of(names, axes, at, order, None), out, threads)
 

@@ -9,6 +9,11 @@ class DescriptionError(ValueError):
     """A robot file can't be read or describes no mechanism.  Names file, line, link or joint, what is wrong and how to mend it."""
 
 
+class ResultError(ValueError):
+    """Finite arguments have a result that is not finite: numbers are too large for the precision, or a joint moves no mass at this
+    position.  Names the joint, or the first such number, and the state."""
+
+
 class MotionError(ValueError):
     """A motion can't be used.  Names the file, the line or column, what is wrong and how to mend it."""
 

@@ -102,7 +102,7 @@ ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s, co
     if constexpr (row.external != external_use::none)
       s.external = external_of<S>(m, external);
     d->holds_wrenches = 0;
-    compute<S>(row, m->model, d->data, s);
+    compute<S>(row, m->model, d->data, s, arguments_are::finite);
     if constexpr (row.kernels == rows::inverse_dynamics.kernels && row.reads(input::a))
       d->holds_wrenches = sizeof(S);
   });
@@ -120,7 +120,7 @@ ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s, co
     if constexpr (row.external != external_use::none)
       s.external = external_of<S>(m, external);
     d->holds_wrenches = 0;
-    compute<S>(row, m->model, d->data, s);
+    compute<S>(row, m->model, d->data, s, arguments_are::finite);
   });
 }
 
@@ -137,7 +137,7 @@ ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s, co
     const reaction_result<S> wanted = {&request, wrenches};
     s.reactions_n = 1, s.reactions = &wanted;
     d->holds_wrenches = 0;
-    compute<S>(row, m->model, d->data, s);
+    compute<S>(row, m->model, d->data, s, arguments_are::finite);
     d->holds_wrenches = sizeof(S);
   });
 }

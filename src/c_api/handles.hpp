@@ -47,6 +47,9 @@ template <class Call> ksl_status_t guarded(Call &&call) {
   } catch (const bad_argument &e) {
     last_message() = e.what();
     return KSL_BAD_ARGUMENT;
+  } catch (const result_error &e) {
+    last_message() = e.what();
+    return KSL_NOT_FINITE;
   } catch (const description_error &e) {
     last_message() = e.what();
     return KSL_BAD_DESCRIPTION;

@@ -114,7 +114,7 @@ template <class S> struct projection {
     e.lay_out(pieces, row, full, states);
     external_rows<S> *const external = pieces.take<external_rows<S>>(given.external_n);
     reaction_rows<S> *const reactions = pieces.take<reaction_rows<S>>(given.reactions_n);
-    void *const inner = pieces.take<std::byte>(static_cast<std::ptrdiff_t>(kernel.batch(view, given, 0, 0, nullptr)));
+    void *const inner = pieces.take<std::byte>(static_cast<std::ptrdiff_t>(kernel.batch(view, given, 0, 0, nullptr).bytes));
     for (std::size_t k = first; memory && k < end; k += static_cast<std::size_t>(states)) {
       const std::size_t n = std::min(end - k, static_cast<std::size_t>(states));
       batch_view<S> part = given;

@@ -137,10 +137,12 @@ int model::find_link(const std::string &name) const {
 }
 
 std::string model::massless_joint_text() const {
-  if (massless_joint_ < 0)
-    return "";
-  const joint_row &joint = joints_[static_cast<std::size_t>(massless_joint_)];
-  return "joint " + joint.name + " can move without moving any mass, so that its acceleration is not determined; give link " +
+  return massless_joint_ < 0 ? "" : massless_joint_text(massless_joint_);
+}
+
+std::string model::massless_joint_text(int index) const {
+  const joint_row &joint = joints_[static_cast<std::size_t>(index)];
+  return "joint " + joint.name + (index == massless_joint_ ? "" : ", at this position,") + " can move without moving any mass, so that its acceleration is not determined; give link " +
          links_[static_cast<std::size_t>(joint.link)].name + " or a link beyond it mass and inertia, or fix the joint";
 }
 

@@ -70,7 +70,18 @@ void model_builder::add_inertias() {
   s.inertia.assign(m_.double_.inertia.begin(), m_.double_.inertia.end());
   for (std::size_t i = 0; i < s.augmented.size(); ++i)
     s.augmented[i] = spread<float>(m_.double_.augmented[i]);
+  find_massless_joint();
+}
+
+/// A line of the warnings says so, unless nothing has mass: the model is then for kinematics.  The line of other inertias, from
+/// which the model may have been made, goes.
+void model_builder::find_massless_joint() {
+  const std::string beginning = "forward dynamics are refused: ";
+  std::vector<std::string> &lines = m_.description_.warnings;
+  std::erase_if(lines, [&](const std::string &line) { return line.compare(0, beginning.size(), beginning) == 0; });
   m_.massless_joint_ = ksl::massless_joint(m_);
+  if (m_.massless_joint_ >= 0 && m_.mass() > 0)
+    warn(beginning + m_.massless_joint_text());
 }
 
 /// Once, also where the model of a description is described again.
@@ -244,7 +255,7 @@ void model_builder::finish() {
   add_ranges();
   m_.double_.physics = joint_physics(m_.description_, expanded_rows(), m_.expanded_nv_);
   round_to_single();
-  m_.massless_joint_ = ksl::massless_joint(m_);
+  find_massless_joint();
 }
 
 /// The joints that move, with the places of their numbers in the expanded mechanism.

@@ -24,6 +24,7 @@ public:
 
 private:
   void warn(const std::string &line);
+  void find_massless_joint();
   void collect_children();
   void add_ground();
   std::string free_name(const char *usual, const char *otherwise) const;
