@@ -12,12 +12,17 @@ import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from ksl.printable import one_line
+
 if TYPE_CHECKING:
     import pyarrow as pa
 
 _SIGNS = "=+\\-@\t\r\uff1d\uff0b\uff0d\uff20"
 _FORMULA = re.compile(f"'*[{_SIGNS}]")
 _GUARDED = re.compile(f"'+[{_SIGNS}]")
+
+_IN_COMMENT = re.compile(r"([,;|]\s*)(?=[=@\uff1d\uff20]|[-+\uff0b\uff0d](?!\d*\.?\d+(?:[eE][-+]?\d+)?\s*(?:[,;|\])}]|$)))")
+"""A separator, with a sign behind it that does not begin a plain number."""
 
 
 def csv_text(text: str) -> str:
@@ -30,6 +35,11 @@ def text_of_cell(cell: str) -> str:
     return cell[1:] if _GUARDED.match(cell) else cell
 
 
+def csv_comment(text: str) -> str:
+    """A line of text above a table, which spreadsheets split at separators, too: what would be a formula behind one is guarded."""
+    return _IN_COMMENT.sub(r"\1'", one_line(" ".join(text.split())))
+
+
 def csv_row(row: Mapping[str, Any]) -> dict[str, Any]:
     """A row by names, for csv.DictWriter."""
     return {csv_text(name): csv_text(x) if isinstance(x, str) else x for name, x in row.items()}
@@ -40,12 +50,13 @@ def csv_table(table: pa.Table) -> pa.Table:
     import pyarrow as pa
     import pyarrow.compute as pc
 
-    def cells(column: Any) -> Any:
-        kind = column.type
-        if pa.types.is_dictionary(kind):
-            column, kind = column.cast(kind.value_type), kind.value_type
-        if not (pa.types.is_string(kind) or pa.types.is_large_string(kind)):
-            return column
-        return pc.replace_substring_regex(column, pattern=f"^('*[{_SIGNS}])", replacement="'\\1")
+    def cells(words: Any) -> Any:
+        if isinstance(words, pa.ChunkedArray):
+            return pa.chunked_array([cells(chunk) for chunk in words.chunks], words.type)
+        if isinstance(words, pa.DictionaryArray):  # each word once
+            return pa.DictionaryArray.from_arrays(words.indices, cells(words.dictionary))
+        if not (pa.types.is_string(words.type) or pa.types.is_large_string(words.type)):
+            return words
+        return pc.replace_substring_regex(words, pattern=f"^('*[{_SIGNS}])", replacement="'\\1")
 
     return pa.table([cells(column) for column in table.columns], [csv_text(name) for name in table.column_names])

@@ -29,6 +29,11 @@ def is_descriptor(file: str) -> bool:
     return _DESCRIPTOR.fullmatch(file) is not None
 
 
+def check_regular(file: str) -> None:
+    """Raises Unreadable unless it is a regular file of any size, for libraries that open paths themselves."""
+    opened(file, sys.maxsize).close()
+
+
 def opened(file: str, limit: int) -> BinaryIO:
     """A regular file, opened for reading.  Raises Unreadable: also for a named pipe, which could block for ever.
 

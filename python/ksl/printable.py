@@ -2,7 +2,8 @@
 
 What is replaced: the control characters of ASCII and C1, separators of lines and paragraphs, marks and overrides of the
 direction (U+202E and its like, see Unicode Technical Report 36), invisible characters, and halves of pairs of UTF-16, with
-which Python keeps bytes of paths that are not UTF-8.  Each becomes its number, `\\u001b`, as JSON and TOML write it too.
+which Python keeps bytes of paths that are not UTF-8.  Each becomes its number, `\\x1b` or `\\u202e`: the second form, of characters
+that JSON and TOML leave as they are, means the same there.
 """
 
 from __future__ import annotations
@@ -18,7 +19,8 @@ _UNSAFE_IN_LINE = re.compile(f"[\\x00-\\x1f\\x7f-\\x9f{_INVISIBLE}]")
 
 
 def _number(found: re.Match[str]) -> str:
-    return f"\\u{ord(found[0]):04x}"
+    code = ord(found[0])
+    return f"\\x{code:02x}" if code < 0x20 else f"\\u{code:04x}"
 
 
 def printable(text: str) -> str:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ksl._core import __version__
+from ksl.csv_cells import csv_row, csv_text
 from ksl.errors import SweepError
 from ksl.load_cases.output import OutputError, cannot_write
 from ksl.load_cases.provenance import InputFile, input_file
@@ -179,9 +180,9 @@ def _csv(rows: Sequence[Mapping[str, Any]]) -> str:
     import io
 
     text = io.StringIO(newline="")
-    table = csv.DictWriter(text, list(rows[0]) if rows else ["joint", "quantity", "value", "unit"], lineterminator="\n")
+    table = csv.DictWriter(text, [csv_text(name) for name in rows[0]] if rows else ["joint", "quantity", "value", "unit"], lineterminator="\n")
     table.writeheader()
-    table.writerows(rows)
+    table.writerows(map(csv_row, rows))
     return text.getvalue()
 
 
