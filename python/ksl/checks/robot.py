@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ksl.checks.repair import Names
+
 if TYPE_CHECKING:
     from lxml.etree import _Element
 
@@ -191,6 +193,14 @@ class RobotFile:
     @cached_property
     def joint_of(self) -> dict[str, Joint]:
         return {joint.name: joint for joint in reversed(self.joints) if joint.name}
+
+    @cached_property
+    def link_names(self) -> Names:
+        return Names(self.link_of)
+
+    @cached_property
+    def joint_names(self) -> Names:
+        return Names(self.joint_of)
 
     @cached_property
     def joint_above(self) -> dict[str, Joint]:

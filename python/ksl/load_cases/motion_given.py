@@ -11,6 +11,7 @@ from ksl.load_cases.wrench_table import motion_of_arrays
 from ksl.model import Model
 from ksl.motions.columns import columns_of
 from ksl.motions.motion import Motion
+from ksl.real_arrays import real_array
 from ksl.states import Array
 
 EXPECTED = "expected a file, a table with the column `time`, or time (n), q (n, nq) and, if known, v and a (n, nv)"
@@ -43,8 +44,8 @@ def _of_table(model: Model, table: Any, names: list[str]) -> Motion:
     def numbers(group: list[str]) -> Array | None:
         if not all(column in names for column in group):
             return None
-        return np.column_stack([np.asarray(table[column]) for column in group]) if group else np.empty((len(table["time"]), 0))
+        return np.column_stack([real_array(table[column], f"motion: column {column!r}") for column in group]) if group else np.empty((len(table["time"]), 0))
 
     q, v, a = (numbers(group) for group in groups)
     assert q is not None  # its columns are there
-    return motion_of_arrays(model, np.asarray(table["time"]), q, v, a)
+    return motion_of_arrays(model, real_array(table["time"], "motion: column 'time'"), q, v, a)
