@@ -30,12 +30,12 @@ def targets() -> list[str]:
 
 def run(name: str, limit: str, corpus: Path, fault: str = "") -> tuple[int, int, float, str]:
     """Status, executions, seconds, and what was printed."""
-    kept, found = corpus / name, ROOT / "build/fuzz/found" / name
+    kept, found = corpus / name, ROOT / "build/fuzz" / ("found_planted" if fault else "found") / name
     for folder in (kept, found):
         folder.mkdir(parents=True, exist_ok=True)
     words = ROOT / f"fuzz/{SEEDS.get(name, name)}.dict"
     command = [sys.executable, HERE / f"fuzz_{name}.py", limit, f"-max_len={LONGEST}", "-timeout=20", "-rss_limit_mb=3072", "-print_final_stats=1"]
-    command += [f"-artifact_prefix={found}/" if not fault else "-artifact_prefix=/dev/null/", *([f"-dict={words}"] if words.exists() else [])]
+    command += [f"-artifact_prefix={found}/", *([f"-dict={words}"] if words.exists() else [])]
     seeds = ROOT / "fuzz/corpus" / SEEDS.get(name, name)
     environment = os.environ | {"KSL_FUZZ_FAULT": fault}
     start = time.monotonic()

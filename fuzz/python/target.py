@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import sys
 import time
+import traceback
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -45,6 +46,7 @@ def kept(read: Callable[[bytes], object], errors: tuple[type[Exception], ...]) -
         except errors as e:
             check_message(str(e))
         except Exception as e:  # noqa: BLE001: whatever it is, it is a broken promise
+            traceback.print_exception(e)
             raise BrokenPromise(f"broken promise: {type(e).__name__} is no error of KSL: {e}") from e
         took = time.process_time() - start
         if took > LEAST + SLOWEST * len(data):

@@ -1,4 +1,4 @@
-"""How large the files may be that the Python readers take.  docs/limits.md lists them; what is larger is refused by a sentence.
+"""How large the files may be that the Python readers take.  docs/motions.md lists them; what is larger is refused by a sentence.
 
 They are far above what robots and recordings have, and low enough that reading ends within seconds and within the memory
 of a common machine.  Robot files have limits of their own in the loader.
@@ -15,9 +15,9 @@ COLUMNS = 1 << 17
 TOML_BYTES = 4 << 20
 """Of files that people write: load cases, components, sweeps, poses, maps of columns."""
 TOML_DEPTH = 32
-"""Tables and lists inside each other in such a file."""
+"""Names with dots between them in a key: the parser of the standard library takes quadratic time for them."""
 NAME_LENGTH = 4096
-"""Characters of a name: a column, a load case, a component, a parameter."""
+"""Characters of a name of a column."""
 ROBOT_BYTES = 64 << 20
 """Of a robot file that `ksl check` reads.  The largest ones known have some hundred kilobytes; meshes are in files of their own."""
 MESSAGE_LENGTH = 4000

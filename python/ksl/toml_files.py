@@ -47,6 +47,6 @@ def toml_of(given: str, file: str, error: type[ValueError]) -> dict[str, Any]:
     except tomllib.TOMLDecodeError as e:
         raise error(f"{file}: is not TOML: {e}") from None
     except RecursionError:
-        raise error(f"{file}: is not TOML that can be read: lists or tables stand inside each other more than {limits.TOML_DEPTH} times") from None
+        raise error(f"{file}: is not TOML that can be read: lists or tables stand inside each other too often") from None
     except (ValueError, OverflowError):  # dates that no calendar has, integers of thousands of digits
         raise error(f"{file}: is not TOML: a number or a date in it is out of range") from None

@@ -197,10 +197,16 @@ def test_numbers_below_the_smallest_are_zero(leg, written):
     assert "infinite" in refused(leg, written(HEAD + "0,1e400,0\n1,0,0.1\n2,0.2,0.2\n"))
 
 
+def test_the_column_of_a_bad_value_beside_columns_that_are_left_out(leg, written):
+    said = refused(leg, written("time,x,hip,slide\n0,q,0,0\n1,q,1p,1\n"), ignore_extra=True)
+    assert "column 'hip' holds '1p'" in said
+    assert "column 'slide' holds '1p'" in refused(leg, written("time,x,hip,slide\n0,q,0,0\n1,q,1,1p\n"), ignore_extra=True)
+
+
 def test_a_separator_that_is_none(leg, written):
     """Excel's first line `sep=X`, with a character that separates nothing."""
     for mark in ("¹", '"', "\\", "a"):
-        assert "separate" in refused(leg, written(f"sep={mark}\n" + HEAD + ROWS)) or True
+        refused(leg, written(f"sep={mark}\n" + HEAD + ROWS))
     assert read_motion(leg, written("sep=;\n" + (HEAD + ROWS).replace(",", ";"))).q.shape == (8, 2)
 
 

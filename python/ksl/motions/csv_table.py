@@ -104,7 +104,7 @@ class CsvTable(Recorded):
                 table = self._parsed_with(other, converted)
                 self.format = "CSV (" + ", ".join(x for x in (self.form.words, "decimal commas", self._how) if x) + ")"
             except pa.ArrowInvalid as again:
-                raise MotionError(self._what_arrow_says(str(again if other == self.form.decimal else e), list(converted))) from None
+                raise MotionError(self._what_arrow_says(str(again if other == self.form.decimal else e))) from None
         for i in unnamed:
             self._check_unnamed(i, table.column(_numbered(i)))
         return table
@@ -185,7 +185,7 @@ class CsvTable(Recorded):
             f"{self.place(row)}: {value!r} in column {index + 1}, which has no name; name it in line {self.form.header_line}, or remove what it holds"
         )
 
-    def _what_arrow_says(self, text: str, included: list[str]) -> str:
+    def _what_arrow_says(self, text: str) -> str:
         comma = self.form.decimal == ","
         number = "a number with a decimal " + ("comma, as other values have" if comma else "point")
 
@@ -194,7 +194,7 @@ class CsvTable(Recorded):
 
         found = re.search(r"In CSV column #(\d+): (?:Row #(\d+): )?.*invalid value '(.*)'", text, re.DOTALL)
         if found:
-            name = self.form.names[int(included[int(found[1])].removeprefix("column "))]
+            name = self.form.names[int(found[1])]
             where = f"{self.file}:{line(found[2])}" if found[2] else self.file
             if "\n" in found[3]:
                 return f"{where}: column {name!r} holds several lines, from {found[3][:20]!r} on; a quotation mark is not closed"
