@@ -45,7 +45,7 @@ def kept(read: Callable[[bytes], object], errors: tuple[type[Exception], ...]) -
             read(data)
         except errors as e:
             check_message(str(e))
-        except Exception as e:  # noqa: BLE001: whatever it is, it is a broken promise
+        except Exception as e:  # whatever it is, it is a broken promise
             traceback.print_exception(e)
             raise BrokenPromise(f"broken promise: {type(e).__name__} is no error of KSL: {e}") from e
         took = time.process_time() - start

@@ -158,7 +158,7 @@ def test_mimic_chains_take_linear_time():
 
 
 def test_loops_of_followers_are_told_once_each(check):
-    loop = lambda a, b: f'<joint name="{a}" type="continuous"><parent link="base"/><child link="l{a}"/><mimic joint="{b}"/></joint><link name="l{a}"/>'  # noqa: E731
+    loop = lambda a, b: f'<joint name="{a}" type="continuous"><parent link="base"/><child link="l{a}"/><mimic joint="{b}"/></joint><link name="l{a}"/>'
     text = '<robot name="r"><link name="base"/>' + loop("d", "a") + loop("a", "b") + loop("b", "c") + loop("c", "a") + loop("x", "x") + "</robot>"
     found = [f.found for f in check(text) if f.rule == "mimic-loop"]
     assert found == ["it mimics a → b → c → a: no joint leads", "it mimics x: no joint leads"]

@@ -212,7 +212,7 @@ def test_files_that_no_reader_wants(hostile, nasty, tmp_path, what, monkeypatch,
         monkeypatch.chdir(tmp_path)
         with pytest.raises(SystemExit) as ended:
             app(arguments, prog_name="ksl")
-        out, said = capfd.readouterr()
+        _, said = capfd.readouterr()
         assert ended.value.code == 2, (name, said)
         assert said.startswith("ksl: ") and said.count("\n") == 1 and not CONTROL.search(said), (name, said)
         assert "KSL_TRACEBACK" not in said, (name, said)

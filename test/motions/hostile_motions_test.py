@@ -190,6 +190,14 @@ def test_the_doubt_forbids_a_green_verdict(leg, written):
     assert not any("cut" in r for r in whole) and any("cut" in r for r in cut)
 
 
+def test_external_wrenches_that_were_cut(leg, written):
+    from ksl.motions.reading import read_wrenches
+
+    text = "time,b.fx\n" + "".join(f"{k},{k}\n" for k in range(8))
+    assert read_wrenches(leg, written(text), np.arange(8.0))[1] == []
+    assert "cut" in read_wrenches(leg, written(text[:-1]), np.arange(8.0))[1][0]
+
+
 def test_numbers_below_the_smallest_are_zero(leg, written):
     """1e-400, as programs of more digits write; infinities stay refused."""
     m = read_motion(leg, written(HEAD + ROWS.replace("0,0.0,", "0,1e-400,").replace("1,0.1,", "1,-1e-400,")))

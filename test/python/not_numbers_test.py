@@ -46,7 +46,7 @@ def arm():
 
 def calls(m):
     z = np.zeros(1)
-    square = lambda x: np.resize(x, (4, 4)) if type(x) is np.ndarray else x  # noqa: E731
+    square = lambda x: np.resize(x, (4, 4)) if type(x) is np.ndarray else x
     return {
         "inverse_dynamics": (1, lambda x: m.inverse_dynamics(x, z, z)),
         "forward_dynamics": (1, lambda x: m.forward_dynamics(z, z, x)),
