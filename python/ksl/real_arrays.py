@@ -31,8 +31,8 @@ def real_array(x: Any, what: str) -> NDArray[Any]:
     except _NotNumbers as e:
         raise ValueError(f"{what} holds {e}; expected numbers") from None
     except (TypeError, ValueError, BufferError, OverflowError, RecursionError):
-        shown = repr(x) if isinstance(x, (str, int, float, type(None), dict, set)) else ""
-        shown = shown if 0 < len(shown) <= 60 else type(x).__name__
+        shown = repr(x)
+        shown = shown if len(shown) <= 60 and shown.isprintable() else type(x).__name__
         raise ValueError(f"{what} is {shown}; expected numbers, in an array or what can become one") from None
 
 
@@ -43,6 +43,8 @@ def _real(x: Any, array: NDArray[Any]) -> NDArray[Any]:
         raise _NotNumbers("masked arrays: .filled() or .compressed() take the numbers that are meant")
     if array.dtype.kind in "fiub" and not isinstance(x, (bytes, bytearray)):
         return array
+    if array.ndim == 0 and array.dtype.kind in "OSU" and not isinstance(x, (np.ndarray, Real, Decimal)):
+        raise TypeError  # one text, or anything that is no array at all
     if array.dtype.kind == "O":
         others = [type(each).__name__ for each in array.flat if not isinstance(each, (Real, Decimal))]
         if others:
