@@ -32,7 +32,15 @@ class SafeConsole(Console):
 
 
 class Commands(TyperGroup):
-    """The commands: they print nothing that a terminal obeys, and end in a sentence whatever happens."""
+    """The commands: they print nothing that a terminal obeys, end on signals, and end in a sentence whatever happens."""
+
+    def invoke(self, ctx: Any) -> Any:
+        end_on_signals()
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            errors.print("ksl: interrupted")
+            raise SystemExit(128 + signal.SIGINT) from None
 
     def main(self, *args: Any, **options: Any) -> Any:
         streams = sys.stdout, sys.stderr

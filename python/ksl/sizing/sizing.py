@@ -14,7 +14,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 from ksl.csv_cells import csv_comment, csv_table
 from ksl.errors import SizingError
-from ksl.load_cases.output import staged
+from ksl.output import staged
 from ksl.sizing.figures import Figure, LeftOut, significant
 from ksl.sizing.motor_figures import Cloud
 from ksl.sizing.peaks import QUANTITIES, PeakRow
@@ -153,9 +153,9 @@ class Sizing:
         with staged(folder, FILES) as stage:
             for name, table in (("sizing", self.table), ("peaks", self.peak_table)):
                 pyarrow.parquet.write_table(table, stage / f"{name}.parquet")
-                with open(stage / f"{name}.csv", "wb") as file:
-                    file.write(head)
-                    pyarrow.csv.write_csv(csv_table(table), file, pyarrow.csv.WriteOptions(quoting_style="needed"))
+                rows = pyarrow.BufferOutputStream()
+                pyarrow.csv.write_csv(csv_table(table), rows, pyarrow.csv.WriteOptions(quoting_style="needed"))
+                (stage / f"{name}.csv").write_bytes(head + rows.getvalue().to_pybytes())
             (stage / "sizing.json").write_text(
                 json.dumps(self.as_dict(), ensure_ascii=False, indent=1) + "\n", encoding="utf-8"
             )
