@@ -69,7 +69,7 @@ class Components:
 def read_components(path: str | os.PathLike[str]) -> Components:
     """Reads and checks a components file.  Raises SizingError with the line."""
     file = os.fspath(path)
-    return components_of_text(read_text(file, SizingError, "give a TOML file of components: `ksl size --example` prints one"), file)
+    return components_of_text(read_text(file, SizingError, "give a TOML file that describes components: `ksl size --example` prints one"), file)
 
 
 def components_of_text(text: str, file: str = "components") -> Components:
