@@ -88,8 +88,8 @@ struct argument {
   bool is_array() const {
     if (!PyArray_CheckExact(object.ptr()))
       return false;
-    const auto array = reinterpret_cast<PyArrayObject *>(object.ptr());
-    return PyArray_NDIM(array) > 0 && std::strchr("fiubc", PyArray_DESCR(array)->kind);
+    const auto given = reinterpret_cast<PyArrayObject *>(object.ptr());
+    return PyArray_NDIM(given) > 0 && std::strchr("fiubc", PyArray_DESCR(given)->kind) != nullptr;
   }
   void read() { array = {object, columns, 1}; }
 };

@@ -26,7 +26,7 @@ std::byte *scratch(std::size_t bytes) {
     memory.reset(static_cast<std::byte *>(::operator new(bytes, std::align_val_t(alignment))));
     size = bytes;
   }
-  return memory.get();
+  return memory.get(); // NOLINT(clang-analyzer-cplusplus.NewDelete): taken for a local variable, it lives as long as the thread
 }
 
 namespace {

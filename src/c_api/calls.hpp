@@ -56,7 +56,7 @@ reaction_request request_of(const ksl_model_t *m, std::vector<int> &links, const
 frame_options frame_options_of(const ksl_frame_options_t *options);
 
 /// Checks that a result is not null, unless it has no numbers.
-inline void require_result(const void *out, int numbers, const char *name) {
+inline void require_result(const void *out, std::ptrdiff_t numbers, const char *name) {
   if (!out && numbers > 0)
     throw bad_argument(std::string(name) + " must not be null");
 }
