@@ -15,6 +15,7 @@
 
 #include <atomic>
 #include <climits>
+#include <cstring>
 #include <cmath>
 #include <cstdio>
 #include <optional>
@@ -48,7 +49,7 @@ inline int thread_count(nb::handle threads) {
     nb::raise_python_error();
   if (none)
     return 0;
-  const nb::object whole = nb::steal(PyNumber_Index(threads.ptr()));
+  const nb::object whole = nb::steal(PyBool_Check(threads.ptr()) ? nullptr : PyNumber_Index(threads.ptr())); // True is no count
   if (!whole.is_valid()) {
     PyErr_Clear();
     refuse("threads=" + std::string(nb::repr(threads).c_str()) + "; expected how many threads to use at most, or None or 0 for all cores");
@@ -82,12 +83,13 @@ struct argument {
     return "expected (…, " + std::to_string(columns) + "): " + numbers;
   }
 
-  /// Of numbers, at least one axis; one number, or an array with named fields, is converted.
+  /// Of numbers, at least one axis; one number, an array with named fields, and what is no number (dates, texts, objects) is converted
+  /// or refused by Python.
   bool is_array() const {
     if (!PyArray_CheckExact(object.ptr()))
       return false;
     const auto given = reinterpret_cast<PyArrayObject *>(object.ptr());
-    return PyArray_NDIM(given) > 0 && PyArray_TYPE(given) != NPY_VOID;
+    return PyArray_NDIM(given) > 0 && std::strchr("fiubc", PyArray_DESCR(given)->kind) != nullptr;
   }
   void read() { array = {object, columns, 1}; }
 };
