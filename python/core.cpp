@@ -177,7 +177,7 @@ NB_MODULE(_core, module) {
       .def_prop_ro("nq", &ksl::model::nq)
       .def_prop_ro("nv", &ksl::model::nv)
       .def_prop_ro("tree_rows", &ksl::model::tree_rows)
-      .def_prop_ro("tree_columns", &ksl::model::tree_columns)
+      .def_prop_ro("tree_columns", nb::overload_cast<>(&ksl::model::tree_columns, nb::const_))
       .def_prop_ro("moving_joints", &ksl::model::moving_joints)
       .def_prop_ro("followers", &ksl::model::followers)
       .def_prop_ro("name", [](const ksl::model &m) { return m.description().name; })

@@ -117,7 +117,7 @@ KSL_EXPORT ksl_status_t ksl_model_tree(const ksl_model_t *model, int *rows, int 
 KSL_EXPORT int ksl_model_joint(const ksl_model_t *model, const char *name);
 KSL_EXPORT int ksl_model_link(const ksl_model_t *model, const char *name);
 
-typedef enum ksl_expressed_t { KSL_IN_FRAME, KSL_IN_WORLD } ksl_expressed_t;
+typedef enum ksl_expressed_t KSL_INT_ENUM { KSL_IN_FRAME, KSL_IN_WORLD } ksl_expressed_t;
 
 /** Wrenches that the environment exerts on links: at the link's origin, in the link's axes (KSL_IN_FRAME, the default) or in those
     of the world.  In derivatives by q, wrenches are held in these axes. */
@@ -151,10 +151,10 @@ typedef struct ksl_external_rowsf_t {
   ksl_expressed_t axes;
 } ksl_external_rowsf_t;
 
-typedef enum ksl_part_t { KSL_TOTAL, KSL_CONSTRAINT, KSL_ACTUATION, KSL_COUPLING } ksl_part_t;
-typedef enum ksl_side_t { KSL_ON_CHILD, KSL_ON_PARENT } ksl_side_t;
-typedef enum ksl_frame_t { KSL_JOINT, KSL_WORLD, KSL_LINK } ksl_frame_t;
-typedef enum ksl_order_t { KSL_LINEAR_FIRST, KSL_ANGULAR_FIRST } ksl_order_t;
+typedef enum ksl_part_t KSL_INT_ENUM { KSL_TOTAL, KSL_CONSTRAINT, KSL_ACTUATION, KSL_COUPLING } ksl_part_t;
+typedef enum ksl_side_t KSL_INT_ENUM { KSL_ON_CHILD, KSL_ON_PARENT } ksl_side_t;
+typedef enum ksl_frame_t KSL_INT_ENUM { KSL_JOINT, KSL_WORLD, KSL_LINK } ksl_frame_t;
+typedef enum ksl_order_t KSL_INT_ENUM { KSL_LINEAR_FIRST, KSL_ANGULAR_FIRST } ksl_order_t;
 
 /** How a reaction is expressed.  All zeros is the default: the whole wrench that the parent side exerts on the child
     side, at the joint's origin, in the axes of the joint's frame on the child side (in URDF: the child link's), linear
@@ -173,7 +173,7 @@ typedef struct ksl_reaction_options_t {
 
 /** Which acceleration.  Classical: that of the link's point which is at the origin in question.  Spatial: less ω × v of it.
     Rate: that of the numbers of the twist. */
-typedef enum ksl_acceleration_t { KSL_SPATIAL, KSL_CLASSICAL, KSL_RATE } ksl_acceleration_t;
+typedef enum ksl_acceleration_t KSL_INT_ENUM { KSL_SPATIAL, KSL_CLASSICAL, KSL_RATE } ksl_acceleration_t;
 
 /** How a motion of a link's frame is expressed.  All zeros is the default: about the frame's origin, in its axes, linear
     first, accelerations spatial.  KSL_IN_WORLD: about the world's origin, in its axes.  offset: of the frame's origin from
@@ -208,7 +208,7 @@ KSL_EXPORT ksl_status_t ksl_reactionsf(const ksl_model_t *model, ksl_data_t *dat
 
 /** How much of a link's own inertia is beyond a section: all or nothing, by its centre of mass; a fraction of it; or an inertia
     that is given. */
-typedef enum ksl_section_share_t { KSL_BY_CENTER, KSL_FRACTION, KSL_INERTIA } ksl_section_share_t;
+typedef enum ksl_section_share_t KSL_INT_ENUM { KSL_BY_CENTER, KSL_FRACTION, KSL_INERTIA } ksl_section_share_t;
 
 /** A plane that cuts a link, and what is beyond it.  Initialise it with ksl_section(). */
 typedef struct ksl_section_t {

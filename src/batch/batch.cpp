@@ -3,32 +3,9 @@
 #include "batch/threads.hpp"
 #include "engine/coupled.hpp"
 #include "engine/one_state.hpp"
-
-#include <memory>
-#include <new>
+#include "engine/thread_memory.hpp"
 
 namespace ksl {
-namespace {
-
-constexpr std::size_t alignment = 64; ///< of workspaces
-
-} // namespace
-
-std::byte *scratch(std::size_t bytes) {
-  struct aligned_delete {
-    void operator()(std::byte *p) const { ::operator delete(p, std::align_val_t(alignment)); }
-  };
-  thread_local std::unique_ptr<std::byte, aligned_delete> memory;
-  thread_local std::size_t size = 0;
-  if (bytes > size) {
-    memory.reset();
-    size = 0;
-    memory.reset(static_cast<std::byte *>(::operator new(bytes, std::align_val_t(alignment))));
-    size = bytes;
-  }
-  return memory.get();
-}
-
 namespace {
 
 /// The batch without the inputs and results that the row doesn't name.
@@ -59,7 +36,7 @@ template <class S> void compute_one(const algorithm_row &row, const model &m, co
   one_state_memory<S> state;
   arena measure(nullptr);
   state.lay_out(measure, row, m, batch, bytes);
-  arena memory(scratch(measure.used()));
+  arena memory(thread_memory(kept_for::workspace, measure.used()));
   state.lay_out(memory, row, m, batch, bytes);
   if (direct)
     kernel.state(view, state.workspace, state.load(row, m, batch, k));
@@ -77,7 +54,7 @@ void compute_states(const algorithm_row &row, const model &m, const batch_view<S
   coupled::require_projection(row, m);
   if (end - first == 1)
     return compute_one(row, m, batch, first);
-  run_batch(row, m, batch, first, end, scratch(run_batch(row, m, batch, 0, 0, nullptr)));
+  run_batch(row, m, batch, first, end, thread_memory(kept_for::workspace, run_batch(row, m, batch, 0, 0, nullptr)));
 }
 
 template <class S> void compute_batch(const algorithm_row &row, const model &m, const batch_view<S> &given, int threads) {
@@ -89,7 +66,7 @@ template <class S> void compute_batch(const algorithm_row &row, const model &m, 
   const batch_view<S> batch = as_row_names(row, given);
   const partition parts(batch.n, static_cast<std::size_t>(kernels_of_row<S>(row).lanes), least_states(m.moving_joints()), threads);
   const std::size_t bytes = run_batch(row, m, batch, 0, 0, nullptr);
-  std::byte *memory = scratch(bytes * parts.threads);
+  std::byte *memory = thread_memory(kept_for::workspace, bytes * parts.threads);
   on_threads(parts, [&](std::size_t first, std::size_t end, std::size_t seat) {
     run_batch(row, m, batch, first, end, memory + bytes * seat);
   });

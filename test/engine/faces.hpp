@@ -1,5 +1,6 @@
-// Holds the faces of an algorithm against each other: C++ and C, one state and batches, lanes, threads, strides, no states.  Calls
-// for one state allocate nothing, and read nothing in the workspace that they have not written.
+// Holds the faces of an algorithm against each other: C++ and C, one state and batches, lanes, threads, strides, no states.  No call
+// allocates once it has been made, in any thread; calls for one state never do, and read nothing in the workspace that they have not
+// written.
 #pragma once
 
 #include "allocation.hpp"
@@ -155,9 +156,14 @@ public:
       b.reactions_n = 1, b.reactions = &wanted;
     }
     many<S> all{r_, count, b, {2, r_.pushed.data(), w.first, w.stride, static_cast<ksl_expressed_t>(r_.push_axes)}, threads};
+    const long before = allocations;
     call(all);
+    allocated_ = allocations - before;
     return without_gaps(found, count, gap);
   }
+
+  /// How many allocations the last call for a batch made, in all threads.
+  long allocated() const { return allocated_; }
 
   /// The first `count` states of what was found.
   results<S> first(const results<S> &all, std::size_t count) const {
@@ -206,6 +212,7 @@ private:
   robot &r_;
   std::size_t n_;
   std::vector<S> q_, v_, x_, w_, q1_, fraction_; // x_: a or tau
+  long allocated_ = 0;
 };
 
 /// All faces of one algorithm in one precision, for one robot.
@@ -231,8 +238,11 @@ void agree(robot &r, const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_b
       CAPTURE(count);
       CHECK(faces.batch(cpp_batch, count, threads) == faces.first(expected, count));
       CHECK(faces.batch(c_batch, count, threads) == faces.first(expected, count));
+      // threads and memory are there now, so that further calls allocate nothing
       CHECK(faces.batch(cpp_batch, count, threads, 3) == faces.first(expected, count));
+      CHECK(faces.allocated() == 0);
       CHECK(faces.batch(c_batch, count, threads, 3, true) == faces.first(expected, count));
+      CHECK(faces.allocated() == 0);
     }
 }
 
