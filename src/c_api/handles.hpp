@@ -33,6 +33,8 @@ physics_options physics_of(const ksl_physics_t &from);
 const char *last_message() noexcept;
 /// Keeps a copy.  Where there is no memory for it, another sentence says so.
 void keep_message(const char *sentence) noexcept;
+/// The message is "out of memory", which needs none.
+void say_out_of_memory() noexcept;
 
 /// Of this thread's last call that took positions; empty: none.  No memory is allocated for it.
 char (&last_warning() noexcept)[256];
@@ -54,9 +56,9 @@ template <class Call> ksl_status_t guarded(Call &&call) {
     keep_message(e.what());
     return KSL_BAD_DESCRIPTION;
   } catch (const std::bad_alloc &) {
-    keep_message("out of memory");
+    say_out_of_memory();
   } catch (const std::length_error &) { // of a container: more than any memory could hold
-    keep_message("out of memory");
+    say_out_of_memory();
   } catch (const std::exception &e) {
     keep_message(e.what());
   }

@@ -22,6 +22,8 @@ void keep_message(const char *sentence) noexcept {
     message = "out of memory, also for the message; the status tells what kind of error it is";
 }
 
+void say_out_of_memory() noexcept { message = "out of memory"; }
+
 char (&last_warning() noexcept)[256] { return warning; }
 
 } // namespace ksl::c_api

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <new>
 #include <string_view>
 #include <system_error>
 
@@ -123,6 +124,8 @@ std::string bytes_of_file(const std::string &path) {
   const auto close = [](std::FILE *file) { std::fclose(file); };
   const std::unique_ptr<std::FILE, decltype(close)> file(std::fopen(path.c_str(), "rb"), close);
   const auto cannot_read = [&path] {
+    if (errno == ENOMEM) // of the stream
+      throw std::bad_alloc();
     const std::string why = std::error_code(errno, std::generic_category()).message();
     refuse(path, 0, "the file can't be read (" + why + "); check its permissions");
   };
@@ -147,6 +150,8 @@ xml_file::xml_file(std::string text, std::string name) : text_(std::move(text)),
     load::refuse(name_, line_at(zero), "a zero byte, so this is no text file; save it as UTF-8 text");
 
   const auto result = document_.load_buffer(text_.data(), text_.size(), pugi::parse_default, pugi::encoding_utf8);
+  if (result.status == pugi::status_out_of_memory)
+    throw std::bad_alloc();
   if (result.status == pugi::status_no_document_element)
     load::refuse(name_, 0, "the file holds no XML element, expected <robot>; give a URDF file");
   if (!result)

@@ -79,6 +79,7 @@ template <class S> struct one {
   typename c_types<S>::external c_external;
   S *result[ksl::most_results];
   S *wrenches;
+  ksl_status_t status = KSL_OK; ///< of a call from C
 };
 
 /// A batch, as C takes it.
@@ -88,6 +89,7 @@ template <class S> struct many {
   ksl::batch_view<S> batch;
   typename c_types<S>::external_rows external;
   int threads;
+  ksl_status_t status = KSL_OK; ///< of a call from C
 };
 
 /// Results of n states side by side, reactions last.
@@ -125,6 +127,7 @@ public:
       std::memset(r_.d.memory(), k % 2 ? 0xff : 0x3f, r_.d.bytes()); // NaN, or 4.8e-4 in double and 0.75 in float
       const long before = allocations;
       call(s);
+      CHECK(s.status == KSL_OK);
       if (k > 0) // the first call chooses the instruction set
         CHECK(allocations == before);
     }
@@ -159,6 +162,7 @@ public:
     const long before = allocations;
     call(all);
     allocated_ = allocations - before;
+    CHECK(all.status == KSL_OK);
     return without_gaps(found, count, gap);
   }
 
@@ -250,6 +254,7 @@ void agree(robot &r, const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_b
 /// frame's motion is asked for, or the order of six numbers, it is asked for in every way that tells the options apart.
 template <class S, class Cpp, class C, class CppBatch, class CBatch>
 void agree(const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_batch, CBatch c_batch, bool ordered = false) {
+  ksl::assume_cores(3);
   static robot floating(KSL_EXAMPLES "/robots/panda.urdf", true), every_kind(KSL_EVERY_KIND, false), coupled(KSL_COUPLED, false);
   static constexpr ksl_frame_options_t crossed[] = {
       {KSL_IN_WORLD, KSL_IN_FRAME, KSL_LINEAR_FIRST, KSL_CLASSICAL, {0, 0, 0}},
