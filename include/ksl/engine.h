@@ -109,7 +109,8 @@ KSL_EXPORT ksl_physics_t ksl_model_physics(const ksl_model_t *model);
 
 /** Which elements of the lower triangle of the mass matrix aren't zero by the shape of the tree: the layout of ksl_mass_matrix_tree
     and ksl_mass_matrix_factor, as compressed sparse rows.  How many they are; where the rows begin, and where they end, into
-    rows (nv + 1); in which columns they are, into columns (elements).  Either may be NULL. */
+    rows (nv + 1); in which columns they are, into columns (elements).  Either may be NULL.  Refused for robots with mimic joints, whose
+    mass matrix has other zeros. */
 KSL_EXPORT int ksl_model_tree_elements(const ksl_model_t *model);
 KSL_EXPORT ksl_status_t ksl_model_tree(const ksl_model_t *model, int *rows, int *columns);
 

@@ -264,6 +264,8 @@ int ksl_model_tree_elements(const ksl_model_t *m) { return m ? m->model.tree_ele
 ksl_status_t ksl_model_tree(const ksl_model_t *m, int *rows, int *columns) {
   return guarded([&] {
     require(m, "model must not be null");
+    require(m->model.followers() == 0, "a robot with mimic joints has a mass matrix with other zeros than those of its tree; load it with "
+                                       "mimic_independent, which gives each joint a coordinate of its own");
     if (rows)
       std::copy(m->model.tree_rows().begin(), m->model.tree_rows().end(), rows);
     if (columns)

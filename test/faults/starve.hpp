@@ -1,8 +1,6 @@
 // Runs a call again and again, and lets its first, second, third, … allocation fail, once and with all that follow: until none of its
 // allocations is left.  It must then have done what it does, or have said that memory ran out; have left nothing behind; and succeed
 // when there is memory again.
-//
-// How many allocations are tried of a call that makes thousands is limited, unless the environment has KSL_EVERY_ALLOCATION.
 #pragma once
 
 #include "../engine/allocation.hpp"
@@ -12,8 +10,6 @@
 
 #include <doctest/doctest.h>
 
-#include <algorithm>
-#include <cstdlib>
 #include <cstring>
 #include <new>
 #include <string>
@@ -74,9 +70,8 @@ template <class Run> end run_with_failure(Run &run, thread where, long nth, bool
 
 /// run() makes the call and returns how it ended; then after(end) checks what it left, and frees it.  Neither run() nor the objects
 /// around it may allocate on their own account.
-template <class Run, class After> void call(const std::string &name, thread where, Run run, After after, long most = 150) {
+template <class Run, class After> void call(const std::string &name, thread where, Run run, After after) {
   CAPTURE(name);
-  const bool every = std::getenv("KSL_EVERY_ALLOCATION") != nullptr;
   long failed = 0;
   const auto again = [&] {
     const end found = run_with_failure(run, where, 0, false, failed);
@@ -84,12 +79,11 @@ template <class Run, class After> void call(const std::string &name, thread wher
     return found;
   };
   REQUIRE(again() == end::usual);
-  const long before = allocations, live = live_blocks;
+  const long live = live_blocks;
   REQUIRE(again() == end::usual);
-  const long made = allocations - before, step = every ? 1 : std::max(1L, made / most);
   CHECK(live_blocks == live);
   for (const bool all_after : {false, true})
-    for (long nth = 1;; nth += nth < 20 ? 1 : step) {
+    for (long nth = 1;; ++nth) {
       CAPTURE(nth);
       CAPTURE(all_after);
       const end found = run_with_failure(run, where, nth, all_after, failed);

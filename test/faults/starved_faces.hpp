@@ -58,8 +58,9 @@ void first_batch(faces::check<S> &faces, Call call, std::size_t n, int threads, 
 
 template <class S, class Cpp, class C, class CppBatch, class CBatch>
 void check_robot(faces::robot &r, const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_batch, CBatch c_batch) {
-  const bool large = row.result[0].axes > 2;
-  const std::size_t n = large ? 5 : 2 * ksl::least_states(r.m.moving_joints());
+  // threads are the same for all algorithms: of most, one part of a batch is enough
+  const bool shared = &row == &ksl::rows::inverse_dynamics_with_reactions || &row == &ksl::rows::forward_dynamics;
+  const std::size_t n = shared ? 2 * ksl::least_states(r.m.moving_joints()) : 5;
   faces::check<S> faces(row, r, n);
   faces::results<S> expected = faces.states(cpp);
   without_memory<S>(faces, cpp, expected);
