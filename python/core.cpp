@@ -104,6 +104,10 @@ void add_calls(nb::class_<ksl::model> &model) {
 } // namespace
 
 NB_MODULE(_core, module) {
+  // types, threads and NumPy's functions are those of the whole process
+  if (PyInterpreterState_Get() != PyInterpreterState_Main())
+    throw std::runtime_error("ksl can't be imported in a subinterpreter, since its types and those of NumPy belong to the main interpreter; "
+                             "import it there, or use a process of its own");
   if (_import_array() < 0)
     nb::raise_python_error();
   nb::register_exception_translator([](const std::exception_ptr &p, void *) {

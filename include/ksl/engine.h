@@ -267,7 +267,7 @@ typedef enum ksl_inverse_kinematics_end_t { KSL_CONVERGED, KSL_ITERATIONS, KSL_L
 /** Positions q (n, nq) at which frames have the poses of each of n targets (n, frames_n, 4, 4), row-major, in the world, by
     damped least squares.  start (n, nq) may be NULL: random ones.  errors (n, 2): the largest error of a position, m,
     and of an orientation, rad.  ends (n), iterations (n, of all starts) and starts (n, used).  These four may be NULL, and options.
-    threads: 0 is all cores. */
+    threads: 0 is all cores that the process may use (batches: below). */
 KSL_EXPORT ksl_status_t ksl_inverse_kinematics(const ksl_model_t *model, size_t n, int frames_n, const ksl_wanted_frame_t *frames,
                                                const double *targets, ptrdiff_t targets_stride, const double *start,
                                                ptrdiff_t start_stride, const ksl_inverse_kinematics_options_t *options, double *q,
