@@ -103,11 +103,10 @@ void add_calls(nb::class_<ksl::model> &model) {
 
 } // namespace
 
+// nanobind's function that begins the module, under another name: it would give the types of the main interpreter to a subinterpreter,
+// which that one then lacks.
+#define PyInit__core begin_core
 NB_MODULE(_core, module) {
-  // types, threads and NumPy's functions are those of the whole process
-  if (PyInterpreterState_Get() != PyInterpreterState_Main())
-    throw std::runtime_error("ksl can't be imported in a subinterpreter, since its types and those of NumPy belong to the main interpreter; "
-                             "import it there, or use a process of its own");
   if (_import_array() < 0)
     nb::raise_python_error();
   nb::register_exception_translator([](const std::exception_ptr &p, void *) {
@@ -224,4 +223,13 @@ NB_MODULE(_core, module) {
              "masses_optional"_a, "model_name"_a, "physics"_a);
   module.def("load_text", &load_text, "text"_a, "name"_a, "floating_base"_a, "mimic_independent"_a, "strict"_a, "gravity"_a.none(),
              "payloads"_a, "masses_optional"_a, "model_name"_a, "physics"_a);
+}
+#undef PyInit__core
+
+extern "C" NB_EXPORT PyObject *PyInit__core() {
+  if (PyInterpreterState_Get() == PyInterpreterState_Main())
+    return begin_core();
+  PyErr_SetString(PyExc_ImportError, "ksl can't be imported in a subinterpreter, since its types and NumPy's belong to the main interpreter; "
+                                     "import it there, or use another process");
+  return nullptr;
 }
