@@ -68,7 +68,7 @@ template <class S> external_wrenches<S> external_of(const ksl_model_t *m, const 
   return {external->n, external->link, external->wrench->at, axes_of(external->axes)};
 }
 
-template <class S> void require_rows(const rows_view<S> &rows, std::size_t n, std::ptrdiff_t columns, const char *name) {
+template <class S> void require_large_rows(const rows_view<S> &rows, std::size_t n, std::ptrdiff_t columns, const char *name) {
   if (!rows.first || n == 0)
     return;
   std::size_t numbers = 0, bytes = 0;
@@ -179,9 +179,11 @@ ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_vi
     if (external)
       require_external(m, external->n, external->link, any ? static_cast<const void *>(external->wrench) : "");
     batch_arguments<S> arguments;
-    arguments.lay_out(ksl_model_joints(m), external ? external->n : 0);
+    const bool of_joints = row.request == request_kind::joints || row.request == request_kind::reactions;
+    if (of_joints || external)
+      arguments.lay_out(ksl_model_joints(m), external ? external->n : 0);
     reaction_request request;
-    if (row.request == request_kind::joints || row.request == request_kind::reactions)
+    if (of_joints)
       request = request_of(m, arguments.links, joints);
     if (row.request == request_kind::joints)
       batch.joints = &request;
@@ -204,8 +206,8 @@ ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_vi
 #define KSL_INSTANTIATE(S)                                                                                             \
   template void require_position(const model &, const S *, const char *);                                              \
   template void require_finite(const S *, int, const char *);                                                          \
-  template void require_rows(const rows_view<S> &, std::size_t, std::ptrdiff_t, const char *);                         \
-  template void require_rows(const rows_view<const S> &, std::size_t, std::ptrdiff_t, const char *);                   \
+  template void require_large_rows(const rows_view<S> &, std::size_t, std::ptrdiff_t, const char *);                   \
+  template void require_large_rows(const rows_view<const S> &, std::size_t, std::ptrdiff_t, const char *);             \
   template external_wrenches<S> external_of(const ksl_model_t *, const c_types<S>::external *);                        \
   template ksl_status_t batch_call(const algorithm_row &, const ksl_model_t *, batch_view<S>,                          \
                                    const c_types<S>::external_of_batch *, int, const ksl_frame_options_t *,            \

@@ -58,8 +58,15 @@ inline void require_result(const void *out, std::ptrdiff_t numbers, const char *
     throw bad_argument(std::string(name) + " must not be null");
 }
 
-/// Checks that n rows of so many numbers can lie in memory, apart by the stride.
-template <class S> void require_rows(const rows_view<S> &rows, std::size_t n, std::ptrdiff_t columns, const char *name);
+/// As require_rows, of any numbers.
+template <class S> void require_large_rows(const rows_view<S> &rows, std::size_t n, std::ptrdiff_t columns, const char *name);
+
+/// Checks that n rows of so many numbers, at most INT_MAX, can lie in memory, apart by the stride.
+template <class S> void require_rows(const rows_view<S> &rows, std::size_t n, std::ptrdiff_t columns, const char *name) {
+  constexpr std::ptrdiff_t far = 1 << 26; // 2^32 rows that are nearer than that have less than 2^62 bytes
+  if (n >> 32 || rows.stride >= far || rows.stride <= -far)
+    require_large_rows(rows, n, columns, name);
+}
 
 /// Checks what a row needs of the model: that no joint can move without moving any mass, that friction has a derivative.
 inline void require_model_for(const algorithm_row &row, const model &m) {
