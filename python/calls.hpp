@@ -86,8 +86,8 @@ struct argument {
   bool is_array() const {
     if (!PyArray_CheckExact(object.ptr()))
       return false;
-    const auto array = reinterpret_cast<PyArrayObject *>(object.ptr());
-    return PyArray_NDIM(array) > 0 && PyArray_TYPE(array) != NPY_VOID;
+    const auto given = reinterpret_cast<PyArrayObject *>(object.ptr());
+    return PyArray_NDIM(given) > 0 && PyArray_TYPE(given) != NPY_VOID;
   }
   void read() { array = {object, columns, 1}; }
 };

@@ -23,7 +23,7 @@ template <class S> void normalize_quaternions(const model &m, const inverse_kine
       if (S *const x = row(batch.q, k) + quaternion.q_index; !is_unit_quaternion(x, quaternion_rounding)) {
         const double length = quaternion_length(x);
         for (int i = 0; i < 4; ++i)
-          x[i] = static_cast<S>(x[i] / length);
+          x[i] = static_cast<S>(double(x[i]) / length);
       }
 }
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 struct ksl_builder_t {
   ksl::builder builder;
@@ -65,7 +66,10 @@ template <class Make> ksl_status_t made_from(const ksl_model_t *model, ksl_model
 
 extern "C" {
 
-ksl_joint_options_t ksl_joint_options(void) { return {nullptr, nullptr, NAN, NAN, NAN, NAN, NAN, 0, 0, nullptr, 1, 0, NAN, 0, 0, 1, 0, 0, {NAN, NAN}, {NAN, NAN}}; }
+ksl_joint_options_t ksl_joint_options(void) {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN(); // the macro NAN is a float
+  return {nullptr, nullptr, nan, nan, nan, nan, nan, 0, 0, nullptr, 1, 0, nan, 0, 0, 1, 0, 0, {nan, nan}, {nan, nan}};
+}
 
 ksl_status_t ksl_builder_create(const char *name, ksl_builder_t **builder) {
   return created(builder, name, "name and builder must not be null", [&] { return new ksl_builder_t{ksl::builder(name)}; });

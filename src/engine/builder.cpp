@@ -25,8 +25,8 @@ bool finite(const vec3<double> &x) { return std::isfinite(x.x) && std::isfinite(
 template <class Map> void check_name(const std::string &name, const std::string &kind, const Map &known) {
   if (name.empty())
     refuse("a " + kind + " has no name; give it one");
-  if (load::one_line(name) != name)
-    refuse(kind + " " + quoted(name) + ": its name has a control character; give it another name");
+  if (load::printable(name) != name)
+    refuse(kind + " " + quoted(name) + ": its name has a control character, or is not UTF-8; give it another name");
   if (known.count(name))
     refuse("a second " + kind + " is named " + quoted(name) + "; rename one of them");
 }

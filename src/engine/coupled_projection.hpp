@@ -33,7 +33,7 @@ inline bool is_reduced(const result_row &result) {
 
 /// Reduces a result of one state in place.
 template <class S> void reduce(const coupling_view<S> &c, const result_row &result, const extents &full, const extents &own, S *x) {
-  int outer = 1, inner = numbers_of(result, full);
+  std::ptrdiff_t outer = 1, inner = numbers_of(result, full);
   for (int i = 0; i < result.axes; ++i) {
     const int length = length_of(result.shape[i], full);
     inner /= std::max(length, 1);
@@ -53,7 +53,8 @@ template <class S> void expand(const coupling_view<S> &c, input x, const S *numb
 /// Numbers of some states of the expanded mechanism.  Inputs and results that are the same in both have none.
 template <class S> struct expansion {
   S *input_rows[most_inputs], *result_rows[most_results];
-  int input_width[most_inputs], result_width[most_results];
+  int input_width[most_inputs];
+  std::ptrdiff_t result_width[most_results];
 
   void lay_out(arena &memory, const algorithm_row &row, const extents &full, int states) {
     for (int i = 0; i < row.inputs; ++i) {

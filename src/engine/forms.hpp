@@ -74,7 +74,7 @@ template <class Algorithm> struct sparse_results : whole_results<Algorithm> {
     P *result[most_results];
     bool cleared = false;
 
-    static int numbers(int r, const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch) {
+    static std::ptrdiff_t numbers(int r, const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch) {
       return numbers_of(Algorithm::row.result[r], extents_of(model, batch));
     }
     void lay_out(arena &memory, const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch) {
@@ -85,7 +85,7 @@ template <class Algorithm> struct sparse_results : whole_results<Algorithm> {
                  const block<P> &b) {
       for (int r = 0; r < Algorithm::row.results; ++r) {
         s.result[r] = result[r];
-        for (int i = 0; i < numbers(r, model, b.batch) && !cleared; ++i)
+        for (std::ptrdiff_t i = 0; i < numbers(r, model, b.batch) && !cleared; ++i)
           result[r][i] = P(scalar_of<P>(0));
       }
       cleared = true;

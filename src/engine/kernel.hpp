@@ -35,7 +35,7 @@ template <class P> struct block {
       out[i] = P(S(0));
   }
   /// Stores lanes into rows, if the result is wanted.
-  void store(const P *in, int columns, const rows_view<S> &rows) const {
+  void store(const P *in, std::ptrdiff_t columns, const rows_view<S> &rows) const {
     if (!rows.first)
       return;
     const auto next = [&in]() -> const P & { return *in++; };

@@ -1,17 +1,15 @@
-// The model: its options and queries, and the memory of workspaces.
+// The model: its options and queries.
 #include "ksl/model.hpp"
 
-#include "engine/algorithm_rows.hpp"
-#include "engine/coupled.hpp"
+#include "ksl/engine/tree_rows.hpp"
+
 #include "engine/joint_physics.hpp"
-#include "engine/largest_workspace.hpp"
 #include "engine/model_builder.hpp"
 #include "load/check.hpp"
 #include "load/words.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace ksl {
 namespace {
@@ -179,44 +177,6 @@ void model::tree_columns(int *columns) const {
       row[m.body[i].ancestors + c] = m.body[i].v_index + c;
       for_each_ancestor(m, i, c, [&](index column, index place) { row[place] = static_cast<int>(column); });
     }
-}
-
-namespace {
-
-/// With a request for each link and joint.
-extents extents_of_all(const model &m) {
-  const model_view<double> view = m.view();
-  return {m.nq(), m.nv(), view.links, static_cast<int>(m.joints().size()), view.tree_elements, view.links};
-}
-
-/// Room for the results that kernels write and rows don't have (engine/compute.hpp).
-std::size_t unread_bytes(const model &m) {
-  std::size_t most = 0;
-  for (const algorithm_row *row : rows::all)
-    most = std::max(most, unread_bytes(*row, extents_of_all(m)));
-  return most;
-}
-
-/// What engine/coupled.cpp needs for one state of any algorithm, with a request for each link and joint.
-std::size_t coupled_bytes(const model &m) {
-  if (m.followers() == 0)
-    return 0;
-  std::size_t most = 0;
-  const extents all = extents_of_all(m);
-  for (const algorithm_row *row : rows::all)
-    if (row->coupled != coupled_by::refusal)
-      most = std::max({most, coupled::state_bytes<double>(*row, m, all), coupled::state_bytes<float>(*row, m, all)});
-  return most;
-}
-
-} // namespace
-
-data::data(const model &m)
-    : bytes_(std::max(largest_workspace(m.view()), coupled_bytes(m)) + unread_bytes(m)), memory_(::operator new(bytes_, alignment)), zero_(static_cast<std::size_t>(m.nv())),
-      zero_single_(zero_.size()) {
-#ifndef NDEBUG
-  std::fill_n(static_cast<double *>(memory_.get()), bytes_ / sizeof(double), std::numeric_limits<double>::quiet_NaN());
-#endif
 }
 
 } // namespace ksl

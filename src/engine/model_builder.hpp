@@ -42,6 +42,7 @@ private:
   void sum_inertias();
   void add_tree_rows();
   void augment_inertias();
+  void check_finite() const;
   void add_angles();
   void add_limits();
   void add_ranges();

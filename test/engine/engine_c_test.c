@@ -404,10 +404,10 @@ static void test_positions_and_energies(const char *path) {
     CHECK(ksl_frame_poses(m, d, q[k], links, wanted, alone) == KSL_OK);
     CHECK(!memcmp(alone, poses[n - 1 - k], sizeof alone));
     for (int i = 0; i < width; ++i)
-      CHECK(fabs(posesf[k][i] - alone[i]) < 1e-5);
+      CHECK(fabs((double)posesf[k][i] - alone[i]) < 1e-5);
     CHECK(ksl_energy(m, d, q[k], v[k], &kinetic, &potential) == KSL_OK);
     CHECK(energies[k][0] == kinetic && energies[k][1] == potential);
-    CHECK(fabs(energiesf[k][0] - kinetic) < 1e-4 * kinetic + 1e-6 && fabs(energiesf[k][1] - potential) < 1e-3);
+    CHECK(fabs((double)energiesf[k][0] - kinetic) < 1e-4 * kinetic + 1e-6 && fabs((double)energiesf[k][1] - potential) < 1e-3);
   }
   const int nobody = ksl_model_links(m);
   CHECK_REFUSED(ksl_frame_poses_batch(m, n, q[0], nv, 1, &nobody, poses[0], width, 0), KSL_BAD_ARGUMENT, "out of range");
@@ -478,6 +478,8 @@ static void test_memory(const char *path) {
   ksl_joint_info_t a, b;
   const size_t n = strlen(pendulum);
   char *text = malloc(n + 4);
+  if (!text)
+    return;
   memcpy(text, pendulum, n);
   memcpy(text + n, "<no>", 4);
   CHECK(ksl_model_load(path, NULL, &file) == KSL_OK && ksl_model_load_memory(text, n, NULL, &m) == KSL_OK);

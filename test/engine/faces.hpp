@@ -237,7 +237,7 @@ void agree(robot &r, const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_b
     x.pop_back();
   }
   CHECK(from_c == expected);
-  for (std::size_t count : {0, 1, 2, 7, 8, 9, 15, 16, 17, 33, static_cast<int>(n)})
+  for (std::size_t count : {0u, 1u, 2u, 7u, 8u, 9u, 15u, 16u, 17u, 33u, static_cast<unsigned>(n)})
     for (int threads : {1, 3}) {
       CAPTURE(count);
       CHECK(faces.batch(cpp_batch, count, threads) == faces.first(expected, count));
