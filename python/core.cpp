@@ -108,6 +108,9 @@ void add_calls(nb::class_<ksl::model> &model) {
 
 } // namespace
 
+// nanobind's function that begins the module, under another name: it would give the types of the main interpreter to a subinterpreter,
+// which that one then lacks.
+#define PyInit__core begin_core
 NB_MODULE(_core, module) {
   if (_import_array() < 0)
     nb::raise_python_error();
@@ -184,7 +187,7 @@ NB_MODULE(_core, module) {
   model.def_prop_ro("nq", &ksl::model::nq)
       .def_prop_ro("nv", &ksl::model::nv)
       .def_prop_ro("tree_rows", &ksl::model::tree_rows)
-      .def_prop_ro("tree_columns", &ksl::model::tree_columns)
+      .def_prop_ro("tree_columns", nb::overload_cast<>(&ksl::model::tree_columns, nb::const_))
       .def_prop_ro("moving_joints", &ksl::model::moving_joints)
       .def_prop_ro("followers", &ksl::model::followers)
       .def_prop_ro("name", [](const ksl::model &m) { return m.description().name; })
@@ -226,4 +229,13 @@ NB_MODULE(_core, module) {
              "The bytes of a robot file, if it is a regular one and not too large.");
   module.def("load_text", &load_text, "text"_a, "name"_a, "floating_base"_a, "mimic_independent"_a, "strict"_a, "gravity"_a.none(),
              "payloads"_a, "masses_optional"_a, "model_name"_a, "physics"_a);
+}
+#undef PyInit__core
+
+extern "C" NB_EXPORT PyObject *PyInit__core() {
+  if (PyInterpreterState_Get() == PyInterpreterState_Main())
+    return begin_core();
+  PyErr_SetString(PyExc_ImportError, "ksl can't be imported in a subinterpreter, since its types and NumPy's belong to the main interpreter; "
+                                     "import it there, or use another process");
+  return nullptr;
 }

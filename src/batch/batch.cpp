@@ -3,33 +3,11 @@
 #include "batch/threads.hpp"
 #include "engine/coupled.hpp"
 #include "engine/one_state.hpp"
+#include "engine/thread_memory.hpp"
 
 #include <atomic>
-#include <memory>
-#include <new>
 
 namespace ksl {
-namespace {
-
-constexpr std::size_t alignment = 64; ///< of workspaces
-
-} // namespace
-
-std::byte *scratch(std::size_t bytes) {
-  struct aligned_delete {
-    void operator()(std::byte *p) const { ::operator delete(p, std::align_val_t(alignment)); }
-  };
-  thread_local std::unique_ptr<std::byte, aligned_delete> memory;
-  thread_local std::size_t size = 0;
-  if (bytes > size) {
-    memory.reset();
-    size = 0;
-    memory.reset(static_cast<std::byte *>(::operator new(bytes, std::align_val_t(alignment))));
-    size = bytes;
-  }
-  return memory.get(); // NOLINT(clang-analyzer-cplusplus.NewDelete): taken for a local variable, it lives as long as the thread
-}
-
 namespace {
 
 /// The batch without the inputs and results that the row doesn't name.
@@ -60,7 +38,7 @@ template <class S> bool compute_one(const algorithm_row &row, const model &m, co
   one_state_memory<S> state;
   arena measure(nullptr);
   state.lay_out(measure, row, m, batch, bytes);
-  arena memory(scratch(measure.used()));
+  arena memory(thread_memory(kept_for::workspace, measure.used()));
   state.lay_out(memory, row, m, batch, bytes);
   bool ordinary = true;
   if (direct)
@@ -80,7 +58,8 @@ bool compute_states(const algorithm_row &row, const model &m, const batch_view<S
   coupled::require_projection(row, m);
   if (end - first == 1)
     return compute_one(row, m, batch, first);
-  return run_batch(row, m, batch, first, end, scratch(run_batch(row, m, batch, 0, 0, nullptr).bytes)).ordinary;
+  std::byte *const memory = thread_memory(kept_for::workspace, run_batch(row, m, batch, 0, 0, nullptr).bytes);
+  return run_batch(row, m, batch, first, end, memory).ordinary;
 }
 
 template <class S>
@@ -96,7 +75,7 @@ void compute_batch(const algorithm_row &row, const model &m, const batch_view<S>
   const batch_view<S> batch = as_row_names(row, given);
   const partition parts(batch.n, static_cast<std::size_t>(kernels_of_row<S>(row).lanes), least_states(m.moving_joints()), threads);
   const std::size_t bytes = run_batch(row, m, batch, 0, 0, nullptr).bytes;
-  std::byte *memory = scratch(bytes * parts.threads);
+  std::byte *memory = thread_memory(kept_for::workspace, bytes * parts.threads);
   std::atomic<bool> ordinary{true};
   on_threads(parts, [&](std::size_t first, std::size_t end, std::size_t seat) {
     if (!run_batch(row, m, batch, first, end, memory + bytes * seat).ordinary)

@@ -8,9 +8,6 @@
 
 namespace ksl {
 
-/// Memory of the calling thread, aligned to 64 bytes and kept from call to call: what the last call returned is given up.
-std::byte *scratch(std::size_t bytes);
-
 /// Runs an algorithm on the states of a batch, on at most `threads` threads (0: all cores).  Inputs that the row doesn't name
 /// are taken as zero, and results that it doesn't name are not written.  Throws std::bad_alloc, std::runtime_error for an unusable
 /// KSL_ISA, std::invalid_argument for an algorithm that robots with mimic joints don't have, and result_error where results are not

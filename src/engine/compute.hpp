@@ -3,11 +3,10 @@
 
 #include "engine/coupled.hpp"
 #include "engine/examine.hpp"
+#include "engine/thread_memory.hpp"
 
 #include "ksl/engine/workspace.hpp"
 
-#include <cstdint>
-#include <memory>
 #include <stdexcept>
 #include <string>
 
@@ -37,12 +36,7 @@ template <class S> bool compute_ordinary(const algorithm_row &row, const model &
   coupled::require_projection(row, m);
   // the workspace has room for requests for each link and joint once; what a request for more leaves in memory is not read again
   const std::size_t bytes = coupled::state_bytes<S>(row, m, extents_of(m, s));
-  if (bytes <= d.bytes()) {
-    coupled::run_state<S>(row, m, d.memory(), s);
-    return ordinary_results(row, m, s);
-  }
-  const std::unique_ptr<std::byte[]> memory(new std::byte[bytes + 64]);
-  coupled::run_state<S>(row, m, memory.get() + (64 - reinterpret_cast<std::uintptr_t>(memory.get()) % 64), s);
+  coupled::run_state<S>(row, m, bytes <= d.bytes() ? d.memory() : thread_memory(kept_for::workspace, bytes), s);
   return ordinary_results(row, m, s);
 }
 

@@ -86,35 +86,49 @@ double model::mass() const {
 
 double model::subtree_mass(int joint) const {
   double sum = 0;
-  for (const int l : subtree_links(joint))
+  const int first = joints_[static_cast<std::size_t>(joint)].link, n = subtree_links(joint, nullptr);
+  for (int l = first; l < first + n; ++l)
     sum += links_[static_cast<std::size_t>(l)].inertia.m;
   return sum;
 }
 
-std::vector<int> model::support(int link) const {
-  std::vector<int> joints;
+int model::support(int link, int *joints) const {
+  int n = 0;
   for (int l = link; l >= 0;) {
     const int above = joint_above(l);
     const joint_row &joint = joints_[static_cast<std::size_t>(above)];
-    if (joint.parent_link >= 0 || joint.v_index >= 0) // the weld of the root to the ground is no joint of the robot
-      joints.push_back(above);
+    if (joint.parent_link >= 0 || joint.v_index >= 0) { // the weld of the root to the ground is no joint of the robot
+      if (joints)
+        joints[n] = above;
+      ++n;
+    }
     l = joint.parent_link;
   }
-  std::reverse(joints.begin(), joints.end());
+  if (joints)
+    std::reverse(joints, joints + n);
+  return n;
+}
+
+std::vector<int> model::support(int link) const {
+  std::vector<int> joints(static_cast<std::size_t>(support(link, nullptr)));
+  support(link, joints.data());
   return joints;
 }
 
+/// Links are listed depth first, so that those of a subtree follow each other.
+int model::subtree_links(int joint, int *links) const {
+  const int first = joints_[static_cast<std::size_t>(joint)].link, all = static_cast<int>(links_.size());
+  int end = first + 1;
+  while (end < all && double_.links[static_cast<std::size_t>(end)].parent >= first)
+    ++end;
+  for (int l = first; links && l < end; ++l)
+    links[l - first] = l;
+  return end - first;
+}
+
 std::vector<int> model::subtree_links(int joint) const {
-  const int first = joints_[static_cast<std::size_t>(joint)].link;
-  std::vector<bool> carried(links_.size());
-  std::vector<int> links;
-  for (int l = first; l < static_cast<int>(links_.size()); ++l) {
-    const int parent = double_.links[static_cast<std::size_t>(l)].parent;
-    if (l == first || (parent >= first && carried[static_cast<std::size_t>(parent)])) {
-      carried[static_cast<std::size_t>(l)] = true;
-      links.push_back(l);
-    }
-  }
+  std::vector<int> links(static_cast<std::size_t>(subtree_links(joint, nullptr)));
+  subtree_links(joint, links.data());
   return links;
 }
 
@@ -152,15 +166,19 @@ std::string model::exact_friction_text() {
 }
 
 std::vector<int> model::tree_columns() const {
-  const model_view<double> m = view();
   std::vector<int> columns(static_cast<std::size_t>(tree_elements()));
+  tree_columns(columns.data());
+  return columns;
+}
+
+void model::tree_columns(int *columns) const {
+  const model_view<double> m = view();
   for (int i = 1; i < m.bodies; ++i)
     for (int c = 0; c < m.body[i].nv; ++c) {
-      int *const row = columns.data() + tree_row_[static_cast<std::size_t>(m.body[i].v_index + c)];
+      int *const row = columns + tree_row_[static_cast<std::size_t>(m.body[i].v_index + c)];
       row[m.body[i].ancestors + c] = m.body[i].v_index + c;
       for_each_ancestor(m, i, c, [&](index column, index place) { row[place] = static_cast<int>(column); });
     }
-  return columns;
 }
 
 } // namespace ksl

@@ -2,6 +2,7 @@
 #include "ksl/batch.hpp"
 #include "robots.hpp"
 
+#include "batch/threads.hpp"
 #include "engine/forms.hpp"
 #include "ksl/engine/mass_matrix.hpp"
 
@@ -149,6 +150,7 @@ TEST_CASE("poses, energies and powers of a batch are those of dynamics.hpp") {
 }
 
 TEST_CASE("the number of threads changes nothing") {
+  ksl::assume_cores(7);
   const ksl::model m = tree();
   const std::size_t n = 5000;
   states<double> s(m, n);
