@@ -53,7 +53,7 @@ template <class Call> ksl_status_t guarded(Call &&call) {
     keep_message(e.what());
     return KSL_BAD_ARGUMENT;
   } catch (const result_error &e) {
-    last_message() = e.what();
+    keep_message(e.what());
     return KSL_NOT_FINITE;
   } catch (const description_error &e) {
     keep_message(e.what());
