@@ -167,7 +167,7 @@ int kill_all(const char *mutants, const char *results, int jobs, double seconds)
                       : WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGALRM || WTERMSIG(status) == SIGKILL ? "timeout"
                                                                                                                   : "crashed";
     std::fprintf(out, "%d\t%s\t%.3f\t%s\n", j.mutant, how, std::chrono::duration<double>(steady::now() - j.start).count(),
-                 k >= 0 ? tests[k].name.c_str() : "");
+                 k >= 0 && k < static_cast<int>(tests.size()) ? tests[k].name.c_str() : ""); // a mutant may write anywhere
     std::fflush(out);
   };
   for (const int mutant : numbers) {

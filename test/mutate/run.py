@@ -1,6 +1,6 @@
 """`make mutate`: how many sign, index and operator mutants the tests notice.
 
-    run.py algebra engine [--fraction 0.25] [--seed 11] [--jobs 2] [--reuse] [--list] [--write]
+    run.py algebra engine [--fraction 0.25] [--seed 11] [--jobs 2] [--cpp] [--reuse] [--list] [--write]
 
 Each scope is compiled once with all its mutants (build.py).  The run begins with its own proof: without a mutant all tests pass, and
 mutants that are known to be wrong die.  Then every mutant, or a random part of them, is activated in turn.  Equivalent mutants,
@@ -45,7 +45,7 @@ def engine_tests(build, numbers, jobs, reuse):
 def python_tests(build, library, folders, numbers, jobs, reuse, packages=()):
     reached, results = build.folder / "reached.json", build.folder / "python_results.tsv"
     settings = {"library": str(library), "mutants": numbers, "results": str(results), "reached": str(reached), "jobs": jobs, "seconds": SECONDS,
-                "reuse": reuse}
+                "reuse": reuse and reached.exists()}
     path = [str(HERE), *map(str, packages), *filter(None, [os.environ.get("PYTHONPATH")])]
     environment = os.environ | {"KSL_MUTATE": json.dumps(settings), "KSL_LIBRARY": str(library), "PYTHONPATH": os.pathsep.join(path)}
     subprocess.run([sys.executable, "-m", "pytest", "-q", "-p", "python_tests", "-p", "no:cacheprovider", *folders], cwd=ROOT,
@@ -53,11 +53,13 @@ def python_tests(build, library, folders, numbers, jobs, reuse, packages=()):
     return read(results), {n for row in json.loads(reached.read_text()) for n in row["reached"]}
 
 
-def all_tests(build, numbers, jobs, reuse):
+def all_tests(build, numbers, jobs, reuse, laws):
     """Of the engine, first the C++ tests, which are fast, and then Python's laws for what they did not notice."""
     if build.scope == "algebra":
         return python_tests(build, build.folder / "libksl_algebra.so", ["test/algebra"], numbers, jobs, reuse)
     results, reached = engine_tests(build, numbers, jobs, reuse)
+    if not laws:
+        return results, reached
     left = [n for n in numbers if results[n][0] not in NOTICED]
     more, also = python_tests(build, build.module(), ["test/laws"], left, jobs, reuse, [build.folder / "package"])
     for n, result in more.items():
@@ -76,16 +78,16 @@ def equivalent_mutants(mutants):
     sources, found, stale = {}, {}, []
     for entry in tomllib.loads((HERE / "equivalent.toml").read_text()).get("mutant", []):
         lines = sources.setdefault(entry["file"], (ROOT / entry["file"]).read_text().splitlines())
-        changes = entry["change"] if isinstance(entry["change"], list) else [entry["change"]]
-        fits = [m for m in mutants if m.file == entry["file"] and m.change in changes and m.code in entry.get("code", m.code)
-                and entry["line"] in lines[m.line - 1]]
+        one_of = lambda value: value if isinstance(value, list) else [value]  # noqa: E731
+        fits = [m for m in mutants if m.file == entry["file"] and m.change in one_of(entry["change"])
+                and m.code in one_of(entry.get("code", m.code)) and entry["line"] in lines[m.line - 1]]
         if not fits:
             stale.append(entry)
         found |= {m.number: entry["reason"] for m in fits}
     return found, stale
 
 
-def run(scope, fraction, seed, jobs, reuse=False):
+def run(scope, fraction, seed, jobs, reuse=False, laws=True):
     start = time.time()
     build = Build(scope)
     build.write_tree()
@@ -93,7 +95,7 @@ def run(scope, fraction, seed, jobs, reuse=False):
         pass
     elif scope == "engine":
         build.configure()
-        build.compile("engine_test", "_core")
+        build.compile("engine_test", *(["_core"] if laws else []))
     else:
         build.compile_algebra()
     compiled = time.time() - start
@@ -102,7 +104,7 @@ def run(scope, fraction, seed, jobs, reuse=False):
     chosen = sorted(mutants)
     if fraction < 1:
         chosen = sorted(random.Random(seed).sample(chosen, round(fraction * len(chosen))))
-    results, reached = all_tests(build, [*known, *(n for n in chosen if n not in known)], jobs, reuse)
+    results, reached = all_tests(build, [*known, *(n for n in chosen if n not in known)], jobs, reuse, laws)
     for n in known:
         if results[n][0] not in NOTICED:
             sys.exit(f"{scope}: a mutant that is known to be wrong was not noticed: {mutants[n].text()}")
@@ -155,11 +157,12 @@ def main():
     parser.add_argument("--fraction", type=float, default=1.0, help="of the mutants, chosen at random")
     parser.add_argument("--seed", type=int, default=11)
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    parser.add_argument("--cpp", action="store_true", help="of the engine, the C++ tests alone")
     parser.add_argument("--reuse", action="store_true", help="what was compiled, and which tests reach which mutants, is taken from the last run")
     parser.add_argument("--list", action="store_true", help="print the mutants that were not noticed")
     parser.add_argument("--write", action="store_true", help="write results.md and the record")
     options = parser.parse_args()
-    results = [run(scope, options.fraction, options.seed, options.jobs, options.reuse) for scope in options.scopes]
+    results = [run(scope, options.fraction, options.seed, options.jobs, options.reuse, not options.cpp) for scope in options.scopes]
     page, figures, kept = [], [], True
     for result in results:
         c, noticed, counted = counts(result, result["chosen"])
