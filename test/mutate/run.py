@@ -79,7 +79,7 @@ def equivalent_mutants(mutants):
     for entry in tomllib.loads((HERE / "equivalent.toml").read_text()).get("mutant", []):
         lines = sources.setdefault(entry["file"], (ROOT / entry["file"]).read_text().splitlines())
         one_of = lambda value: value if isinstance(value, list) else [value]  # noqa: E731
-        fits = [m for m in mutants if m.file == entry["file"] and m.change in one_of(entry["change"])
+        fits = [m for m in mutants if m.file == entry["file"] and m.change in one_of(entry.get("change", m.change))
                 and m.code in one_of(entry.get("code", m.code)) and entry["line"] in lines[m.line - 1]]
         if not fits:
             stale.append(entry)
