@@ -82,6 +82,8 @@ class Build:
         nanobind = subprocess.run([sys.executable, "-m", "nanobind", "--cmake_dir"], check=True, capture_output=True, text=True).stdout.strip()
         python = ["-DKSL_PYTHON=ON", f"-Dnanobind_DIR={nanobind}", f"-DPython_EXECUTABLE={sys.executable}",
                   f"-DPython3_EXECUTABLE={sys.executable}", "-DSKBUILD_PROJECT_NAME=ksl"]
+        beside = Path(sys.executable).with_name("ninja")  # of a virtual environment
+        python += [f"-DCMAKE_MAKE_PROGRAM={beside}"] if beside.exists() else []
         launcher = ["-DCMAKE_CXX_COMPILER_LAUNCHER=ccache"] if shutil.which("ccache") else []
         subprocess.run(["cmake", "-G", "Ninja", "-S", self.tree, "-B", self.out, "-DCMAKE_BUILD_TYPE=Mutated", "-DKSL_TESTS=ON",
                         "-DKSL_INSTRUCTION_SETS=x86_64_v3", f"-DCMAKE_CXX_FLAGS={FLAGS}", "-DCMAKE_C_FLAGS=-O1", *launcher, *python],
@@ -90,7 +92,7 @@ class Build:
     def compile(self, *targets):
         """Compiles; mutants that do not compile are dropped, until all others do.  The rest is compiled as far as it goes each
         time, so that few rounds are needed."""
-        self.until_it_compiles(["ninja", "-C", self.out, "-k", "0", *targets])
+        self.until_it_compiles(["cmake", "--build", self.out, "--target", *targets, "--", "-k", "0"])
 
     def module(self):
         """The mutated extension module, in a copy of the package."""

@@ -27,18 +27,19 @@ KNOWN = {
     "algebra": [("include/ksl/detail/vec3.inc", "a.y * b.z - a.z * b.y", "- → +")],
     "engine": [("include/ksl/engine/plane_rotation.hpp", "cs + cs", "+ → -")],
 }
+PROGRAMS = ("engine_test", "interfaces_test")
 NOTICED = ("failed", "crashed", "timeout")
 
 
-def engine_tests(build, numbers, jobs, reuse):
-    """{number: (how, seconds, test)}"""
-    program = build.out / "test/engine/engine_test"
-    reached, wanted, results = (build.folder / name for name in ("reached.tsv", "wanted.txt", "results.tsv"))
-    if not reuse and subprocess.run([program, reached], stdout=subprocess.DEVNULL).returncode:
+def engine_tests(build, program, numbers, jobs, reuse):
+    """{number: (how, seconds, test)} by one C++ program, and the numbers that its tests reach."""
+    path = build.out / "test/engine" / program
+    reached, wanted, results = (build.folder / f"{program}_{name}" for name in ("reached.tsv", "wanted.txt", "results.tsv"))
+    if not (reuse and reached.exists()) and subprocess.run([path, reached], stdout=subprocess.DEVNULL).returncode:
         bad = [row.split("\t")[2] for row in reached.read_text().splitlines() if row.split("\t")[1] == "1"]
         sys.exit(f"C++ tests fail without a mutant: {bad}")
     wanted.write_text("\n".join(map(str, numbers)))
-    subprocess.run([program, reached, wanted, results, str(jobs), str(SECONDS)], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run([path, reached, wanted, results, str(jobs), str(SECONDS)], check=True, stdout=subprocess.DEVNULL)
     return read(results), {int(n) for row in reached.read_text().splitlines() for n in row.split("\t")[3].split()}
 
 
@@ -54,18 +55,18 @@ def python_tests(build, library, folders, numbers, jobs, reuse, packages=()):
 
 
 def all_tests(build, numbers, jobs, reuse, laws):
-    """Of the engine, first the C++ tests, which are fast, and then Python's laws for what they did not notice."""
+    """Of the engine, first the C++ tests, which are fast; then those of all interfaces, and Python's laws, for what is left."""
     if build.scope == "algebra":
         return python_tests(build, build.folder / "libksl_algebra.so", ["test/algebra"], numbers, jobs, reuse)
-    results, reached = engine_tests(build, numbers, jobs, reuse)
-    if not laws:
-        return results, reached
-    left = [n for n in numbers if results[n][0] not in NOTICED]
-    more, also = python_tests(build, build.module(), ["test/laws"], left, jobs, reuse, [build.folder / "package"])
-    for n, result in more.items():
-        if result[0] != "unreached":
-            results[n] = result
-    return results, reached | also
+    results, reached = dict.fromkeys(numbers, ("unreached", 0, "")), set()
+    stages = [lambda left, p=p: engine_tests(build, p, left, jobs, reuse) for p in PROGRAMS]
+    if laws:
+        stages.append(lambda left: python_tests(build, build.module(), ["test/laws"], left, jobs, reuse, [build.folder / "package"]))
+    for stage in stages:
+        more, also = stage([n for n in numbers if results[n][0] not in NOTICED])
+        results |= {n: r for n, r in more.items() if r[0] != "unreached"}
+        reached |= also
+    return results, reached
 
 
 def read(path):
@@ -95,7 +96,7 @@ def run(scope, fraction, seed, jobs, reuse=False, laws=True):
         pass
     elif scope == "engine":
         build.configure()
-        build.compile("engine_test", *(["_core"] if laws else []))
+        build.compile(*PROGRAMS, *(["_core"] if laws else []))
     else:
         build.compile_algebra()
     compiled = time.time() - start
