@@ -1,4 +1,5 @@
-// Results of algorithms that follow from the motion of particles: links are made of point masses, whose Jacobians say all.
+// Results of algorithms that follow from the motion of particles: links are made of point masses, whose Jacobians say
+// all.
 #include "random_trees.hpp"
 
 #include "ksl/dynamics.hpp"
@@ -27,7 +28,8 @@ void add_particles(const ksl::model &m, int link, std::vector<particle> &particl
   if (!(I.m > 0))
     return;
   const double c[3] = {I.h.x / I.m, I.h.y / I.m, I.h.z / I.m}, cc = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
-  const double own[3] = {I.Ixx - I.m * (cc - c[0] * c[0]), I.Iyy - I.m * (cc - c[1] * c[1]), I.Izz - I.m * (cc - c[2] * c[2])};
+  const double own[3] = {I.Ixx - I.m * (cc - c[0] * c[0]), I.Iyy - I.m * (cc - c[1] * c[1]),
+                         I.Izz - I.m * (cc - c[2] * c[2])};
   for (int k = 0; k < 3; ++k) {
     const double square = 1.5 * (own[0] + own[1] + own[2] - 2 * own[k]) / I.m;
     REQUIRE(square >= 0);
@@ -44,7 +46,8 @@ struct mechanism {
   robots::state s;
   std::size_t nv;
   mechanism(int bodies, std::mt19937 &random)
-      : m(robots::random_tree(bodies, random)), d(m), s(robots::random_state(m, random)), nv(static_cast<std::size_t>(m.nv())) {}
+      : m(robots::random_tree(bodies, random)), d(m), s(robots::random_state(m, random)),
+        nv(static_cast<std::size_t>(m.nv())) {}
 };
 
 double difference(const numbers &a, const numbers &b) {
@@ -118,7 +121,8 @@ TEST_CASE("operational space: J W Jᵀ and W Jᵀ Λ of several frames, however 
     how.angular_first = k >= 3;
     for (const int n : {1, 2}) {
       const std::size_t rows = 6 * static_cast<std::size_t>(n);
-      numbers J, W(x.nv * x.nv), inverse(rows * rows, unwritten), inertia(inverse), bias(rows), pseudo(x.nv * rows, unwritten), one(6 * x.nv, unwritten);
+      numbers J, W(x.nv * x.nv), inverse(rows * rows, unwritten), inertia(inverse), bias(rows),
+          pseudo(x.nv * rows, unwritten), one(6 * x.nv, unwritten);
       for (int f = 0; f < n; ++f) {
         ksl::jacobian(x.m, x.d, x.s.q.data(), links[f], how, one.data());
         J.insert(J.end(), one.begin(), one.end());
@@ -128,7 +132,8 @@ TEST_CASE("operational space: J W Jᵀ and W Jᵀ Λ of several frames, however 
       ksl::operational_space_inertia_inverse(x.m, x.d, x.s.q.data(), n, links, how, inverse.data());
       CHECK(difference(inverse, product(J, WJ, rows, x.nv, rows)) < 1e-9);
       double rank = unwritten;
-      ksl::operational_space(x.m, x.d, x.s.q.data(), x.s.v.data(), n, links, how, inertia.data(), bias.data(), pseudo.data(), &rank);
+      ksl::operational_space(x.m, x.d, x.s.q.data(), x.s.v.data(), n, links, how, inertia.data(), bias.data(),
+                             pseudo.data(), &rank);
       CHECK(difference(pseudo, product(WJ, inertia, x.nv, rows, rows)) < 1e-6);
     }
   }

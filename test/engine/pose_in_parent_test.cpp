@@ -58,14 +58,19 @@ matrix about_z(const rotation &a) {
   return R;
 }
 vector times(const matrix &R, const vector &v) {
-  return {R.m00 * v.x + R.m01 * v.y + R.m02 * v.z, R.m10 * v.x + R.m11 * v.y + R.m12 * v.z, R.m20 * v.x + R.m21 * v.y + R.m22 * v.z};
+  return {R.m00 * v.x + R.m01 * v.y + R.m02 * v.z, R.m10 * v.x + R.m11 * v.y + R.m12 * v.z,
+          R.m20 * v.x + R.m21 * v.y + R.m22 * v.z};
 }
 vector times_back(const matrix &R, const vector &v) {
-  return {R.m00 * v.x + R.m10 * v.y + R.m20 * v.z, R.m01 * v.x + R.m11 * v.y + R.m21 * v.z, R.m02 * v.x + R.m12 * v.y + R.m22 * v.z};
+  return {R.m00 * v.x + R.m10 * v.y + R.m20 * v.z, R.m01 * v.x + R.m11 * v.y + R.m21 * v.z,
+          R.m02 * v.x + R.m12 * v.y + R.m22 * v.z};
 }
-matrix of_columns(const vector &x, const vector &y, const vector &z) { return {x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z}; }
+matrix of_columns(const vector &x, const vector &y, const vector &z) {
+  return {x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z};
+}
 matrix times(const matrix &R, const matrix &Q) {
-  return of_columns(times(R, vector{Q.m00, Q.m10, Q.m20}), times(R, vector{Q.m01, Q.m11, Q.m21}), times(R, vector{Q.m02, Q.m12, Q.m22}));
+  return of_columns(times(R, vector{Q.m00, Q.m10, Q.m20}), times(R, vector{Q.m01, Q.m11, Q.m21}),
+                    times(R, vector{Q.m02, Q.m12, Q.m22}));
 }
 matrix times_back(const matrix &R, const matrix &Q) { // R Qᵀ
   const vector x = {Q.m00, Q.m01, Q.m02}, y = {Q.m10, Q.m11, Q.m12}, z = {Q.m20, Q.m21, Q.m22};

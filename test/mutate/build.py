@@ -17,8 +17,14 @@ WORK = ROOT / "build" / "mutate"
 
 SCOPES = {
     "algebra": ["include/ksl/detail/*.inc"],
-    "engine": ["include/ksl/engine/**/*.hpp", "src/engine/coupled*", "src/engine/section.hpp", "src/engine/canonical_axes.cpp",
-               "src/engine/joint_physics.cpp", "src/engine/model_builder.cpp"],
+    "engine": [
+        "include/ksl/engine/**/*.hpp",
+        "src/engine/coupled*",
+        "src/engine/section.hpp",
+        "src/engine/canonical_axes.cpp",
+        "src/engine/joint_physics.cpp",
+        "src/engine/model_builder.cpp",
+    ],
 }
 # Printed text and declarations compute nothing; memory is tested by programs under sanitizers.
 LEFT_OUT = {"include/ksl/detail/print.inc", "include/ksl/detail/types.inc", "include/ksl/detail/array2D.inc"}
@@ -29,7 +35,12 @@ FLAGS = f"-O1 -U__OPTIMIZE__ -w -fmax-errors=0 -include {HERE / 'mutants.hpp'}"
 
 
 def files(scope):
-    return [f for p in SCOPES[scope] for f in sorted(ROOT.glob(p)) if f.is_file() and str(f.relative_to(ROOT)) not in LEFT_OUT]
+    return [
+        f
+        for p in SCOPES[scope]
+        for f in sorted(ROOT.glob(p))
+        if f.is_file() and str(f.relative_to(ROOT)) not in LEFT_OUT
+    ]
 
 
 def write_if_changed(path, data):
@@ -70,24 +81,54 @@ class Build:
                 f.unlink()
         for name in ("CMakeLists.txt", "test/CMakeLists.txt"):
             write_if_changed(self.tree / name, (ROOT / name).read_bytes())
-        cmake = (ROOT / "python/CMakeLists.txt").read_text().replace("core.cpp ufuncs.cpp)", f"core.cpp ufuncs.cpp {HERE / 'numbers.cpp'})")
+        cmake = (
+            (ROOT / "python/CMakeLists.txt")
+            .read_text()
+            .replace("core.cpp ufuncs.cpp)", f"core.cpp ufuncs.cpp {HERE / 'numbers.cpp'})")
+        )
         write_if_changed(self.tree / "python/CMakeLists.txt", cmake.encode())
         write_if_changed(self.tree / "test/main.cpp", (HERE / "driver.cpp").read_bytes())
         if not (self.tree / "examples").exists():
             (self.tree / "examples").symlink_to(ROOT / "examples")
-        (self.folder / "mutants.json").write_text(json.dumps([asdict(m) for m in self.mutants], ensure_ascii=False, indent=0))
+        (self.folder / "mutants.json").write_text(
+            json.dumps([asdict(m) for m in self.mutants], ensure_ascii=False, indent=0)
+        )
 
     def configure(self):
         """For the C++ tests and the Python module."""
-        nanobind = subprocess.run([sys.executable, "-m", "nanobind", "--cmake_dir"], check=True, capture_output=True, text=True).stdout.strip()
-        python = ["-DKSL_PYTHON=ON", f"-Dnanobind_DIR={nanobind}", f"-DPython_EXECUTABLE={sys.executable}",
-                  f"-DPython3_EXECUTABLE={sys.executable}", "-DSKBUILD_PROJECT_NAME=ksl"]
+        nanobind = subprocess.run(
+            [sys.executable, "-m", "nanobind", "--cmake_dir"], check=True, capture_output=True, text=True
+        ).stdout.strip()
+        python = [
+            "-DKSL_PYTHON=ON",
+            f"-Dnanobind_DIR={nanobind}",
+            f"-DPython_EXECUTABLE={sys.executable}",
+            f"-DPython3_EXECUTABLE={sys.executable}",
+            "-DSKBUILD_PROJECT_NAME=ksl",
+        ]
         beside = Path(sys.executable).with_name("ninja")  # of a virtual environment
         python += [f"-DCMAKE_MAKE_PROGRAM={beside}"] if beside.exists() else []
         launcher = ["-DCMAKE_CXX_COMPILER_LAUNCHER=ccache"] if shutil.which("ccache") else []
-        subprocess.run(["cmake", "-G", "Ninja", "-S", self.tree, "-B", self.out, "-DCMAKE_BUILD_TYPE=Mutated", "-DKSL_TESTS=ON",
-                        "-DKSL_INSTRUCTION_SETS=x86_64_v3", f"-DCMAKE_CXX_FLAGS={FLAGS}", "-DCMAKE_C_FLAGS=-O1", *launcher, *python],
-                       check=True, stdout=subprocess.DEVNULL)
+        subprocess.run(
+            [
+                "cmake",
+                "-G",
+                "Ninja",
+                "-S",
+                self.tree,
+                "-B",
+                self.out,
+                "-DCMAKE_BUILD_TYPE=Mutated",
+                "-DKSL_TESTS=ON",
+                "-DKSL_INSTRUCTION_SETS=x86_64_v3",
+                f"-DCMAKE_CXX_FLAGS={FLAGS}",
+                "-DCMAKE_C_FLAGS=-O1",
+                *launcher,
+                *python,
+            ],
+            check=True,
+            stdout=subprocess.DEVNULL,
+        )
 
     def compile(self, *targets):
         """Compiles; mutants that do not compile are dropped, until all others do.  The rest is compiled as far as it goes each
@@ -109,9 +150,28 @@ class Build:
         """The library of the algebra, with its helpers as symbols.  It is compiled as C++, since mutants.hpp is that."""
         library = self.folder / "libksl_algebra.so"
         sources = [self.tree / "src/ksl.c", self.tree / "src/print.c"]
-        self.until_it_compiles(["g++", "-x", "c++", "-std=c++20", *FLAGS.split(), "-fkeep-inline-functions", "-ffp-contract=off", "-fPIC",
-                                "-shared", "-DKSL_INLINE_HELPER=inline KSL_EXPORT", "-I", self.tree / "include", "-I", self.tree / "src",
-                                *sources, HERE / "numbers.cpp", "-o", library])
+        self.until_it_compiles(
+            [
+                "g++",
+                "-x",
+                "c++",
+                "-std=c++20",
+                *FLAGS.split(),
+                "-fkeep-inline-functions",
+                "-ffp-contract=off",
+                "-fPIC",
+                "-shared",
+                "-DKSL_INLINE_HELPER=inline KSL_EXPORT",
+                "-I",
+                self.tree / "include",
+                "-I",
+                self.tree / "src",
+                *sources,
+                HERE / "numbers.cpp",
+                "-o",
+                library,
+            ]
+        )
         return library
 
     def until_it_compiles(self, command):
@@ -148,7 +208,11 @@ class Build:
         for place, member in places:
             if place:
                 by_file.setdefault(place[0], []).append((place, member))
-        new = {(m.file, m.line, m.code, m.change) for m in self.mutants if any(wrong(m, *p) for p in by_file.get(m.file, []))}
+        new = {
+            (m.file, m.line, m.code, m.change)
+            for m in self.mutants
+            if any(wrong(m, *p) for p in by_file.get(m.file, []))
+        }
         self.dropped_file.write_text(json.dumps(sorted(old | new), ensure_ascii=False, indent=0))
         print(f"{len(new - old)} mutants dropped that do not compile", flush=True)
         return new - old

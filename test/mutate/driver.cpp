@@ -1,8 +1,10 @@
-// KSL: the main of the C++ tests in a mutated build.  It finds which tests reach which mutants, and then activates one mutant after
-// the other, each in a process of its own, and runs the tests that reach it, shortest first, until one fails.
+// KSL: the main of the C++ tests in a mutated build.  It finds which tests reach which mutants, and then activates one
+// mutant after the other, each in a process of its own, and runs the tests that reach it, shortest first, until one
+// fails.
 //
 //   engine_test REACHED                       runs all tests without a mutant; writes which mutants each reaches
-//   engine_test REACHED MUTANTS RESULTS JOBS SECONDS   runs the numbers in the file MUTANTS, writes a line for each into RESULTS
+//   engine_test REACHED MUTANTS RESULTS JOBS SECONDS   runs the numbers in the file MUTANTS, writes a line for each
+//   into RESULTS
 #define DOCTEST_CONFIG_IMPLEMENT
 #include <doctest/doctest.h>
 
@@ -153,8 +155,12 @@ int kill_all(const char *mutants, const char *results, int jobs, double seconds)
   for (std::size_t i = 0; i < by_time.size(); ++i)
     by_time[i] = static_cast<int>(i);
   std::sort(by_time.begin(), by_time.end(), [](int a, int b) { return tests[a].seconds < tests[b].seconds; });
-  auto *killers = static_cast<int *>(mmap(nullptr, sizeof(int) * (most_mutants + 2), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
-  struct job { int mutant; steady::time_point start; };
+  auto *killers = static_cast<int *>(
+      mmap(nullptr, sizeof(int) * (most_mutants + 2), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
+  struct job {
+    int mutant;
+    steady::time_point start;
+  };
   std::map<pid_t, job> running;
   const auto wait_one = [&] {
     int status;
@@ -164,10 +170,12 @@ int kill_all(const char *mutants, const char *results, int jobs, double seconds)
     const int k = killers[j.mutant];
     const char *how = WIFEXITED(status) && WEXITSTATUS(status) == 0 ? "survived"
                       : WIFEXITED(status)                           ? "failed"
-                      : WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGALRM || WTERMSIG(status) == SIGKILL ? "timeout"
-                                                                                                                  : "crashed";
-    std::fprintf(out, "%d\t%s\t%.3f\t%s\n", j.mutant, how, std::chrono::duration<double>(steady::now() - j.start).count(),
-                 k >= 0 && k < static_cast<int>(tests.size()) ? tests[k].name.c_str() : ""); // a mutant may write anywhere
+                      : WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGALRM || WTERMSIG(status) == SIGKILL
+                          ? "timeout"
+                          : "crashed";
+    std::fprintf(
+        out, "%d\t%s\t%.3f\t%s\n", j.mutant, how, std::chrono::duration<double>(steady::now() - j.start).count(),
+        k >= 0 && k < static_cast<int>(tests.size()) ? tests[k].name.c_str() : ""); // a mutant may write anywhere
     std::fflush(out);
   };
   for (const int mutant : numbers) {
@@ -177,7 +185,8 @@ int kill_all(const char *mutants, const char *results, int jobs, double seconds)
         order.push_back(i);
     // Long tests are for what short ones don't reach.
     if (std::count_if(order.begin(), order.end(), [](int i) { return tests[i].seconds < long_test; }) >= 3)
-      order.erase(std::remove_if(order.begin(), order.end(), [](int i) { return tests[i].seconds >= long_test; }), order.end());
+      order.erase(std::remove_if(order.begin(), order.end(), [](int i) { return tests[i].seconds >= long_test; }),
+                  order.end());
     if (order.empty()) {
       std::fprintf(out, "%d\tunreached\t0\t\n", mutant);
       continue;

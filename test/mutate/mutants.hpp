@@ -1,8 +1,8 @@
 // KSL: what mutated code calls.  It is included before every file of a mutated build.
 //
-// All mutants of a build are compiled at once.  The one whose number is in ksl_mutant is active; 0 is none.  A mutated expression
-// passes its operands and its number here, and gets the result of the active variant.  Evaluation by the compiler (constant
-// expressions) is never mutated.
+// All mutants of a build are compiled at once.  The one whose number is in ksl_mutant is active; 0 is none.  A mutated
+// expression passes its operands and its number here, and gets the result of the active variant.  Evaluation by the
+// compiler (constant expressions) is never mutated.
 #pragma once
 
 #if __cplusplus >= 202002L // not where CMake tries the compiler
@@ -22,7 +22,8 @@ constexpr bool on(int id) {
   return ksl_mutant == id;
 }
 
-template <class A> inline constexpr bool whole = std::is_integral_v<std::remove_cvref_t<A>> && !std::is_same_v<std::remove_cvref_t<A>, bool>;
+template <class A> inline constexpr bool whole =
+    std::is_integral_v<std::remove_cvref_t<A>> && !std::is_same_v<std::remove_cvref_t<A>, bool>;
 
 // Sums of integers are indices, mostly: the mutant leaves out the second operand, which stays within the array.
 // Sums of pointers likewise.  Of numbers it changes the sign.
@@ -40,7 +41,8 @@ template <class A, class B> constexpr auto add(int id, const A &a, const B &b) -
   }
   return a + b;
 }
-template <class A, class B> constexpr auto subtract(int id, const A &a, const B &b) -> std::remove_cvref_t<decltype(a - b)> {
+template <class A, class B> constexpr auto subtract(int id, const A &a, const B &b)
+    -> std::remove_cvref_t<decltype(a - b)> {
   using R = std::remove_cvref_t<decltype(a - b)>;
   if constexpr (whole<A> && whole<B>) {
     if (on(id))
@@ -54,7 +56,8 @@ template <class A, class B> constexpr auto subtract(int id, const A &a, const B 
   }
   return a - b;
 }
-template <class A, class B> constexpr auto multiply(int id, const A &a, const B &b) -> std::remove_cvref_t<decltype(a * b)> {
+template <class A, class B> constexpr auto multiply(int id, const A &a, const B &b)
+    -> std::remove_cvref_t<decltype(a * b)> {
   using R = std::remove_cvref_t<decltype(a * b)>;
   if constexpr (whole<A> && whole<B>) {
     if (on(id))
@@ -65,7 +68,8 @@ template <class A, class B> constexpr auto multiply(int id, const A &a, const B 
   }
   return a * b;
 }
-template <class A, class B> constexpr auto divide(int id, const A &a, const B &b) -> std::remove_cvref_t<decltype(a / b)> {
+template <class A, class B> constexpr auto divide(int id, const A &a, const B &b)
+    -> std::remove_cvref_t<decltype(a / b)> {
   using R = std::remove_cvref_t<decltype(a / b)>;
   if constexpr (whole<A> && whole<B>) {
     if (on(id))
@@ -76,7 +80,8 @@ template <class A, class B> constexpr auto divide(int id, const A &a, const B &b
   }
   return a / b;
 }
-template <class A, class B> constexpr auto remainder(int id, const A &a, const B &b) -> std::remove_cvref_t<decltype(a % b)> {
+template <class A, class B> constexpr auto remainder(int id, const A &a, const B &b)
+    -> std::remove_cvref_t<decltype(a % b)> {
   if (on(id))
     return a / b;
   return a % b;
@@ -87,30 +92,33 @@ template <class A> constexpr auto negative(int id, const A &a) -> std::remove_cv
   return -a;
 }
 
-// Comparisons have two mutants: number `id` is the opposite, and id + 1 moves the boundary.  Moving it between numbers that are
-// not integers is no change that a test could notice.
-#define KSL_COMPARISON(name, op, opposite, moved)                                                                              \
-  template <class A, class B> constexpr auto name(int id, const A &a, const B &b) -> std::remove_cvref_t<decltype(a op b)> {   \
-    if constexpr (requires { a opposite b; })                                                                                  \
-      if (on(id))                                                                                                              \
-        return a opposite b;                                                                                                   \
-    if constexpr (whole<A> && whole<B>)                                                                                        \
-      if (on(id + 1))                                                                                                          \
-        return a moved b;                                                                                                      \
-    return a op b;                                                                                                             \
+// Comparisons have two mutants: number `id` is the opposite, and id + 1 moves the boundary.  Moving it between numbers
+// that are not integers is no change that a test could notice.
+#define KSL_COMPARISON(name, op, opposite, moved)                                                                      \
+  template <class A, class B>                                                                                          \
+  constexpr auto name(int id, const A &a, const B &b)->std::remove_cvref_t<decltype(a op b)> {                         \
+    if constexpr (requires { a opposite b; })                                                                          \
+      if (on(id))                                                                                                      \
+        return a opposite b;                                                                                           \
+    if constexpr (whole<A> && whole<B>)                                                                                \
+      if (on(id + 1))                                                                                                  \
+        return a moved b;                                                                                              \
+    return a op b;                                                                                                     \
   }
 KSL_COMPARISON(less, <, >=, <=)
 KSL_COMPARISON(greater, >, <=, >=)
 KSL_COMPARISON(at_most, <=, >, <)
 KSL_COMPARISON(at_least, >=, <, >)
 #undef KSL_COMPARISON
-template <class A, class B> constexpr auto equal(int id, const A &a, const B &b) -> std::remove_cvref_t<decltype(a == b)> {
+template <class A, class B> constexpr auto equal(int id, const A &a, const B &b)
+    -> std::remove_cvref_t<decltype(a == b)> {
   if constexpr (requires { a != b; })
     if (on(id))
       return a != b;
   return a == b;
 }
-template <class A, class B> constexpr auto unequal(int id, const A &a, const B &b) -> std::remove_cvref_t<decltype(a != b)> {
+template <class A, class B> constexpr auto unequal(int id, const A &a, const B &b)
+    -> std::remove_cvref_t<decltype(a != b)> {
   if constexpr (requires { a == b; })
     if (on(id))
       return a == b;
@@ -154,20 +162,20 @@ template <class I> constexpr auto index(int id, const I &i) {
   }
 }
 
-#define KSL_ASSIGNMENT(name, op, other)                                                                                        \
-  template <class A, class B> constexpr A &name(int id, A &&a, const B &b) = delete;                                           \
-  template <class A, class B> constexpr A &name(int id, A &a, const B &b) {                                                    \
-    if constexpr (whole<A>) {                                                                                                  \
-      if (on(id))                                                                                                              \
-        return a;                                                                                                              \
-    } else if constexpr (requires { a other b; }) {                                                                            \
-      if (on(id)) {                                                                                                            \
-        a other b;                                                                                                             \
-        return a;                                                                                                              \
-      }                                                                                                                        \
-    }                                                                                                                          \
-    a op b;                                                                                                                    \
-    return a;                                                                                                                  \
+#define KSL_ASSIGNMENT(name, op, other)                                                                                \
+  template <class A, class B> constexpr A &name(int id, A &&a, const B &b) = delete;                                   \
+  template <class A, class B> constexpr A &name(int id, A &a, const B &b) {                                            \
+    if constexpr (whole<A>) {                                                                                          \
+      if (on(id))                                                                                                      \
+        return a;                                                                                                      \
+    } else if constexpr (requires { a other b; }) {                                                                    \
+      if (on(id)) {                                                                                                    \
+        a other b;                                                                                                     \
+        return a;                                                                                                      \
+      }                                                                                                                \
+    }                                                                                                                  \
+    a op b;                                                                                                            \
+    return a;                                                                                                          \
   }
 KSL_ASSIGNMENT(add_assign, +=, -=)
 KSL_ASSIGNMENT(subtract_assign, -=, +=)

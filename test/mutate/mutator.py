@@ -15,10 +15,33 @@ ARITHMETIC = {"+": "add", "-": "subtract", "*": "multiply", "/": "divide", "%": 
 COMPARISONS = {"<": "less", ">": "greater", "<=": "at_most", ">=": "at_least"}
 EQUALITIES = {"==": "equal", "!=": "unequal"}
 LOGICAL = {"&&": "||", "||": "&&"}
-ASSIGNMENTS = {"+=": "add_assign", "-=": "subtract_assign", "*=": "multiply_assign", "/=": "divide_assign",
-               "&=": "and_assign", "|=": "or_assign"}
-SHOWN = {"+": "-", "-": "+", "*": "/", "/": "*", "%": "/", "<": ">=", ">": "<=", "<=": ">", ">=": "<", "==": "!=", "!=": "==",
-         "+=": "-=", "-=": "+=", "*=": "/=", "/=": "*=", "&=": "|=", "|=": "&="}
+ASSIGNMENTS = {
+    "+=": "add_assign",
+    "-=": "subtract_assign",
+    "*=": "multiply_assign",
+    "/=": "divide_assign",
+    "&=": "and_assign",
+    "|=": "or_assign",
+}
+SHOWN = {
+    "+": "-",
+    "-": "+",
+    "*": "/",
+    "/": "*",
+    "%": "/",
+    "<": ">=",
+    ">": "<=",
+    "<=": ">",
+    ">=": "<",
+    "==": "!=",
+    "!=": "==",
+    "+=": "-=",
+    "-=": "+=",
+    "*=": "/=",
+    "/=": "*=",
+    "&=": "|=",
+    "|=": "&=",
+}
 MOVED = {"<": "<=", ">": ">=", "<=": "<", ">=": ">"}
 
 
@@ -27,18 +50,56 @@ def cycle(*names):
 
 
 # The member that is taken instead: another component, the other part of a spatial vector, the transposed element.
-MEMBERS = (cycle("x", "y", "z") | {"w": "x"} | cycle("lin", "ang") | cycle("sine", "cosine") | cycle("linear", "angular")
-           | cycle("Ixx", "Iyy", "Izz") | cycle("Ixy", "Iyz", "Izx") | cycle("Mxx", "Myy", "Mzz") | cycle("Mxy", "Myz", "Mzx")
-           | cycle("m00", "m11", "m22") | {"m33": "m00"} | cycle("twice_sine", "twice_cosine") | cycle("cosine_sine", "sine_sine")
-           | {f"m{i}{j}": f"m{j}{i}" for i in range(4) for j in range(4) if i != j}
-           | cycle("m03", "m13", "m23") | cycle("m30", "m31", "m32"))
+MEMBERS = (
+    cycle("x", "y", "z")
+    | {"w": "x"}
+    | cycle("lin", "ang")
+    | cycle("sine", "cosine")
+    | cycle("linear", "angular")
+    | cycle("Ixx", "Iyy", "Izz")
+    | cycle("Ixy", "Iyz", "Izx")
+    | cycle("Mxx", "Myy", "Mzz")
+    | cycle("Mxy", "Myz", "Mzx")
+    | cycle("m00", "m11", "m22")
+    | {"m33": "m00"}
+    | cycle("twice_sine", "twice_cosine")
+    | cycle("cosine_sine", "sine_sine")
+    | {f"m{i}{j}": f"m{j}{i}" for i in range(4) for j in range(4) if i != j}
+    | cycle("m03", "m13", "m23")
+    | cycle("m30", "m31", "m32")
+)
 
 # Text that the compiler needs at once, or that computes nothing.
-SKIPPED = {"template_argument_list", "template_parameter_list", "type_descriptor", "sizeof_expression", "static_assert_declaration",
-           "enumerator_list", "attribute_declaration", "attribute_specifier", "requires_clause", "requires_expression",
-           "concept_definition", "noexcept", "decltype", "bitfield_clause", "alias_declaration", "using_declaration", "preproc_def",
-           "preproc_function_def", "preproc_include", "comment", "string_literal", "ERROR", "abstract_function_declarator",
-           "optional_parameter_declaration", "operator_name", "lambda_capture_specifier", "alignas_qualifier", "throw_statement"}
+SKIPPED = {
+    "template_argument_list",
+    "template_parameter_list",
+    "type_descriptor",
+    "sizeof_expression",
+    "static_assert_declaration",
+    "enumerator_list",
+    "attribute_declaration",
+    "attribute_specifier",
+    "requires_clause",
+    "requires_expression",
+    "concept_definition",
+    "noexcept",
+    "decltype",
+    "bitfield_clause",
+    "alias_declaration",
+    "using_declaration",
+    "preproc_def",
+    "preproc_function_def",
+    "preproc_include",
+    "comment",
+    "string_literal",
+    "ERROR",
+    "abstract_function_declarator",
+    "optional_parameter_declaration",
+    "operator_name",
+    "lambda_capture_specifier",
+    "alignas_qualifier",
+    "throw_statement",
+}
 
 
 @dataclass(frozen=True)
@@ -79,14 +140,14 @@ class Mutator:
         assert len(parsed) == len(text)
         root = PARSER.parse(parsed).root_node
         out = self.render(root, False)
-        result = self.source[:root.start_byte] + out + self.source[root.end_byte:]
+        result = self.source[: root.start_byte] + out + self.source[root.end_byte :]
         assert result.count(b"\n") == text.count(b"\n")
         return result
 
     def new(self, node, kind, change):
         """The number of a new mutant, or None if it was dropped.  Dropped ones keep their numbers, so that a file in which none was
         dropped stays as it is."""
-        code = " ".join(self.source[node.start_byte:node.end_byte].decode().split())
+        code = " ".join(self.source[node.start_byte : node.end_byte].decode().split())
         code = code if len(code) <= 80 else code[:77] + "..."
         line = node.start_point[0] + 1
         changes = [change] if isinstance(change, str) else change
@@ -103,7 +164,7 @@ class Mutator:
         if not fixed and node.type in ("declaration", "field_declaration"):  # the compiler evaluates constants
             fixed = any(c.type == "type_qualifier" and c.text == b"constexpr" for c in node.children)
         if fixed or not node.children:
-            return self.source[node.start_byte:node.end_byte]
+            return self.source[node.start_byte : node.end_byte]
         pieces = [(c, self.render(c, self.is_fixed(node, c))) for c in node.children]
         return self.mutated(node, pieces) or self.joined(node, pieces)
 
@@ -123,10 +184,10 @@ class Mutator:
         out, at = [], node.start_byte
         replaced = dict(replaced)
         for child, text in pieces:
-            out.append(self.source[at:child.start_byte])
+            out.append(self.source[at : child.start_byte])
             out.append(replaced.get(child.id, text))
             at = child.end_byte
-        return b"".join(out) + self.source[at:node.end_byte]
+        return b"".join(out) + self.source[at : node.end_byte]
 
     def call(self, name, number, node, pieces, replaced=()):
         return b"ksl_mutate::%s(%d, " % (name.encode(), number) + self.joined(node, pieces, replaced) + b")"
@@ -155,8 +216,11 @@ class Mutator:
             number = self.new(node, "operator", f"{op} → {LOGICAL[op]}")
             if not number:
                 return None
-            operands = [(c.id, b"ksl_mutate::flip(%d, bool(" % number + text + b"))") for c, text in pieces
-                        if c.is_named and c.type != "comment"]
+            operands = [
+                (c.id, b"ksl_mutate::flip(%d, bool(" % number + text + b"))")
+                for c, text in pieces
+                if c.is_named and c.type != "comment"
+            ]
             return b"ksl_mutate::flip(%d, " % number + self.joined(node, pieces, operands) + b")"
         return None
 
@@ -164,9 +228,12 @@ class Mutator:
         above = node.parent
         while above is not None and above.type in ("binary_expression", "parenthesized_expression"):
             node, above = above, above.parent
-        return (above is not None and above.type in ("for_statement", "while_statement", "condition_clause")
-                and (above.type != "condition_clause" or above.parent.type == "while_statement")
-                and (above.type != "for_statement" or above.child_by_field_name("condition") == node))
+        return (
+            above is not None
+            and above.type in ("for_statement", "while_statement", "condition_clause")
+            and (above.type != "condition_clause" or above.parent.type == "while_statement")
+            and (above.type != "for_statement" or above.child_by_field_name("condition") == node)
+        )
 
     def unary_expression(self, node, pieces):
         op = node.child_by_field_name("operator")
@@ -180,8 +247,11 @@ class Mutator:
 
     def assignment_expression(self, node, pieces):
         op = node.child_by_field_name("operator")
-        if op.type not in ASSIGNMENTS or (node.parent.type == "for_statement") or (
-                node.parent.type == "comma_expression" and node.parent.parent.type == "for_statement"):
+        if (
+            op.type not in ASSIGNMENTS
+            or (node.parent.type == "for_statement")
+            or (node.parent.type == "comma_expression" and node.parent.parent.type == "for_statement")
+        ):
             return None
         number = self.new(node, "sign" if op.type in ("+=", "-=") else "operator", f"{op.type} → {SHOWN[op.type]}")
         return number and self.call(ASSIGNMENTS[op.type], number, node, pieces, [(op.id, b",")])
@@ -209,6 +279,12 @@ class Mutator:
         argument = node.named_children[0]
         if argument.type == "number_literal" and argument.text.isdigit():
             value = int(argument.text)
+            if (
+                value == 0
+                and node.parent.parent.type == "pointer_expression"
+                and node.parent.parent.children[0].type == "&"
+            ):
+                return None  # &x[0] is where an array begins
             other = value - 1 if value else 1
             number = self.new(node.parent, "index", f"[{value}] → [{other}]")
             if not number:
@@ -217,5 +293,7 @@ class Mutator:
         if argument.type in ("identifier", "field_expression", "call_expression"):
             number = self.new(node.parent, "index", f"[{argument.text.decode()}] → [0]")
             text = next(text for c, text in pieces if c.id == argument.id)
-            return number and self.joined(node, pieces, [(argument.id, b"ksl_mutate::index(%d, " % number + text + b")")])
+            return number and self.joined(
+                node, pieces, [(argument.id, b"ksl_mutate::index(%d, " % number + text + b")")]
+            )
         return None

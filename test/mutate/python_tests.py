@@ -80,8 +80,14 @@ def record(session, mutated, path):
     ctypes.memset(mutated.reached, 0, ROOM)
     start = time.process_time()
     for item, bad in zip(session.items, run(session.items)):
-        rows.append({"test": item.nodeid, "seconds": time.process_time() - start, "failed": bad,
-                     "reached": [i for i, x in enumerate(bytes(mutated.reached)) if x]})
+        rows.append(
+            {
+                "test": item.nodeid,
+                "seconds": time.process_time() - start,
+                "failed": bad,
+                "reached": [i for i, x in enumerate(bytes(mutated.reached)) if x],
+            }
+        )
         ctypes.memset(mutated.reached, 0, ROOM)
         start = time.process_time()
     Path(path).write_text(json.dumps(rows))
@@ -98,7 +104,7 @@ def kill(session, mutated, number, order, seconds, killer):
     mutated.number.value = number
     outcomes = run([item for _, item in order])
     for place in range(len(order)):
-        killer[4 * number:4 * number + 4] = place.to_bytes(4, "little")
+        killer[4 * number : 4 * number + 4] = place.to_bytes(4, "little")
         if next(outcomes):
             return 1
     return 0
@@ -118,7 +124,9 @@ def pytest_runtestloop(session):
     if len(bad) > 0.01 * len(rows):
         raise SystemExit(f"tests fail without a mutant: {bad}")
     print(f"{len(bad)} of {len(rows)} tests fail with {FEW} cases, and are left out: {bad}", file=sys.stderr)
-    ordered = sorted(((r, i) for r, i in zip(rows, session.items) if not r["failed"]), key=lambda pair: pair[0]["seconds"])
+    ordered = sorted(
+        ((r, i) for r, i in zip(rows, session.items) if not r["failed"]), key=lambda pair: pair[0]["seconds"]
+    )
     reaching = {}
     for row, item in ordered:
         for number in row["reached"]:
@@ -126,14 +134,16 @@ def pytest_runtestloop(session):
     killer = mmap.mmap(-1, 4 * ROOM)
     running = {}
     with open(SETTINGS["results"], "w") as out:
+
         def wait():
             process, status = os.wait()
             number, start = running.pop(process)
             order = reaching.get(number, ordered)
-            place = int.from_bytes(killer[4 * number:4 * number + 4], "little")
+            place = int.from_bytes(killer[4 * number : 4 * number + 4], "little")
             code = os.waitstatus_to_exitcode(status)
-            how = {0: "survived", 1: "failed"}.get(code) or ("timeout" if -code in (signal.SIGXCPU, signal.SIGALRM, signal.SIGKILL)
-                                                              else "crashed")
+            how = {0: "survived", 1: "failed"}.get(code) or (
+                "timeout" if -code in (signal.SIGXCPU, signal.SIGALRM, signal.SIGKILL) else "crashed"
+            )
             name = "" if code == 0 else order[place][0]["test"]
             out.write(f"{number}\t{how}\t{time.perf_counter() - start:.3f}\t{name}\n")
             out.flush()
@@ -145,7 +155,10 @@ def pytest_runtestloop(session):
                 continue
             while len(running) >= SETTINGS["jobs"]:
                 wait()
-            running[in_child(kill, session, mutated, number, order, SETTINGS["seconds"], killer)] = number, time.perf_counter()
+            running[in_child(kill, session, mutated, number, order, SETTINGS["seconds"], killer)] = (
+                number,
+                time.perf_counter(),
+            )
         while running:
             wait()
     return True
