@@ -19,7 +19,7 @@ import tomllib
 from collections import Counter
 from pathlib import Path
 
-from build import HERE, ROOT, Build
+from build import HERE, ROOT, Build, files
 
 SECONDS = 10  # a mutant may take ten times as long as the tests take without it, and this
 # Mutants that are wrong beyond doubt, by file, code and change.
@@ -96,10 +96,13 @@ def read(path):
     return {int(r[0]): (r[1], float(r[2]), r[3]) for r in rows}
 
 
-def equivalent_mutants(mutants):
-    """{number: reason}, and the entries of equivalent.toml that fit no mutant."""
+def equivalent_mutants(scope, mutants):
+    """{number: reason}, and the entries of equivalent.toml that fit no mutant of the scope, nor belong to another."""
     sources, found, stale = {}, {}, []
+    others = {str(f.relative_to(ROOT)) for other in KNOWN if other != scope for f in files(other)}
     for entry in tomllib.loads((HERE / "equivalent.toml").read_text()).get("mutant", []):
+        if entry["file"] in others:
+            continue
         lines = sources.setdefault(entry["file"], (ROOT / entry["file"]).read_text().splitlines())
         one_of = lambda value: value if isinstance(value, list) else [value]  # noqa: E731
         fits = [
@@ -151,7 +154,7 @@ def run(scope, fraction, seed, jobs, reuse=False, laws=True):
             and mutants[n].change[0] in "<>"
         )
     ]
-    equal, stale = equivalent_mutants(build.mutants)
+    equal, stale = equivalent_mutants(scope, build.mutants)
     for entry in stale:
         print(f"equivalent.toml: fits no mutant: {entry}")
     wrong = [mutants[n] for n in chosen if n in equal and results[n][0] in NOTICED]
