@@ -73,7 +73,9 @@ TEST_CASE("forward dynamics is the inverse, and the mass matrix has the rotors")
 }
 
 TEST_CASE("dynamics at a frame, and the kinetic energy, feel the rotors") {
-  const ksl::model m(arm(), all_physics());
+  ksl::robot_description two_rotors = arm();
+  two_rotors.joints[1].armature = 0.05;
+  const ksl::model m(two_rotors, all_physics());
   ksl::data d(m);
   double M[4], W[4], J[12], inverse[36], by_q[2], by_v[2], potential[2];
   ksl::mass_matrix(m, d, q, M);
