@@ -103,7 +103,7 @@ def test_arraylerp(ksl, f):
 @F
 def test_maxIndex(ksl, f):
     call = getattr(ksl.dll, f"ksl_maxIndex{f}")
-    for x, k in (([1, -5, 5, 2], 1), ([0, 0], 0), ([3], 0), ([1, np.nan, 9, np.nan], 1), ([-np.inf, np.inf], 0)):
+    for x, k in (([1, -5, 5, 2], 1), ([1, 2, -7], 2), ([0, 0], 0), ([3], 0), ([1, np.nan, 9, np.nan], 1), ([-np.inf, np.inf], 0)):
         a = array(x, f)
         assert call(len(x), pointer(a)) == k
     assert call(0, pointer(a)) == call(-3, pointer(a)) == call(0, None) == 0, "of nothing it is 0, as published"
