@@ -60,6 +60,7 @@ def test_B15_allclose(ksl, f, capfd):
     assert close(ksl, f, [0, 1000], [0.9e-6, 1000.0009])
     assert not close(ksl, f, [0], [1.1e-6])
     assert not close(ksl, f, [1, 2, 3], [1, 2, 3.1])
+    assert not close(ksl, f, [1000, 0], [1000, 5e-6]), "each pair has a bound of its own"
     # NaN is close to nothing, an infinity to itself
     for a, b in ((nan, nan), (nan, 1), (1, nan), (inf, 1), (1, -inf), (inf, -inf), (nan, inf)):
         assert not close(ksl, f, [0, a], [0, b])
@@ -102,7 +103,7 @@ def test_arraylerp(ksl, f):
 @F
 def test_maxIndex(ksl, f):
     call = getattr(ksl.dll, f"ksl_maxIndex{f}")
-    for x, k in (([1, -5, 5, 2], 1), ([0, 0], 0), ([3], 0), ([1, np.nan, 9, np.nan], 1), ([-np.inf, np.inf], 0)):
+    for x, k in (([1, -5, 5, 2], 1), ([1, 2, -7], 2), ([0, 0], 0), ([3], 0), ([1, np.nan, 9, np.nan], 1), ([-np.inf, np.inf], 0)):
         a = array(x, f)
         assert call(len(x), pointer(a)) == k
     assert call(0, pointer(a)) == call(-3, pointer(a)) == call(0, None) == 0, "of nothing it is 0, as published"
@@ -113,6 +114,9 @@ def test_swapArray(ksl, f):
     a, b = array(np.arange(6), f), array(np.arange(10, 16), f)
     getattr(ksl.dll, f"ksl_swapArray{f}")(3, pointer(a), 2, pointer(b), 1)
     assert a.tolist() == [10, 1, 11, 3, 12, 5] and b.tolist() == [0, 2, 4, 13, 14, 15]
+    getattr(ksl.dll, f"ksl_swapArray{f}")(2, pointer(a), 1, pointer(b), 3)
+    assert a.tolist() == [0, 13, 11, 3, 12, 5] and b.tolist() == [10, 2, 4, 1, 14, 15]
+    getattr(ksl.dll, f"ksl_swapArray{f}")(2, pointer(a), 1, pointer(b), 3)
     for n in (0, -2):
         getattr(ksl.dll, f"ksl_swapArray{f}")(n, pointer(a), 1, pointer(b), 1)
     assert a.tolist() == [10, 1, 11, 3, 12, 5]

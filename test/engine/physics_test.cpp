@@ -72,6 +72,46 @@ TEST_CASE("forward dynamics is the inverse, and the mass matrix has the rotors")
     CHECK(with_rotors[i] == M[i]);
 }
 
+TEST_CASE("dynamics at a frame, and the kinetic energy, feel the rotors") {
+  ksl::robot_description two_rotors = arm();
+  two_rotors.joints[1].armature = 0.05;
+  const ksl::model m(two_rotors, all_physics());
+  ksl::data d(m);
+  double M[4], W[4], J[12], inverse[36], by_q[2], by_v[2], potential[2];
+  ksl::mass_matrix(m, d, q, M);
+  ksl::energy_derivatives(m, d, q, v, by_q, by_v, potential);
+  for (int i = 0; i < 2; ++i)
+    CHECK(by_v[i] == doctest::Approx(M[2 * i] * v[0] + M[2 * i + 1] * v[1]).epsilon(1e-14));
+  const int tip = 2;
+  const double determinant = M[0] * M[3] - M[1] * M[2];
+  W[0] = M[3] / determinant, W[3] = M[0] / determinant, W[1] = W[2] = -M[1] / determinant;
+  ksl::jacobian(m, d, q, tip, {}, J);
+  ksl::operational_space_inertia_inverse(m, d, q, 1, &tip, {}, inverse);
+  for (int r = 0; r < 6; ++r)
+    for (int c = 0; c < 6; ++c) {
+      double sum = 0;
+      for (int i = 0; i < 2; ++i)
+        for (int j = 0; j < 2; ++j)
+          sum += J[2 * r + i] * W[2 * i + j] * J[2 * c + j];
+      CHECK(std::fabs(inverse[6 * r + c] - sum) < 1e-12);
+    }
+}
+
+TEST_CASE("the second derivative of friction by speed is that of its law") {
+  const ksl::model plain(arm()), whole(arm(), all_physics());
+  ksl::data d(plain), e(whole);
+  double qq[8], vv[8], qv[8], aq[8], without[8];
+  ksl::inverse_dynamics_second_derivatives(plain, d, q, v, a, qq, without, qv, aq);
+  ksl::inverse_dynamics_second_derivatives(whole, e, q, v, a, qq, vv, qv, aq);
+  const double force[2] = {1.5, 0.4}, width[2] = {0.01, 0.5};
+  for (int i = 0; i < 8; ++i) {
+    const int k = i == 0 ? 0 : i == 7 ? 1 : -1; // element (k, k, k); friction has no others
+    const double w2 = k < 0 ? 0 : width[k] * width[k];
+    const double expected = k < 0 ? 0 : -3 * force[k] * w2 * v[k] / std::pow(v[k] * v[k] + w2, 2.5);
+    CHECK(vv[i] - without[i] == doctest::Approx(expected).epsilon(1e-9));
+  }
+}
+
 TEST_CASE("power of the motors is the rate of the energy and what damping and friction turn into heat") {
   using T = ksl::dual<1>;
   const ksl::model m(arm(), all_physics());

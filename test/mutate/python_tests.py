@@ -1,0 +1,164 @@
+"""A plugin of pytest: Python tests in a mutated build.  It finds which tests reach which mutants, and then activates one
+mutant after the other, each in a fork of this process, and runs the tests that reach it, shortest first, until one fails.
+
+    KSL_MUTATE='{"library": "libksl_algebra.so", "mutants": [17, 18], "results": "results.tsv", "reached": "reached.json",
+                 "jobs": 2, "seconds": 10}' python -m pytest -p python_tests test/algebra"""
+
+import ctypes
+import json
+import mmap
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+SETTINGS = json.loads(os.environ["KSL_MUTATE"])
+ROOM = 20002
+FEW = 20
+# Tests that compile programs from the sources, which are not mutated, or that compare declarations.
+LEFT_OUT = ("exports_test", "headers_test", "print_test", "array_functions_test", "nan_test")
+
+failed = False
+
+
+def pytest_runtest_logreport(report):
+    global failed
+    failed |= report.failed
+
+
+def without_programs(*_, **__):
+    pytest.skip("compiles or starts another program, in which no mutant would be active")
+
+
+def pytest_collection_modifyitems(config, items):
+    """A mutant shows in few cases: a test takes FEW where it takes thousands elsewhere."""
+    for module in {i.module for i in items} | {m for n, m in sys.modules.items() if n in ("cases", "random_cases")}:
+        for name in ("CASES", "MANY", "WITNESSED", "FEW", "N"):
+            if isinstance(getattr(module, name, None), int) and getattr(module, name) > (FEW if name != "N" else 1000):
+                setattr(module, name, FEW)
+    subprocess.run = without_programs
+    items[:] = [i for i in items if not any(f"/{name}" in str(i.path) for name in LEFT_OUT)]
+
+
+class Mutated:
+    def __init__(self):
+        self.dll = ctypes.CDLL(SETTINGS["library"])
+        self.number = ctypes.c_int.in_dll(self.dll, "ksl_mutant")
+        self.reached = (ctypes.c_ubyte * ROOM).in_dll(self.dll, "ksl_mutant_reached")
+
+
+def in_child(function, *arguments):
+    """The process that runs function(*arguments), and ends."""
+    process = os.fork()
+    if process:
+        return process
+    try:
+        nothing = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nothing, 1), os.dup2(nothing, 2)
+        os._exit(function(*arguments))
+    finally:
+        os._exit(3)
+
+
+def run(items):
+    """For each test in turn: did it fail?"""
+    global failed
+    for item, following in zip(items, [*items[1:], None]):
+        failed = False
+        item.config.hook.pytest_runtest_protocol(item=item, nextitem=following)
+        yield failed
+
+
+def record(session, mutated, path):
+    """Runs all tests without a mutant."""
+    rows = []
+    ctypes.memset(mutated.reached, 0, ROOM)
+    start = time.process_time()
+    for item, bad in zip(session.items, run(session.items)):
+        rows.append(
+            {
+                "test": item.nodeid,
+                "seconds": time.process_time() - start,
+                "failed": bad,
+                "reached": [i for i, x in enumerate(bytes(mutated.reached)) if x],
+            }
+        )
+        ctypes.memset(mutated.reached, 0, ROOM)
+        start = time.process_time()
+    Path(path).write_text(json.dumps(rows))
+    return 0
+
+
+def kill(session, mutated, number, order, seconds, killer):
+    """1 if a test fails that mutant `number` reaches, 0 if all pass."""
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    resource.setrlimit(resource.RLIMIT_AS, (8 << 30, 8 << 30))
+    limit = int(seconds + 10 * sum(r["seconds"] for r, _ in order)) + 1
+    resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 1))
+    signal.alarm(8 * limit)
+    mutated.number.value = number
+    outcomes = run([item for _, item in order])
+    for place in range(len(order)):
+        killer[4 * number : 4 * number + 4] = place.to_bytes(4, "little")
+        if next(outcomes):
+            return 1
+    return 0
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtestloop(session):
+    mutated = Mutated()
+    if "library" in sys.modules:  # the algebra's: helpers are symbols of the mutated library
+        sys.modules["library"].Library.helpers = property(lambda self: mutated.dll)
+    path = SETTINGS["reached"]
+    if not SETTINGS.get("reuse"):
+        os.waitpid(in_child(record, session, mutated, path), 0)
+    rows = json.loads(Path(path).read_text())
+    # Some tests need the number of cases that they were written for.
+    bad = [r["test"] for r in rows if r["failed"]]
+    if len(bad) > 0.01 * len(rows):
+        raise SystemExit(f"tests fail without a mutant: {bad}")
+    print(f"{len(bad)} of {len(rows)} tests fail with {FEW} cases, and are left out: {bad}", file=sys.stderr)
+    ordered = sorted(
+        ((r, i) for r, i in zip(rows, session.items) if not r["failed"]), key=lambda pair: pair[0]["seconds"]
+    )
+    reaching = {}
+    for row, item in ordered:
+        for number in row["reached"]:
+            reaching.setdefault(number, []).append((row, item))
+    killer = mmap.mmap(-1, 4 * ROOM)
+    running = {}
+    with open(SETTINGS["results"], "w") as out:
+
+        def wait():
+            process, status = os.wait()
+            number, start = running.pop(process)
+            order = reaching.get(number, ordered)
+            place = int.from_bytes(killer[4 * number : 4 * number + 4], "little")
+            code = os.waitstatus_to_exitcode(status)
+            how = {0: "survived", 1: "failed"}.get(code) or (
+                "timeout" if -code in (signal.SIGXCPU, signal.SIGALRM, signal.SIGKILL) else "crashed"
+            )
+            name = "" if code == 0 else order[place][0]["test"]
+            out.write(f"{number}\t{how}\t{time.perf_counter() - start:.3f}\t{name}\n")
+            out.flush()
+
+        for number in SETTINGS["mutants"]:
+            order = ordered if number == 0 else reaching.get(number)
+            if not order:
+                out.write(f"{number}\tunreached\t0\t\n")
+                continue
+            while len(running) >= SETTINGS["jobs"]:
+                wait()
+            running[in_child(kill, session, mutated, number, order, SETTINGS["seconds"], killer)] = (
+                number,
+                time.perf_counter(),
+            )
+        while running:
+            wait()
+    return True

@@ -1,0 +1,273 @@
+"""`make mutate`: how many sign, index and operator mutants the tests notice.
+
+    run.py algebra engine [--fraction 0.25] [--seed 11] [--jobs 2] [--cpp] [--reuse] [--list] [--write]
+
+Each scope is compiled once with all its mutants (build.py).  The run begins with its own proof: without a mutant all tests pass, and
+mutants that are known to be wrong die.  Then every mutant, or a random part of them, is activated in turn.  Equivalent mutants,
+which compute the same, are listed in equivalent.toml with the reason; an entry that fits no mutant, or one that died, is an error.
+
+--list prints the mutants that were not noticed.  --write writes results.md and the record."""
+
+import argparse
+import json
+import os
+import random
+import subprocess
+import sys
+import time
+import tomllib
+from collections import Counter
+from pathlib import Path
+
+from build import HERE, ROOT, Build, files
+
+SECONDS = 10  # a mutant may take ten times as long as the tests take without it, and this
+# Mutants that are wrong beyond doubt, by file, code and change.
+KNOWN = {
+    "algebra": [("include/ksl/detail/vec3.inc", "a.y * b.z - a.z * b.y", "- → +")],
+    "engine": [("include/ksl/engine/plane_rotation.hpp", "cs + cs", "+ → -")],
+}
+PROGRAMS = ("engine_test", "interfaces_test")
+NOTICED = ("failed", "crashed", "timeout")
+
+
+def engine_tests(build, program, numbers, jobs, reuse):
+    """{number: (how, seconds, test)} by one C++ program, and the numbers that its tests reach."""
+    path = build.out / "test/engine" / program
+    reached, wanted, results = (
+        build.folder / f"{program}_{name}" for name in ("reached.tsv", "wanted.txt", "results.tsv")
+    )
+    if not (reuse and reached.exists()) and subprocess.run([path, reached], stdout=subprocess.DEVNULL).returncode:
+        bad = [row.split("\t")[2] for row in reached.read_text().splitlines() if row.split("\t")[1] == "1"]
+        sys.exit(f"C++ tests fail without a mutant: {bad}")
+    wanted.write_text("\n".join(map(str, numbers)))
+    subprocess.run([path, reached, wanted, results, str(jobs), str(SECONDS)], check=True, stdout=subprocess.DEVNULL)
+    return read(results), {int(n) for row in reached.read_text().splitlines() for n in row.split("\t")[3].split()}
+
+
+def python_tests(build, library, folders, numbers, jobs, reuse, packages=()):
+    reached, results = build.folder / "reached.json", build.folder / "python_results.tsv"
+    settings = {
+        "library": str(library),
+        "mutants": numbers,
+        "results": str(results),
+        "reached": str(reached),
+        "jobs": jobs,
+        "seconds": SECONDS,
+        "reuse": reuse and reached.exists(),
+    }
+    path = [str(HERE), *map(str, packages), *filter(None, [os.environ.get("PYTHONPATH")])]
+    environment = os.environ | {
+        "KSL_MUTATE": json.dumps(settings),
+        "KSL_LIBRARY": str(library),
+        "PYTHONPATH": os.pathsep.join(path),
+    }
+    subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "python_tests", "-p", "no:cacheprovider", *folders],
+        cwd=ROOT,
+        env=environment,
+        check=True,
+        stdout=subprocess.DEVNULL,
+    )
+    return read(results), {n for row in json.loads(reached.read_text()) for n in row["reached"]}
+
+
+def all_tests(build, numbers, jobs, reuse, laws):
+    """Of the engine, first the C++ tests, which are fast; then those of all interfaces, and Python's laws, for what is left."""
+    if build.scope == "algebra":
+        return python_tests(build, build.folder / "libksl_algebra.so", ["test/algebra"], numbers, jobs, reuse)
+    results, reached = dict.fromkeys(numbers, ("unreached", 0, "")), set()
+    stages = [lambda left, p=p: engine_tests(build, p, left, jobs, reuse) for p in PROGRAMS]
+    if laws:
+        stages.append(
+            lambda left: python_tests(
+                build, build.module(), ["test/laws"], left, jobs, reuse, [build.folder / "package"]
+            )
+        )
+    for stage in stages:
+        more, also = stage([n for n in numbers if results[n][0] not in NOTICED])
+        results |= {n: r for n, r in more.items() if r[0] != "unreached"}
+        reached |= also
+    return results, reached
+
+
+def read(path):
+    rows = (line.split("\t") for line in path.read_text().splitlines())
+    return {int(r[0]): (r[1], float(r[2]), r[3]) for r in rows}
+
+
+def equivalent_mutants(scope, mutants):
+    """{number: reason}, and the entries of equivalent.toml that fit no mutant of the scope, nor belong to another."""
+    sources, found, stale = {}, {}, []
+    others = {str(f.relative_to(ROOT)) for other in KNOWN if other != scope for f in files(other)}
+    for entry in tomllib.loads((HERE / "equivalent.toml").read_text()).get("mutant", []):
+        if entry["file"] in others:
+            continue
+        lines = sources.setdefault(entry["file"], (ROOT / entry["file"]).read_text().splitlines())
+        one_of = lambda value: value if isinstance(value, list) else [value]  # noqa: E731
+        fits = [
+            m
+            for m in mutants
+            if m.file == entry["file"]
+            and m.change in one_of(entry.get("change", m.change))
+            and m.code in one_of(entry.get("code", m.code))
+            and entry["line"] in lines[m.line - 1]
+        ]
+        if not fits:
+            stale.append(entry)
+        found |= {m.number: entry["reason"] for m in fits}
+    return found, stale
+
+
+def run(scope, fraction, seed, jobs, reuse=False, laws=True):
+    start = time.time()
+    build = Build(scope)
+    build.write_tree()
+    if reuse:
+        pass
+    elif scope == "engine":
+        build.configure()
+        build.compile(*PROGRAMS, *(["_core"] if laws else []))
+    else:
+        build.compile_algebra()
+    compiled = time.time() - start
+    mutants = {m.number: m for m in build.mutants}
+    known = [next(m.number for m in build.mutants if (m.file, m.code, m.change) == k) for k in KNOWN[scope]]
+    chosen = sorted(mutants)
+    if fraction < 1:
+        chosen = sorted(random.Random(seed).sample(chosen, round(fraction * len(chosen))))
+    results, reached = all_tests(build, [*known, *(n for n in chosen if n not in known)], jobs, reuse, laws)
+    for n in known:
+        if results[n][0] not in NOTICED:
+            sys.exit(f"{scope}: a mutant that is known to be wrong was not noticed: {mutants[n].text()}")
+    # The boundary of a comparison of real numbers is not moved; where the comparison was reached, it was one of these.
+    chosen = [
+        n
+        for n in chosen
+        if not (
+            results[n][0] == "unreached"
+            and "moved" not in mutants[n].change
+            and n - 1 in mutants
+            and n - 1 in reached
+            and mutants[n - 1].code == mutants[n].code
+            and mutants[n - 1].line == mutants[n].line
+            and mutants[n].change[0] in "<>"
+        )
+    ]
+    equal, stale = equivalent_mutants(scope, build.mutants)
+    for entry in stale:
+        print(f"equivalent.toml: fits no mutant: {entry}")
+    wrong = [mutants[n] for n in chosen if n in equal and results[n][0] in NOTICED]
+    for m in wrong:
+        print(f"equivalent.toml: is noticed, so not equivalent: {m.text()}")
+    dropped = len(json.loads(build.dropped_file.read_text())) if build.dropped_file.exists() else 0
+    return {
+        "scope": scope,
+        "mutants": mutants,
+        "chosen": chosen,
+        "results": results,
+        "equivalent": equal,
+        "dropped": dropped,
+        "faults": len(stale) + len(wrong),
+        "compiled": compiled,
+        "seconds": time.time() - start,
+        "fraction": fraction,
+        "known": [mutants[n] for n in known],
+    }
+
+
+def counts(result, numbers):
+    c = Counter(result["results"][n][0] if n not in result["equivalent"] else "equivalent" for n in numbers)
+    noticed = sum(c[k] for k in NOTICED)
+    counted = len(numbers) - c["equivalent"]
+    return c, noticed, counted
+
+
+def table(result):
+    c, noticed, counted = counts(result, result["chosen"])
+    part = "all" if result["fraction"] == 1 else f"a random {result['fraction']:.0%} of all"
+    lines = [
+        f"## {result['scope'].capitalize()}: {noticed / counted:.1%} noticed",
+        "",
+        f"{counted} mutants, {part} {len(result['mutants'])}: {noticed} noticed ({c['failed']} by a failed test, {c['crashed']} by a "
+        f"crash, {c['timeout']} by a time-out), {c['survived']} not, {c['unreached']} not reached by any of these tests.  "
+        f"Besides: {c['equivalent']} equivalent ones; {result['dropped']} did not compile and were left out.",
+        "",
+        "| kind | mutants | noticed |",
+        "|---|---|---|",
+    ]
+    for kind in ("sign", "index", "operator"):
+        _, k, n = counts(result, [m for m in result["chosen"] if result["mutants"][m].kind == kind])
+        lines.append(f"| {kind} | {n} | {k / n:.1%} |")
+    lines += ["", "| file | mutants | noticed | not | not reached |", "|---|---|---|---|---|"]
+    for file in sorted({m.file for m in result["mutants"].values()}):
+        numbers = [n for n in result["chosen"] if result["mutants"][n].file == file]
+        fc, k, n = counts(result, numbers)
+        if n:
+            lines.append(f"| `{file}` | {n} | {k / n:.0%} | {fc['survived'] or ''} | {fc['unreached'] or ''} |")
+    return lines
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scopes", nargs="+", choices=list(KNOWN))
+    parser.add_argument("--fraction", type=float, default=1.0, help="of the mutants, chosen at random")
+    parser.add_argument("--seed", type=int, default=11)
+    parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    parser.add_argument("--cpp", action="store_true", help="of the engine, the C++ tests alone")
+    parser.add_argument(
+        "--reuse",
+        action="store_true",
+        help="what was compiled, and which tests reach which mutants, is taken from the last run",
+    )
+    parser.add_argument("--list", action="store_true", help="print the mutants that were not noticed")
+    parser.add_argument("--write", action="store_true", help="write results.md and the record")
+    options = parser.parse_args()
+    results = [
+        run(scope, options.fraction, options.seed, options.jobs, options.reuse, not options.cpp)
+        for scope in options.scopes
+    ]
+    page, figures, kept = [], [], True
+    for result in results:
+        c, noticed, counted = counts(result, result["chosen"])
+        kept &= noticed >= 0.95 * counted and not result["faults"]
+        of = "" if result["fraction"] == 1 else f", a random {result['fraction']:.0%} of all"
+        figures.append(f"noticed, {result['scope']}={noticed / counted:.1%} of {counted} mutants{of}")
+        print(
+            f"{result['scope']}: {figures[-1]}; {dict(c)}; compiled in {result['compiled']:.0f} s, {result['seconds']:.0f} s in all"
+        )
+        page += table(result) + [""]
+        if options.list:
+            for n in result["chosen"]:
+                if result["results"][n][0] not in NOTICED and n not in result["equivalent"]:
+                    print(f"{result['results'][n][0]:9} {result['mutants'][n].text()}")
+    if options.write and set(options.scopes) != set(KNOWN):
+        print("not written: the promise is of algebra and engine")
+    elif options.write:
+        head = [
+            "# Mutants: faults planted in the code, and how many the tests notice",
+            "",
+            "Written by `make mutate`.  [README.md](README.md) says what a mutant is and how they are run.",
+            "",
+        ]
+        (HERE / "results.md").write_text("\n".join(head + page).rstrip() + "\n")
+        planted = [f"{m.text()}=caught" for r in results for m in r["known"]]
+        record = ROOT / "scripts/trust/record.py"
+        arguments = [a for f in figures for a in ("--figure", f)] + [a for p in planted for a in ("--planted", p)]
+        subprocess.run(
+            [
+                sys.executable,
+                record,
+                "mutation",
+                "--command",
+                "make mutate",
+                "--kept" if kept else "--broken",
+                *arguments,
+            ],
+            check=True,
+        )
+    return 0 if kept else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
