@@ -14,9 +14,14 @@ TEST_CASE("inverse_dynamics: C++ and C, one state and batches, in double") {
     ksl::inverse_dynamics_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_inverse_dynamics_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                              s.batch.v.stride, s.batch.a.first, s.batch.a.stride, &s.external,
-                                              s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+    if (s.external.n == 0)
+      CHECK(ksl_inverse_dynamics_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
+                                       s.batch.a.first, s.batch.a.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                       s.threads) == KSL_OK);
+    else
+      CHECK(ksl_inverse_dynamics_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                s.batch.v.stride, s.batch.a.first, s.batch.a.stride, &s.external,
+                                                s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::inverse_dynamics, cpp, c, cpp_batch, c_batch);
 }
@@ -32,9 +37,14 @@ TEST_CASE("inverse_dynamics: C++ and C, one state and batches, in float") {
     ksl::inverse_dynamics_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    CHECK(ksl_inverse_dynamics_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                               s.batch.v.stride, s.batch.a.first, s.batch.a.stride, &s.external,
-                                               s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+    if (s.external.n == 0)
+      CHECK(ksl_inverse_dynamics_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                        s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.batch.result[0].first,
+                                        s.batch.result[0].stride, s.threads) == KSL_OK);
+    else
+      CHECK(ksl_inverse_dynamics_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                 s.batch.v.stride, s.batch.a.first, s.batch.a.stride, &s.external,
+                                                 s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::inverse_dynamics, cpp, c, cpp_batch, c_batch);
 }
@@ -51,10 +61,19 @@ TEST_CASE("inverse_dynamics_with_reactions: C++ and C, one state and batches, in
     ksl::inverse_dynamics_with_reactions_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_inverse_dynamics_with_reactions_external_batch(
-        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-        s.batch.a.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.r.request.n,
-        s.r.joints.data(), nullptr, s.batch.reactions->out.first, s.batch.reactions->out.stride, s.threads) == KSL_OK);
+    if (s.external.n == 0)
+      CHECK(ksl_inverse_dynamics_with_reactions_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                      s.batch.v.stride, s.batch.a.first, s.batch.a.stride,
+                                                      s.batch.result[0].first, s.batch.result[0].stride, s.r.request.n,
+                                                      s.r.joints.data(), nullptr, s.batch.reactions->out.first,
+                                                      s.batch.reactions->out.stride, s.threads) == KSL_OK);
+    else
+      CHECK(ksl_inverse_dynamics_with_reactions_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                               s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+                                                               s.batch.a.stride, &s.external, s.batch.result[0].first,
+                                                               s.batch.result[0].stride, s.r.request.n, s.r.joints.data(),
+                                                               nullptr, s.batch.reactions->out.first,
+                                                               s.batch.reactions->out.stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::inverse_dynamics_with_reactions, cpp, c, cpp_batch, c_batch);
 }
@@ -71,10 +90,19 @@ TEST_CASE("inverse_dynamics_with_reactions: C++ and C, one state and batches, in
     ksl::inverse_dynamics_with_reactions_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    CHECK(ksl_inverse_dynamics_with_reactions_external_batchf(
-        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-        s.batch.a.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.r.request.n,
-        s.r.joints.data(), nullptr, s.batch.reactions->out.first, s.batch.reactions->out.stride, s.threads) == KSL_OK);
+    if (s.external.n == 0)
+      CHECK(ksl_inverse_dynamics_with_reactions_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                       s.batch.v.stride, s.batch.a.first, s.batch.a.stride,
+                                                       s.batch.result[0].first, s.batch.result[0].stride, s.r.request.n,
+                                                       s.r.joints.data(), nullptr, s.batch.reactions->out.first,
+                                                       s.batch.reactions->out.stride, s.threads) == KSL_OK);
+    else
+      CHECK(ksl_inverse_dynamics_with_reactions_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                                s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+                                                                s.batch.a.stride, &s.external, s.batch.result[0].first,
+                                                                s.batch.result[0].stride, s.r.request.n, s.r.joints.data(),
+                                                                nullptr, s.batch.reactions->out.first,
+                                                                s.batch.reactions->out.stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::inverse_dynamics_with_reactions, cpp, c, cpp_batch, c_batch);
 }
@@ -90,9 +118,14 @@ TEST_CASE("effort_parts: C++ and C, one state and batches, in double") {
     ksl::effort_parts_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_effort_parts_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                          s.batch.v.stride, s.batch.a.first, s.batch.a.stride, &s.external,
-                                          s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+    if (s.external.n == 0)
+      CHECK(ksl_effort_parts_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
+                                   s.batch.a.first, s.batch.a.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                   s.threads) == KSL_OK);
+    else
+      CHECK(ksl_effort_parts_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                            s.batch.v.stride, s.batch.a.first, s.batch.a.stride, &s.external,
+                                            s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::effort_parts, cpp, c, cpp_batch, c_batch);
 }
@@ -108,9 +141,14 @@ TEST_CASE("effort_parts: C++ and C, one state and batches, in float") {
     ksl::effort_parts_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    CHECK(ksl_effort_parts_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                           s.batch.v.stride, s.batch.a.first, s.batch.a.stride, &s.external,
-                                           s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+    if (s.external.n == 0)
+      CHECK(ksl_effort_parts_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
+                                    s.batch.a.first, s.batch.a.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                    s.threads) == KSL_OK);
+    else
+      CHECK(ksl_effort_parts_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                             s.batch.v.stride, s.batch.a.first, s.batch.a.stride, &s.external,
+                                             s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::effort_parts, cpp, c, cpp_batch, c_batch);
 }
@@ -126,9 +164,12 @@ TEST_CASE("bias: C++ and C, one state and batches, in double") {
     ksl::bias_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_bias_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                  s.batch.v.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride,
-                                  s.threads) == KSL_OK);
+    if (s.external.n == 0)
+      CHECK(ksl_bias_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
+                           s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+    else
+      CHECK(ksl_bias_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
+                                    &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::bias, cpp, c, cpp_batch, c_batch);
 }
@@ -144,9 +185,12 @@ TEST_CASE("bias: C++ and C, one state and batches, in float") {
     ksl::bias_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    CHECK(ksl_bias_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                   s.batch.v.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride,
-                                   s.threads) == KSL_OK);
+    if (s.external.n == 0)
+      CHECK(ksl_bias_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
+                            s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+    else
+      CHECK(ksl_bias_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
+                                     &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::bias, cpp, c, cpp_batch, c_batch);
 }
@@ -162,8 +206,12 @@ TEST_CASE("gravity_torque: C++ and C, one state and batches, in double") {
     ksl::gravity_torque_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_gravity_torque_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, &s.external,
-                                            s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+    if (s.external.n == 0)
+      CHECK(ksl_gravity_torque_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                     s.batch.result[0].stride, s.threads) == KSL_OK);
+    else
+      CHECK(ksl_gravity_torque_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, &s.external,
+                                              s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::gravity_torque, cpp, c, cpp_batch, c_batch);
 }
@@ -179,8 +227,12 @@ TEST_CASE("gravity_torque: C++ and C, one state and batches, in float") {
     ksl::gravity_torque_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    CHECK(ksl_gravity_torque_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, &s.external,
-                                             s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+    if (s.external.n == 0)
+      CHECK(ksl_gravity_torque_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                      s.batch.result[0].stride, s.threads) == KSL_OK);
+    else
+      CHECK(ksl_gravity_torque_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, &s.external,
+                                               s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::gravity_torque, cpp, c, cpp_batch, c_batch);
 }
@@ -196,9 +248,14 @@ TEST_CASE("forward_dynamics: C++ and C, one state and batches, in double") {
     ksl::forward_dynamics_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_forward_dynamics_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                              s.batch.v.stride, s.batch.tau.first, s.batch.tau.stride, &s.external,
-                                              s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+    if (s.external.n == 0)
+      CHECK(ksl_forward_dynamics_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
+                                       s.batch.tau.first, s.batch.tau.stride, s.batch.result[0].first,
+                                       s.batch.result[0].stride, s.threads) == KSL_OK);
+    else
+      CHECK(ksl_forward_dynamics_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                s.batch.v.stride, s.batch.tau.first, s.batch.tau.stride, &s.external,
+                                                s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::forward_dynamics, cpp, c, cpp_batch, c_batch);
 }
@@ -214,9 +271,14 @@ TEST_CASE("forward_dynamics: C++ and C, one state and batches, in float") {
     ksl::forward_dynamics_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    CHECK(ksl_forward_dynamics_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                               s.batch.v.stride, s.batch.tau.first, s.batch.tau.stride, &s.external,
-                                               s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+    if (s.external.n == 0)
+      CHECK(ksl_forward_dynamics_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                        s.batch.v.stride, s.batch.tau.first, s.batch.tau.stride, s.batch.result[0].first,
+                                        s.batch.result[0].stride, s.threads) == KSL_OK);
+    else
+      CHECK(ksl_forward_dynamics_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                 s.batch.v.stride, s.batch.tau.first, s.batch.tau.stride, &s.external,
+                                                 s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::forward_dynamics, cpp, c, cpp_batch, c_batch);
 }
@@ -233,9 +295,16 @@ TEST_CASE("forward_dynamics_by_mass_matrix: C++ and C, one state and batches, in
     ksl::forward_dynamics_by_mass_matrix_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_forward_dynamics_by_mass_matrix_external_batch(
-        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
-        s.batch.tau.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+    if (s.external.n == 0)
+      CHECK(ksl_forward_dynamics_by_mass_matrix_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                      s.batch.v.stride, s.batch.tau.first, s.batch.tau.stride,
+                                                      s.batch.result[0].first, s.batch.result[0].stride,
+                                                      s.threads) == KSL_OK);
+    else
+      CHECK(ksl_forward_dynamics_by_mass_matrix_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                               s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+                                                               s.batch.tau.stride, &s.external, s.batch.result[0].first,
+                                                               s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::forward_dynamics_by_mass_matrix, cpp, c, cpp_batch, c_batch);
 }
@@ -252,9 +321,16 @@ TEST_CASE("forward_dynamics_by_mass_matrix: C++ and C, one state and batches, in
     ksl::forward_dynamics_by_mass_matrix_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    CHECK(ksl_forward_dynamics_by_mass_matrix_external_batchf(
-        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
-        s.batch.tau.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+    if (s.external.n == 0)
+      CHECK(ksl_forward_dynamics_by_mass_matrix_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                       s.batch.v.stride, s.batch.tau.first, s.batch.tau.stride,
+                                                       s.batch.result[0].first, s.batch.result[0].stride,
+                                                       s.threads) == KSL_OK);
+    else
+      CHECK(ksl_forward_dynamics_by_mass_matrix_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                                s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+                                                                s.batch.tau.stride, &s.external, s.batch.result[0].first,
+                                                                s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::forward_dynamics_by_mass_matrix, cpp, c, cpp_batch, c_batch);
 }
@@ -271,11 +347,17 @@ TEST_CASE("hybrid_dynamics: C++ and C, one state and batches, in double") {
     ksl::hybrid_dynamics_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_hybrid_dynamics_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                             s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.batch.tau.first,
-                                             s.batch.tau.stride, &s.external, 3, s.r.links.data(),
-                                             s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
-                                             s.batch.result[1].stride, s.threads) == KSL_OK);
+    if (s.external.n == 0)
+      CHECK(ksl_hybrid_dynamics_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
+                                      s.batch.a.first, s.batch.a.stride, s.batch.tau.first, s.batch.tau.stride, 3,
+                                      s.r.links.data(), s.batch.result[0].first, s.batch.result[0].stride,
+                                      s.batch.result[1].first, s.batch.result[1].stride, s.threads) == KSL_OK);
+    else
+      CHECK(ksl_hybrid_dynamics_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                               s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.batch.tau.first,
+                                               s.batch.tau.stride, &s.external, 3, s.r.links.data(), s.batch.result[0].first,
+                                               s.batch.result[0].stride, s.batch.result[1].first, s.batch.result[1].stride,
+                                               s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::hybrid_dynamics, cpp, c, cpp_batch, c_batch);
 }
@@ -292,11 +374,17 @@ TEST_CASE("hybrid_dynamics: C++ and C, one state and batches, in float") {
     ksl::hybrid_dynamics_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    CHECK(ksl_hybrid_dynamics_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                              s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.batch.tau.first,
-                                              s.batch.tau.stride, &s.external, 3, s.r.links.data(),
-                                              s.batch.result[0].first, s.batch.result[0].stride,
-                                              s.batch.result[1].first, s.batch.result[1].stride, s.threads) == KSL_OK);
+    if (s.external.n == 0)
+      CHECK(ksl_hybrid_dynamics_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
+                                       s.batch.a.first, s.batch.a.stride, s.batch.tau.first, s.batch.tau.stride, 3,
+                                       s.r.links.data(), s.batch.result[0].first, s.batch.result[0].stride,
+                                       s.batch.result[1].first, s.batch.result[1].stride, s.threads) == KSL_OK);
+    else
+      CHECK(ksl_hybrid_dynamics_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.batch.tau.first,
+                                                s.batch.tau.stride, &s.external, 3, s.r.links.data(), s.batch.result[0].first,
+                                                s.batch.result[0].stride, s.batch.result[1].first, s.batch.result[1].stride,
+                                                s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::hybrid_dynamics, cpp, c, cpp_batch, c_batch);
 }
@@ -312,8 +400,8 @@ TEST_CASE("velocity_jump: C++ and C, one state and batches, in double") {
     ksl::velocity_jump_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_velocity_jump_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, &s.external,
-                                  s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+    CHECK(ksl_velocity_jump_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, &s.external, s.batch.result[0].first,
+                                  s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::velocity_jump, cpp, c, cpp_batch, c_batch);
 }
@@ -552,9 +640,8 @@ TEST_CASE("coriolis_matrix: C++ and C, one state and batches, in double") {
     ksl::coriolis_matrix_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_coriolis_matrix_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                    s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride,
-                                    s.threads) == KSL_OK);
+    CHECK(ksl_coriolis_matrix_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
+                                    s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::coriolis_matrix, cpp, c, cpp_batch, c_batch);
 }
@@ -570,9 +657,8 @@ TEST_CASE("coriolis_matrix: C++ and C, one state and batches, in float") {
     ksl::coriolis_matrix_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    CHECK(ksl_coriolis_matrix_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                     s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride,
-                                     s.threads) == KSL_OK);
+    CHECK(ksl_coriolis_matrix_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
+                                     s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::coriolis_matrix, cpp, c, cpp_batch, c_batch);
 }
@@ -622,9 +708,9 @@ TEST_CASE("frame_velocity: C++ and C, one state and batches, in double") {
     ksl::frame_velocity_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_frame_velocity_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                   s.batch.v.stride, s.r.links[0], s.r.c_how, s.batch.result[0].first,
-                                   s.batch.result[0].stride, s.threads) == KSL_OK);
+    CHECK(ksl_frame_velocity_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
+                                   s.r.links[0], s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride,
+                                   s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::frame_velocity, cpp, c, cpp_batch, c_batch);
 }
@@ -640,9 +726,9 @@ TEST_CASE("frame_velocity: C++ and C, one state and batches, in float") {
     ksl::frame_velocity_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    CHECK(ksl_frame_velocity_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                    s.batch.v.stride, s.r.links[0], s.r.c_how, s.batch.result[0].first,
-                                    s.batch.result[0].stride, s.threads) == KSL_OK);
+    CHECK(ksl_frame_velocity_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
+                                    s.r.links[0], s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride,
+                                    s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::frame_velocity, cpp, c, cpp_batch, c_batch);
 }
@@ -659,9 +745,9 @@ TEST_CASE("frame_velocities: C++ and C, one state and batches, in double") {
     ksl::frame_velocities_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_frame_velocities_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                     s.batch.v.stride, 3, s.r.links.data(), s.r.c_how, s.batch.result[0].first,
-                                     s.batch.result[0].stride, s.threads) == KSL_OK);
+    CHECK(ksl_frame_velocities_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
+                                     3, s.r.links.data(), s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride,
+                                     s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::frame_velocities, cpp, c, cpp_batch, c_batch);
 }
@@ -736,9 +822,8 @@ TEST_CASE("frame_accelerations: C++ and C, one state and batches, in double") {
   };
   const auto c_batch = [](faces::many<double> &s) {
     CHECK(ksl_frame_accelerations_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                        s.batch.v.stride, s.batch.a.first, s.batch.a.stride, 3, s.r.links.data(),
-                                        s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride,
-                                        s.threads) == KSL_OK);
+                                        s.batch.v.stride, s.batch.a.first, s.batch.a.stride, 3, s.r.links.data(), s.r.c_how,
+                                        s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::frame_accelerations, cpp, c, cpp_batch, c_batch);
 }
@@ -774,9 +859,9 @@ TEST_CASE("point_velocity: C++ and C, one state and batches, in double") {
     ksl::point_velocity_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_point_velocity_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                   s.batch.v.stride, s.r.links[0], s.r.c_how, s.batch.result[0].first,
-                                   s.batch.result[0].stride, s.threads) == KSL_OK);
+    CHECK(ksl_point_velocity_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
+                                   s.r.links[0], s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride,
+                                   s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::point_velocity, cpp, c, cpp_batch, c_batch);
 }
@@ -792,9 +877,9 @@ TEST_CASE("point_velocity: C++ and C, one state and batches, in float") {
     ksl::point_velocity_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    CHECK(ksl_point_velocity_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                    s.batch.v.stride, s.r.links[0], s.r.c_how, s.batch.result[0].first,
-                                    s.batch.result[0].stride, s.threads) == KSL_OK);
+    CHECK(ksl_point_velocity_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
+                                    s.r.links[0], s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride,
+                                    s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::point_velocity, cpp, c, cpp_batch, c_batch);
 }
@@ -882,9 +967,9 @@ TEST_CASE("jacobian_rate: C++ and C, one state and batches, in double") {
     ksl::jacobian_rate_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_jacobian_rate_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                  s.batch.v.stride, s.r.links[0], s.r.c_how, s.batch.result[0].first,
-                                  s.batch.result[0].stride, s.threads) == KSL_OK);
+    CHECK(ksl_jacobian_rate_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
+                                  s.r.links[0], s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride,
+                                  s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::jacobian_rate, cpp, c, cpp_batch, c_batch);
 }
@@ -900,9 +985,9 @@ TEST_CASE("jacobian_rate: C++ and C, one state and batches, in float") {
     ksl::jacobian_rate_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    CHECK(ksl_jacobian_rate_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                   s.batch.v.stride, s.r.links[0], s.r.c_how, s.batch.result[0].first,
-                                   s.batch.result[0].stride, s.threads) == KSL_OK);
+    CHECK(ksl_jacobian_rate_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
+                                   s.r.links[0], s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride,
+                                   s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::jacobian_rate, cpp, c, cpp_batch, c_batch);
 }
@@ -994,8 +1079,7 @@ TEST_CASE("relative_jacobian: C++ and C, one state and batches, in double") {
   };
   const auto c_batch = [](faces::many<double> &s) {
     CHECK(ksl_relative_jacobian_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.r.links[0], s.r.links[1],
-                                      s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride,
-                                      s.threads) == KSL_OK);
+                                      s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::relative_jacobian, cpp, c, cpp_batch, c_batch);
 }
@@ -1013,8 +1097,7 @@ TEST_CASE("relative_jacobian: C++ and C, one state and batches, in float") {
   };
   const auto c_batch = [](faces::many<float> &s) {
     CHECK(ksl_relative_jacobian_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.r.links[0], s.r.links[1],
-                                       s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride,
-                                       s.threads) == KSL_OK);
+                                       s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::relative_jacobian, cpp, c, cpp_batch, c_batch);
 }
@@ -1108,12 +1191,18 @@ TEST_CASE("operational_space: C++ and C, one state and batches, in double") {
     ksl::operational_space_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_operational_space_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                               s.batch.v.stride, &s.external, 3, s.r.links.data(), s.r.c_how,
-                                               s.batch.result[0].first, s.batch.result[0].stride,
-                                               s.batch.result[1].first, s.batch.result[1].stride,
-                                               s.batch.result[2].first, s.batch.result[2].stride,
-                                               s.batch.result[3].first, s.batch.result[3].stride, s.threads) == KSL_OK);
+    if (s.external.n == 0)
+      CHECK(ksl_operational_space_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                        s.batch.v.stride, 3, s.r.links.data(), s.r.c_how, s.batch.result[0].first,
+                                        s.batch.result[0].stride, s.batch.result[1].first, s.batch.result[1].stride,
+                                        s.batch.result[2].first, s.batch.result[2].stride, s.batch.result[3].first,
+                                        s.batch.result[3].stride, s.threads) == KSL_OK);
+    else
+      CHECK(ksl_operational_space_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                 s.batch.v.stride, &s.external, 3, s.r.links.data(), s.r.c_how,
+                                                 s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
+                                                 s.batch.result[1].stride, s.batch.result[2].first, s.batch.result[2].stride,
+                                                 s.batch.result[3].first, s.batch.result[3].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::operational_space, cpp, c, cpp_batch, c_batch);
 }
@@ -1131,13 +1220,18 @@ TEST_CASE("operational_space: C++ and C, one state and batches, in float") {
     ksl::operational_space_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    CHECK(ksl_operational_space_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                                s.batch.v.stride, &s.external, 3, s.r.links.data(), s.r.c_how,
-                                                s.batch.result[0].first, s.batch.result[0].stride,
-                                                s.batch.result[1].first, s.batch.result[1].stride,
-                                                s.batch.result[2].first, s.batch.result[2].stride,
-                                                s.batch.result[3].first, s.batch.result[3].stride,
-                                                s.threads) == KSL_OK);
+    if (s.external.n == 0)
+      CHECK(ksl_operational_space_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                         s.batch.v.stride, 3, s.r.links.data(), s.r.c_how, s.batch.result[0].first,
+                                         s.batch.result[0].stride, s.batch.result[1].first, s.batch.result[1].stride,
+                                         s.batch.result[2].first, s.batch.result[2].stride, s.batch.result[3].first,
+                                         s.batch.result[3].stride, s.threads) == KSL_OK);
+    else
+      CHECK(ksl_operational_space_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                  s.batch.v.stride, &s.external, 3, s.r.links.data(), s.r.c_how,
+                                                  s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
+                                                  s.batch.result[1].stride, s.batch.result[2].first, s.batch.result[2].stride,
+                                                  s.batch.result[3].first, s.batch.result[3].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::operational_space, cpp, c, cpp_batch, c_batch);
 }
@@ -1189,9 +1283,8 @@ TEST_CASE("external_power: C++ and C, one state and batches, in double") {
     ksl::external_power_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_external_power_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                   s.batch.v.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride,
-                                   s.threads) == KSL_OK);
+    CHECK(ksl_external_power_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
+                                   &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::external_power, cpp, c, cpp_batch, c_batch);
 }
@@ -1207,9 +1300,8 @@ TEST_CASE("external_power: C++ and C, one state and batches, in float") {
     ksl::external_power_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    CHECK(ksl_external_power_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                    s.batch.v.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride,
-                                    s.threads) == KSL_OK);
+    CHECK(ksl_external_power_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
+                                    &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::external_power, cpp, c, cpp_batch, c_batch);
 }
@@ -1259,8 +1351,8 @@ TEST_CASE("center_of_mass_jacobian: C++ and C, one state and batches, in double"
     ksl::center_of_mass_jacobian_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_center_of_mass_jacobian_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                            s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+    CHECK(ksl_center_of_mass_jacobian_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                            s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::center_of_mass_jacobian, cpp, c, cpp_batch, c_batch);
 }
@@ -1276,8 +1368,8 @@ TEST_CASE("center_of_mass_jacobian: C++ and C, one state and batches, in float")
     ksl::center_of_mass_jacobian_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    CHECK(ksl_center_of_mass_jacobian_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                             s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+    CHECK(ksl_center_of_mass_jacobian_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                             s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::center_of_mass_jacobian, cpp, c, cpp_batch, c_batch);
 }
@@ -1331,8 +1423,7 @@ TEST_CASE("center_of_mass_acceleration: C++ and C, one state and batches, in dou
   const auto c_batch = [](faces::many<double> &s) {
     CHECK(ksl_center_of_mass_acceleration_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
                                                 s.batch.v.stride, s.batch.a.first, s.batch.a.stride,
-                                                s.batch.result[0].first, s.batch.result[0].stride,
-                                                s.threads) == KSL_OK);
+                                                s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::center_of_mass_acceleration, cpp, c, cpp_batch, c_batch);
 }
@@ -1350,8 +1441,7 @@ TEST_CASE("center_of_mass_acceleration: C++ and C, one state and batches, in flo
   const auto c_batch = [](faces::many<float> &s) {
     CHECK(ksl_center_of_mass_acceleration_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
                                                  s.batch.v.stride, s.batch.a.first, s.batch.a.stride,
-                                                 s.batch.result[0].first, s.batch.result[0].stride,
-                                                 s.threads) == KSL_OK);
+                                                 s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::center_of_mass_acceleration, cpp, c, cpp_batch, c_batch);
 }
@@ -1368,8 +1458,8 @@ TEST_CASE("centroidal_momentum: C++ and C, one state and batches, in double") {
   };
   const auto c_batch = [](faces::many<double> &s) {
     CHECK(ksl_centroidal_momentum_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                        s.batch.v.stride, s.r.c_order(), s.batch.result[0].first,
-                                        s.batch.result[0].stride, s.threads) == KSL_OK);
+                                        s.batch.v.stride, s.r.c_order(), s.batch.result[0].first, s.batch.result[0].stride,
+                                        s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::centroidal_momentum, cpp, c, cpp_batch, c_batch, true);
 }
@@ -1386,8 +1476,8 @@ TEST_CASE("centroidal_momentum: C++ and C, one state and batches, in float") {
   };
   const auto c_batch = [](faces::many<float> &s) {
     CHECK(ksl_centroidal_momentum_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                         s.batch.v.stride, s.r.c_order(), s.batch.result[0].first,
-                                         s.batch.result[0].stride, s.threads) == KSL_OK);
+                                         s.batch.v.stride, s.r.c_order(), s.batch.result[0].first, s.batch.result[0].stride,
+                                         s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::centroidal_momentum, cpp, c, cpp_batch, c_batch, true);
 }
@@ -1421,8 +1511,7 @@ TEST_CASE("centroidal_momentum_matrix: C++ and C, one state and batches, in floa
   };
   const auto c_batch = [](faces::many<float> &s) {
     CHECK(ksl_centroidal_momentum_matrix_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.r.c_order(),
-                                                s.batch.result[0].first, s.batch.result[0].stride,
-                                                s.threads) == KSL_OK);
+                                                s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::centroidal_momentum_matrix, cpp, c, cpp_batch, c_batch, true);
 }
@@ -1475,12 +1564,19 @@ TEST_CASE("inverse_dynamics_derivatives: C++ and C, one state and batches, in do
     ksl::inverse_dynamics_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_inverse_dynamics_derivatives_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                                          s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-                                                          s.batch.a.stride, &s.external, s.batch.result[0].first,
-                                                          s.batch.result[0].stride, s.batch.result[1].first,
-                                                          s.batch.result[1].stride, s.batch.result[2].first,
-                                                          s.batch.result[2].stride, s.threads) == KSL_OK);
+    if (s.external.n == 0)
+      CHECK(ksl_inverse_dynamics_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                   s.batch.v.stride, s.batch.a.first, s.batch.a.stride,
+                                                   s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
+                                                   s.batch.result[1].stride, s.batch.result[2].first,
+                                                   s.batch.result[2].stride, s.threads) == KSL_OK);
+    else
+      CHECK(ksl_inverse_dynamics_derivatives_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                            s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+                                                            s.batch.a.stride, &s.external, s.batch.result[0].first,
+                                                            s.batch.result[0].stride, s.batch.result[1].first,
+                                                            s.batch.result[1].stride, s.batch.result[2].first,
+                                                            s.batch.result[2].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::inverse_dynamics_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -1497,12 +1593,19 @@ TEST_CASE("inverse_dynamics_derivatives: C++ and C, one state and batches, in fl
     ksl::inverse_dynamics_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    CHECK(ksl_inverse_dynamics_derivatives_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                                           s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-                                                           s.batch.a.stride, &s.external, s.batch.result[0].first,
-                                                           s.batch.result[0].stride, s.batch.result[1].first,
-                                                           s.batch.result[1].stride, s.batch.result[2].first,
-                                                           s.batch.result[2].stride, s.threads) == KSL_OK);
+    if (s.external.n == 0)
+      CHECK(ksl_inverse_dynamics_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                    s.batch.v.stride, s.batch.a.first, s.batch.a.stride,
+                                                    s.batch.result[0].first, s.batch.result[0].stride,
+                                                    s.batch.result[1].first, s.batch.result[1].stride,
+                                                    s.batch.result[2].first, s.batch.result[2].stride, s.threads) == KSL_OK);
+    else
+      CHECK(ksl_inverse_dynamics_derivatives_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                             s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+                                                             s.batch.a.stride, &s.external, s.batch.result[0].first,
+                                                             s.batch.result[0].stride, s.batch.result[1].first,
+                                                             s.batch.result[1].stride, s.batch.result[2].first,
+                                                             s.batch.result[2].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::inverse_dynamics_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -1518,8 +1621,12 @@ TEST_CASE("stiffness: C++ and C, one state and batches, in double") {
     ksl::stiffness_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_stiffness_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, &s.external,
-                                       s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+    if (s.external.n == 0)
+      CHECK(ksl_stiffness_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                s.batch.result[0].stride, s.threads) == KSL_OK);
+    else
+      CHECK(ksl_stiffness_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, &s.external,
+                                         s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::stiffness, cpp, c, cpp_batch, c_batch);
 }
@@ -1535,8 +1642,12 @@ TEST_CASE("stiffness: C++ and C, one state and batches, in float") {
     ksl::stiffness_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    CHECK(ksl_stiffness_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, &s.external,
-                                        s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+    if (s.external.n == 0)
+      CHECK(ksl_stiffness_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                 s.batch.result[0].stride, s.threads) == KSL_OK);
+    else
+      CHECK(ksl_stiffness_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, &s.external,
+                                          s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::stiffness, cpp, c, cpp_batch, c_batch);
 }
@@ -1553,12 +1664,19 @@ TEST_CASE("forward_dynamics_derivatives: C++ and C, one state and batches, in do
     ksl::forward_dynamics_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_forward_dynamics_derivatives_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                                          s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
-                                                          s.batch.tau.stride, &s.external, s.batch.result[0].first,
-                                                          s.batch.result[0].stride, s.batch.result[1].first,
-                                                          s.batch.result[1].stride, s.batch.result[2].first,
-                                                          s.batch.result[2].stride, s.threads) == KSL_OK);
+    if (s.external.n == 0)
+      CHECK(ksl_forward_dynamics_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                   s.batch.v.stride, s.batch.tau.first, s.batch.tau.stride,
+                                                   s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
+                                                   s.batch.result[1].stride, s.batch.result[2].first,
+                                                   s.batch.result[2].stride, s.threads) == KSL_OK);
+    else
+      CHECK(ksl_forward_dynamics_derivatives_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                            s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+                                                            s.batch.tau.stride, &s.external, s.batch.result[0].first,
+                                                            s.batch.result[0].stride, s.batch.result[1].first,
+                                                            s.batch.result[1].stride, s.batch.result[2].first,
+                                                            s.batch.result[2].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::forward_dynamics_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -1575,12 +1693,19 @@ TEST_CASE("forward_dynamics_derivatives: C++ and C, one state and batches, in fl
     ksl::forward_dynamics_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    CHECK(ksl_forward_dynamics_derivatives_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                                           s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
-                                                           s.batch.tau.stride, &s.external, s.batch.result[0].first,
-                                                           s.batch.result[0].stride, s.batch.result[1].first,
-                                                           s.batch.result[1].stride, s.batch.result[2].first,
-                                                           s.batch.result[2].stride, s.threads) == KSL_OK);
+    if (s.external.n == 0)
+      CHECK(ksl_forward_dynamics_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                    s.batch.v.stride, s.batch.tau.first, s.batch.tau.stride,
+                                                    s.batch.result[0].first, s.batch.result[0].stride,
+                                                    s.batch.result[1].first, s.batch.result[1].stride,
+                                                    s.batch.result[2].first, s.batch.result[2].stride, s.threads) == KSL_OK);
+    else
+      CHECK(ksl_forward_dynamics_derivatives_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                             s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+                                                             s.batch.tau.stride, &s.external, s.batch.result[0].first,
+                                                             s.batch.result[0].stride, s.batch.result[1].first,
+                                                             s.batch.result[1].stride, s.batch.result[2].first,
+                                                             s.batch.result[2].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::forward_dynamics_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -1598,12 +1723,19 @@ TEST_CASE("reactions_derivatives: C++ and C, one state and batches, in double") 
     ksl::reactions_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_reactions_derivatives_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                                   s.batch.v.stride, s.batch.a.first, s.batch.a.stride, &s.external,
-                                                   s.r.request.n, s.r.joints.data(), nullptr, s.batch.result[0].first,
-                                                   s.batch.result[0].stride, s.batch.result[1].first,
-                                                   s.batch.result[1].stride, s.batch.result[2].first,
-                                                   s.batch.result[2].stride, s.threads) == KSL_OK);
+    if (s.external.n == 0)
+      CHECK(ksl_reactions_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                            s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.r.request.n,
+                                            s.r.joints.data(), nullptr, s.batch.result[0].first, s.batch.result[0].stride,
+                                            s.batch.result[1].first, s.batch.result[1].stride, s.batch.result[2].first,
+                                            s.batch.result[2].stride, s.threads) == KSL_OK);
+    else
+      CHECK(ksl_reactions_derivatives_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                     s.batch.v.stride, s.batch.a.first, s.batch.a.stride, &s.external,
+                                                     s.r.request.n, s.r.joints.data(), nullptr, s.batch.result[0].first,
+                                                     s.batch.result[0].stride, s.batch.result[1].first,
+                                                     s.batch.result[1].stride, s.batch.result[2].first,
+                                                     s.batch.result[2].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::reactions_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -1621,13 +1753,19 @@ TEST_CASE("reactions_derivatives: C++ and C, one state and batches, in float") {
     ksl::reactions_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    CHECK(ksl_reactions_derivatives_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                                    s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-                                                    s.batch.a.stride, &s.external, s.r.request.n, s.r.joints.data(),
-                                                    nullptr, s.batch.result[0].first, s.batch.result[0].stride,
-                                                    s.batch.result[1].first, s.batch.result[1].stride,
-                                                    s.batch.result[2].first, s.batch.result[2].stride,
-                                                    s.threads) == KSL_OK);
+    if (s.external.n == 0)
+      CHECK(ksl_reactions_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                             s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.r.request.n,
+                                             s.r.joints.data(), nullptr, s.batch.result[0].first, s.batch.result[0].stride,
+                                             s.batch.result[1].first, s.batch.result[1].stride, s.batch.result[2].first,
+                                             s.batch.result[2].stride, s.threads) == KSL_OK);
+    else
+      CHECK(ksl_reactions_derivatives_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                      s.batch.v.stride, s.batch.a.first, s.batch.a.stride, &s.external,
+                                                      s.r.request.n, s.r.joints.data(), nullptr, s.batch.result[0].first,
+                                                      s.batch.result[0].stride, s.batch.result[1].first,
+                                                      s.batch.result[1].stride, s.batch.result[2].first,
+                                                      s.batch.result[2].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::reactions_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -1684,8 +1822,8 @@ TEST_CASE("frame_velocity_derivatives: C++ and C, one state and batches, in doub
   const auto c_batch = [](faces::many<double> &s) {
     CHECK(ksl_frame_velocity_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
                                                s.batch.v.stride, s.r.links[0], s.r.c_how, s.batch.result[0].first,
-                                               s.batch.result[0].stride, s.batch.result[1].first,
-                                               s.batch.result[1].stride, s.threads) == KSL_OK);
+                                               s.batch.result[0].stride, s.batch.result[1].first, s.batch.result[1].stride,
+                                               s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::frame_velocity_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -1704,8 +1842,8 @@ TEST_CASE("frame_velocity_derivatives: C++ and C, one state and batches, in floa
   const auto c_batch = [](faces::many<float> &s) {
     CHECK(ksl_frame_velocity_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
                                                 s.batch.v.stride, s.r.links[0], s.r.c_how, s.batch.result[0].first,
-                                                s.batch.result[0].stride, s.batch.result[1].first,
-                                                s.batch.result[1].stride, s.threads) == KSL_OK);
+                                                s.batch.result[0].stride, s.batch.result[1].first, s.batch.result[1].stride,
+                                                s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::frame_velocity_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -1723,10 +1861,9 @@ TEST_CASE("frame_velocities_derivatives: C++ and C, one state and batches, in do
   };
   const auto c_batch = [](faces::many<double> &s) {
     CHECK(ksl_frame_velocities_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                                 s.batch.v.stride, 3, s.r.links.data(), s.r.c_how,
-                                                 s.batch.result[0].first, s.batch.result[0].stride,
-                                                 s.batch.result[1].first, s.batch.result[1].stride,
-                                                 s.threads) == KSL_OK);
+                                                 s.batch.v.stride, 3, s.r.links.data(), s.r.c_how, s.batch.result[0].first,
+                                                 s.batch.result[0].stride, s.batch.result[1].first,
+                                                 s.batch.result[1].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::frame_velocities_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -1744,10 +1881,9 @@ TEST_CASE("frame_velocities_derivatives: C++ and C, one state and batches, in fl
   };
   const auto c_batch = [](faces::many<float> &s) {
     CHECK(ksl_frame_velocities_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                                  s.batch.v.stride, 3, s.r.links.data(), s.r.c_how,
-                                                  s.batch.result[0].first, s.batch.result[0].stride,
-                                                  s.batch.result[1].first, s.batch.result[1].stride,
-                                                  s.threads) == KSL_OK);
+                                                  s.batch.v.stride, 3, s.r.links.data(), s.r.c_how, s.batch.result[0].first,
+                                                  s.batch.result[0].stride, s.batch.result[1].first,
+                                                  s.batch.result[1].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::frame_velocities_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -1769,8 +1905,7 @@ TEST_CASE("frame_acceleration_derivatives: C++ and C, one state and batches, in 
                                                    s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.r.links[0],
                                                    s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride,
                                                    s.batch.result[1].first, s.batch.result[1].stride,
-                                                   s.batch.result[2].first, s.batch.result[2].stride,
-                                                   s.threads) == KSL_OK);
+                                                   s.batch.result[2].first, s.batch.result[2].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::frame_acceleration_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -1788,12 +1923,12 @@ TEST_CASE("frame_acceleration_derivatives: C++ and C, one state and batches, in 
     ksl::frame_acceleration_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    CHECK(ksl_frame_acceleration_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                                    s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-                                                    s.batch.a.stride, s.r.links[0], s.r.c_how, s.batch.result[0].first,
-                                                    s.batch.result[0].stride, s.batch.result[1].first,
-                                                    s.batch.result[1].stride, s.batch.result[2].first,
-                                                    s.batch.result[2].stride, s.threads) == KSL_OK);
+    CHECK(ksl_frame_acceleration_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                    s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.r.links[0],
+                                                    s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride,
+                                                    s.batch.result[1].first, s.batch.result[1].stride,
+                                                    s.batch.result[2].first, s.batch.result[2].stride,
+                                                    s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::frame_acceleration_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -1811,13 +1946,12 @@ TEST_CASE("frame_accelerations_derivatives: C++ and C, one state and batches, in
     ksl::frame_accelerations_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_frame_accelerations_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                                    s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-                                                    s.batch.a.stride, 3, s.r.links.data(), s.r.c_how,
-                                                    s.batch.result[0].first, s.batch.result[0].stride,
-                                                    s.batch.result[1].first, s.batch.result[1].stride,
-                                                    s.batch.result[2].first, s.batch.result[2].stride,
-                                                    s.threads) == KSL_OK);
+    CHECK(ksl_frame_accelerations_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                    s.batch.v.stride, s.batch.a.first, s.batch.a.stride, 3,
+                                                    s.r.links.data(), s.r.c_how, s.batch.result[0].first,
+                                                    s.batch.result[0].stride, s.batch.result[1].first,
+                                                    s.batch.result[1].stride, s.batch.result[2].first,
+                                                    s.batch.result[2].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::frame_accelerations_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -1835,13 +1969,12 @@ TEST_CASE("frame_accelerations_derivatives: C++ and C, one state and batches, in
     ksl::frame_accelerations_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    CHECK(ksl_frame_accelerations_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                                     s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-                                                     s.batch.a.stride, 3, s.r.links.data(), s.r.c_how,
-                                                     s.batch.result[0].first, s.batch.result[0].stride,
-                                                     s.batch.result[1].first, s.batch.result[1].stride,
-                                                     s.batch.result[2].first, s.batch.result[2].stride,
-                                                     s.threads) == KSL_OK);
+    CHECK(ksl_frame_accelerations_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                     s.batch.v.stride, s.batch.a.first, s.batch.a.stride, 3,
+                                                     s.r.links.data(), s.r.c_how, s.batch.result[0].first,
+                                                     s.batch.result[0].stride, s.batch.result[1].first,
+                                                     s.batch.result[1].stride, s.batch.result[2].first,
+                                                     s.batch.result[2].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::frame_accelerations_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -1896,11 +2029,10 @@ TEST_CASE("centroidal_momentum_derivatives: C++ and C, one state and batches, in
     ksl::centroidal_momentum_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_centroidal_momentum_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                                    s.batch.v.first, s.batch.v.stride, s.r.c_order(),
-                                                    s.batch.result[0].first, s.batch.result[0].stride,
-                                                    s.batch.result[1].first, s.batch.result[1].stride,
-                                                    s.threads) == KSL_OK);
+    CHECK(ksl_centroidal_momentum_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                    s.batch.v.stride, s.r.c_order(), s.batch.result[0].first,
+                                                    s.batch.result[0].stride, s.batch.result[1].first,
+                                                    s.batch.result[1].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::centroidal_momentum_derivatives, cpp, c, cpp_batch, c_batch, true);
 }
@@ -1917,11 +2049,10 @@ TEST_CASE("centroidal_momentum_derivatives: C++ and C, one state and batches, in
     ksl::centroidal_momentum_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    CHECK(ksl_centroidal_momentum_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                                     s.batch.v.first, s.batch.v.stride, s.r.c_order(),
-                                                     s.batch.result[0].first, s.batch.result[0].stride,
-                                                     s.batch.result[1].first, s.batch.result[1].stride,
-                                                     s.threads) == KSL_OK);
+    CHECK(ksl_centroidal_momentum_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                     s.batch.v.stride, s.r.c_order(), s.batch.result[0].first,
+                                                     s.batch.result[0].stride, s.batch.result[1].first,
+                                                     s.batch.result[1].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::centroidal_momentum_derivatives, cpp, c, cpp_batch, c_batch, true);
 }
@@ -1985,11 +2116,20 @@ TEST_CASE("inverse_dynamics_second_derivatives: C++ and C, one state and batches
     ksl::inverse_dynamics_second_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_inverse_dynamics_second_derivatives_external_batch(
-        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-        s.batch.a.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
-        s.batch.result[1].stride, s.batch.result[2].first, s.batch.result[2].stride, s.batch.result[3].first,
-        s.batch.result[3].stride, s.threads) == KSL_OK);
+    if (s.external.n == 0)
+      CHECK(ksl_inverse_dynamics_second_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                          s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+                                                          s.batch.a.stride, s.batch.result[0].first, s.batch.result[0].stride,
+                                                          s.batch.result[1].first, s.batch.result[1].stride,
+                                                          s.batch.result[2].first, s.batch.result[2].stride,
+                                                          s.batch.result[3].first, s.batch.result[3].stride,
+                                                          s.threads) == KSL_OK);
+    else
+      CHECK(ksl_inverse_dynamics_second_derivatives_external_batch(
+          s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+          s.batch.a.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
+          s.batch.result[1].stride, s.batch.result[2].first, s.batch.result[2].stride, s.batch.result[3].first,
+          s.batch.result[3].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::inverse_dynamics_second_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -2007,11 +2147,20 @@ TEST_CASE("inverse_dynamics_second_derivatives: C++ and C, one state and batches
     ksl::inverse_dynamics_second_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    CHECK(ksl_inverse_dynamics_second_derivatives_external_batchf(
-        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-        s.batch.a.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
-        s.batch.result[1].stride, s.batch.result[2].first, s.batch.result[2].stride, s.batch.result[3].first,
-        s.batch.result[3].stride, s.threads) == KSL_OK);
+    if (s.external.n == 0)
+      CHECK(ksl_inverse_dynamics_second_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                           s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+                                                           s.batch.a.stride, s.batch.result[0].first,
+                                                           s.batch.result[0].stride, s.batch.result[1].first,
+                                                           s.batch.result[1].stride, s.batch.result[2].first,
+                                                           s.batch.result[2].stride, s.batch.result[3].first,
+                                                           s.batch.result[3].stride, s.threads) == KSL_OK);
+    else
+      CHECK(ksl_inverse_dynamics_second_derivatives_external_batchf(
+          s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+          s.batch.a.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
+          s.batch.result[1].stride, s.batch.result[2].first, s.batch.result[2].stride, s.batch.result[3].first,
+          s.batch.result[3].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::inverse_dynamics_second_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -2029,11 +2178,20 @@ TEST_CASE("forward_dynamics_second_derivatives: C++ and C, one state and batches
     ksl::forward_dynamics_second_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_forward_dynamics_second_derivatives_external_batch(
-        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
-        s.batch.tau.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
-        s.batch.result[1].stride, s.batch.result[2].first, s.batch.result[2].stride, s.batch.result[3].first,
-        s.batch.result[3].stride, s.threads) == KSL_OK);
+    if (s.external.n == 0)
+      CHECK(ksl_forward_dynamics_second_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                          s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+                                                          s.batch.tau.stride, s.batch.result[0].first,
+                                                          s.batch.result[0].stride, s.batch.result[1].first,
+                                                          s.batch.result[1].stride, s.batch.result[2].first,
+                                                          s.batch.result[2].stride, s.batch.result[3].first,
+                                                          s.batch.result[3].stride, s.threads) == KSL_OK);
+    else
+      CHECK(ksl_forward_dynamics_second_derivatives_external_batch(
+          s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+          s.batch.tau.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
+          s.batch.result[1].stride, s.batch.result[2].first, s.batch.result[2].stride, s.batch.result[3].first,
+          s.batch.result[3].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::forward_dynamics_second_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -2051,11 +2209,20 @@ TEST_CASE("forward_dynamics_second_derivatives: C++ and C, one state and batches
     ksl::forward_dynamics_second_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    CHECK(ksl_forward_dynamics_second_derivatives_external_batchf(
-        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
-        s.batch.tau.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
-        s.batch.result[1].stride, s.batch.result[2].first, s.batch.result[2].stride, s.batch.result[3].first,
-        s.batch.result[3].stride, s.threads) == KSL_OK);
+    if (s.external.n == 0)
+      CHECK(ksl_forward_dynamics_second_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                           s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+                                                           s.batch.tau.stride, s.batch.result[0].first,
+                                                           s.batch.result[0].stride, s.batch.result[1].first,
+                                                           s.batch.result[1].stride, s.batch.result[2].first,
+                                                           s.batch.result[2].stride, s.batch.result[3].first,
+                                                           s.batch.result[3].stride, s.threads) == KSL_OK);
+    else
+      CHECK(ksl_forward_dynamics_second_derivatives_external_batchf(
+          s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+          s.batch.tau.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
+          s.batch.result[1].stride, s.batch.result[2].first, s.batch.result[2].stride, s.batch.result[3].first,
+          s.batch.result[3].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::forward_dynamics_second_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -2092,9 +2259,8 @@ TEST_CASE("inverse_dynamics_regressor: C++ and C, one state and batches, in floa
   };
   const auto c_batch = [](faces::many<float> &s) {
     CHECK(ksl_inverse_dynamics_regressor_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                                s.batch.v.stride, s.batch.a.first, s.batch.a.stride, 3,
-                                                s.r.links.data(), s.batch.result[0].first, s.batch.result[0].stride,
-                                                s.threads) == KSL_OK);
+                                                s.batch.v.stride, s.batch.a.first, s.batch.a.stride, 3, s.r.links.data(),
+                                                s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::inverse_dynamics_regressor, cpp, c, cpp_batch, c_batch);
 }
@@ -2185,10 +2351,9 @@ TEST_CASE("energy_regressor: C++ and C, one state and batches, in double") {
     ksl::energy_regressor_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_energy_regressor_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                     s.batch.v.stride, 3, s.r.links.data(), s.batch.result[0].first,
-                                     s.batch.result[0].stride, s.batch.result[1].first, s.batch.result[1].stride,
-                                     s.threads) == KSL_OK);
+    CHECK(ksl_energy_regressor_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
+                                     3, s.r.links.data(), s.batch.result[0].first, s.batch.result[0].stride,
+                                     s.batch.result[1].first, s.batch.result[1].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::energy_regressor, cpp, c, cpp_batch, c_batch);
 }
@@ -2313,9 +2478,8 @@ TEST_CASE("difference: C++ and C, one state and batches, in float") {
     ksl::difference_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    CHECK(ksl_difference_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.q1.first,
-                                s.batch.q1.stride, s.batch.result[0].first, s.batch.result[0].stride,
-                                s.threads) == KSL_OK);
+    CHECK(ksl_difference_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.q1.first, s.batch.q1.stride,
+                                s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::difference, cpp, c, cpp_batch, c_batch);
 }
@@ -2331,9 +2495,9 @@ TEST_CASE("interpolate: C++ and C, one state and batches, in double") {
     ksl::interpolate_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    CHECK(ksl_interpolate_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.q1.first,
-                                s.batch.q1.stride, s.batch.fraction.first, s.batch.fraction.stride,
-                                s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+    CHECK(ksl_interpolate_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.q1.first, s.batch.q1.stride,
+                                s.batch.fraction.first, s.batch.fraction.stride, s.batch.result[0].first,
+                                s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<double>(ksl::rows::interpolate, cpp, c, cpp_batch, c_batch);
 }
@@ -2349,9 +2513,9 @@ TEST_CASE("interpolate: C++ and C, one state and batches, in float") {
     ksl::interpolate_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    CHECK(ksl_interpolate_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.q1.first,
-                                 s.batch.q1.stride, s.batch.fraction.first, s.batch.fraction.stride,
-                                 s.batch.result[0].first, s.batch.result[0].stride, s.threads) == KSL_OK);
+    CHECK(ksl_interpolate_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.q1.first, s.batch.q1.stride,
+                                 s.batch.fraction.first, s.batch.fraction.stride, s.batch.result[0].first,
+                                 s.batch.result[0].stride, s.threads) == KSL_OK);
   };
   faces::agree<float>(ksl::rows::interpolate, cpp, c, cpp_batch, c_batch);
 }

@@ -69,7 +69,8 @@ TEST_CASE("words, lists and quotes") {
   CHECK(listed({"a", "b", "c"}) == "a, b, c");
   CHECK(listed({"a", "b", "c", "d"}, 2) == "a, b and 2 more");
   CHECK(listed({"a", "b", "c"}, 2) == "a, b, c");
-  CHECK(quoted("a\nb") == "\"a b\"");
+  CHECK(quoted("a\nb\x7f") == "\"a b \"");
+  CHECK(quoted(std::string(100, '\x80')) == "\"...\""); // bytes that begin no character
   CHECK(quoted(std::string(100, 'x')) == '"' + std::string(60, 'x') + "...\"");
   // é is two bytes, of which the second would be the 61st
   CHECK(quoted(std::string(59, 'x') + "\xc3\xa9zz") == '"' + std::string(59, 'x') + "...\"");
