@@ -10,16 +10,6 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// load_rows and store_rows for a scalar instead of a pack: one row, copied as it is.
-template <class S> void load_rows(const S *row, std::ptrdiff_t, int columns, int, S *out) {
-  for (int c = 0; c < columns; ++c)
-    out[c] = row[c];
-}
-template <class S> void store_rows(const S *in, int columns, int, S *row, std::ptrdiff_t) {
-  for (int c = 0; c < columns; ++c)
-    row[c] = in[c];
-}
-
 /// The states k, k + 1, ... of a batch, `valid` in number, one in each lane.
 template <class P> struct block {
   using S = scalar_of<P>;

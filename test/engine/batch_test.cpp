@@ -2,9 +2,7 @@
 #include "ksl/batch.hpp"
 #include "robots.hpp"
 
-#include "engine/algorithm_rows.hpp"
 #include "engine/forms.hpp"
-#include "ksl/engine/inverse_dynamics.hpp"
 #include "ksl/engine/mass_matrix.hpp"
 
 #include <doctest/doctest.h>
@@ -295,32 +293,7 @@ template <class S> void leave_out_results(const ksl::model &m, std::size_t n) {
   check([&](const auto &b) { ksl::jacobian_batch(m, b); });
 }
 
-/// Inverse dynamics as the library's file for it describes it, for kernels that are compiled here.
-struct inverse_dynamics_here {
-  static constexpr ksl::algorithm_row row = ksl::rows::inverse_dynamics;
-  using form = ksl::forms::whole_results<inverse_dynamics_here>;
-  template <class T> using workspace = ksl::inverse_dynamics_workspace<T>;
-  template <class T> static void compute(const ksl::model_view<ksl::scalar_of<T>> &model, const workspace<T> &w, const ksl::state_view<T> &s) {
-    ksl::inverse_dynamics(model, w, s.q, s.v, s.a, s.external, s.result[0]);
-  }
-};
-
 } // namespace
-
-TEST_CASE("a processor without lanes takes states one by one, with the same bits") {
-  const ksl::model m = tree();
-  const std::size_t n = 5;
-  states<double> s(m, n);
-  std::vector<double> expected, found;
-  ksl::inverse_dynamics_batch(m, s.view(m, n, expected, m.nv()));
-  const ksl::batch_view<double> batch = s.view(m, n, found, m.nv());
-  struct alignas(64) line {
-    std::byte bytes[64];
-  };
-  std::vector<line> memory(ksl::states_in_lanes<inverse_dynamics_here, double>(m.view(), batch, 0, 0, nullptr) / sizeof(line));
-  ksl::states_in_lanes<inverse_dynamics_here, double>(m.view(), batch, 0, n, memory.data());
-  CHECK(found == expected);
-}
 
 TEST_CASE("derivatives of a part of each reaction: a batch has the bits of each state, and parts add up to the whole") {
   const ksl::model m = tree();

@@ -86,6 +86,9 @@ TEST_CASE("inverse kinematics: a follower that stands still, and limits of a fol
   const ksl::model still(following(0, 0.3)); // a joint at 0.3 rad, whatever its leader does
   const std::array<double, 16> target = pose(still, {0.8}, 2);
   check_pose(still, solve(still, {0.1}, target).q, target);
+  const found beyond = solve(still, {0.1}, {1, 0, 0, 3, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}); // all starts are tried; the best is kept
+  CHECK((beyond.end != static_cast<int>(ksl::inverse_kinematics_end::converged) && beyond.starts == 5 && std::isfinite(beyond.q[0])));
+  CHECK(beyond.error[0] > 1);
   ksl::robot_description r = with_limits(with_limits(following(1, 0), 0, -1, 1), 1, 2, 3);
   const ksl::model torn(r); // no position keeps both: those of the leader are kept
   CHECK((torn.position_ranges()[0].lower == -1 && torn.position_ranges()[0].upper == 1));

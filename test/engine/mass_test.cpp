@@ -356,7 +356,7 @@ TEST_CASE("mass and forward groups: dual numbers have the values of plain ones")
 
 TEST_CASE("a joint that can move without moving any mass is found, and named") {
   ksl::robot_description r = robots::double_pendulum(1, 1, 1, 1);
-  CHECK(ksl::model(r).massless_joint() == -1);
+  CHECK((ksl::model(r).massless_joint() == -1 && ksl::model(r).massless_joint_text().empty()));
   r.links.push_back(robots::link("tool"));
   r.joints.push_back(robots::joint("wrist", ksl::joint_kind::revolute, static_cast<int>(r.links.size()) - 2, static_cast<int>(r.links.size()) - 1,
                                    {0.1, 0, 0}, {1, 0, 0}));
@@ -365,4 +365,9 @@ TEST_CASE("a joint that can move without moving any mass is found, and named") {
   CHECK(m.joints()[static_cast<std::size_t>(m.massless_joint())].name == "wrist");
   CHECK(m.massless_joint_text().find("joint wrist can move without moving any mass") == 0);
   CHECK(m.massless_joint_text().find("tool") != std::string::npos);
+  r.joints.back().kind = ksl::joint_kind::universal; // two bodies, of which the first is no link's
+  r.joints.back().axis2 = {0, 0, 1};
+  const ksl::model two(r);
+  REQUIRE(two.massless_joint() >= 0);
+  CHECK(two.joints()[static_cast<std::size_t>(two.massless_joint())].name == "wrist");
 }

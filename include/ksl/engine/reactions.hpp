@@ -77,9 +77,9 @@ template <class S> inline bool is_carried(const model_view<S> &model, int first,
   return l == first;
 }
 
-/// The requested part of a wrench in a body's canonical frame: a part, not the whole.  The actuation part is h* Sᵀ f, which is called coupling where the
-/// joint follows another; the constraint part is the rest (coscrews (7), (9)).  pose: a pose_workspace<T>, or what has such a
-/// function rotation.
+/// The requested part, not the total, of a wrench in a body's canonical frame.  The actuation part is h* Sᵀ f, called
+/// coupling where the joint follows another; the constraint part is the rest (coscrews (7), (9)).  pose: a
+/// pose_workspace<T>, or what has such a function rotation.
 template <joint_kind K, class T, class Poses>
 KSL_LANES coscrew<T> part_through(const body<scalar_of<T>> &b, const Poses &pose, wrench_part part, const coscrew<T> &f) {
   if (part == (b.follows ? wrench_part::actuation : wrench_part::coupling))
