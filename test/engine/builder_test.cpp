@@ -212,8 +212,8 @@ TEST_CASE("builder: gravity, where a description comes from, links without mass 
     gravity[axis] = not_a_number;
     check_refused(refusal([&] { ksl::builder("moon", gravity); }), {"robot \"moon\"", "gravity is not finite"});
   }
-  ksl::builder b = two_links();
-  b.read_from("arm.xml", {"a tendon (not used)"}, {"a doubt"});
+  ksl::builder b("one link");
+  b.add_link("ground").read_from("arm.xml", {"a tendon (not used)"}, {"a doubt"});
   CHECK((b.description().file == "arm.xml" && b.description().unused == std::vector<std::string>{"a tendon (not used)"}));
   CHECK(b.description().warnings[0] == "a doubt");
   for (std::size_t k = 0; k < 3; ++k) { // a rotor, say: moments about one axis and no mass

@@ -4,6 +4,8 @@
 #include "robots.hpp"
 #include "same_numbers.hpp"
 
+#include <algorithm>
+
 using namespace ksl::test;
 
 namespace {
@@ -110,7 +112,7 @@ TEST_CASE("surgery: merged robots") {
   ksl::robot_description renamed = arm;
   for (ksl::link_description &link : renamed.links)
     link.name = "second_" + link.name;
-  check_refused([&] { ksl::merged(arm, renamed, "base_link", beside); }, {"both robots have a joint named \"shoulder_pan_joint\"", "give a prefix"});
+  check_refused([&] { ksl::merged(arm, renamed, "base_link", beside); }, {"both robots have a joint named \"shoulder_pan\"", "give a prefix"});
   ksl::robot_description doubtful = arm;
   doubtful.warnings = {"a doubt"}, doubtful.unused = {"a tendon (not used)"};
   const ksl::robot_description both = ksl::merged(ksl::merged(arm, doubtful, "base_link", beside, "b_"), doubtful, "base_link", beside, "c_");
