@@ -61,12 +61,12 @@ class Count:
 def count_file(path, text, file):
     """The Count of one file; file is None if no program holds code of it."""
     file = file or regions.File()
-    code, starts = source_text.code_lines(text), file.starts()
+    code, starts = source_text.code_lines(text), file.starts
     begun = {line for line, _ in starts}
     for section in source_text.conditional_sections(text):
         if not begun & set(section):  # for another processor or build
             code -= set(section)
-    lines = {line: runs for line, runs in regions.run_lines(file).items() if line in code}
+    lines = {line: runs for line, runs in file.lines.items() if line in code}
     for (line, column), end in source_text.block_ends(text).items():
         if (line, column) not in starts:  # no instantiation has this block
             for inside in range(line if end == line else line + 1, end + 1):

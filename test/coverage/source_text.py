@@ -59,16 +59,30 @@ def closing(list_of, opening):
 QUALIFIERS = {"const", "noexcept", "override", "final", "mutable", "KSL_INLINED"}
 
 
+def statement_end(all_tokens, first):
+    """Index after a statement: a block, or what ends with a semicolon."""
+    i = first
+    while all_tokens[i][0] != ";":
+        if all_tokens[i][0] in "({[":
+            closed = closing(all_tokens, i)
+            if i == first and all_tokens[i][0] == "{":
+                return closed + 1
+            i = closed
+        i += 1
+    return i + 1
+
+
 def constexpr_branches(all_tokens):
-    """Index of the first token of what each `if constexpr`, and the else after it, selects."""
+    """(Index of the first token, index after the last) of what each `if constexpr`, and the else after it, selects."""
     for i, (token, _, _) in enumerate(all_tokens):
         if token == "if" and all_tokens[i + 1][0] == "constexpr":
-            end = closing(all_tokens, i + 2)
-            yield end + 1
-            if all_tokens[end + 1][0] == "{":
-                after = closing(all_tokens, end + 1) + 1
-                if after < len(all_tokens) and all_tokens[after][0] == "else" and all_tokens[after + 1][0] != "if":
-                    yield after + 1
+            first = closing(all_tokens, i + 2) + 1
+            if all_tokens[first][0] in {"if", "for", "while", "switch"}:  # whose own parts are regions
+                continue
+            end = statement_end(all_tokens, first)
+            yield first, end
+            if all_tokens[end][0] == "else" and all_tokens[end + 1][0] not in {"if", "for", "while", "switch"}:
+                yield end + 1, statement_end(all_tokens, end + 1)
 
 
 def opening(all_tokens, closed):
@@ -97,10 +111,6 @@ def opens_body(all_tokens, i):
 def block_ends(text):
     """(line, column) where a body or branch begins → line where it ends."""
     all_tokens = list(tokens(text))
-    begins = {i for i in range(len(all_tokens)) if all_tokens[i][0] == "{" and opens_body(all_tokens, i)}
-    begins |= set(constexpr_branches(all_tokens))
-    ends = {}
-    for i in begins:
-        token, line, column = all_tokens[i]
-        ends[line, column] = all_tokens[closing(all_tokens, i)][1] if token == "{" else line
-    return ends
+    ends = {i: closing(all_tokens, i) for i in range(len(all_tokens)) if all_tokens[i][0] == "{" and opens_body(all_tokens, i)}
+    ends |= {first: end - 1 for first, end in constexpr_branches(all_tokens)}
+    return {all_tokens[first][1:]: all_tokens[last][1] for first, last in ends.items()}
