@@ -57,10 +57,11 @@ def innermost(regions, line, column):
 
 def run_lines(own):
     """Line → how often it ran, of one instantiation's regions in a file.  As in llvm-cov, a line on which regions begin ran as often
-    as the one of them that ran most, or as what goes on from the line before."""
-    inherited, begun = {}, defaultdict(int)
-    for ls, _, le, _, count, gap in sorted(own, key=lambda r: (r[0], r[1], -r[2], -r[3])):  # the innermost comes last and wins
-        for line in range(ls + 1, le + 1):
+    as the one of them that ran most, or as what goes on from the line before.  A gap between statements ends where a region begins;
+    otherwise what surrounds it goes on."""
+    inherited, begun, starts = {}, defaultdict(int), {r[:2] for r in own if not r[5]}
+    for ls, _, le, ce, count, gap in sorted(own, key=lambda r: (r[0], r[1], -r[2], -r[3])):  # the innermost comes last and wins
+        for line in range(ls + 1, le if gap and (le, ce) not in starts else le + 1):
             inherited[line] = count
         if not gap:
             begun[ls] = max(begun[ls], count)

@@ -11,7 +11,7 @@ ln -sf "$root"/python/ksl/* "$build"/python/_core*.so "$build/pyroot/ksl/"
 export LLVM_PROFILE_FILE="$build/profiles/%m-%p.profraw"
 ctest --test-dir "$build" --output-on-failure -j "${CMAKE_BUILD_PARALLEL_LEVEL:-2}"
 # What calls C and C++: the algebra through ctypes, and every interface of the extension.
-KSL_LIBRARY="$build/libksl.so" PYTHONPATH="$build/pyroot" "$python" -m pytest -q -n "${CMAKE_BUILD_PARALLEL_LEVEL:-2}" --dist loadfile \
+KSL_TEST_CC="clang -fprofile-instr-generate -fcoverage-mapping" KSL_LIBRARY="$build/libksl.so" PYTHONPATH="$build/pyroot" "$python" -m pytest -q -n "${CMAKE_BUILD_PARALLEL_LEVEL:-2}" --dist loadfile \
   test/algebra test/python test/laws
 
 llvm-profdata merge "$build"/profiles/*.profraw -o "$build/all.profdata"

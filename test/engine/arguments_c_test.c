@@ -118,6 +118,24 @@ static void test_reactions(const ksl_model_t *m, ksl_data_t *d) {
   for (int i = 0; i < 6; ++i)
     CHECK(fabs(w[i] - wf[i]) < 1e-4 * (1 + fabs(w[i])));
   CHECK(ksl_reactionsf(m, d, 0, NULL, NULL, NULL, NULL) == KSL_OK); /* none */
+
+  /* a batch has the bits of each state, with wrenches that push and without */
+  double batch[6], pushed[6];
+  float batchf[6], pushedf[6];
+  const int bob = ksl_model_link(m, "bob");
+  const ksl_coscrew_t push = {{{1, 2, 3, 4, 5, 6}}};
+  const ksl_coscrewf_t pushf = {{{1, 2, 3, 4, 5, 6}}};
+  const ksl_external_t external = {1, &bob, &push, KSL_IN_FRAME};
+  const ksl_externalf_t externalf = {1, &bob, &pushf, KSL_IN_FRAME};
+  const ksl_external_rows_t rows = {1, &bob, push.at, 6, KSL_IN_FRAME};
+  const ksl_external_rowsf_t rowsf = {1, &bob, pushf.at, 6, KSL_IN_FRAME};
+  CHECK(ksl_reactions_batch(m, 1, q, 5, v, 4, a, 4, 1, &pin, NULL, batch, 6, 1) == KSL_OK && memcmp(batch, w, sizeof w) == 0);
+  CHECK(ksl_reactions_batchf(m, 1, qf, 5, vf, 4, af, 4, 1, &pin, NULL, batchf, 6, 1) == KSL_OK && memcmp(batchf, wf, sizeof wf) == 0);
+  CHECK(ksl_inverse_dynamics(m, d, q, v, a, &external, tau) == KSL_OK && ksl_reactions(m, d, 1, &pin, NULL, &external, w) == KSL_OK);
+  CHECK(ksl_inverse_dynamicsf(m, d, qf, vf, af, &externalf, tauf) == KSL_OK && ksl_reactionsf(m, d, 1, &pin, NULL, &externalf, wf) == KSL_OK);
+  CHECK(ksl_reactions_external_batch(m, 1, q, 5, v, 4, a, 4, &rows, 1, &pin, NULL, pushed, 6, 1) == KSL_OK && memcmp(pushed, w, sizeof w) == 0);
+  CHECK(ksl_reactions_external_batchf(m, 1, qf, 5, vf, 4, af, 4, &rowsf, 1, &pin, NULL, pushedf, 6, 1) == KSL_OK && memcmp(pushedf, wf, sizeof wf) == 0);
+  CHECK(memcmp(pushed, batch, sizeof batch) != 0);
 }
 
 static void test_external(const ksl_model_t *m, ksl_data_t *d) {

@@ -287,6 +287,12 @@ TEST_CASE("builder: Denavit–Hartenberg tables") {
     CHECK(found.t.z == doctest::Approx(end.t.z).epsilon(1e-14));
     CHECK(found.R.m10 == doctest::Approx(end.R.m10).epsilon(1e-14));
     CHECK(found.R.m21 == doctest::Approx(end.R.m21).epsilon(1e-14));
+    for (double ksl::dh_row::*const each : {&ksl::dh_row::a, &ksl::dh_row::alpha, &ksl::dh_row::d, &ksl::dh_row::theta}) {
+      std::vector<ksl::dh_row> wrong = rows;
+      wrong[1].*each = not_a_number;
+      check_refused(refusal([&] { ksl::builder("arm").add_link("base").add_dh_chain("base", wrong, convention); }),
+                    {"one of a, alpha, d, theta is not finite; mend the table"});
+    }
     CHECK(m.mass() == 2);
   }
   ksl::builder b("arm");

@@ -79,6 +79,8 @@ TEST_CASE("inverse kinematics: a robot with every kind of joint, some of which f
     CHECK((all.iterations > 0 && all.starts == 1 && all.error[0] <= 1e-6 && all.error[1] <= 1e-6));
     check_pose(m, all.q, target);
     CHECK(alone.q == all.q);
+    const found beyond = solve(m, start, {1, 0, 0, 1e4, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}); // further starts begin near the given one
+    CHECK((beyond.starts >= 1 && std::isfinite(beyond.q[0])));
   }
 }
 

@@ -91,6 +91,7 @@ TEST_CASE("surgery: frozen joints") {
         ksl::with_frozen_joints(described(), {{"socket", {0, 0, 0, 2}}});
       },
       {"joint socket", "length 2"});
+  check_refused([&] { ksl::with_frozen_joints(described(), {{"shoulder", {std::nan("")}}}); }, {"joint shoulder", "a position that is not finite"});
   check_refused(
       [&] {
         ksl::with_frozen_joints(described(), {{"floating_base", {1}}});
