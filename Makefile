@@ -5,6 +5,8 @@
 # make bench  timings, beside what they are compared with (make bench-plots: and renews docs/performance.md)
 # make release   all of the C algebra as one header, build/release/ksl.h
 # make docs      the reference in docs/reference, from the headers and from api/algorithms/
+# make lint, coverage, mutate, sanitize, fuzz, golden, test-faults, abi, dist   long checks of what docs/trust.md promises; each writes its record
+# make trust     runs the tests that promises name, and writes docs/trust.md from all records
 # Each reuses what is there.  make clean removes all that was made.
 
 PYTHON ?= python3
@@ -63,7 +65,7 @@ test-long: $(VENV)/.tested $(VENV)/.packages
 	done; done; \
 	KSL_LIBRARY=$(CURDIR)/build/gcc/libksl.so $(BIN)/python -m pytest --long -n $(CMAKE_BUILD_PARALLEL_LEVEL) --dist loadfile \
 	  --junitxml=build/long_pytest.xml test/algebra test/contract/neon_test.py || status=1; \
-	$(BIN)/python scripts/long_results.py test/long_results.md build/long_*.xml && exit $$status
+	$(BIN)/python scripts/trust/long_results.py test/long_results.md build/long_*.xml && exit $$status
 
 # Peers are built once, in build/bench/peers (about ten minutes), KSL with gcc and with clang each time.
 bench: bench-build
@@ -109,6 +111,9 @@ $(VENV)/.tested: $(VENV)/.tools $(SOURCES)
 	  "--config-settings=cmake.define.KSL_INSTRUCTION_SETS=$(TEST_SETS)" '.[test]'
 	rm -f $(VENV)/.installed
 	touch $@
+
+-include scripts/lint/lint.mk scripts/abi/abi.mk scripts/dist/dist.mk scripts/trust/trust.mk fuzz/fuzz.mk test/golden/golden.mk test/mutate/mutate.mk \
+  test/coverage/coverage.mk test/sanitize/sanitize.mk test/faults/faults.mk
 
 clean:
 	rm -rf build out $(VENV)

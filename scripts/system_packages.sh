@@ -1,5 +1,5 @@
 #!/bin/sh
-# Installs the Debian or Ubuntu packages that are missing.  Usage: system_packages.sh demo|test|bench
+# Installs the Debian or Ubuntu packages that are missing.  Usage: system_packages.sh demo|test|bench|lint|fuzz|trust
 set -eu
 
 missing=
@@ -34,6 +34,22 @@ if [ "$1" = bench ]; then
   need libeigen3-dev test -e /usr/include/eigen3/Eigen/Core
   need liborocos-kdl-dev has_header kdl/chain.hpp
   need binutils command -v nm
+fi
+sanitizes() { echo 'int main() {}' | clang++ -fsanitize=fuzzer-no-link,address -x c++ - -o /dev/null; }
+if [ "$1" = lint ] || [ "$1" = trust ]; then
+  need clang-tidy command -v clang-tidy
+  need cppcheck command -v cppcheck
+fi
+if [ "$1" = fuzz ] || [ "$1" = trust ]; then
+  need doctest-dev has_header doctest/doctest.h
+  need libclang-rt-dev sanitizes
+fi
+if [ "$1" = trust ]; then
+  need valgrind command -v valgrind
+  need llvm command -v llvm-profdata
+  need abigail-tools command -v abidiff
+  need g++-aarch64-linux-gnu command -v aarch64-linux-gnu-g++
+  need qemu-user command -v qemu-x86_64
 fi
 [ -n "$missing" ] || exit 0
 

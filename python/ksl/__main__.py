@@ -11,6 +11,8 @@ def main() -> None:
         if e.name not in ("typer", "rich"):
             raise
         sys.exit("ksl: the command needs the extra packages of ksl[loads]; install them with: pip install 'ksl[loads]'")
+    except KeyboardInterrupt:  # before there is a command that could say so
+        sys.exit(130)
     app(prog_name="ksl")
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
@@ -125,11 +124,14 @@ class Surgery(Calls):
         """
         text = self._core.urdf_text()
         if path is not None:
+            from ksl.output import whole_file
+
             try:
                 target = Path(os.fsdecode(path))
             except TypeError:
                 raise ValueError(f"path is {type(path).__name__}; expected the path of a file to be written") from None
-            _write(target, text)
+            with whole_file(target) as part:
+                part.write_text(text, encoding="utf-8", newline="")
         return text
 
 
@@ -148,21 +150,3 @@ def _ten_numbers(link: str, of: ArrayLike | tuple[float, ArrayLike, ArrayLike]) 
         raise ValueError(f"link {link}: its parameters have shape {array.shape}; expected (mass, centre of mass, inertia) or ten numbers")
     ten: list[float] = array.tolist()
     return ten
-
-
-def _write(path: Path, text: str) -> None:
-    """Completely or not at all."""
-    try:
-        handle, part = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    except OSError as e:
-        raise OSError(e.errno, f"the file can't be written ({e.strerror}); give a path in a folder that exists and can be written", str(path)) from None
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        mask = os.umask(0)
-        os.umask(mask)
-        os.chmod(part, 0o666 & ~mask)
-        os.replace(part, path)
-    except BaseException:
-        os.unlink(part)
-        raise

@@ -30,6 +30,13 @@ def test_the_list_of_symbols(ksl):
     assert exported(ksl.path.with_name("libksl_algebra.so")) == set(listed)
 
 
+def test_the_list_of_symbols_with_the_engine(ksl):
+    """The library exports the names of both lists, and besides them C++ names only."""
+    listed = [name for file in ("symbols", "engine_symbols") for name in (ROOT / "api" / f"{file}.txt").read_text().splitlines()]
+    assert {name for name in exported(ksl.path.with_name("libksl.so")) if not name.startswith("_Z")} == set(listed)
+    assert len(listed) == len(set(listed))
+
+
 def test_every_body_is_exported_but_helpers(symbols):
     helpers = {f.name for f in bodies() if f.helper}
     assert {"ksl_larger_q", "ksl_angle_restf"} <= helpers and helpers & {f.name for f in published()} == set()

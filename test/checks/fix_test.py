@@ -8,7 +8,7 @@ from rules_test import CASES
 import ksl
 from ksl.checks.run import RULES, fix
 from ksl.errors import DescriptionError
-from ksl.load_cases.output import OutputError
+from ksl.output import OutputError
 
 FIXED = [name for name, rule in RULES.items() if rule.fix]
 ACCEPTED = [name for name, rule in RULES.items() if rule.accept and name != "xml-syntax"]

@@ -20,7 +20,7 @@ import pytest
 
 import ksl
 from ksl.motions.columns import columns_of
-from ksl.load_cases.output import OutputError, staged
+from ksl.output import OutputError, staged
 
 MIMIC = """<robot name="hand"><link name="palm"/><link name="a"/><link name="b"/>
 <joint name="finger1" type="prismatic"><parent link="palm"/><child link="a"/>
@@ -411,7 +411,7 @@ def test_results_are_staged_inside_the_folder(tmp_path):
     """Beside it there may be no right to write, or another file system."""
     out = tmp_path / "a" / "b"
     with staged(out, ["x", "y"]) as stage:
-        assert stage.parent == out and stage.name.startswith(".") and [f.name for f in out.parent.iterdir()] == ["b"]
+        assert stage.parent.parent == out and stage.parent.name.startswith(".") and [f.name for f in out.parent.iterdir()] == ["b"]
         (stage / "x").write_text("new")
     assert {f.name: f.read_text() for f in out.iterdir()} == {"x": "new"}
 
@@ -432,14 +432,14 @@ def test_faults_of_the_system_are_one_sentence_with_the_folder(tmp_path):
     assert not (tmp_path / "o").exists()
 
 
-@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
 def test_a_run_that_is_ended_leaves_nothing(tmp_path, two, name):
     robot, motion = two
     motion.write_text("time,slide\n" + "".join(f"{k / 1000},{math.sin(k / 1000)}\n" for k in range(400_000)))
-    heard = functools.partial(signal.signal, getattr(signal, name), signal.SIG_DFL)  # tests that nohup has started ignore SIGHUP, as do their children
+    heard = functools.partial(signal.signal, getattr(signal, name), signal.SIG_DFL)  # tests that nohup or a shell has started in the background ignore some
     process = subprocess.Popen([command(), "loads", robot, motion, "-o", tmp_path / "q", "--csv"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=heard)
     deadline = time.monotonic() + 60
-    while process.poll() is None and time.monotonic() < deadline and not list(tmp_path.glob("q/.*/wrenches.csv")):
+    while process.poll() is None and time.monotonic() < deadline and not list(tmp_path.glob("q/.*/new/wrenches.csv")):
         time.sleep(0.002)
     process.send_signal(getattr(signal, name))
     process.communicate(timeout=60)

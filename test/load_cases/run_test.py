@@ -13,7 +13,7 @@ import pytest
 
 import ksl
 from ksl.load_cases.load_case import LoadCase, Placement
-from ksl.load_cases.output import OutputError
+from ksl.output import OutputError
 from ksl.load_cases.run import KEPT_CASES, Run
 from ksl.load_cases.summary_table import ALL_CASES
 from ksl.motions.motion import Motion

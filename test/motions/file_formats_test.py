@@ -162,3 +162,21 @@ def test_spreadsheets_are_refused(leg, tmp_path, refusal):
 
 def test_a_topic_is_for_bags(leg, written, refusal):
     assert refusal(leg, written(npz(**ROW)), topic="/joint_states").startswith(": --topic (topic=) chooses among the topics of a bag, but this is NPZ")
+
+
+@pytest.mark.parametrize("piped", [False, True], ids=["a file", "bytes of a pipe"])
+def test_arrow_gets_no_file_of_python_s(tmp_path, monkeypatch, piped):
+    """Threads of Arrow that still hold one when the interpreter ends would end the process by an abort."""
+    given, real = [], pq.ParquetFile
+    monkeypatch.setattr(pq, "ParquetFile", lambda source, *more, **options: (given.append(source), real(source, *more, **options))[1])
+    path = tmp_path / "motion.parquet"
+    path.write_bytes(parquet(pa.table(ROW)))
+    if piped:
+        from ksl.motions.recognise import _opened, Content
+
+        _opened(Content("pipe", None, path.read_bytes()), path.read_bytes()[:512], None, False)
+    else:
+        from ksl.motions.recognise import open_table
+
+        open_table(path)
+    assert [type(source) for source in given] == [pa.BufferReader if piped else pa.OSFile]

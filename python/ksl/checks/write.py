@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 
 from ksl.checks.robot import RobotFile
-from ksl.load_cases.output import OutputError, staged
+from ksl.output import OutputError, whole_file
 
 
 def write_tree(robot: RobotFile, out: Path, force: bool = False) -> None:
@@ -20,8 +20,8 @@ def write_tree(robot: RobotFile, out: Path, force: bool = False) -> None:
     if out.exists() and not force:
         raise OutputError(f"{out}: exists; name another file, or overwrite it with --force")
     data = _text(robot)
-    with staged(out.parent) as folder:
-        (folder / out.name).write_bytes(data)
+    with whole_file(out) as part:
+        part.write_bytes(data)
 
 
 def _text(robot: RobotFile) -> bytes:

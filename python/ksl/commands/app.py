@@ -15,7 +15,15 @@ from typer.core import TyperGroup
 
 
 class Commands(TyperGroup):
-    """The commands, whose words print on any terminal, and which say it where standard output can't be written."""
+    """The commands, whose words print on any terminal, which end on signals, and which say it where standard output can't be written."""
+
+    def invoke(self, ctx: Any) -> Any:
+        end_on_signals()
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            errors.print("ksl: interrupted")
+            raise SystemExit(128 + signal.SIGINT) from None
 
     def main(self, *args: Any, **options: Any) -> Any:
         for stream in (sys.stdout, sys.stderr):

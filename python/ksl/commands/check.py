@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ksl.commands.app import app, console, end_on_signals, fail
+from ksl.commands.app import app, console, fail
 from ksl.commands.options import Robot
 
 if TYPE_CHECKING:
@@ -62,9 +62,8 @@ def check(
     from ksl.checks.run import check as check_file
     from ksl.checks.run import fix as fix_file
     from ksl.checks.show import print_findings, print_fixed
-    from ksl.load_cases.output import OutputError
+    from ksl.output import OutputError
 
-    end_on_signals()
     if (accept or force) and fix is None:
         fail("--accept and --force are for --fix OUT.urdf; give it, or leave them out")
     options: dict[str, Any] = {"ignore": ignore, "package_paths": package_path, "symmetry": symmetry}

@@ -42,7 +42,7 @@ def hold(
     from ksl.load_cases.holding import hold as held
     from ksl.load_cases.holding import read_pose
     from ksl.load_cases.load_case import Payload
-    from ksl.load_cases.output import OutputError
+    from ksl.output import OutputError
     from ksl.load_cases.printing import print_pose
     from ksl.load_cases.provenance import input_file
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
-from ksl.commands.app import app, command_line, console, discard_output, end_on_signals, fail, unwritable
+from ksl.commands.app import app, command_line, console, discard_output, fail, unwritable
 from ksl.commands.options import (
     MOTION_HELP,
     ColumnMapFile,
@@ -97,7 +97,7 @@ def loads(
     planar and translation joints, and what each format of motions may hold.
     """
     from ksl.load_cases.load_case import Payload
-    from ksl.load_cases.output import OutputError
+    from ksl.output import OutputError
     from ksl.load_cases.printing import print_run
     from ksl.load_cases.provenance import input_file, provenance_of
     from ksl.load_cases.run import Run
@@ -116,7 +116,6 @@ def loads(
     if paper not in ("A4", "letter"):
         fail(f"--paper {paper}: expected A4 or letter")
     values = [numbers(p, "--payload", 1, 4) for p in payload]
-    end_on_signals()
     if motion is not None:
         check_order(robot, motion)
     loaded = {link: (p[0], p[1:] or [0.0, 0.0, 0.0]) for link, p in zip(on_link, values)}

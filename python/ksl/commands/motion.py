@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ksl.commands.app import app, console, end_on_signals, fail
+from ksl.commands.app import app, console, fail
 from ksl.commands.options import FloatingBase, Gravity, Mimic, ModelName, Robot, read_model
 
 if TYPE_CHECKING:
@@ -65,7 +65,6 @@ def motion(
     for name, value in given.items():
         if value is not None and kind not in OPTIONS[name]:
             fail(f"--{name} is for {' and '.join(OPTIONS[name])}, not for {kind}; leave it out")
-    end_on_signals()
     model = read_model(robot, floating_base, mimic, False, gravity, masses="optional", name=model_name)
     try:
         made = _made(model, kind, {k: v for k, v in given.items() if v is not None})

@@ -65,7 +65,7 @@ def size(
     writes a file to fill in.
     """
     from ksl.errors import SizingError
-    from ksl.load_cases.output import OutputError
+    from ksl.output import OutputError
     from ksl.sizing.example import example_file
 
     if example and results is None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, cast
 
 import typer
 
-from ksl.commands.app import app, console, end_on_signals, errors, fail
+from ksl.commands.app import app, console, errors, fail
 from ksl.commands.options import Robot
 
 if TYPE_CHECKING:
@@ -35,12 +35,11 @@ def sweep(
     """
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-    from ksl.load_cases.output import OutputError
+    from ksl.output import OutputError
     from ksl.sweeps.run import sweep as run_sweep
 
     if workers < 0:
         fail(f"--workers {workers}: expected a number of processes, or 0")
-    end_on_signals()
     out = console(120)
     columns = (TextColumn("cases"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("to go"), TimeRemainingColumn())
     try:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ksl.commands.app import app, end_on_signals, errors, fail
+from ksl.commands.app import app, errors, fail
 from ksl.commands.options import (
     ColumnMapFile,
     Degrees,
@@ -77,7 +77,6 @@ def view(
         fail(f"--external {external}: needs a motion, whose times it has")
     if motion is not None:
         check_order(robot, motion)
-    end_on_signals()
     results: Results | None = None
     try:
         if motion is not None and is_results(motion):

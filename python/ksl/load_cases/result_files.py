@@ -8,9 +8,9 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from ksl.load_cases.load_case import Block
-from ksl.load_cases.output import OutputError
 from ksl.load_cases.provenance import Provenance
 from ksl.load_cases.wrench_table import TableWriter
+from ksl.output import OutputError, flush_early
 from ksl.report.files import NAMES as REPORT_FILES
 
 if TYPE_CHECKING:
@@ -56,7 +56,8 @@ class WrenchFiles:
         numbers = [f.name for f in writer.schema if not _is_word(f)]
         # bytes of the same weight together: smaller than zstd of whole numbers, in half of the time
         how = {"compression": "lz4", "use_dictionary": words, "use_byte_stream_split": numbers}
-        self._parquet = pyarrow.parquet.ParquetWriter(folder / "wrenches.parquet", writer.schema, **how)
+        self._path = folder / "wrenches.parquet"
+        self._parquet = pyarrow.parquet.ParquetWriter(self._path, writer.schema, **how)
         self._csv: Any = None
         if with_csv:
             import pyarrow.csv
@@ -75,6 +76,8 @@ class WrenchFiles:
 
     def __exit__(self, error: type[BaseException] | None, value: BaseException | None, traceback: TracebackType | None) -> None:
         self._parquet.close()
+        if error is None:
+            flush_early(self._path)  # while the report is made
         if self._csv is not None:
             self._csv.close()
 

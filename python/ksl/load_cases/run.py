@@ -16,7 +16,6 @@ from ksl.errors import MotionError, unknown_name
 from ksl.load_cases.case_result import CaseResult, compute
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
 from ksl.load_cases.motion_given import motion_given
-from ksl.load_cases.output import staged
 from ksl.load_cases.provenance import InputFile, Provenance, input_file, provenance_of
 from ksl.load_cases.ranking import Ranking, severity
 from ksl.load_cases.result_files import RESULTS, WrenchFiles, refuse_other_robot
@@ -26,6 +25,7 @@ from ksl.load_cases.wrench_table import TableWriter, wrenches_of_arrays
 from ksl.model import Model
 from ksl.motions.motion import Motion
 from ksl.motions.reading_options import check_options
+from ksl.output import staged, whole_file
 from ksl.report.files import ReportFiles
 from ksl.states import External, Order, Point, Side
 
@@ -139,13 +139,15 @@ class Run:
             return sorted(f.name for f in stage.iterdir())
 
     def report(self, path: str | os.PathLike[str], case: str | None = None) -> None:
-        """Writes the report as one HTML file: of the load cases that govern most, or of one that is named."""
+        """Writes the report as one HTML file: of the load cases that govern most, or of one that is named.  Raises OutputError."""
         from ksl.report.page import write_report
 
         by_name = {r.case.name: r for r in self.results}
         if case is not None and case not in by_name:
             raise ValueError(unknown_name("report", "load case", case, by_name))
-        write_report(path, self._report_input(self._shown() if case is None else [by_name[case]]))
+        shown = self._report_input(self._shown() if case is None else [by_name[case]])
+        with whole_file(Path(path)) as part:
+            write_report(part, shown)
 
     def _shown(self) -> list[CaseResult]:
         """The results whose curves the report has, those that matter most first."""

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ksl.errors import MotionError
+from ksl.motions.arrow_memory import own_memory
 from ksl.motions.csv_form import MEND, SEPARATORS, CsvForm, form_of, is_comma_number, is_number
 from ksl.motions.recorded import Recorded, count
 from ksl.states import Array
@@ -112,7 +113,7 @@ class CsvTable(Recorded):
 
         def read(threads: bool) -> pa.Table:
             return csv.read_csv(
-                _own_memory(data),
+                own_memory(data),
                 read_options=csv.ReadOptions(
                     column_names=[_numbered(i) for i in range(len(self.form.names))],
                     skip_rows=self._skipped,
@@ -218,19 +219,6 @@ def _as_utf8(file: str, data: bytes) -> tuple[bytes, str, list[str]]:
         if e.end < len(head) - 4:  # and not a character that the end of the head cuts
             return data, "cp1252", ["the file is not in UTF-8, and was read as Windows-1252"]
     return data, "utf-8", []
-
-
-def _own_memory(data: bytes) -> pa.BufferReader:
-    """A reader of memory that is Arrow's own.
-
-    Threads of Arrow may still hold it when the interpreter ends, as it does at once where a motion is refused: they could not release
-    an object of Python any more, and the process would abort.
-    """
-    import pyarrow as pa
-
-    sink = pa.BufferOutputStream()
-    sink.write(data)
-    return pa.BufferReader(sink.getvalue())
 
 
 def _numbers(column: pa.ChunkedArray) -> Array:

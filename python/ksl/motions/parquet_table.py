@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
-from typing import BinaryIO
+from pathlib import Path
 
 import numpy as np
 
 from ksl.errors import MotionError
+from ksl.motions.arrow_memory import own_memory
 from ksl.motions.recorded import Recorded, count
 from ksl.states import Array
 
@@ -16,13 +18,16 @@ INDEX = "__index_level_"
 
 
 class ParquetTable(Recorded):
-    def __init__(self, file: str, source: BinaryIO) -> None:
-        """Raises MotionError if the file is truncated, or holds wrenches instead of a motion."""
+    def __init__(self, file: str, source: Path | bytes) -> None:
+        """source: where the file is, or what it holds.  Raises MotionError if it is truncated, or holds wrenches instead of a motion.
+
+        Never a file of Python's: threads of Arrow could still hold it when the interpreter ends, and the process would abort.
+        """
         import pyarrow as pa
         import pyarrow.parquet as pq
 
         try:
-            self._parquet = pq.ParquetFile(source)
+            self._parquet = pq.ParquetFile(own_memory(source) if isinstance(source, bytes) else pa.OSFile(os.fsencode(source)))
             self._schema = self._parquet.schema_arrow
         except (pa.ArrowInvalid, pa.ArrowNotImplementedError, OSError):
             raise MotionError(f"{file}: is a Parquet file, but truncated or damaged; copy or write it again") from None

@@ -6,11 +6,11 @@ import os
 import shutil
 import subprocess
 import sys
-import tempfile
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Literal
 
-from ksl.load_cases.output import OutputError
+from ksl.output import OutputError
 
 Paper = Literal["A4", "letter"]
 
@@ -54,7 +54,7 @@ def write_pdf(page: Path, pdf: Path, browser: str, paper: Paper = "A4") -> None:
     The page draws all charts while it loads where its address ends in #print=PAPER.  Images take longer: the time that
     the page sees runs ahead until the budget is used or nothing is left to wait for.
     """
-    with tempfile.TemporaryDirectory(prefix="ksl-browser-") as profile:  # so that a browser that is open isn't asked to print
+    with TemporaryDirectory(prefix=".browser-", dir=pdf.parent, ignore_cleanup_errors=True) as profile:  # so that a browser that is open isn't asked to print
         options = ["--headless", "--disable-gpu-sandbox", "--no-first-run", "--no-default-browser-check", "--disable-extensions", "--use-angle=swiftshader"]
         options += ["--enable-unsafe-swiftshader", f"--user-data-dir={profile}", "--no-pdf-header-footer", "--virtual-time-budget=60000"]
         if sys.platform.startswith("linux") and os.geteuid() == 0:

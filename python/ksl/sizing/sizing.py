@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from xml.sax.saxutils import escape, quoteattr
 
 from ksl.errors import SizingError
-from ksl.load_cases.output import staged
+from ksl.output import staged
 from ksl.sizing.figures import Figure, LeftOut, significant
 from ksl.sizing.motor_figures import Cloud
 from ksl.sizing.peaks import QUANTITIES, PeakRow
@@ -152,9 +152,9 @@ class Sizing:
         with staged(folder, FILES) as stage:
             for name, table in (("sizing", self.table), ("peaks", self.peak_table)):
                 pyarrow.parquet.write_table(table, stage / f"{name}.parquet")
-                with open(stage / f"{name}.csv", "wb") as file:
-                    file.write(head)
-                    pyarrow.csv.write_csv(table, file, pyarrow.csv.WriteOptions(quoting_style="needed"))
+                rows = pyarrow.BufferOutputStream()
+                pyarrow.csv.write_csv(table, rows, pyarrow.csv.WriteOptions(quoting_style="needed"))
+                (stage / f"{name}.csv").write_bytes(head + rows.getvalue().to_pybytes())
             (stage / "sizing.json").write_text(
                 json.dumps(self.as_dict(), ensure_ascii=False, indent=1) + "\n", encoding="utf-8"
             )

@@ -80,7 +80,7 @@ def sweep(
     engine: "local": processes of this machine; "ray": a Ray cluster at `address`, or a new one.  The results are the same to the bit.
     workers: processes; None: one for each core that this process may use.
     force: replaces the results of another sweep.  progress(cases done, cases): called after each partition.
-    Raises SweepError and OutputError.  About 1 ms of a core for a case of 1,000 samples and 7 joints.
+    One run at a time may write into a folder.  Raises SweepError and OutputError.  About 1 ms of a core for a case of 1,000 samples and 7 joints.
     """
     for name, what in (("robot", robot), ("directory", directory)):
         if not isinstance(what, (str, os.PathLike)):
@@ -95,20 +95,21 @@ def sweep(
         raise SweepError(f"workers={workers!r}; expected at least 1")
     start = time.perf_counter()
     plan, joints = _plan(os.path.abspath(robot), given, wrenches)
-    store = Store(Path(directory), plan, force)
-    missing = store.missing()
-    computed, busy, dynamics = 0, 0.0, 0.0
-    done = given.cases - sum(len(plan.cases(p)) for p in missing)
-    if progress:
-        progress(done, given.cases)
-    with closing(_results(plan, missing, engine, count, address)) as results:
-        for result in results:
-            store.add(result)
-            computed += len(plan.cases(result.partition))
-            busy, dynamics = busy + result.seconds, dynamics + result.seconds_of_dynamics
-            if progress:
-                progress(done + computed, given.cases)
-    return SweepResults(Path(directory), store.worst(joints), computed, time.perf_counter() - start, dynamics / busy if busy else 0.0)
+    with Store(Path(directory), plan, force) as store:
+        missing = store.missing()
+        computed, busy, dynamics = 0, 0.0, 0.0
+        done = given.cases - sum(len(plan.cases(p)) for p in missing)
+        if progress:
+            progress(done, given.cases)
+        with closing(_results(plan, missing, engine, count, address)) as results:
+            for result in results:
+                store.add(result)
+                computed += len(plan.cases(result.partition))
+                busy, dynamics = busy + result.seconds, dynamics + result.seconds_of_dynamics
+                if progress:
+                    progress(done + computed, given.cases)
+        worst = store.worst(joints)
+    return SweepResults(Path(directory), worst, computed, time.perf_counter() - start, dynamics / busy if busy else 0.0)
 
 
 def usable_cores() -> int:

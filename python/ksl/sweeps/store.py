@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
+import atexit
+import contextlib
 import csv
+import errno
 import hashlib
 import json
 import os
 import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ksl._core import __version__
 from ksl.errors import SweepError
-from ksl.load_cases.output import OutputError, cannot_write
 from ksl.load_cases.provenance import InputFile, input_file
 from ksl.load_cases.quantities import unit
 from ksl.mechanism import Joint
+from ksl.output import OutputError, cannot_write
+from ksl.output.locks import Lock, LockedError, lock
+from ksl.output.parts import remove_parts, write_part
+from ksl.output.signals import uninterrupted
 from ksl.sweeps.description import described
 from ksl.sweeps.evaluate import CONVENTIONS_OF_SWEEPS, UNITS_OF_SWEEPS, Plan, Result
 
@@ -26,37 +33,86 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 MANIFEST = "sweep.json"
+LOCK = ".ksl-sweep"
 DATA_SETS = ("cases", "wrenches")
 OF_WORST = ("_peak", "_rms", "_share", "utilisation")
 """Ends of the names of quantities that worst.csv has."""
 
 
 class Store:
-    """Partitions in DIR/cases (and DIR/wrenches), as DIR/sweep.json describes them."""
+    """Partitions in DIR/cases (and DIR/wrenches), as DIR/sweep.json describes them.  A context: one process at a time may write into it."""
 
     def __init__(self, directory: Path, plan: Plan, force: bool = False) -> None:
-        """Opens the folder; what an earlier run of the same sweep has computed stays.  Raises SweepError if it holds another one."""
-        self.directory, self.plan = directory, plan
-        manifest = describe(plan)
-        found = _read(directory / MANIFEST)
-        if found is not None and found["fingerprint"] != manifest["fingerprint"]:
-            if not force:
-                raise SweepError(f"{directory}: holds another sweep ({_difference(found, manifest)}); give another folder with -o, or --force to replace it")
-            _remove(directory)
-            found = None
-        if found is None:
-            self._refuse_unknown()
+        """force: a folder that holds another sweep is emptied of it."""
+        self.directory, self.plan, self._force = directory, plan, force
+        self._lock: Lock | None = None
+        self._made: list[Path] = []
+
+    def __enter__(self) -> Store:
+        """Opens the folder; what an earlier run of the same sweep has computed stays.
+
+        Raises SweepError if it holds another sweep, or if another run is writing into it.
+        """
+        manifest = describe(self.plan)
+        atexit.register(self._close)  # a signal may come when the folder has been opened and the block not yet entered
         try:
-            for name in self._data_sets():
-                (directory / name).mkdir(parents=True, exist_ok=True)
-                for part in (directory / name).glob(".*.part"):  # of a run that was killed
-                    part.unlink()
-            if found is None:
-                write_whole(directory / MANIFEST, json.dumps(manifest, indent=1).encode())
+            try:
+                with uninterrupted():
+                    self._make("")
+                    self._lock = lock(self.directory / LOCK)
+                self._open(manifest)
+            except BaseException:
+                self._close()
+                raise
+        except LockedError as holder:
+            raise SweepError(f"{self.directory}: {holder} is running a sweep into this folder; wait for its end, or give another folder with -o") from None
         except OutputError:
             raise
         except OSError as error:
-            raise OutputError(f"{directory}: {cannot_write(error)}") from None
+            raise OutputError(f"{self.directory}: {cannot_write(error)}") from None
+        return self
+
+    def __exit__(self, error: type[BaseException] | None, value: BaseException | None, traceback: TracebackType | None) -> None:
+        self._close()
+
+    def _open(self, manifest: Mapping[str, Any]) -> None:
+        found = _read(self.directory / MANIFEST)
+        if found is not None and found["fingerprint"] != manifest["fingerprint"]:
+            if not self._force:
+                different = _difference(found, manifest)
+                raise SweepError(f"{self.directory}: holds another sweep ({different}); give another folder with -o, or --force to replace it")
+            _remove(self.directory)
+            found = None
+        if found is None:
+            self._refuse_unknown()
+        for name in ("", *DATA_SETS):
+            remove_parts(self.directory / name)  # of a run that was killed
+        for name in self._data_sets():
+            with uninterrupted():
+                self._make(name)
+        if found is None:
+            write_part(self.directory / MANIFEST, json.dumps(manifest, indent=1).encode())
+
+    def _make(self, name: str) -> None:
+        """A folder, and what is missing above it."""
+        whole = self.directory / name
+        for folder in [f for f in (*reversed(whole.parents), whole) if not os.path.lexists(f)]:
+            folder.mkdir()
+            self._made.append(folder)
+        if not whole.is_dir():
+            raise NotADirectoryError(errno.ENOTDIR, "is a file", str(whole))
+
+    def _close(self) -> None:
+        """Gives the folder free.  Folders that were made and are empty go: a sweep that was refused leaves nothing."""
+        with uninterrupted():
+            if self._lock is not None:
+                self._lock.release()
+                self._lock = None
+            for folder in reversed(self._made):
+                with contextlib.suppress(OSError):
+                    folder.rmdir()
+            self._made.clear()
+            atexit.unregister(self._close)
 
     def _refuse_unknown(self) -> None:
         """Partitions without a description may be of any sweep: they would be taken for those of this one."""
@@ -77,14 +133,14 @@ class Store:
     def add(self, result: Result) -> None:
         """Writes a partition; its summary last, so that a partition that has one is complete."""
         for name in reversed(self._data_sets()):
-            write_whole(self._path(name, result.partition), result.files[name])
+            write_part(self._path(name, result.partition), result.files[name])
 
     def worst(self, joints: Sequence[Joint]) -> list[dict[str, Any]]:
         """The worst case of each joint and quantity, from all partitions; also written as worst.csv."""
         files = [self._path("cases", p) for p in range(self.plan.partitions)]
         rows = worst_cases(files, [p.name for p in self.plan.sweep.parameters], joints)
         text = _csv(rows)
-        write_whole(self.directory / "worst.csv", text.encode())
+        write_part(self.directory / "worst.csv", text.encode())
         return rows
 
 
@@ -161,20 +217,6 @@ def _unit(quantity: str, joint: Joint) -> str:
     return "" if part in ("share", "utilisation") else unit(name, joint)
 
 
-def write_whole(path: Path, contents: bytes) -> None:
-    """Writes a file that is there completely or not at all."""
-    part = path.with_name(f".{path.name}.part")
-    try:
-        part.write_bytes(contents)
-        os.replace(part, path)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise OutputError(f"{path}: {cannot_write(error)}") from None
-    except BaseException:
-        part.unlink(missing_ok=True)
-        raise
-
-
 def _csv(rows: Sequence[Mapping[str, Any]]) -> str:
     import io
 
@@ -202,7 +244,8 @@ def _difference(found: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
 
 
 def _remove(directory: Path) -> None:
+    """The description goes last: what is left by a process that is killed meanwhile is still described by it."""
+    (directory / "worst.csv").unlink(missing_ok=True)
     for name in DATA_SETS:
         shutil.rmtree(directory / name, ignore_errors=True)
-    for name in (MANIFEST, "worst.csv"):
-        (directory / name).unlink(missing_ok=True)
+    (directory / MANIFEST).unlink(missing_ok=True)

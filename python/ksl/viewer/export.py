@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
-import tempfile
 from html import escape
 from pathlib import Path
 
@@ -13,6 +11,7 @@ from numpy.typing import NDArray
 
 from ksl._core import __version__
 from ksl.errors import ViewerError
+from ksl.output import OutputError, whole_file
 from ksl.states import Array
 from ksl.viewer.scene import Scene
 from ksl.viewer.stage import Shown, Stage, legend
@@ -41,7 +40,11 @@ def export(scene: Scene, path: str | os.PathLike[str], *, joint: str | None = No
     scene.joint_index(selected)
     html = _html(scene, Shown(selected=selected, recorded=True))
     head, end, tail = html.rpartition("</body>")
-    _write(target, head + OVERLAY.format(_legend(scene, subtitle)) + end + tail)
+    try:
+        with whole_file(target) as part:
+            part.write_text(head + OVERLAY.format(_legend(scene, subtitle)) + end + tail, encoding="utf-8")
+    except OutputError as e:
+        raise ViewerError(str(e)) from None
     return target
 
 
@@ -74,21 +77,3 @@ def _legend(scene: Scene, subtitle: str) -> str:
         lines.append(escape(text) if colour is None else f'<span style="color:rgb{colour}">■</span> {escape(text)}')
     lines += [f"<i>{escape(note)}</i>" for note in scene.look.notes[:3]]
     return "<br>".join([*lines, f'<span style="color:#777">KSL {__version__}</span>'])
-
-
-def _write(target: Path, html: str) -> None:
-    """Through a temporary file in the same folder, so that a failed run leaves an earlier file as it was."""
-    name = None
-    try:
-        with tempfile.NamedTemporaryFile("w", dir=target.absolute().parent, prefix=".ksl-", suffix=".html", encoding="utf-8", delete=False) as f:
-            name = f.name
-            f.write(html)
-        os.chmod(name, 0o644)
-        os.replace(name, target)
-    except OSError as e:
-        if name is not None:
-            with contextlib.suppress(OSError):
-                os.unlink(name)
-        raise ViewerError(f"{target}: can't be written ({os.strerror(e.errno) if e.errno else e}); give another file") from None
-
-

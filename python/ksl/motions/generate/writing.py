@@ -10,10 +10,10 @@ import numpy as np
 
 from ksl._core import __version__
 from ksl.errors import MotionError
-from ksl.load_cases.output import staged
 from ksl.mechanism import Mechanism
 from ksl.motions.columns import columns_of
 from ksl.motions.generate.generated import Generated
+from ksl.output import whole_file
 from ksl.states import Array
 
 DIGITS = 15
@@ -22,16 +22,16 @@ DIGITS = 15
 def write_motion(model: Mechanism, generated: Generated, path: str | os.PathLike[str]) -> None:
     """`time`, positions, velocities and accelerations of all moving joints; of a template the positions alone.
 
-    The file is written completely or not at all.  Parquet holds, under the key `ksl` of its metadata, how the motion was made.
+    The file is written completely or not at all, in a folder that exists.  Parquet holds, under the key `ksl` of its metadata, how the motion was made.
     Raises MotionError for other suffixes, OutputError where it can't be written.
     """
     file = Path(path)
     if file.suffix.lower() not in (".csv", ".parquet"):
         raise MotionError(f"{file}: unknown suffix {file.suffix!r}; give a name that ends in .csv or .parquet")
     columns = _columns(model, generated)
-    with staged(file.parent) as stage:
+    with whole_file(file) as part:
         if file.suffix.lower() == ".csv":
-            with open(stage / file.name, "w", encoding="utf-8", newline="\n") as out:
+            with open(part, "w", encoding="utf-8", newline="\n") as out:
                 out.write(",".join(_quoted(name) for name in columns) + "\n")
                 np.savetxt(out, np.column_stack(list(columns.values())), fmt=f"%.{DIGITS}g", delimiter=",")
         else:
@@ -39,7 +39,7 @@ def write_motion(model: Mechanism, generated: Generated, path: str | os.PathLike
             import pyarrow.parquet as pq
 
             how = {"robot": model.name, "version": __version__, "units": "s, rad, m", **generated.facts}
-            pq.write_table(pa.table(columns).replace_schema_metadata({"ksl": json.dumps(how)}), stage / file.name, compression="zstd")
+            pq.write_table(pa.table(columns).replace_schema_metadata({"ksl": json.dumps(how)}), part, compression="zstd")
 
 
 def _columns(model: Mechanism, generated: Generated) -> dict[str, Array]:

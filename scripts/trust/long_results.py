@@ -1,36 +1,14 @@
 #!/usr/bin/env python3
 """Write the result of `make test-long`, with its date and commit, from what pytest and ctest have written.
 
-    scripts/long_results.py OUTPUT.md long_pytest.xml long_gcc-x86-64-v2.xml …"""
+    scripts/trust/long_results.py OUTPUT.md long_pytest.xml long_gcc-x86-64-v2.xml …"""
 
-import subprocess
 import sys
 from collections import defaultdict
-from datetime import datetime, timezone
 from pathlib import Path
 from xml.etree import ElementTree
 
-ROOT = Path(__file__).resolve().parents[1]
-
-
-def commit():
-    """The commit that was tested, and whether files differed from it."""
-    try:
-        git = ["git", "-C", str(ROOT)]
-        name = subprocess.run([*git, "rev-parse", "HEAD"], check=True, capture_output=True, text=True).stdout.strip()
-        changed = subprocess.run([*git, "status", "--porcelain", "--untracked-files=no"], check=True, capture_output=True, text=True).stdout
-    except (OSError, subprocess.CalledProcessError):
-        return "unknown"
-    changed = [line for line in changed.splitlines() if not line.endswith("test/long_results.md")]
-    return name + (", with changes that were not committed" if changed else "")
-
-
-def processor():
-    try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-        return next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
-    except (OSError, StopIteration):
-        return "unknown"
+import run_facts
 
 
 def largest(cases, *names):
@@ -66,12 +44,12 @@ def page(of_pytest, of_ctest):
     lines = [
         "# The last run of `make test-long`",
         "",
-        "Written by scripts/long_results.py. 100,000 random cases where `make test` takes 10,000. Errors are in units of the",
+        "Written by scripts/trust/long_results.py. 100,000 random cases where `make test` takes 10,000. Errors are in units of the",
         "unit roundoff u, or shares of what the test allows.",
         "",
-        f"* date: {datetime.now(timezone.utc):%Y-%m-%d %H:%M} UTC",
-        f"* commit: {commit()}",
-        f"* processor: {processor()}",
+        f"* date: {run_facts.date()}",
+        f"* commit: {run_facts.commit(['test/long_results.md'])}",
+        f"* processor: {run_facts.processor()}",
         f"* passed: {len(cases) - len(failed) - len(skipped)}, failed: {len(failed)}, skipped: {len(skipped)}",
         f"* time of the tests, one after the other: {sum(float(c.get('time')) for c in cases):.0f} s",
         "",

@@ -1,0 +1,7 @@
+"""Output files: written completely or not at all, several of them in one step, whatever stops the program (docs/output.md)."""
+
+from ksl.output.errors import OutputError, cannot_write
+from ksl.output.stage import flush_early, staged
+from ksl.output.whole_file import whole_file
+
+__all__ = ["OutputError", "cannot_write", "flush_early", "staged", "whole_file"]

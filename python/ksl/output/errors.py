@@ -1,0 +1,31 @@
+"""Why results can't be written, in one sentence."""
+
+from __future__ import annotations
+
+import errno
+import os
+
+FULL = (errno.ENOSPC, errno.EDQUOT)
+
+
+class OutputError(OSError):
+    """Results can't be written.  Names the folder or file, what is wrong and how to mend it."""
+
+
+def cannot_write(error: OSError) -> str:
+    """Says why results can't be written to a folder, and what mends it."""
+    return f"results can't be written there ({what(error)}); {mend(error, 'folder that can be written with -o', 'folder with -o')}"
+
+
+def what(error: OSError) -> str:
+    """The system's words for an error."""
+    return os.strerror(error.errno) if error.errno else str(error)
+
+
+def mend(error: OSError, writable: str, other: str) -> str:
+    """What to do about it.  writable, other: what else may be given where there are no rights, and where there is no space."""
+    if error.errno in FULL:
+        return f"free some space, or give another {other}"
+    if error.errno == errno.EFBIG:
+        return f"raise the limit of the size of files (ulimit -f), or give another {other}"
+    return f"give a {writable}"

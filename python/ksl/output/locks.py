@@ -1,0 +1,94 @@
+"""Locks that the system releases when their process ends, however it ends."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import platform
+from pathlib import Path
+from types import ModuleType
+
+fcntl: ModuleType | None
+try:
+    import fcntl
+except ModuleNotFoundError:  # Windows
+    fcntl = None
+
+WITHOUT_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL)
+"""What file systems answer that have no locks."""
+
+
+class LockedError(Exception):
+    """Another process, or another lock of this one, holds the lock.  Says which process."""
+
+
+class Lock:
+    """A lock that is held, and its file."""
+
+    def __init__(self, path: Path, handle: int) -> None:
+        self.path, self._handle = path, handle
+
+    def release(self) -> None:
+        """Removes the file and gives the lock free."""
+        if self._handle < 0:
+            return
+        with contextlib.suppress(OSError):  # its folder may be gone
+            if _is_file_of(self.path, self._handle):
+                os.unlink(self.path)
+        self.abandon()
+
+    def abandon(self) -> None:
+        """Gives the lock free; the file stays."""
+        handle, self._handle = self._handle, -1
+        if handle >= 0:
+            os.close(handle)
+
+
+def lock(path: Path) -> Lock | None:
+    """Holds the lock whose file is `path`, which is made; None where the file system has no locks.
+
+    Does not wait: raises LockedError where it is held, and OSError where the file can't be made.  Locks of flock(2): they end with
+    the process, which a number of a process in a file would not, and hold between containers and, on NFS, between machines.
+    """
+    if fcntl is None:
+        return None
+    while True:
+        handle = _opened(path)
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if _is_file_of(path, handle):
+                _sign(handle)
+                return Lock(path, handle)
+        except BlockingIOError:
+            holder = os.pread(handle, 200, 0).decode(errors="replace").strip()
+            os.close(handle)
+            raise LockedError(holder or "another process") from None
+        except OSError as e:
+            os.close(handle)
+            if e.errno in WITHOUT_LOCKS:
+                return None
+            raise
+        os.close(handle)  # the holder has removed the file meanwhile
+
+
+def _opened(path: Path) -> int:
+    flags = os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
+    try:
+        return os.open(path, os.O_RDWR | flags, 0o666)
+    except PermissionError:  # of another user, which may be locked nevertheless
+        return os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0))
+
+
+def _is_file_of(path: Path, handle: int) -> bool:
+    try:
+        return os.path.samestat(os.stat(path), os.fstat(handle))
+    except FileNotFoundError:
+        return False
+
+
+def _sign(handle: int) -> None:
+    """For the sentence that others get.  Without space on the disk the lock holds without it."""
+    with contextlib.suppress(OSError):
+        os.ftruncate(handle, 0)
+        os.pwrite(handle, f"process {os.getpid()} on {platform.node()}\n".encode(), 0)

@@ -1,0 +1,35 @@
+"""A single output file that is written completely or not at all."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from ksl.output.errors import OutputError, mend, what
+from ksl.output.stage import stage_in
+
+
+@contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """A path for the block to write to.  If it ends without an exception, that file is `path`, and otherwise nothing has changed.
+
+    The folder must exist: only folders of results are made by themselves.  Of a symbolic link the file is replaced to which it leads.  Devices
+    and pipes are written to as they are.  Raises OutputError.
+    """
+    place = Path(os.path.realpath(path)) if path.is_symlink() else path
+    if not place.absolute().parent.is_dir():
+        raise OutputError(f"{path}: there is no folder {path.parent}; make it, or give a file in a folder that exists")
+    if place.is_dir():
+        raise OutputError(f"{path}: can't be written, since it is a folder; give the name of a file")
+    try:
+        if place.exists() and not place.is_file():
+            yield place
+        else:
+            with stage_in(place.parent) as stage:
+                yield stage / place.name
+    except OutputError:
+        raise
+    except OSError as e:
+        raise OutputError(f"{path}: can't be written ({what(e)}); {mend(e, 'file in a folder that can be written', 'file')}") from None

@@ -1,0 +1,11 @@
+# The C interface against that of the last release (docs/versions.md).
+
+.PHONY: abi abi-release
+abi:
+	scripts/system_packages.sh trust
+	$(PYTHON) scripts/abi/abi.py compare
+
+# Part of a release, and of a change of the interface before the first one.
+abi-release:
+	scripts/system_packages.sh trust
+	$(PYTHON) scripts/abi/abi.py release

@@ -1,0 +1,43 @@
+"""The promises of test/trust/promises.toml, and the records of their last runs."""
+
+import json
+import tomllib
+from pathlib import Path
+
+import run_facts
+
+FOLDER = run_facts.ROOT / "test/trust"
+TESTS = "-tests"  # results/NAME-tests.json is the record that `make trust` writes of the tests of a promise
+
+
+def read(folder=FOLDER):
+    """The promises, in the order of the file; `runs` of each: its records by name, None where one is missing."""
+    promises = tomllib.loads((Path(folder) / "promises.toml").read_text(encoding="utf-8"))["promise"]
+    for promise in promises:
+        promise["runs"] = {name: record(name, folder) for name in expected(promise)}
+    return promises
+
+
+def expected(promise):
+    """The names of the records that show whether a promise is kept."""
+    names = promise.get("records", [promise["name"]]) if "command" in promise else []
+    return [*names, *([promise["name"] + TESTS] if has_tests(promise) else [])]
+
+
+def has_tests(promise):
+    return bool(promise.get("pytest") or promise.get("ctest"))
+
+
+def record(name, folder=FOLDER):
+    path = Path(folder) / "results" / f"{name}.json"
+    return json.loads(path.read_text(encoding="utf-8")) if path.exists() else None
+
+
+def state(promise):
+    """In a word or two: kept, in part, not kept, not shown."""
+    runs = promise["runs"].values()
+    if not any(runs):
+        return "not shown"
+    if any(run and not run["kept"] for run in runs):
+        return "not kept"
+    return "in part" if None in runs or promise.get("shortfall") else "kept"

@@ -1,0 +1,69 @@
+#!/usr/bin/env python3
+"""Write the result of a check to test/trust/results/NAME.json, with date, commit and machine, and docs/trust.md, which shows it.
+
+    scripts/trust/record.py coverage --command "make coverage" --kept --figure "lines, algebra=100 %" \\
+        --planted "a line that no test runs=caught"
+
+NAME is that of a promise in test/trust/promises.toml, or begins with it and a hyphen: fuzz-urdf belongs to fuzz.
+A record is written whether the promise is kept or not, and is to be committed."""
+
+import argparse
+import json
+import os
+import sys
+from pathlib import Path
+
+import page
+import run_facts
+
+RESULTS = run_facts.ROOT / "test/trust/results"
+
+
+def pair(text):
+    """What stands left and right of the last "="."""
+    name, equals, value = text.rpartition("=")
+    if not equals or not name or not value:
+        raise argparse.ArgumentTypeError(f"{text!r} is not of the form NAME=VALUE")
+    return name.strip(), value.strip()
+
+
+def write(name, command, kept, figures, planted=(), notes=(), results=RESULTS):
+    """The record as a file, which appears complete or not at all.  figures: (name, value); planted: (fault, what became of it)."""
+    record = {
+        "name": name,
+        "kept": kept,
+        "command": command,
+        "date": run_facts.date(),
+        "commit": run_facts.commit([".json", "docs/trust.md"]),
+        "machine": run_facts.machine(),
+        "figures": dict(figures),
+        "planted": dict(planted),
+        "notes": list(notes),
+    }
+    path = Path(results) / f"{name}.json"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    fresh = path.with_suffix(".new")
+    fresh.write_text(json.dumps(record, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    os.replace(fresh, path)
+    if results == RESULTS:
+        page.write()
+    return path
+
+
+def main(arguments):
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("name")
+    parser.add_argument("--command", required=True, help="what a reader types to run the check again")
+    kept = parser.add_mutually_exclusive_group(required=True)
+    kept.add_argument("--kept", action="store_true", help="the promise is kept")
+    kept.add_argument("--broken", action="store_true", help="it is not; the figures say by how much")
+    parser.add_argument("--figure", action="append", type=pair, default=[], metavar="NAME=VALUE")
+    parser.add_argument("--planted", action="append", type=pair, default=[], metavar="FAULT=OUTCOME", help="a fault that was planted, and whether the check caught it")
+    parser.add_argument("--note", action="append", default=[], help="a sentence for the page")
+    parser.add_argument("--results", default=RESULTS, help=argparse.SUPPRESS)
+    given = parser.parse_args(arguments)
+    print(write(given.name, given.command, given.kept, given.figure, given.planted, given.note, given.results))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

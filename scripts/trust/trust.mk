@@ -1,0 +1,7 @@
+# The page of promises.  Long checks have targets of their own; each writes its record.
+
+.PHONY: trust
+# Runs the tests that promises name in the builds of `make test`, records the results, and writes docs/trust.md.
+trust: $(VENV)/.tested test-c
+	status=0; KSL_LIBRARY=$(CURDIR)/build/gcc/libksl.so $(BIN)/python scripts/trust/prove.py build/gcc build/clang || status=1; \
+	$(BIN)/python scripts/trust/page.py && exit $$status

@@ -1,0 +1,218 @@
+"""Every command and function of KSL that writes files, with an earlier result and a later one that differ."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+import killing
+
+ARM = """<robot name="arm"><link name="rail"/><link name="cart"><inertial><mass value="2"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="slide" type="prismatic"><parent link="rail"/><child link="cart"/><axis xyz="1 0 0"/>
+<limit lower="-9" upper="9" effort="900" velocity="9"/></joint></robot>"""
+
+
+@dataclass(frozen=True)
+class Writer:
+    """A command that writes into a folder, or one file into it."""
+
+    name: str
+    earlier: Callable[[Path], Callable[[], object]]
+    """Makes what runs the command with this folder."""
+    later: Callable[[Path], Callable[[], object]]
+    user_file: str = "notes.txt"
+    """Something of the user's in the folder."""
+
+
+def same_date() -> None:
+    """Results say when they were made; two runs shall be the same to the byte."""
+    from ksl.load_cases import provenance
+    from ksl.sizing import run
+
+    class Then(datetime):
+        @classmethod
+        def now(cls, tz=None):
+            return datetime(2020, 1, 1, tzinfo=tz)
+
+    provenance.datetime = run.datetime = Then
+
+
+def sweeps_in_this_process() -> None:
+    """A process for each worker would take a second to start."""
+    from ksl.sweeps import local
+    from ksl.sweeps.evaluate import Evaluator
+
+    def compute(plan, partitions, workers):
+        evaluator = Evaluator(plan)
+        for partition in partitions:
+            yield evaluator.partition(partition)
+
+    local.compute = compute
+
+
+def export_a_small_page() -> None:
+    """The page of the viewer takes a second; how it gets into its file does not depend on what it shows."""
+    from ksl.viewer import export
+
+    export._html = lambda scene, shown: f"<html><body>{shown.selected} {len(scene.time)}</body></html>" * 2000
+
+
+def prepare(work: Path) -> list[Writer]:
+    """Inputs in `work`, and all that writes."""
+    work.mkdir(parents=True, exist_ok=True)
+    (work / "arm.urdf").write_text(ARM)
+    (work / "wrong.urdf").write_text(ARM.replace('lower="-9" upper="9"', 'lower="9" upper="-9"'))
+    (work / "wrong2.urdf").write_text(ARM.replace('lower="-9" upper="9"', 'lower="7" upper="-7"'))
+    for name, speed in (("a", 1.0), ("b", 2.0)):
+        rows = "".join(f"{k / 100},{speed * (k / 100) ** 2}\n" for k in range(150))
+        (work / f"{name}.csv").write_text("time,slide\n" + rows)
+        (work / f"sweep_{name}.toml").write_text(
+            f'[base]\nmotion = "{name}.csv"\n[[vary]]\nkind = "payload"\nlink = "cart"\nvalues = [0, 1, 2, 3]\n'
+        )
+    run = killing.command
+    arm = work / "arm.urdf"
+
+    def loads(motion: str, *more: str) -> Callable[[Path], Callable[[], object]]:
+        return lambda out: run("loads", arm, work / f"{motion}.csv", "-o", out, *more)
+
+    results = work / "results"
+    for name in ("a", "b"):
+        killing.in_this_process(run("loads", arm, work / f"{name}.csv", "-o", results / name))
+    writers = [
+        Writer("loads", loads("a", "--csv", "--json"), loads("b")),
+        Writer("loads into an empty folder", lambda out: lambda: out.mkdir(exist_ok=True), loads("b", "--csv")),
+        Writer("size", lambda out: run("size", results / "a", "-o", out, "--brief"), lambda out: run("size", results / "b", "-o", out)),
+        Writer(
+            "motion",
+            lambda out: run("motion", arm, "--kind", "template", "-o", out / "m.csv"),
+            lambda out: run("motion", arm, "--kind", "chirp", "--duration", 3, "-o", out / "m.csv"),
+        ),
+        Writer(
+            "motion as Parquet",
+            lambda out: run("motion", arm, "--kind", "template", "-o", out / "m.parquet"),
+            lambda out: run("motion", arm, "--kind", "chirp", "--duration", 3, "-o", out / "m.parquet"),
+        ),
+        Writer(
+            "check --fix",
+            lambda out: run("check", work / "wrong.urdf", "--fix", out / "fixed.urdf"),
+            lambda out: run("check", work / "wrong2.urdf", "--fix", out / "fixed.urdf", "--force"),
+        ),
+        Writer(
+            "view --export",
+            lambda out: run("view", arm, "--export", out / "page.html"),
+            lambda out: run("view", arm, work / "a.csv", "--export", out / "page.html"),
+        ),
+        Writer("to_urdf", lambda out: lambda: _to_urdf(arm, out, 1.0), lambda out: lambda: _to_urdf(arm, out, 2.0)),
+        Writer("Run.report", lambda out: lambda: _report(arm, work / "a.csv", out), lambda out: lambda: _report(arm, work / "b.csv", out)),
+    ]
+    return writers
+
+
+def sweep_of(work: Path, name: str, *more: object) -> Callable[[Path], Callable[[], object]]:
+    return lambda out: killing.command("sweep", work / "arm.urdf", work / f"sweep_{name}.toml", "-o", out, "--workers", 1, *more)
+
+
+def _to_urdf(arm: Path, out: Path, mass: float) -> None:
+    import ksl
+
+    ksl.load(arm).with_payload("cart", mass).to_urdf(out / "made.urdf")
+
+
+def _report(arm: Path, motion: Path, out: Path) -> None:
+    import ksl
+
+    ksl.loads(arm, motion).report(out / "report.html")
+
+
+def earlier_results(writer: Writer, folder: Path) -> killing.Seen:
+    """A folder with the earlier results and a file of the user's."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    (folder / writer.user_file).write_text("the user's")
+    status, _ = killing.in_a_copy(writer.earlier(folder), output=Path(os.devnull))
+    assert status in (0, 1, 2) if writer.name == "check --fix" else status == 0, (writer.name, status)
+    return killing.visible(folder)
+
+
+def killed_at_changes(writer: Writer, out: Path, places: int | None = None) -> list[str]:
+    """Kills a command before its changes: all of them, or so many, evenly spread.  Returns what a reader finds amiss."""
+    earlier = earlier_results(writer, out)
+    saved = out.with_name(out.name + "-saved")
+    shutil.rmtree(saved, ignore_errors=True)
+    shutil.copytree(out, saved)
+    status, changes = killing.in_a_copy(writer.later(out))
+    later = killing.visible(out)
+    faults = [] if later != earlier else ["the results don't differ, and the check would see nothing"]
+    for number in chosen(changes, places):
+        shutil.rmtree(out)
+        shutil.copytree(saved, out)
+        if killing.in_a_copy(writer.later(out), kill_at=number)[0] != -9:
+            faults.append(f"change {number} never came")
+        faults += amiss(out, earlier, later, f"killed before change {number} of {changes}")
+    if killing.in_a_copy(writer.later(out))[0] != status or killing.visible(out) != later:
+        faults.append("the run after them all has other results")
+    return faults
+
+
+def amiss(out: Path, earlier: killing.Seen, later: killing.Seen, when: str) -> list[str]:
+    """What is wrong with a folder: at once, and after the next run, which here writes nothing."""
+    from ksl.output import staged
+
+    found = killing.visible(out)
+    faults = [] if found in (earlier, later) else [f"{when}: torn, {sorted(found)}"]
+    with staged(out):
+        pass
+    if killing.visible(out) != found:
+        faults.append(f"{when}: the next run has changed the results")
+    left = killing.everything(out) - set(found)
+    return faults + ([f"{when}: left behind: {sorted(left)}"] if left else [])
+
+
+def sweep_killed_at_changes(work: Path, swept: killing.Seen, force: bool, places: int | None = None) -> list[str]:
+    """Kills a sweep before its changes: all of them, or so many."""
+    return _sweep_killed(work, swept, force, lambda changes, took: [{"kill_at": number} for number in chosen(changes, places)])
+
+
+def sweep_killed_at_moments(work: Path, swept: killing.Seen, force: bool, moments: list[float]) -> list[str]:
+    """The same at shares of the time that a sweep takes."""
+    return _sweep_killed(work, swept, force, lambda changes, took: [{"end": (9, moment * took)} for moment in moments])
+
+
+def _sweep_killed(work: Path, swept: killing.Seen, force: bool, ways: Callable[[int, float], list[dict]]) -> list[str]:
+    """Partitions that are there must be those that the description beside them describes, and the next run completes them."""
+    of_other: killing.Seen = {}
+    if force:
+        killing.in_this_process(sweep_of(work, "a")(work / "other"))
+        of_other = killing.visible(work / "other")
+    out, faults = work / "swept", []
+
+    def fresh() -> None:
+        shutil.rmtree(out, ignore_errors=True)
+        shutil.copytree(work / "other", out) if force else out.mkdir()
+
+    fresh()
+    run = sweep_of(work, "b", "--force")(out)
+    start = time.perf_counter()
+    _, changes = killing.in_a_copy(run)
+    for way in ways(changes, time.perf_counter() - start):
+        fresh()
+        killing.in_a_copy(run, **way)
+        found = killing.visible(out)
+        whole = swept if found.get("sweep.json") == swept["sweep.json"] else of_other
+        if not found.items() <= whole.items():
+            faults.append(f"sweep, {way}: {sorted(found)} are not of the sweep that sweep.json describes")
+        status, _ = killing.in_a_copy(run)
+        if status or killing.visible(out) != swept or killing.everything(out) != {*swept, "cases"}:
+            faults.append(f"sweep, {way}: the next run has status {status} and leaves {sorted(killing.everything(out))}")
+    return faults
+
+
+def chosen(changes: int, places: int | None) -> list[int]:
+    """All numbers from 1 to `changes`, or so many, evenly spread."""
+    return list(range(1, changes + 1)) if places is None else sorted({1 + k * (changes - 1) // (places - 1) for k in range(places)})

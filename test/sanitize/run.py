@@ -1,0 +1,152 @@
+#!/usr/bin/env python3
+"""Build with a sanitizer (presets of CMakePresets.json), run the tests with it, count its reports, and record the result.
+
+    test/sanitize/run.py address|thread|valgrind [--without-python] [--tests FILE…]
+
+Before the tests it runs planted.cpp, which has the faults that the sanitizer must see."""
+
+import argparse
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+from xml.etree import ElementTree
+
+ROOT = Path(__file__).resolve().parents[2]
+HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(ROOT / "scripts/trust"))
+import record
+
+REPORT = re.compile(r"ERROR: (?:Address|Leak)Sanitizer|runtime error:|WARNING: ThreadSanitizer|== (?:Invalid|Conditional jump|Use of uninit|Syscall param)")
+LEAKS = "definite,indirect"
+VALGRIND = ["valgrind", "-q", "--error-exitcode=99", "--leak-check=full", f"--show-leak-kinds={LEAKS}", f"--errors-for-leak-kinds={LEAKS}"]
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A sanitizer: how tests are run with it, which Python tests, and the faults of planted.cpp that it must report."""
+
+    faults: tuple[str, ...]
+    environment: dict[str, str]
+    python_tests: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
+    preloaded: str = ""  # the sanitizer's library, which must be in the interpreter from the start
+    before: list[str] = field(default_factory=list)  # what the command line of a program begins with
+
+
+KINDS = {
+    # What Python itself keeps to its end is no leak of ours; programs in C and C++ are searched for leaks.
+    # Left out: tests that compile, start browsers, or look at builds; none of them runs more code of ours than the others.
+    "address": Kind(
+        ("heap", "leak", "shift", "truncation", "float-cast"),
+        {"ASAN_OPTIONS": "detect_leaks=1:allocator_may_return_null=1", "UBSAN_OPTIONS": "print_stacktrace=1"},
+        ("test",), ("test/contract", "test/viewer", "test/cli", "test/trust"), "libclang_rt.asan-x86_64.so"),
+    # Packages without instrumentation would be reported where they are right: the tests of batches and threads alone.
+    "thread": Kind(
+        ("race",), {"TSAN_OPTIONS": f"exitcode=66:suppressions={HERE / 'thread.supp'}"},
+        ("test/python/threads_test.py", "test/python/batch_test.py"), (), "libclang_rt.tsan-x86_64.so"),
+    # It knows no AVX-512.
+    "valgrind": Kind(("heap", "uninitialised", "leak"), {"KSL_ISA": "x86-64-v3"}, before=VALGRIND),
+}
+
+
+def run(command, **more):
+    print("+", " ".join(map(str, command)), flush=True)
+    return subprocess.run(command, cwd=ROOT, **more)
+
+
+def said_by(*command):
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()
+
+
+def build(name):
+    """The folder of the build: libraries, tests, and the Python package in site/."""
+    folder = ROOT / "build" / name
+    options = {"nanobind_DIR": said_by(sys.executable, "-m", "nanobind", "--cmake_dir"), "Python_EXECUTABLE": sys.executable,
+               "Python3_EXECUTABLE": sys.executable, "CMAKE_MAKE_PROGRAM": Path(sys.executable).with_name("ninja")}
+    run(["cmake", "--preset", name, *(f"-D{key}={value}" for key, value in options.items())], check=True, stdout=subprocess.DEVNULL)
+    run(["cmake", "--build", folder, "--", "--quiet"], check=True, env=os.environ | {"ASAN_OPTIONS": "detect_leaks=0"})
+    shutil.rmtree(folder / "site", ignore_errors=True)
+    shutil.copytree(ROOT / "python/ksl", folder / "site/ksl")
+    for module in folder.glob("python/_core*.so"):
+        shutil.copy(module, folder / "site/ksl")
+    return folder
+
+
+def library(kind):
+    return said_by("clang", f"-print-file-name={kind.preloaded}")
+
+
+def environment(kind):
+    shared = {"LD_LIBRARY_PATH": str(Path(library(kind)).parent)} if kind.preloaded else {}
+    return os.environ | shared | kind.environment
+
+
+def planted(kind, folder):
+    """Each fault of planted.cpp, and whether it was reported."""
+    cache = (folder / "CMakeCache.txt").read_text(encoding="utf-8")
+    flags = re.search(r"^CMAKE_CXX_FLAGS:\w+=(.*)$", cache, re.MULTILINE)[1].split()
+    program = folder / "planted"
+    run(["clang++" if kind.preloaded else "g++", *flags, "-O0", "-std=c++20", HERE / "planted.cpp", "-o", program, "-pthread"], check=True)
+    for fault in (*kind.faults, "none"):
+        done = run([*kind.before, program, fault], capture_output=True, text=True, env=environment(kind))
+        reported = done.returncode != 0 and bool(kind.before or REPORT.search(done.stderr))
+        right = reported == (fault != "none")
+        yield fault, ("caught" if reported else "no report") if right else f"wrong: status {done.returncode}\n{done.stderr}"
+
+
+def outcome_of(junit):
+    """(passed, names of failed) of a file that ctest or pytest wrote."""
+    cases = list(ElementTree.parse(junit).iter("testcase")) if junit.exists() else []
+    bad = [case.get("name") for case in cases if case.find("failure") is not None or case.find("error") is not None or case.get("status") == "fail"]
+    return len(cases) - len(bad) - sum(case.find("skipped") is not None for case in cases), bad
+
+
+def programs(kind, folder, log):
+    """The tests in C and C++."""
+    if not kind.before:
+        junit = folder / "ctest.xml"
+        junit.unlink(missing_ok=True)
+        run(["ctest", "--test-dir", folder, "--output-on-failure", "--timeout", "3000", "-j2", "--output-junit", junit], env=environment(kind), stdout=log, stderr=log)
+        return outcome_of(junit)
+    tests = json.loads(said_by("ctest", "--test-dir", str(folder), "--show-only=json-v1"))["tests"]
+    bad = [test["name"] for test in tests if run([*kind.before, *test["command"]], env=environment(kind), stdout=log, stderr=log).returncode]
+    return len(tests) - len(bad), bad
+
+
+def python(kind, folder, files, log):
+    """The tests in Python, against the instrumented library and module."""
+    junit = folder / "pytest.xml"
+    junit.unlink(missing_ok=True)
+    env = environment(kind) | {"LD_PRELOAD": library(kind), "PYTHONPATH": str(folder / "site"), "KSL_LIBRARY": str(folder / "libksl.so")}
+    env["ASAN_OPTIONS"] = env.get("ASAN_OPTIONS", "").replace("detect_leaks=1", "detect_leaks=0")
+    left_out = [f"--ignore={path}" for path in kind.left_out]
+    run([sys.executable, "-m", "pytest", "-q", "-n", "2", "--dist", "loadfile", f"--junitxml={junit}", *left_out, *files], env=env, stdout=log, stderr=log)
+    return outcome_of(junit)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("kind", choices=KINDS)
+    parser.add_argument("--without-python", action="store_true")
+    parser.add_argument("--tests", nargs="+", help="Python tests, instead of all that this sanitizer is for")
+    given = parser.parse_args()
+    kind, folder = KINDS[given.kind], build(given.kind)
+    faults = list(planted(kind, folder))
+    with (folder / "tests.log").open("w") as log:
+        parts = {"tests in C and C++": programs(kind, folder, log)}
+        if kind.python_tests and not given.without_python:
+            parts["tests in Python"] = python(kind, folder, given.tests or kind.python_tests, log)
+    reports = len(REPORT.findall((folder / "tests.log").read_text(encoding="utf-8", errors="replace")))
+    kept = not reports and all(good and not bad for good, bad in parts.values()) and not any(said.startswith("wrong") for _, said in faults)
+    figures = [(name, f"{good} passed" + (f", failed: {', '.join(bad)}" if bad else "")) for name, (good, bad) in parts.items()]
+    record.write(f"sanitizers-{given.kind}", f"make sanitize-{given.kind}", kept, [*figures, ("reports", str(reports))], faults)
+    sys.exit(0 if kept else f"see {folder / 'tests.log'}")
+
+
+if __name__ == "__main__":
+    main()
