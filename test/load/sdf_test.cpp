@@ -396,6 +396,9 @@ TEST_CASE("SDF: flags, poses, versions and worlds that are wrong, or unusual") {
   CHECK(turned("<pose degrees=\"true\">0 0 0 0 0 90</pose>").m10 == doctest::Approx(1));
   CHECK(turned("<pose>0 0 0 0 0.5 0</pose>").m20 == doctest::Approx(-std::sin(0.5)));
   CHECK(turned("<pose/>").m00 == 1);
+  const auto strange = read(model("<link name=\"a\"><pose>1 2 3 0 0 0<x/></pose><inertial><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>"));
+  check_said(strange.unused, {"unknown element <x> in link a"});
+  check_said(strange.warnings, {"a (<mass>)"});
   CHECK(turned("<pose>1 2 3 0 0 0</pose>").m00 == 1);
   for (const char *version : {"1.11", "1.12"})
     check_said(read(model(link("a"), "", version)).warnings, {"is newer than 1.10, and read as that"});
