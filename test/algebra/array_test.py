@@ -1,6 +1,7 @@
 """Arrays of any length, and two-dimensional arrays on the heap."""
 
 import ctypes
+import os
 import subprocess
 
 import numpy as np
@@ -139,5 +140,6 @@ def test_arrays_on_the_heap(tmp_path):
     (tmp_path / "main.c").write_text("#include <ksl/memory.h>\n#include <limits.h>\nint main(void) {\n" + "\n".join(lines) + "\nreturn 0; }\n")
     subprocess.run([*c_compiler("-fsanitize=address,undefined", "-fno-sanitize-recover"), "-std=c11", "-g", f"-I{INCLUDE}", tmp_path / "main.c",
                     "-o", tmp_path / "main"], check=True)
-    run = subprocess.run([tmp_path / "main"], capture_output=True, text=True, env={"ASAN_OPTIONS": "allocator_may_return_null=1"})
+    run = subprocess.run([tmp_path / "main"], capture_output=True, text=True,
+                         env=os.environ | {"ASAN_OPTIONS": "allocator_may_return_null=1"})
     assert run.returncode == 0, run.stderr
