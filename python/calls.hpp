@@ -15,6 +15,7 @@
 
 #include <atomic>
 #include <climits>
+#include <cstring>
 #include <cmath>
 #include <cstdio>
 #include <optional>
@@ -48,7 +49,7 @@ inline int thread_count(nb::handle threads) {
     nb::raise_python_error();
   if (none)
     return 0;
-  const nb::object whole = nb::steal(PyNumber_Index(threads.ptr()));
+  const nb::object whole = nb::steal(PyBool_Check(threads.ptr()) ? nullptr : PyNumber_Index(threads.ptr())); // True is no count
   if (!whole.is_valid()) {
     PyErr_Clear();
     refuse("threads=" + std::string(nb::repr(threads).c_str()) + "; expected how many threads to use at most, or None or 0 for all cores");
@@ -82,12 +83,13 @@ struct argument {
     return "expected (…, " + std::to_string(columns) + "): " + numbers;
   }
 
-  /// Of numbers, at least one axis; one number, or an array with named fields, is converted.
+  /// Of numbers, at least one axis; one number, an array with named fields, and what is no number (dates, texts, objects) is converted
+  /// or refused by Python.
   bool is_array() const {
     if (!PyArray_CheckExact(object.ptr()))
       return false;
-    const auto array = reinterpret_cast<PyArrayObject *>(object.ptr());
-    return PyArray_NDIM(array) > 0 && PyArray_TYPE(array) != NPY_VOID;
+    const auto given = reinterpret_cast<PyArrayObject *>(object.ptr());
+    return PyArray_NDIM(given) > 0 && std::strchr("fiubc", PyArray_DESCR(given)->kind) != nullptr;
   }
   void read() { array = {object, columns, 1}; }
 };
@@ -389,6 +391,8 @@ private:
     const ksl::batch_view<S> batch = batch_of(external, reactions);
     if (!compute(batch, threads))
       refuse_numbers(batch);
+    if (!ordinary_.load())
+      ksl::examine_states(row_, m_, batch, 0, batch.n, ksl::arguments_are::finite);
     if (rough_state_.load() != none)
       warn_of_quaternions();
     return arrays_.size() == 1 ? arrays_[0] : nb::object(nb::tuple(nb::cast(arrays_)));
@@ -445,7 +449,8 @@ private:
       in_place = in_place || !all_of([&](const argument &x) { return result.apart_from(x.array); });
     const auto check = [&](std::size_t first, std::size_t end) { return acceptable(batch, first, end); };
     const auto run = [&](std::size_t first, std::size_t end) {
-      ksl::compute_states(row_, m_, batch, first, end);
+      if (!ksl::compute_states(row_, m_, batch, first, end))
+        ordinary_.store(false, std::memory_order_relaxed);
       return true;
     };
     const auto both = [&](std::size_t first, std::size_t end) { return check(first, end) && run(first, end); };
@@ -516,6 +521,7 @@ private:
   const ksl::algorithm_row &row_;
   const ksl::model &m_;
   mutable std::atomic<std::size_t> rough_state_{none}; ///< the first with a quaternion that isn't quite of unit length
+  mutable std::atomic<bool> ordinary_{true}; ///< are the results of all states
   std::vector<argument> inputs_, wrenches_;
   nb::object external_;
   bool world_axes_ = false; ///< of external wrenches

@@ -10,24 +10,29 @@
 #include "calls.hpp"
 #include "inverse_kinematics.hpp"
 #include "ksl/config.h"
+#include "load/robot_file.hpp"
+#include "paths.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
 
 namespace {
 
-ksl::model load(const std::string &path, bool floating_base, bool mimic_independent, bool strict,
-                std::optional<std::array<double, 3>> gravity, const building::payloads_given &payloads, bool masses_optional,
-                const std::string &model_name, const building::physics_given &physics) {
-  return ksl::load(path, building::options_of(floating_base, gravity, payloads, physics), mimic_independent, strict, masses_optional, model_name);
+/// Paths are bytes: those of files need be no text.
+std::string string_of(const nb::bytes &bytes) { return {bytes.c_str(), bytes.size()}; }
+
+nb::bytes file_bytes(const nb::bytes &path) {
+  const std::string bytes = ksl::bytes_of_robot_file(string_of(path));
+  return nb::bytes(bytes.data(), bytes.size());
 }
 
-/// Of a text in memory, whose encoding is found out as that of files.
-ksl::model load_text(const nb::bytes &text, const std::string &name, bool floating_base, bool mimic_independent, bool strict,
-                     std::optional<std::array<double, 3>> gravity, const building::payloads_given &payloads, bool masses_optional,
-                     const std::string &model_name, const building::physics_given &physics) {
-  return ksl::load_text({text.c_str(), text.size()}, building::options_of(floating_base, gravity, payloads, physics), mimic_independent,
-                        strict, masses_optional, model_name, name);
+/// Of a text in memory, whose encoding is found out as that of files; `name` stands for the file in messages.
+ksl::model load_text(const nb::bytes &text, const nb::bytes &name, bool floating_base, bool mimic_independent,
+                     bool strict, std::optional<std::array<double, 3>> gravity,
+                     const building::payloads_given &payloads, bool masses_optional, const std::string &model_name,
+                     const building::physics_given &physics) {
+  return ksl::load_text(string_of(text), building::options_of(floating_base, gravity, payloads, physics),
+                        mimic_independent, strict, masses_optional, model_name, string_of(name));
 }
 
 /// What `ksl info` prints about a joint.  Limits that the file doesn't give are None.
@@ -103,6 +108,9 @@ void add_calls(nb::class_<ksl::model> &model) {
 
 } // namespace
 
+// nanobind's function that begins the module, under another name: it would give the types of the main interpreter to a subinterpreter,
+// which that one then lacks.
+#define PyInit__core begin_core
 NB_MODULE(_core, module) {
   if (_import_array() < 0)
     nb::raise_python_error();
@@ -111,6 +119,9 @@ NB_MODULE(_core, module) {
       std::rethrow_exception(p);
     } catch (const ksl::description_error &e) {
       nb::object error = nb::module_::import_("ksl.errors").attr("DescriptionError");
+      PyErr_SetString(error.ptr(), e.what());
+    } catch (const ksl::result_error &e) {
+      nb::object error = nb::module_::import_("ksl.errors").attr("ResultError");
       PyErr_SetString(error.ptr(), e.what());
     }
   });
@@ -173,15 +184,14 @@ NB_MODULE(_core, module) {
       .def_prop_ro("n", [](const calls::link_request &links) { return links.index.size(); });
 
   nb::class_<ksl::model> model(module, "Model");
-  model
-      .def_prop_ro("nq", &ksl::model::nq)
+  model.def_prop_ro("nq", &ksl::model::nq)
       .def_prop_ro("nv", &ksl::model::nv)
       .def_prop_ro("tree_rows", &ksl::model::tree_rows)
-      .def_prop_ro("tree_columns", &ksl::model::tree_columns)
+      .def_prop_ro("tree_columns", nb::overload_cast<>(&ksl::model::tree_columns, nb::const_))
       .def_prop_ro("moving_joints", &ksl::model::moving_joints)
       .def_prop_ro("followers", &ksl::model::followers)
       .def_prop_ro("name", [](const ksl::model &m) { return m.description().name; })
-      .def_prop_ro("file", [](const ksl::model &m) { return m.description().file; })
+      .def_prop_ro("file", [](const ksl::model &m) { return paths::str_of_path(m.description().file); })
       .def_prop_ro("gravity",
                    [](const ksl::model &m) {
                      const ksl::vec3<double> g = m.view().gravity;
@@ -203,21 +213,29 @@ NB_MODULE(_core, module) {
                        rows.append(joint_dict(m, j));
                      return rows;
                    })
-      .def_prop_ro("links",
-                   [](const ksl::model &m) {
-                     nb::list rows;
-                     for (const ksl::link_description &l : m.links())
-                       rows.append(link_dict(l));
-                     return rows;
-                   });
+      .def_prop_ro("links", [](const ksl::model &m) {
+        nb::list rows;
+        for (const ksl::link_description &l : m.links())
+          rows.append(link_dict(l));
+        return rows;
+      });
   add_calls(model);
   model.def("inverse_kinematics", &calls::inverse_kinematics, "frames"_a, "target"_a, "start"_a.none(), "position_tolerance"_a,
             "orientation_tolerance"_a, "iterations"_a, "starts"_a, "seed"_a, "limits"_a, "threads"_a.none());
   building::add_surgery(model);
   building::add_builder(module);
 
-  module.def("load", &load, "path"_a, "floating_base"_a, "mimic_independent"_a, "strict"_a, "gravity"_a.none(), "payloads"_a,
-             "masses_optional"_a, "model_name"_a, "physics"_a);
+  module.def("file_bytes", &file_bytes, "path"_a,
+             "The bytes of a robot file, if it is a regular one and not too large.");
   module.def("load_text", &load_text, "text"_a, "name"_a, "floating_base"_a, "mimic_independent"_a, "strict"_a, "gravity"_a.none(),
              "payloads"_a, "masses_optional"_a, "model_name"_a, "physics"_a);
+}
+#undef PyInit__core
+
+extern "C" NB_EXPORT PyObject *PyInit__core() {
+  if (PyInterpreterState_Get() == PyInterpreterState_Main())
+    return begin_core();
+  PyErr_SetString(PyExc_ImportError, "ksl can't be imported in a subinterpreter, since its types and NumPy's belong to the main interpreter; "
+                                     "import it there, or use another process");
+  return nullptr;
 }

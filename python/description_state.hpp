@@ -2,6 +2,7 @@
 #pragma once
 
 #include "ksl/engine/description.hpp"
+#include "paths.hpp"
 
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/array.h>
@@ -62,6 +63,8 @@ private:
       writer of_struct;
       fields(of_struct, x);
       return of_struct.list;
+    } else if constexpr (std::is_same_v<T, std::string>) {
+      return paths::str_of(x);
     } else {
       return nb::cast(x);
     }
@@ -89,6 +92,8 @@ private:
     } else if constexpr (is_struct<T>) {
       reader of_struct{nb::cast<nb::list>(from)};
       fields(of_struct, x);
+    } else if constexpr (std::is_same_v<T, std::string>) {
+      x = paths::bytes_of(from);
     } else {
       x = nb::cast<T>(from);
     }

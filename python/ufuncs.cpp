@@ -223,11 +223,12 @@ void describe(const function_row &f, kept &k) {
 }
 
 PyObject *set_threads(PyObject *, PyObject *argument) {
-  const long n = PyLong_AsLong(argument);
-  if (n == -1 && PyErr_Occurred())
-    return nullptr;
+  PyObject *const whole = PyBool_Check(argument) ? nullptr : PyNumber_Index(argument);
+  const long n = whole ? PyLong_AsLong(whole) : -1;
+  Py_XDECREF(whole);
+  PyErr_Clear(); // of what is no whole number, or beyond all that C has; the sentence below says it
   if (n < 0 || n > 4096)
-    return PyErr_Format(PyExc_ValueError, "set_threads(%ld): expected how many threads to use at most, 1 to 4096, or 0 for all cores", n);
+    return PyErr_Format(PyExc_ValueError, "set_threads(%R): expected how many threads to use at most, 1 to 4096, or 0 for all cores", argument);
   return PyLong_FromLong(threads.exchange(static_cast<int>(n)));
 }
 

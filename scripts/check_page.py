@@ -83,7 +83,7 @@ def written(text: str, **parts: str) -> str:
     """The page with what stands between its marks replaced."""
     for name, part in parts.items():
         pattern = re.compile(rf"(<!-- {name}: [^>]*-->\n).*?(<!-- end of {name} -->)", re.DOTALL)
-        text, n = pattern.subn(lambda m: f"{m[1]}\n{part}\n{m[2]}", text)
+        text, n = pattern.subn(lambda m, part=part: f"{m[1]}\n{part}\n{m[2]}", text)
         assert n == 1, name
     return text
 

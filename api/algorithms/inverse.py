@@ -26,8 +26,8 @@ neighbours and rows lie at one distance, a negative one too.  float32 stays floa
 One number stands for each coordinate: v=0.  Tables (pandas, polars, pyarrow, structured arrays, mappings) whose columns have
 names are taken by name: those of joints, `elbow`, `elbow.v`, `elbow.a`, as in motions.  external takes :class:`ksl.Wrench`, too.
 out: a C-contiguous array for the result; it may be one of the arguments, but not overlap one otherwise.
-threads: at most so many for large batches; None or 0: all cores; results don't depend on it.  The interpreter's
-lock is released from 32 states on.
+threads: at most so many for large batches; None or 0: all cores that the process may use, by affinity and quotas of containers;
+never more than these.  Results don't depend on it.  The interpreter's lock is released from 32 states on.
 
 Recursive Newton–Euler (Featherstone, RBDA 2008, table 5.1); O(bodies).
 Raises ValueError for shapes that don't fit and numbers that are complex or not finite.

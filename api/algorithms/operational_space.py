@@ -12,6 +12,7 @@ ROWS = (
         inputs=("q",),
         coupled="operational_inverse",
         request="frames",
+        needs_mass=True,
         results=(Result("inverse", ("6 links", "6 links"), "rates of the twists for a unit wrench on each frame"),),
         summary="Inverse operational-space inertia (…, 6 names, 6 names), J M⁻¹ Jᵀ, symmetric, for q (…, nq).",
         text="Inverse operational-space inertia {inverse} = J M⁻¹ Jᵀ, symmetric, of n frames for {q}: rates of all their twists for a unit "
@@ -22,7 +23,7 @@ names: in the order wanted; rows and columns are the six numbers of the first fr
 axes, at, order: as in :meth:`frame_velocity`, whose numbers these are; wrenches have power with them.
 q, out, threads: as in :meth:`inverse_dynamics`.  It exists for any frames, also where it is singular.
 Khatib, IEEE J. Robotics and Automation 3 (1987) 43; by propagation of wrenches through articulated bodies, as Lilly
-and Orin (1993).  O(bodies + n² depth).  NaN where a joint can move without moving any mass.
+and Orin (1993).  O(bodies + n² depth).
 """,
     ),
     Algorithm(
@@ -31,6 +32,7 @@ and Orin (1993).  O(bodies + n² depth).  NaN where a joint can move without mov
         inputs=("q",),
         coupled="operational_inertia",
         request="frames",
+        needs_mass=True,
         results=(INERTIA, RANK),
         summary="Operational-space inertia (…, 6 names, 6 names), symmetric, and its rank (…), for q (…, nq).",
         text="Operational-space inertia {inertia}, the inverse of J M⁻¹ Jᵀ, of n frames for {q}, and its {rank}.  Where it is "
@@ -50,6 +52,7 @@ O(bodies + n² depth + n³).
         coupled="operational_space",
         external="optional",
         request="frames",
+        needs_mass=True,
         results=(
             INERTIA,
             Result("bias", ("6 links",), "wrenches under which the twists stay as they are"),

@@ -47,6 +47,7 @@ class Algorithm:
     form: how results are stored from lanes to rows, a struct of src/engine/forms.hpp.
     elements: of the forms symmetric_matrix and upper_triangle, the function that computes the upper triangle alone, without zeros.
     needs_mass: is the call refused if a joint can move without moving any mass.
+    nan_without_mass: is the result NaN where nothing that moves has mass, which its documentation says.
     smooth_friction: is the call refused if dry friction is exact, for it solves or differentiates the law of friction.
     variant_of: the algorithm that computes this one, with zeros for the inputs that this one doesn't have.  It may have more results,
         after those of this one.
@@ -75,6 +76,7 @@ class Algorithm:
     elements: str = ""
     workspace: str = ""
     needs_mass: bool = False
+    nan_without_mass: bool = False
     smooth_friction: bool = False
     variant_of: str = ""
     faces: tuple[str, ...] = ("c++", "c", "python")

@@ -8,6 +8,7 @@ ROWS = (
         header="center_of_mass.hpp",
         inputs=("q",),
         results=(Result("center", (3,), "centre of mass, m"),),
+        nan_without_mass=True,
         summary="Centre of mass (…, 3) of the bodies that move, in the world, m, for q (…, nq).",
         text="Centre of mass {center} of the bodies that move, in the world, m, for {q}.  Links welded to the ground don't count.  "
         "NaN where nothing that moves has mass.  O(bodies).",
@@ -21,6 +22,7 @@ q, out, threads: as in :meth:`inverse_dynamics`.  O(bodies).
         header="center_of_mass.hpp",
         inputs=("q",),
         results=(Result("J", (3, "nv"), "velocity of the centre of mass for each joint velocity"),),
+        nan_without_mass=True,
         summary="Jacobian (…, 3, nv) of the centre of mass, for q (…, nq): J v is its velocity in the world's axes.",
         text="Jacobian {J} of the centre of mass, row-major, for {q}: J v is its velocity in the world's axes.  Links welded to the ground "
         "don't count.  NaN where nothing that moves has mass.  O(bodies).",
@@ -34,6 +36,7 @@ q, out, threads: as in :meth:`inverse_dynamics`.  O(bodies).
         header="center_of_mass_motion.hpp",
         inputs=("q", "v"),
         results=(Result("velocity", (3,), "velocity of the centre of mass, m/s"),),
+        nan_without_mass=True,
         summary="Velocity (…, 3) of the centre of mass in the world's axes, m/s, for q (…, nq), v (…, nv).",
         text="Velocity {velocity} of the centre of mass in the world's axes, m/s, for {q} and {v}.  Links welded to the ground don't "
         "count.  NaN where nothing that moves has mass.  O(bodies).",
@@ -46,6 +49,7 @@ Links and NaN as in :meth:`center_of_mass`; q, v, out, threads as in :meth:`inve
         header="center_of_mass_motion.hpp",
         inputs=("q", "v", "a"),
         results=(Result("acceleration", (3,), "acceleration of the centre of mass, m/s²"),),
+        nan_without_mass=True,
         summary="Acceleration (…, 3) of the centre of mass in the world's axes, m/s², for q (…, nq), v and a (…, nv).",
         text="Acceleration {acceleration} of the centre of mass in the world's axes, m/s², for {q}, {v} and {a}.  Gravity doesn't enter.  "
         "Links welded to the ground don't count.  NaN where nothing that moves has mass.  O(bodies).",

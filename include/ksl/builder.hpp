@@ -45,7 +45,7 @@ struct dh_row {
 enum class dh_convention { standard, modified };
 
 /// Collects links and joints.  A call throws description_error for what it is given, build for what is missing;
-/// messages name the link or joint, what was found and how to mend it.
+/// messages name the link or joint, what was found and how to mend it.  After an exception it holds what it held before.
 class KSL_EXPORT builder {
 public:
   explicit builder(std::string name, std::array<double, 3> gravity = {0, 0, -9.81});
@@ -73,6 +73,7 @@ public:
   model build(const model_options &options = {}, bool strict = false, bool masses_optional = false) const;
 
 private:
+  void cut_to(std::size_t links, std::size_t joints) noexcept;
   int link_named(const std::string &joint, const std::string &end, const std::string &name) const;
 
   robot_description robot_;

@@ -25,12 +25,16 @@
 #define KSL_INLINE_HELPER static inline
 #endif
 
+/** KSL_INT_ENUM: an enumeration of the C interface holds any int in C++ too, as it does in C, so that a call can refuse values that it
+    doesn't know. */
 #ifdef __cplusplus
 #define KSL_BEGIN_C extern "C" {
 #define KSL_END_C }
+#define KSL_INT_ENUM : int
 #else
 #define KSL_BEGIN_C
 #define KSL_END_C
+#define KSL_INT_ENUM
 #endif
 
 #endif

@@ -43,6 +43,10 @@ template <int n, class S> struct dual {
   dual(number x)
     requires(!is_number<S>)
       : dual(S(x)) {}
+  /// The same of a number of double precision, rounded to that of S.
+  template <class U>
+    requires(__is_same(U, double) && !__is_same(number, double))
+  explicit dual(U x) : dual(static_cast<number>(x)) {}
 
   /// The variable of a direction: derivative 1 there, 0 elsewhere.
   static dual variable(const S &x, int direction) {

@@ -21,7 +21,9 @@ typedef enum ksl_status_t {
   KSL_OK = 0,
   KSL_BAD_ARGUMENT = 1,    /**< a null pointer, an index out of range, a number that is not finite */
   KSL_BAD_DESCRIPTION = 2, /**< a file that can't be read or describes no mechanism */
-  KSL_FAILED = 3           /**< anything else: no memory, an unknown KSL_ISA */
+  KSL_FAILED = 3,          /**< anything else: no memory, an unknown KSL_ISA */
+  KSL_NOT_FINITE = 4       /**< the arguments are finite and a result is not: numbers are too large, or a joint moves no mass at this
+                                position; results have been written as they were computed */
 } ksl_status_t;
 
 /** The error message of this thread's last call that did not return KSL_OK: one sentence, valid until the next such call. */
@@ -109,7 +111,8 @@ KSL_EXPORT ksl_physics_t ksl_model_physics(const ksl_model_t *model);
 
 /** Which elements of the lower triangle of the mass matrix aren't zero by the shape of the tree: the layout of ksl_mass_matrix_tree
     and ksl_mass_matrix_factor, as compressed sparse rows.  How many they are; where the rows begin, and where they end, into
-    rows (nv + 1); in which columns they are, into columns (elements).  Either may be NULL. */
+    rows (nv + 1); in which columns they are, into columns (elements).  Either may be NULL.  Refused for robots with mimic joints, whose
+    mass matrix has other zeros. */
 KSL_EXPORT int ksl_model_tree_elements(const ksl_model_t *model);
 KSL_EXPORT ksl_status_t ksl_model_tree(const ksl_model_t *model, int *rows, int *columns);
 
@@ -117,7 +120,7 @@ KSL_EXPORT ksl_status_t ksl_model_tree(const ksl_model_t *model, int *rows, int 
 KSL_EXPORT int ksl_model_joint(const ksl_model_t *model, const char *name);
 KSL_EXPORT int ksl_model_link(const ksl_model_t *model, const char *name);
 
-typedef enum ksl_expressed_t { KSL_IN_FRAME, KSL_IN_WORLD } ksl_expressed_t;
+typedef enum ksl_expressed_t KSL_INT_ENUM { KSL_IN_FRAME, KSL_IN_WORLD } ksl_expressed_t;
 
 /** Wrenches that the environment exerts on links: at the link's origin, in the link's axes (KSL_IN_FRAME, the default) or in those
     of the world.  In derivatives by q, wrenches are held in these axes. */
@@ -151,10 +154,10 @@ typedef struct ksl_external_rowsf_t {
   ksl_expressed_t axes;
 } ksl_external_rowsf_t;
 
-typedef enum ksl_part_t { KSL_TOTAL, KSL_CONSTRAINT, KSL_ACTUATION, KSL_COUPLING } ksl_part_t;
-typedef enum ksl_side_t { KSL_ON_CHILD, KSL_ON_PARENT } ksl_side_t;
-typedef enum ksl_frame_t { KSL_JOINT, KSL_WORLD, KSL_LINK } ksl_frame_t;
-typedef enum ksl_order_t { KSL_LINEAR_FIRST, KSL_ANGULAR_FIRST } ksl_order_t;
+typedef enum ksl_part_t KSL_INT_ENUM { KSL_TOTAL, KSL_CONSTRAINT, KSL_ACTUATION, KSL_COUPLING } ksl_part_t;
+typedef enum ksl_side_t KSL_INT_ENUM { KSL_ON_CHILD, KSL_ON_PARENT } ksl_side_t;
+typedef enum ksl_frame_t KSL_INT_ENUM { KSL_JOINT, KSL_WORLD, KSL_LINK } ksl_frame_t;
+typedef enum ksl_order_t KSL_INT_ENUM { KSL_LINEAR_FIRST, KSL_ANGULAR_FIRST } ksl_order_t;
 
 /** How a reaction is expressed.  All zeros is the default: the whole wrench that the parent side exerts on the child
     side, at the joint's origin, in the axes of the joint's frame on the child side (in URDF: the child link's), linear
@@ -173,7 +176,7 @@ typedef struct ksl_reaction_options_t {
 
 /** Which acceleration.  Classical: that of the link's point which is at the origin in question.  Spatial: less ω × v of it.
     Rate: that of the numbers of the twist. */
-typedef enum ksl_acceleration_t { KSL_SPATIAL, KSL_CLASSICAL, KSL_RATE } ksl_acceleration_t;
+typedef enum ksl_acceleration_t KSL_INT_ENUM { KSL_SPATIAL, KSL_CLASSICAL, KSL_RATE } ksl_acceleration_t;
 
 /** How a motion of a link's frame is expressed.  All zeros is the default: about the frame's origin, in its axes, linear
     first, accelerations spatial.  KSL_IN_WORLD: about the world's origin, in its axes.  offset: of the frame's origin from
@@ -208,7 +211,7 @@ KSL_EXPORT ksl_status_t ksl_reactionsf(const ksl_model_t *model, ksl_data_t *dat
 
 /** How much of a link's own inertia is beyond a section: all or nothing, by its centre of mass; a fraction of it; or an inertia
     that is given. */
-typedef enum ksl_section_share_t { KSL_BY_CENTER, KSL_FRACTION, KSL_INERTIA } ksl_section_share_t;
+typedef enum ksl_section_share_t KSL_INT_ENUM { KSL_BY_CENTER, KSL_FRACTION, KSL_INERTIA } ksl_section_share_t;
 
 /** A plane that cuts a link, and what is beyond it.  Initialise it with ksl_section(). */
 typedef struct ksl_section_t {
@@ -266,7 +269,7 @@ typedef enum ksl_inverse_kinematics_end_t { KSL_CONVERGED, KSL_ITERATIONS, KSL_L
 /** Positions q (n, nq) at which frames have the poses of each of n targets (n, frames_n, 4, 4), row-major, in the world, by
     damped least squares.  start (n, nq) may be NULL: random ones.  errors (n, 2): the largest error of a position, m,
     and of an orientation, rad.  ends (n), iterations (n, of all starts) and starts (n, used).  These four may be NULL, and options.
-    threads: 0 is all cores. */
+    threads: 0 is all cores that the process may use (batches: below). */
 KSL_EXPORT ksl_status_t ksl_inverse_kinematics(const ksl_model_t *model, size_t n, int frames_n, const ksl_wanted_frame_t *frames,
                                                const double *targets, ptrdiff_t targets_stride, const double *start,
                                                ptrdiff_t start_stride, const ksl_inverse_kinematics_options_t *options, double *q,

@@ -45,7 +45,7 @@ typedef struct ksl_dh_row_t {
 
 /** Frame i is at the end of link i, Rz(theta) Tz(d) Tx(a) Rx(alpha), or at its start, Rx(alpha) Tx(a) Rz(theta) Tz(d).
  */
-typedef enum ksl_dh_convention_t { KSL_DH_STANDARD, KSL_DH_MODIFIED } ksl_dh_convention_t;
+typedef enum ksl_dh_convention_t KSL_INT_ENUM { KSL_DH_STANDARD, KSL_DH_MODIFIED } ksl_dh_convention_t;
 
 /** Nothing given, no losses. */
 KSL_EXPORT ksl_joint_options_t ksl_joint_options(void);

@@ -7,7 +7,7 @@
 namespace ksl {
 
 /// Finds positions at which frames have the poses of each target of a batch, by damped least squares within the joints' limits.
-/// Targets are in the lanes of registers, ranges of them on at most `threads` threads (0: all cores); results don't depend on
+/// Targets are in the lanes of registers, ranges of them on at most `threads` threads (0: all cores; ksl/batch.hpp); results don't depend on
 /// either.  Joints that don't carry the frames keep the start's positions, or zero.  Followers (mimic joints) move with their
 /// leaders, and keep their limits.  Arguments are not checked: a target that is not a pose is not reached.  Throws std::bad_alloc, and
 /// std::runtime_error for an unusable KSL_ISA; nothing else.

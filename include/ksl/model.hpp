@@ -5,6 +5,7 @@
 #include "ksl/engine/model.hpp"
 #include "ksl/engine/description.hpp"
 #include "ksl/engine/joints.hpp"
+#include "ksl/result_error.hpp"
 
 #include <array>
 #include <cstddef>
@@ -89,6 +90,8 @@ public:
   const std::vector<int> &tree_rows() const { return tree_row_; }
   /// In which columns they are.
   std::vector<int> tree_columns() const;
+  /// The same into columns (tree_elements()).
+  void tree_columns(int *columns) const;
 
   /// All joints: the moving ones in the order of q (depth first, children in file order), then the followers of mimic joints,
   /// which have no numbers in q and v of their own, then the fixed ones, `base` last.
@@ -101,6 +104,8 @@ public:
   int massless_joint() const { return massless_joint_; }
   /// A sentence that names it, and how to mend it; empty if there is none.
   std::string massless_joint_text() const;
+  /// The same for a joint that moves no mass at some position: an index into joints().
+  std::string massless_joint_text(int joint) const;
 
   /// A unit quaternion [x y z w] in q: where it begins, and the joint that it belongs to.
   struct quaternion_in_q {
@@ -127,6 +132,9 @@ public:
   /// it moves.  All links that a joint carries, directly or not, parents first.
   std::vector<int> support(int link) const;
   std::vector<int> subtree_links(int joint) const;
+  /// The same into an array, which may be null.  Return how many they are.
+  int support(int link, int *joints) const;
+  int subtree_links(int joint, int *links) const;
 
   /// The joint that carries a link, index into joints().
   int joint_above(int link) const { return joint_above_[static_cast<std::size_t>(link)]; }

@@ -53,6 +53,10 @@ template <class T, int W> struct pack {
   pack() = default;
   KSL_LANES pack(vector x) : lanes(x) {}
   KSL_LANES pack(T x) : lanes(x - vector{}) {} // in all lanes
+  /// A constant, rounded to T: algorithms write T(0.5), whatever T is.
+  template <class U>
+    requires(__is_same(U, double) && !__is_same(T, double))
+  KSL_LANES explicit pack(U x) : pack(static_cast<T>(x)) {}
 
   KSL_LANES T operator[](int i) const { return lanes[i]; }
   KSL_LANES void set(int i, T x) { lanes[i] = x; }

@@ -22,6 +22,7 @@ if TYPE_CHECKING:  # what the table below says, for type checkers and editors
     from ksl.errors import FrameError as FrameError
     from ksl.errors import MotionError as MotionError
     from ksl.errors import QuaternionWarning as QuaternionWarning
+    from ksl.errors import ResultError as ResultError
     from ksl.errors import SizingError as SizingError
     from ksl.errors import SweepError as SweepError
     from ksl.errors import ViewerError as ViewerError
@@ -61,6 +62,7 @@ _MODULE_OF = {
     "Pose": "ksl.spatial",
     "QuaternionWarning": "ksl.errors",
     "Run": "ksl.load_cases.run",
+    "ResultError": "ksl.errors",
     "SizingError": "ksl.errors",
     "SweepError": "ksl.errors",
     "Twist": "ksl.spatial",

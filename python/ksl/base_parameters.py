@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from ksl.calls import Calls
 from ksl.consistency import PARAMETERS, Array
+from ksl.real_arrays import real_array
 
 TOLERANCE = 1e-8
 
@@ -40,14 +41,14 @@ class BaseParameters:
 
     def values(self, parameters: ArrayLike) -> Array:
         """The combinations (…, n) of parameters (…, links, 10)."""
-        phi = np.asarray(parameters, dtype=float)
+        phi = np.asarray(real_array(parameters, "parameters"), dtype=float)
         if phi.shape[-2:] != (len(self.links), 10):
             raise ValueError(f"parameters: expected shape (…, {len(self.links)}, 10) for {len(self.links)} links, found {phi.shape}")
         return np.asarray(np.einsum("bk,...k->...b", self.matrix, phi.reshape(*phi.shape[:-2], -1)))
 
     def regressor(self, regressor: ArrayLike) -> Array:
         """Columns (…, n) of a regressor (…, links, 10): times the combinations it gives what the regressor times φ gives."""
-        Y = np.asarray(regressor, dtype=float)
+        Y = np.asarray(real_array(regressor, "regressor"), dtype=float)
         return Y.reshape(*Y.shape[:-2], -1)[..., self.columns]
 
 
@@ -101,7 +102,7 @@ def of_regressor(regressor: ArrayLike, links: Sequence[str], tolerance: float = 
 
     Parameters are taken in the order of links, so that those of links nearer to the root stand for the combinations.
     """
-    Y = np.asarray(regressor, dtype=float)
+    Y = np.asarray(real_array(regressor, "regressor"), dtype=float)
     if Y.ndim < 3 or Y.shape[-2:] != (len(links), 10):
         raise ValueError(f"regressor: expected shape (…, {len(links)}, 10) for {len(links)} links, found {Y.shape}")
     if not np.isfinite(Y).all():

@@ -46,8 +46,8 @@ class Calls(Requests):
         One number stands for each coordinate: v=0.  Tables (pandas, polars, pyarrow, structured arrays, mappings) whose columns have
         names are taken by name: those of joints, `elbow`, `elbow.v`, `elbow.a`, as in motions.  external takes :class:`ksl.Wrench`, too.
         out: a C-contiguous array for the result; it may be one of the arguments, but not overlap one otherwise.
-        threads: at most so many for large batches; None or 0: all cores; results don't depend on it.  The interpreter's
-        lock is released from 32 states on.
+        threads: at most so many for large batches; None or 0: all cores that the process may use, by affinity and quotas of containers;
+        never more than these.  Results don't depend on it.  The interpreter's lock is released from 32 states on.
 
         Recursive Newton–Euler (Featherstone, RBDA 2008, table 5.1); O(bodies).
         Raises ValueError for shapes that don't fit and numbers that are complex or not finite.
@@ -536,7 +536,7 @@ class Calls(Requests):
         axes, at, order: as in :meth:`frame_velocity`, whose numbers these are; wrenches have power with them.
         q, out, threads: as in :meth:`inverse_dynamics`.  It exists for any frames, also where it is singular.
         Khatib, IEEE J. Robotics and Automation 3 (1987) 43; by propagation of wrenches through articulated bodies, as Lilly
-        and Orin (1993).  O(bodies + n² depth).  NaN where a joint can move without moving any mass.
+        and Orin (1993).  O(bodies + n² depth).
         """
         return self._core.operational_space_inertia_inverse(q, None, None, None, None, self._frames_of(names, axes, at, order, None), out, threads)
 

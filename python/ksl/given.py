@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ksl.real_arrays import real_array
 from ksl.requests import three_numbers
 
 Mass = tuple[float, list[float], list[float]]
@@ -19,9 +20,11 @@ Physics = tuple[list[str], float]
 
 
 def number(x: Any, what: str) -> float:
+    if isinstance(x, (str, bytes, bytearray, complex, np.complexfloating, np.ma.core.MaskedConstant, np.datetime64, np.timedelta64)):
+        raise ValueError(f"{what} is {x!r}; expected a number")
     try:
         return float(x)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ValueError(f"{what} is {x!r}; expected a number") from None
 
 
@@ -46,10 +49,7 @@ def mapping(x: Any, what: str, of: str) -> list[tuple[Any, Any]]:
 
 def numbers(x: ArrayLike, what: str) -> np.ndarray:
     """An array of any shape."""
-    try:
-        return np.asarray(x, dtype=float)
-    except (TypeError, ValueError):
-        raise ValueError(f"{what} is {x!r}; expected numbers") from None
+    return np.asarray(real_array(x, what), dtype=float)
 
 
 def array(x: ArrayLike, shape: tuple[int, ...], what: str) -> np.ndarray:
@@ -100,7 +100,7 @@ def payload_points(payloads: Mapping[str, tuple[float, Sequence[float]]] | None)
 def _payload(link: str, load: tuple[float, Sequence[float]]) -> tuple[str, float, list[float]]:
     try:
         kilograms, point = load
-        kilograms = float(kilograms)
+        kilograms = number(kilograms, "mass")
     except (TypeError, ValueError):
         raise ValueError(f"payload on {link}: found {load!r}; expected (mass in kg, (x, y, z) in the link's frame in m)") from None
     if not (math.isfinite(kilograms) and kilograms >= 0):

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ksl.errors import unknown_name
+from ksl.real_arrays import real_array
 from ksl.requests import Requests
 from ksl.states import Array, argument
 
@@ -73,7 +74,7 @@ class InverseKinematicsCalls(Requests):
             if name not in wanted:
                 raise ValueError(unknown_name("weights", "frame", name, wanted))
         frames = [(self._index(self._frame_index, name, "link or joint"), *_weights_of(weights, name)) for name in wanted]
-        poses = np.asarray(target)
+        poses = real_array(target, "target")
         axes = (4, 4) if isinstance(names, str) else (len(wanted), 4, 4)
         if poses.dtype.kind not in "fiu" or poses.shape[poses.ndim - len(axes) :] != axes:
             raise ValueError(f"target has shape {poses.shape}; expected (…, {', '.join(map(str, axes))}): poses in the world")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -45,8 +46,12 @@ def load(
     """
     try:
         file = os.fsdecode(path)
+        os.fsencode(file)
     except TypeError:
         raise ValueError(f"path is {type(path).__name__}; expected the path of a robot file") from None
+    except UnicodeEncodeError:
+        said = f"{ascii(path)} is no path, since no bytes stand for one of its characters; correct it"
+        raise DescriptionError(said) from None
     if "<" in file and ">" in file:
         raise DescriptionError("the path of the file is the contents of one; ksl.load_string(text) reads these")
     options = _Options(floating_base, mimic, strict, gravity, payloads, masses, model, physics, friction_width)
@@ -107,7 +112,8 @@ def _loaded(file: str, text: bytes | None, o: _Options) -> Model:
     floating_base, strict = given.flag(o.floating_base, "floating_base"), given.flag(o.strict, "strict")
     gravity = None if o.gravity is None else list(three_numbers(o.gravity, "gravity"))
     points, independent = given.payload_points(o.payloads), o.mimic == "independent"
-    if _root_element(file if text is None else BytesIO(text)) == "mujoco":
+    contents = _core.file_bytes(os.fsencode(file)) if text is None else text
+    if _root_element(contents) == "mujoco":
         from ksl import mjcf
 
         if o.model:
@@ -115,9 +121,8 @@ def _loaded(file: str, text: bytes | None, o: _Options) -> Model:
         loaded = mjcf._load(file, text, floating_base, independent, strict, gravity, o.payloads, o.masses)
         return loaded if o.physics is None and o.friction_width == loaded.friction_width else loaded.with_physics(o.physics, o.friction_width)
     options = (floating_base, independent, strict, gravity, points, o.masses is not None, o.model or "", given.physics(o.physics, o.friction_width))
-    if text is not None:
-        return Model(_core.load_text(text, file, *options))
-    return Model(_core.load(file, *options), (os.path.abspath(file), *options))
+    made = _core.load_text(contents, os.fsencode(file), *options)
+    return Model(made, (os.path.abspath(file), *options) if text is None else None)
 
 
 def _warn_of(loaded: Model) -> None:
@@ -125,10 +130,20 @@ def _warn_of(loaded: Model) -> None:
         warnings.warn(line, DescriptionWarning, stacklevel=3)
 
 
-def _root_element(file: str | BytesIO) -> str | None:
+def _root_element(contents: bytes) -> str | None:
     """The name of a file's first element; None if it can't be read, which the reader then explains."""
+    # a parser that is given its input in blocks may look at a tag of many megabytes again with each of them
+    most = 1 << 20
+    name = _first_element(contents[:most])
+    if name is None and len(contents) > most:
+        before = re.match(rb"(?:\s|<!--.*?-->|<\?.*?\?>)*", contents, re.DOTALL)
+        start = before.end() if before else 0
+        name = _first_element(contents[start : start + most])
+    return name
+
+
+def _first_element(xml: bytes) -> str | None:
     try:
-        with open(file, "rb") if isinstance(file, str) else file as text:
-            return next((element.tag for _, element in ElementTree.iterparse(text, events=("start",))), None)
-    except (OSError, ElementTree.ParseError, ValueError, LookupError):
+        return next((element.tag for _, element in ElementTree.iterparse(BytesIO(xml), events=("start",))), None)
+    except (ElementTree.ParseError, ValueError, LookupError):
         return None

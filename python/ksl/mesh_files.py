@@ -112,6 +112,8 @@ def same_but_for_capitals(missing: Path) -> Path | None:
 def mesh_fault(path: Path) -> str | None:
     """What makes a mesh file unreadable, from its size and first bytes; None if nothing does."""
     try:
+        if path.exists() and not path.is_file():  # a pipe would block
+            return "is a folder" if path.is_dir() else "is a pipe or device, not a file"
         with open(path, "rb") as file:
             head, size = file.read(512), os.fstat(file.fileno()).st_size
     except OSError as e:

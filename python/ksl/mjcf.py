@@ -15,7 +15,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ksl import _core, given
+from ksl import given
 from ksl.builder import Builder
 from ksl.errors import DescriptionError, DescriptionWarning
 from ksl.model import Layout, Model
@@ -96,6 +96,10 @@ def _load(
         if e.name != "mujoco":
             raise
         raise DescriptionError(f"{file}: this is MJCF, which is read by the package mujoco; install it with: pip install 'ksl[mjcf]'") from None
+    if text is None and not _is_utf_8(file):
+        readable = os.fsencode(file).decode("utf-8", "backslashreplace")
+        readable = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in readable)
+        raise DescriptionError(f"{readable}: MuJoCo reads only paths in UTF-8; rename the file or its folder")
     said: list[str] = []
     handler = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda text: said.append(f"MuJoCo's compiler says: {_one_line(text)}"))  # instead of a log file in the current folder
@@ -106,6 +110,14 @@ def _load(
     finally:
         mujoco.set_mju_user_warning(handler)
     return _model(compiled, file, floating_base, independent, strict, gravity, payloads, masses, said)
+
+
+def _is_utf_8(path: str) -> bool:
+    try:
+        path.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def _model(

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from ksl import _core, given
@@ -25,7 +25,7 @@ Layout = Mapping[str, Any]
 """Where the numbers of each joint are in MuJoCo's arrays, for models read from MJCF; :mod:`ksl.mjcf` has its contents."""
 
 _Arguments = tuple[str, bool, bool, bool, list[float] | None, list[tuple[str, float, list[float]]], bool, str, given.Physics]
-"""Arguments of `_core.load`, from which a model is made."""
+"""A path, and the options of `_core.load_text`: what a model is made from again."""
 
 
 class Model(Surgery, InverseKinematicsCalls):
@@ -189,7 +189,8 @@ def _rebuilt(state: list[Any], layout: Layout | None = None) -> Model:
 
 def _reloaded(arguments: _Arguments, fingerprint: str) -> Model:
     """Loads the model of a pickle, without warnings, which were given when it was first loaded."""
-    model = Model(_core.load(*arguments), arguments)
+    name = os.fsencode(arguments[0])
+    model = Model(_core.load_text(_core.file_bytes(name), name, *arguments[1:]), arguments)
     if model._fingerprint() != fingerprint:
         raise ValueError(f"{model.file}: joints or links have changed since the model was pickled; load the file again")
     return model

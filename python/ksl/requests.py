@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from ksl import _core
 from ksl.errors import near_names
 from ksl.mechanism import Mechanism
+from ksl.real_arrays import real_array
 from ksl.states import Point
 
 REQUESTS_KEPT = 64
@@ -150,12 +151,12 @@ def one_of(value: str, what: str, *known: str) -> str:
 
 def three_numbers(x: ArrayLike, what: str) -> tuple[float, float, float]:
     try:
-        v = np.asarray(x)
-        v = v.astype(float) if v.dtype.kind != "c" else np.empty(0)
-    except (TypeError, ValueError):
+        v = real_array(x, what).astype(float)
+    except ValueError:
         v = np.empty(0)
     if v.shape != (3,) or not np.isfinite(v).all():
-        raise ValueError(f"{what} needs three finite numbers, found {x!r}")
+        shown = " ".join(repr(x).split())
+        raise ValueError(f"{what} needs three finite numbers, found {shown if len(shown) <= 200 else type(x).__name__}")
     return float(v[0]), float(v[1]), float(v[2])
 
 

@@ -639,6 +639,8 @@ def _floats(x: ArrayLike, fixed: tuple[int, ...], what: str) -> Floats:
         a = np.asarray(x)
     except ValueError as error:
         raise ValueError(f"{what}: {error}") from None
+    if isinstance(x, np.ma.MaskedArray):
+        raise TypeError(f"{what} is a masked array; expected real numbers: .filled() or .compressed() take those that are meant")
     if a.dtype.kind not in "fiub":
         raise TypeError(f"{what} of dtype {a.dtype}; expected real numbers")
     if a.ndim < len(fixed) or a.shape[a.ndim - len(fixed) :] != fixed:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ksl.errors import near_names
 from ksl.joint_columns import by_name, column_names
+from ksl.real_arrays import real_array
 
 Array = NDArray[np.floating]
 
@@ -58,7 +59,7 @@ def as_arrays(
     in_world = isinstance(external, InWorldAxes)
     items = items_of(external.wrenches if in_world else external, "world" if in_world else "link")
     arrays = [argument(x, name, columns, model) for x, (name, columns) in zip(inputs, roles)]
-    wrenches = {link: _array(wrench, f"external[{link!r}]") for link, wrench in items}
+    wrenches = {link: real_array(wrench, f"external[{link!r}]") for link, wrench in items}
     are_plain = [type(x) in (int, float) for x in inputs]  # they have no precision of their own, as NumPy has it
     others = [x for x, is_plain in zip(arrays, are_plain) if not is_plain] + list(wrenches.values())
     if others and all(x.dtype == np.float32 for x in others):
@@ -77,7 +78,7 @@ class HasJoints(Protocol):
 
 def argument(x: Any, name: str, columns: int, model: HasJoints) -> NDArray[Any]:
     """An argument as an array: a table by the names of its columns, one number as one for each coordinate, others as they are."""
-    array = _array(in_order(x, name, model), name)
+    array = real_array(in_order(x, name, model), name)
     return np.full(columns, array) if array.ndim == 0 and array.dtype.kind in "fiu" else array
 
 
@@ -109,14 +110,4 @@ def as_rows(inputs: list[NDArray[Any]], wrenches: list[NDArray[Any]], leading: t
 
 def numbers(x: ArrayLike) -> NDArray[Any]:
     """Numbers (…), one for each state, as rows (…, 1)."""
-    return _array(x, "fraction")[..., np.newaxis]
-
-
-def _array(x: Any, what: str) -> NDArray[Any]:
-    """Converts x to a NumPy array of numbers; `np.asarray` doesn't recognise objects that support only DLPack."""
-    try:
-        array = np.from_dlpack(x) if hasattr(x, "__dlpack__") and not hasattr(x, "__array__") else np.asarray(x)
-        return array if array.dtype.kind in "fiubc" else array.astype(float)
-    except (TypeError, ValueError, BufferError):
-        shown = repr(x)
-        raise ValueError(f"{what} is {shown if len(shown) <= 60 else type(x).__name__}; expected numbers, in an array or what can become one") from None
+    return real_array(x, "fraction")[..., np.newaxis]

@@ -53,6 +53,7 @@ from ksl._ufuncs import (
     spatial_inertia_toInertia,
     spatial_inertia_transformed,
 )
+from ksl.real_arrays import real_array
 
 __all__ = [
     "SE3_exp",
@@ -94,7 +95,7 @@ __all__ = [
 
 def poses(matrix: ArrayLike) -> NDArray[Any]:
     """(…, 4, 3) poses of (…, 4, 4) homogeneous matrices [R t; 0 1], or of (…, 3, 4) ones [R t].  A copy."""
-    m = np.asarray(matrix)
+    m = real_array(matrix, "matrix")
     if m.shape[-2:] not in ((4, 4), (3, 4)):
         raise ValueError(f"expected matrices of shape (…, 4, 4) or (…, 3, 4), found {m.shape}")
     return np.ascontiguousarray(np.swapaxes(m[..., :3, :], -1, -2))
@@ -102,7 +103,7 @@ def poses(matrix: ArrayLike) -> NDArray[Any]:
 
 def matrices(D: ArrayLike) -> NDArray[Any]:
     """(…, 4, 4) homogeneous matrices [R t; 0 1] of (…, 4, 3) poses."""
-    D = np.asarray(D)
+    D = real_array(D, "D")
     if D.shape[-2:] != (4, 3):
         raise ValueError(f"expected poses of shape (…, 4, 3), found {D.shape}")
     m = np.zeros((*D.shape[:-2], 4, 4), D.dtype)

@@ -107,7 +107,8 @@ HEADER = """\
    One state: the workspace is data.  Arrays hold one state's numbers, which are checked.  Names with the suffix f are the
    same in single precision.
 
-   _batch: n states at once, in lanes and on `threads` threads (0: all cores).  Arrays are row-major: a row a state, strides
+   _batch: n states at once, in lanes and on `threads` threads (0: all cores that the process may use,
+   by affinity and quotas; never more).  Arrays are row-major: a row a state, strides
    in numbers between rows, negative ones too.  No workspace is passed; memory is kept for each calling thread.  Results are
    the bits of the one-state calls.  Numbers are not checked: a NaN spoils its own state only.  Where an algorithm takes
    external wrenches or does without, _external_batch is the call that takes them. */

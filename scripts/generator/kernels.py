@@ -77,6 +77,7 @@ def row_members(row: Algorithm) -> list[str]:
         f".external = external_use::{row.external or 'none'}",
         f".request = request_kind::{row.request or 'none'}",
         f".needs_mass = {'true' if row.needs_mass else 'false'}",
+        f".nan_without_mass = {'true' if row.nan_without_mass else 'false'}",
         f".smooth_friction = {'true' if row.smooth_friction else 'false'}",
         f".results = {len(row.results)}",
         f".result = {{{', '.join(map(result_row, row.results))}}}",

@@ -3,32 +3,11 @@
 #include "batch/threads.hpp"
 #include "engine/coupled.hpp"
 #include "engine/one_state.hpp"
+#include "engine/thread_memory.hpp"
 
-#include <memory>
-#include <new>
+#include <atomic>
 
 namespace ksl {
-namespace {
-
-constexpr std::size_t alignment = 64; ///< of workspaces
-
-} // namespace
-
-std::byte *scratch(std::size_t bytes) {
-  struct aligned_delete {
-    void operator()(std::byte *p) const { ::operator delete(p, std::align_val_t(alignment)); }
-  };
-  thread_local std::unique_ptr<std::byte, aligned_delete> memory;
-  thread_local std::size_t size = 0;
-  if (bytes > size) {
-    memory.reset();
-    size = 0;
-    memory.reset(static_cast<std::byte *>(::operator new(bytes, std::align_val_t(alignment))));
-    size = bytes;
-  }
-  return memory.get();
-}
-
 namespace {
 
 /// The batch without the inputs and results that the row doesn't name.
@@ -51,7 +30,7 @@ bool lacks_link(const algorithm_row &row, const model &m, const link_list &links
   return links.n < least_links(row.request) || (links_are_few(row) && links.n > m.view().links);
 }
 
-template <class S> void compute_one(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t k) {
+template <class S> bool compute_one(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t k) {
   const bool direct = m.followers() == 0;
   const kernels_in<S> &kernel = kernels_of_row<S>(row);
   const model_view<S> view = m.view_in<S>();
@@ -59,45 +38,56 @@ template <class S> void compute_one(const algorithm_row &row, const model &m, co
   one_state_memory<S> state;
   arena measure(nullptr);
   state.lay_out(measure, row, m, batch, bytes);
-  arena memory(scratch(measure.used()));
+  arena memory(thread_memory(kept_for::workspace, measure.used()));
   state.lay_out(memory, row, m, batch, bytes);
+  bool ordinary = true;
   if (direct)
-    kernel.state(view, state.workspace, state.load(row, m, batch, k));
+    ordinary = kernel.state(view, state.workspace, state.load(row, m, batch, k));
   else
     coupled::run_state(row, m, state.workspace, state.load(row, m, batch, k));
+  return direct && row.needs_mass ? ordinary : ordinary_results(row, m, batch, k, k + 1);
 }
 
 } // namespace
 
 template <class S>
-void compute_states(const algorithm_row &row, const model &m, const batch_view<S> &given, std::size_t first, std::size_t end) {
+bool compute_states(const algorithm_row &row, const model &m, const batch_view<S> &given, std::size_t first, std::size_t end) {
   const batch_view<S> batch = as_row_names(row, given);
   if (first == end || lacks_link(row, m, batch.links))
-    return;
+    return true;
   coupled::require_projection(row, m);
   if (end - first == 1)
     return compute_one(row, m, batch, first);
-  run_batch(row, m, batch, first, end, scratch(run_batch(row, m, batch, 0, 0, nullptr)));
+  std::byte *const memory = thread_memory(kept_for::workspace, run_batch(row, m, batch, 0, 0, nullptr).bytes);
+  return run_batch(row, m, batch, first, end, memory).ordinary;
 }
 
-template <class S> void compute_batch(const algorithm_row &row, const model &m, const batch_view<S> &given, int threads) {
-  if (given.n < 2)
-    return compute_states(row, m, given, 0, given.n);
+template <class S>
+void compute_batch(const algorithm_row &row, const model &m, const batch_view<S> &given, int threads, arguments_are arguments) {
+  if (given.n < 2) {
+    if (!compute_states(row, m, given, 0, given.n))
+      examine_states(row, m, given, 0, given.n, arguments);
+    return;
+  }
   if (lacks_link(row, m, given.links))
     return;
   coupled::require_projection(row, m);
   const batch_view<S> batch = as_row_names(row, given);
   const partition parts(batch.n, static_cast<std::size_t>(kernels_of_row<S>(row).lanes), least_states(m.moving_joints()), threads);
-  const std::size_t bytes = run_batch(row, m, batch, 0, 0, nullptr);
-  std::byte *memory = scratch(bytes * parts.threads);
+  const std::size_t bytes = run_batch(row, m, batch, 0, 0, nullptr).bytes;
+  std::byte *memory = thread_memory(kept_for::workspace, bytes * parts.threads);
+  std::atomic<bool> ordinary{true};
   on_threads(parts, [&](std::size_t first, std::size_t end, std::size_t seat) {
-    run_batch(row, m, batch, first, end, memory + bytes * seat);
+    if (!run_batch(row, m, batch, first, end, memory + bytes * seat).ordinary)
+      ordinary.store(false, std::memory_order_relaxed);
   });
+  if (!ordinary.load())
+    examine_states(row, m, batch, 0, batch.n, arguments);
 }
 
-template void compute_batch(const algorithm_row &, const model &, const batch_view<double> &, int);
-template void compute_batch(const algorithm_row &, const model &, const batch_view<float> &, int);
-template void compute_states(const algorithm_row &, const model &, const batch_view<double> &, std::size_t, std::size_t);
-template void compute_states(const algorithm_row &, const model &, const batch_view<float> &, std::size_t, std::size_t);
+template void compute_batch(const algorithm_row &, const model &, const batch_view<double> &, int, arguments_are);
+template void compute_batch(const algorithm_row &, const model &, const batch_view<float> &, int, arguments_are);
+template bool compute_states(const algorithm_row &, const model &, const batch_view<double> &, std::size_t, std::size_t);
+template bool compute_states(const algorithm_row &, const model &, const batch_view<float> &, std::size_t, std::size_t);
 
 } // namespace ksl

@@ -1,23 +1,24 @@
 // Runs an algorithm on many states: one state in each lane, ranges of states on several threads.
 #pragma once
 
-#include "engine/algorithm_rows.hpp"
+#include "engine/examine.hpp"
 #include "ksl/model.hpp"
 
 #include <cstddef>
 
 namespace ksl {
 
-/// Memory of the calling thread, aligned to 64 bytes and kept from call to call: what the last call returned is given up.
-std::byte *scratch(std::size_t bytes);
-
 /// Runs an algorithm on the states of a batch, on at most `threads` threads (0: all cores).  Inputs that the row doesn't name
 /// are taken as zero, and results that it doesn't name are not written.  Throws std::bad_alloc, std::runtime_error for an unusable
-/// KSL_ISA, and std::invalid_argument for an algorithm that robots with mimic joints don't have; nothing else.
-template <class S> void compute_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, int threads);
-
-/// The same for the states [first, end) of the batch, on the calling thread.
+/// KSL_ISA, std::invalid_argument for an algorithm that robots with mimic joints don't have, and result_error where results are not
+/// finite though the arguments are; nothing else.
 template <class S>
-void compute_states(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first, std::size_t end);
+void compute_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, int threads,
+                   arguments_are given = arguments_are::unchecked);
+
+/// The same for the states [first, end) of the batch, on the calling thread.  Returns whether the results are ordinary, instead of
+/// throwing result_error.
+template <class S>
+bool compute_states(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first, std::size_t end);
 
 } // namespace ksl

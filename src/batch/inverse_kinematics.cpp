@@ -1,8 +1,8 @@
 #include "ksl/inverse_kinematics.hpp"
 
-#include "batch/compute_batch.hpp"
 #include "batch/inverse_kinematics_kernels.hpp"
 #include "batch/threads.hpp"
+#include "engine/thread_memory.hpp"
 #include "ksl/engine/quaternion_tolerance.hpp"
 
 #include <cstddef>
@@ -23,7 +23,7 @@ template <class S> void normalize_quaternions(const model &m, const inverse_kine
       if (S *const x = row(batch.q, k) + quaternion.q_index; !is_unit_quaternion(x, quaternion_rounding)) {
         const double length = quaternion_length(x);
         for (int i = 0; i < 4; ++i)
-          x[i] = static_cast<S>(x[i] / length);
+          x[i] = static_cast<S>(double(x[i]) / length);
       }
 }
 
@@ -36,7 +36,7 @@ template <class S> void inverse_kinematics(const model &m, const inverse_kinemat
   const coupling_view<S> coupling = m.coupling_in<S>();
   const partition parts(batch.n, targets_each, targets_each, threads);
   const std::size_t bytes = solve(view, coupling, options, batch, 0, 0, nullptr);
-  std::byte *memory = scratch(bytes * parts.threads);
+  std::byte *memory = thread_memory(kept_for::workspace, bytes * parts.threads);
   on_threads(parts, [&](std::size_t first, std::size_t end, std::size_t seat) {
     solve(view, coupling, options, batch, first, end, memory + bytes * seat);
   });

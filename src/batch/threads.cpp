@@ -1,6 +1,8 @@
 // The pool of worker threads for batches.  They are created when first needed and sleep between calls.
 #include "batch/threads.hpp"
 
+#include "batch/cores.hpp"
+
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -46,6 +48,8 @@ template <class Done> void look_out(Done done) {
   while (!done() && std::chrono::steady_clock::now() < end)
     std::this_thread::yield();
 }
+
+constexpr std::size_t calls_after_refusal = 100; ///< of a thread, that go on with those there are
 
 /// The calling thread works too and can compute all parts alone.  So a call also completes if no threads can be created, if
 /// all of them are busy with other calls, or if a part makes a call of its own.
@@ -101,10 +105,15 @@ private:
   }
 
   /// Creates threads up to the number wanted.  They block all signals, so that an interrupt is delivered to the thread of the
-  /// program that waits for it.
+  /// program that waits for it.  Where the system refuses one, it is asked again after many calls only, since asking costs as much as
+  /// a small batch.
   void hire(std::size_t wanted) {
     if (stopping_ || workers_.size() >= wanted)
       return;
+    if (calls_until_next_try_ > 0) {
+      --calls_until_next_try_;
+      return;
+    }
     sigset_t all, before;
     sigfillset(&all);
     pthread_sigmask(SIG_SETMASK, &all, &before);
@@ -112,6 +121,7 @@ private:
       while (workers_.size() < wanted)
         workers_.emplace_back(&pool::work, this);
     } catch (const std::exception &) { // no more threads or memory: go on with those there are
+      calls_until_next_try_ = calls_after_refusal;
     }
     pthread_sigmask(SIG_SETMASK, &before, nullptr);
   }
@@ -154,7 +164,7 @@ private:
   std::vector<std::thread> workers_;
   job *open_ = nullptr;
   std::atomic<unsigned> posts_{0};
-  std::size_t sleeping_ = 0;
+  std::size_t sleeping_ = 0, calls_until_next_try_ = 0;
   std::atomic<bool> stopping_{false};
 };
 
@@ -178,18 +188,30 @@ const struct lifetime {
 
 } // namespace
 
-std::size_t all_cores() {
-  static const std::size_t cores = std::thread::hardware_concurrency();
-  return cores;
+namespace {
+
+std::atomic<std::size_t> assumed_cores{0};
+
+constexpr std::size_t quotient_up(std::size_t n, std::size_t by) { return n / by + (n % by != 0); }
+
+} // namespace
+
+void assume_cores(std::size_t cores) noexcept { assumed_cores.store(cores, std::memory_order_relaxed); }
+
+std::size_t all_cores() noexcept {
+  static const std::size_t cores = cores_of_process();
+  const std::size_t assumed = assumed_cores.load(std::memory_order_relaxed);
+  return assumed ? assumed : cores;
 }
 
 partition::partition(std::size_t n, std::size_t block, std::size_t least, int most, std::size_t parts_each) : items(n) {
-  const std::size_t cores = most > 0 ? static_cast<std::size_t>(most) : all_cores(), useful = n / least;
-  threads = std::max<std::size_t>(1, std::min(useful, cores));
-  const std::size_t blocks = (n + block - 1) / block;
+  // more threads than cores gain nothing, and would stay
+  const std::size_t cores = all_cores(), useful = n / least;
+  threads = std::max<std::size_t>(1, std::min({useful, cores, most > 0 ? static_cast<std::size_t>(most) : cores}));
+  const std::size_t blocks = quotient_up(n, block);
   const std::size_t wanted = threads == 1 ? 1 : threads * parts_each;
-  items_each = (blocks + wanted - 1) / wanted * block;
-  parts = items_each ? (n + items_each - 1) / items_each : 0;
+  items_each = quotient_up(blocks, wanted) * block;
+  parts = items_each ? quotient_up(n, items_each) : 0;
 }
 
 void on_threads(const partition &parts, part_function work, void *context) noexcept {

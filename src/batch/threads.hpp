@@ -5,8 +5,12 @@
 
 namespace ksl {
 
-/// Number of cores.  The system is asked once, since the query takes as long as computing forty states.
-std::size_t all_cores();
+/// Number of cores that the process may use (cores.hpp).  The system is asked once, since the query takes as long as computing
+/// thousands of states.
+std::size_t all_cores() noexcept;
+
+/// As many from now on, whatever the system says; 0: what it says.  For tests, which need more threads than a small machine has cores.
+void assume_cores(std::size_t cores) noexcept;
 
 /// How n items are divided into parts.  A part is a range of whole blocks, so that the parts do not depend on the order in
 /// which they are executed.
@@ -16,7 +20,7 @@ struct partition {
   std::size_t parts = 0;
   std::size_t threads = 1; ///< at most this many work on it
 
-  /// threads 0: all cores.  A thread gets at least `least` items, about ten microseconds of work, which is what waking it
+  /// threads 0: all cores; more than there are cores are as many as cores.  A thread gets at least `least` items, about ten microseconds of work, which is what waking it
   /// costs.  There are several parts for each thread, so that the others can take over from a thread that is descheduled.
   partition(std::size_t n, std::size_t block, std::size_t least, int threads, std::size_t parts_each = 4);
 };

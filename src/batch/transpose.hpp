@@ -231,8 +231,8 @@ inline void load_rows(const T *rows, std::ptrdiff_t stride, int columns, int val
 
 /// Stores W rows whose columns next() returns, one after the other.  Only the first `valid` rows are written.
 template <class T, int W, int K = transposition::widest<pack<T, W>>, class Next>
-inline void store_next(Next &next, int columns, int valid, T *rows, std::ptrdiff_t stride) {
-  int c = 0;
+inline void store_next(Next &next, std::ptrdiff_t columns, int valid, T *rows, std::ptrdiff_t stride) {
+  std::ptrdiff_t c = 0;
   if (valid == W)
     for (; c + K <= columns; c += K)
       transposition::store_columns<K, T, W>(next, rows + c, stride, W - 1);
@@ -246,7 +246,7 @@ inline void store_next(Next &next, int columns, int valid, T *rows, std::ptrdiff
 
 /// Column c of W rows = in[c].
 template <class T, int W>
-inline void store_rows(const pack<T, W> *in, int columns, int valid, T *rows, std::ptrdiff_t stride) {
+inline void store_rows(const pack<T, W> *in, std::ptrdiff_t columns, int valid, T *rows, std::ptrdiff_t stride) {
   const auto next = [&in]() -> const pack<T, W> & { return *in++; };
   store_next<T, W>(next, columns, valid, rows, stride);
 }
@@ -272,12 +272,12 @@ KSL_LANES __m512i places_from(float, int first) {
 /// As store_next for W valid rows, past the caches: whole cache lines go to memory without being read first.  A row begins
 /// anywhere: its lines are put together from two registers each.
 template <class T, int W, class Next>
-inline void stream_next(Next &next, int columns, T *rows, std::ptrdiff_t stride) {
+inline void stream_next(Next &next, std::ptrdiff_t columns, T *rows, std::ptrdiff_t stride) {
   using namespace transposition;
   pack<T, W> last[W];
   T *to[W];      // where the line begins that comes next in each row
   __m512i at[W]; // of its numbers in two registers
-  const int blocks = columns / W;
+  const std::ptrdiff_t blocks = columns / W;
   take<W>(next, last);
   transpose_blocks<W>(last);
   for (int r = 0; r < W; ++r) {
@@ -286,7 +286,7 @@ inline void stream_next(Next &next, int columns, T *rows, std::ptrdiff_t stride)
     store_some(row, (1u << before) - 1, last[r].lanes);
     to[r] = row + before, at[r] = places_from(T(), before);
   }
-  for (int b = 1; b < blocks; ++b) {
+  for (std::ptrdiff_t b = 1; b < blocks; ++b) {
     pack<T, W> v[W];
     take<W>(next, v);
     transpose_blocks<W>(v);
@@ -311,7 +311,7 @@ inline constexpr std::size_t streamed_row = 1024, streamed_array = std::size_t(4
 
 /// As store_next.  all: rows of the whole array, of which the valid ones are written.
 template <class T, int W, class Next>
-inline void store_next_of(std::size_t all, Next &next, int columns, int valid, T *rows, std::ptrdiff_t stride) {
+inline void store_next_of(std::size_t all, Next &next, std::ptrdiff_t columns, int valid, T *rows, std::ptrdiff_t stride) {
 #if defined(__AVX512F__)
   if constexpr (sizeof(T) * W == 64) {
     const std::size_t bytes = static_cast<std::size_t>(columns) * sizeof(T);

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 struct ksl_builder_t {
   ksl::builder builder;
@@ -13,6 +14,7 @@ struct ksl_builder_t {
 
 namespace {
 
+using ksl::c_api::created;
 using ksl::c_api::guarded;
 using ksl::c_api::require;
 
@@ -57,37 +59,20 @@ void require_joint(const ksl_model_t *m, int joint) {
 
 /// Runs `make`, which returns a description or a model, with the result in *made.  Null where it fails.
 template <class Make> ksl_status_t made_from(const ksl_model_t *model, ksl_model_t **made, Make &&make) {
-  return guarded([&] {
-    require(model && made, "model and made must not be null");
-    *made = nullptr;
-    *made = new ksl_model_t{ksl::model(make())};
-  });
-}
-
-/// Copies the list that find() returns, and returns its length; −1 where there is no memory for it.
-template <class Find> int listed(Find &&find, int *out) {
-  int n = -1;
-  guarded([&] {
-    const std::vector<int> found = find();
-    if (out)
-      std::copy(found.begin(), found.end(), out);
-    n = static_cast<int>(found.size());
-  });
-  return n;
+  return created(made, model, "model and made must not be null", [&] { return new ksl_model_t{ksl::model(make())}; });
 }
 
 } // namespace
 
 extern "C" {
 
-ksl_joint_options_t ksl_joint_options(void) { return {nullptr, nullptr, NAN, NAN, NAN, NAN, NAN, 0, 0, nullptr, 1, 0, NAN, 0, 0, 1, 0, 0, {NAN, NAN}, {NAN, NAN}}; }
+ksl_joint_options_t ksl_joint_options(void) {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN(); // the macro NAN is a float
+  return {nullptr, nullptr, nan, nan, nan, nan, nan, 0, 0, nullptr, 1, 0, nan, 0, 0, 1, 0, 0, {nan, nan}, {nan, nan}};
+}
 
 ksl_status_t ksl_builder_create(const char *name, ksl_builder_t **builder) {
-  return guarded([&] {
-    require(name && builder, "name and builder must not be null");
-    *builder = nullptr;
-    *builder = new ksl_builder_t{ksl::builder(name)};
-  });
+  return created(builder, name, "name and builder must not be null", [&] { return new ksl_builder_t{ksl::builder(name)}; });
 }
 
 void ksl_builder_free(ksl_builder_t *builder) { delete builder; }
@@ -113,6 +98,7 @@ ksl_status_t ksl_builder_add_dh_chain(ksl_builder_t *builder, const char *parent
   return guarded([&] {
     require(builder && parent && n >= 0 && (rows || n == 0),
             "builder, parent and rows must not be null, and their number not negative");
+    require(convention == KSL_DH_STANDARD || convention == KSL_DH_MODIFIED, "convention must be KSL_DH_STANDARD or KSL_DH_MODIFIED");
     std::vector<ksl::dh_row> table;
     for (int i = 0; i < n; ++i) {
       const ksl_dh_row_t &row = rows[i];
@@ -126,11 +112,9 @@ ksl_status_t ksl_builder_add_dh_chain(ksl_builder_t *builder, const char *parent
 }
 
 ksl_status_t ksl_builder_build(const ksl_builder_t *builder, const ksl_model_options_t *options, ksl_model_t **model) {
-  return guarded([&] {
-    require(builder && model, "builder and model must not be null");
-    *model = nullptr;
+  return created(model, builder, "builder and model must not be null", [&] {
     const ksl_model_options_t o = options ? *options : ksl_model_options();
-    *model = new ksl_model_t{builder->builder.build(ksl::c_api::options_of(o), o.strict, o.masses_optional)};
+    return new ksl_model_t{builder->builder.build(ksl::c_api::options_of(o), o.strict, o.masses_optional)};
   });
 }
 
@@ -221,10 +205,7 @@ ksl_status_t ksl_model_write_urdf(const ksl_model_t *model, const char *path) {
 double ksl_model_mass(const ksl_model_t *m) { return m ? m->model.mass() : 0; }
 
 double ksl_model_subtree_mass(const ksl_model_t *m, int joint) {
-  double mass = 0;
-  if (joint >= 0 && joint < ksl_model_joints(m))
-    guarded([&] { mass = m->model.subtree_mass(joint); });
-  return mass;
+  return joint >= 0 && joint < ksl_model_joints(m) ? m->model.subtree_mass(joint) : 0;
 }
 
 int ksl_model_joint_above(const ksl_model_t *m, int link) {
@@ -270,10 +251,10 @@ ksl_status_t ksl_model_link_parameters(const ksl_model_t *m, int link, double *p
 }
 
 int ksl_model_support(const ksl_model_t *m, int link, int *joints) {
-  return link < 0 || link >= ksl_model_links(m) ? -1 : listed([&] { return m->model.support(link); }, joints);
+  return link < 0 || link >= ksl_model_links(m) ? -1 : m->model.support(link, joints);
 }
 int ksl_model_subtree_links(const ksl_model_t *m, int joint, int *links) {
-  return joint < 0 || joint >= ksl_model_joints(m) ? -1 : listed([&] { return m->model.subtree_links(joint); }, links);
+  return joint < 0 || joint >= ksl_model_joints(m) ? -1 : m->model.subtree_links(joint, links);
 }
 
 } // extern "C"

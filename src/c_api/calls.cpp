@@ -1,8 +1,11 @@
 #include "c_api/calls.hpp"
 
+#include "engine/thread_memory.hpp"
 #include "ksl/engine/quaternion_tolerance.hpp"
+#include "ksl/engine/workspace.hpp"
 
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 
 namespace ksl::c_api {
@@ -40,7 +43,7 @@ namespace {
 
 /// Checks the n links that external wrenches act on.
 void require_external(const ksl_model_t *m, int n, const int *link, const void *wrench) {
-  require(n >= 0 && (n == 0 || (link && wrench)), "external needs n links and n wrenches");
+  require(n >= 0 && n <= most_named && (n == 0 || (link && wrench)), "external needs n links and n wrenches, 2^24 at most");
   for (int k = 0; k < n; ++k)
     require(link[k] >= 0 && link[k] < ksl_model_links(m), "external names a link out of range");
 }
@@ -65,17 +68,27 @@ template <class S> external_wrenches<S> external_of(const ksl_model_t *m, const 
   return {external->n, external->link, external->wrench->at, axes_of(external->axes)};
 }
 
-reaction_request request_of(const ksl_model_t *m, std::vector<int> &links, const joints_argument &asked) {
+template <class S> void require_large_rows(const rows_view<S> &rows, std::size_t n, std::ptrdiff_t columns, const char *name) {
+  if (!rows.first || n == 0)
+    return;
+  std::size_t numbers = 0, bytes = 0;
+  const std::size_t apart = rows.stride < 0 ? -static_cast<std::size_t>(rows.stride) : static_cast<std::size_t>(rows.stride);
+  const bool beyond = __builtin_mul_overflow(n - 1, apart, &numbers) || __builtin_add_overflow(numbers, static_cast<std::size_t>(columns), &numbers) ||
+                      __builtin_mul_overflow(numbers, sizeof(S), &bytes) || bytes > static_cast<std::size_t>(PTRDIFF_MAX);
+  if (n > static_cast<std::size_t>(PTRDIFF_MAX) || beyond)
+    throw bad_argument("n is " + std::to_string(n) + ": so many rows of " + name + " don't fit into any memory");
+}
+
+reaction_request request_of(const ksl_model_t *m, int *links, const joints_argument &asked) {
   const auto [n, joints, options] = asked;
   require(n >= 0 && n <= ksl_model_joints(m) && (joints || n == 0), "n must be between 0 and the number of joints");
-  links.resize(static_cast<std::size_t>(ksl_model_joints(m)));
   for (int k = 0; k < n; ++k) {
     require(joints[k] >= 0 && joints[k] < ksl_model_joints(m), "a joint is out of range");
-    links[static_cast<std::size_t>(k)] = m->model.joints()[static_cast<std::size_t>(joints[k])].link;
+    links[k] = m->model.joints()[static_cast<std::size_t>(joints[k])].link;
   }
   reaction_request r;
   r.n = n;
-  r.link = links.data();
+  r.link = links;
   if (options) {
     const auto known = [](int value, int last) { return value >= 0 && value <= last; };
     require(known(options->part, KSL_COUPLING) && known(options->on, KSL_ON_PARENT) && known(options->at, KSL_LINK) &&
@@ -107,6 +120,49 @@ frame_options frame_options_of(const ksl_frame_options_t *options) {
           static_cast<acceleration_kind>(options->kind), {options->offset[0], options->offset[1], options->offset[2]}};
 }
 
+namespace {
+
+/// What a call for a batch makes of its arguments, in memory that the thread keeps.
+template <class S> struct batch_arguments {
+  int *links;
+  external_rows<S> *exerted;
+
+  void lay_out(int joints, int external_n) {
+    arena measure;
+    lay_out(measure, joints, external_n);
+    arena memory(thread_memory(kept_for::arguments, measure.used()));
+    lay_out(memory, joints, external_n);
+  }
+
+private:
+  void lay_out(arena &memory, int joints, int external_n) {
+    links = memory.take<int>(joints), exerted = memory.take<external_rows<S>>(external_n);
+  }
+};
+
+/// Checks that all inputs and results of a batch that isn't empty are there, and that their rows can lie in memory.
+template <class S>
+void require_arrays(const algorithm_row &row, const model &m, const batch_view<S> &batch, int joints_n, const rows_view<S> &wrenches) {
+  for (int i = 0; i < row.inputs; ++i) {
+    const input x = row.input_list[i];
+    require(input_of(batch, x).first, "model and arrays must not be null");
+    require_rows(input_of(batch, x), batch.n, length_of(x, m.nq(), m.nv()), row.input_name[i]);
+  }
+  for (int r = 0; r < row.results; ++r) {
+    const std::ptrdiff_t numbers = numbers_of(row.result[r], extents_of(m, batch));
+    require_result(batch.result[r].first, numbers, row.result[r].name);
+    require_rows(batch.result[r], batch.n, numbers, row.result[r].name);
+  }
+  if (row.request == request_kind::reactions) {
+    require_result(wrenches.first, joints_n, "wrenches");
+    require_rows(wrenches, batch.n, 6 * static_cast<std::ptrdiff_t>(joints_n), "wrenches");
+  }
+  for (int e = 0; e < batch.external_n; ++e)
+    require_rows(batch.external[e].wrench, batch.n, 6, "external wrenches");
+}
+
+} // namespace
+
 template <class S>
 ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_view<S> batch,
                         const typename c_types<S>::external_of_batch *external, int threads, const ksl_frame_options_t *frame,
@@ -118,37 +174,40 @@ ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_vi
     if (names_links(row.request))
       require_links(m, batch.links.n, batch.links.index);
     require(!links_are_few(row) || batch.links.n <= ksl_model_links(m), "links: at most as many as the model has");
-    std::vector<int> links;
+    require(threads >= 0, "threads must not be negative; 0 is all cores that the process may use");
+    const bool any = batch.n > 0;
+    if (external)
+      require_external(m, external->n, external->link, any ? static_cast<const void *>(external->wrench) : "");
+    batch_arguments<S> arguments;
+    const bool of_joints = row.request == request_kind::joints || row.request == request_kind::reactions;
+    if (of_joints || external)
+      arguments.lay_out(ksl_model_joints(m), external ? external->n : 0);
     reaction_request request;
-    if (row.request == request_kind::joints || row.request == request_kind::reactions)
-      request = request_of(m, links, joints);
+    if (of_joints)
+      request = request_of(m, arguments.links, joints);
     if (row.request == request_kind::joints)
       batch.joints = &request;
-    const bool any = batch.n > 0;
-    for (int i = 0; i < row.inputs; ++i)
-      require(!any || input_of(batch, row.input_list[i]).first, "model and arrays must not be null");
-    for (int r = 0; r < row.results && any; ++r)
-      require_result(batch.result[r].first, numbers_of(row.result[r], extents_of(m->model, batch)), row.result[r].name);
-    require_result(wrenches.first, any && row.request == request_kind::reactions ? joints.n : 0, "wrenches");
-    std::vector<external_rows<S>> exerted;
     if (external) {
-      require_external(m, external->n, external->link, any ? static_cast<const void *>(external->wrench) : "");
       for (int e = 0; e < external->n; ++e)
-        exerted.push_back({external->link[e], {external->wrench + 6 * e, external->stride}});
-      batch.external_n = external->n, batch.external = exerted.data(), batch.external_axes = axes_of(external->axes);
+        arguments.exerted[e] = {external->link[e], {external->wrench + 6 * e, external->stride}};
+      batch.external_n = external->n, batch.external = arguments.exerted, batch.external_axes = axes_of(external->axes);
     }
+    if (any)
+      require_arrays(row, m->model, batch, joints.n, wrenches);
     reaction_rows<S> wanted;
     if (row.request == request_kind::reactions) {
       wanted = {request, wrenches};
       batch.reactions_n = 1, batch.reactions = &wanted;
     }
     compute_batch(row, m->model, batch, threads);
-  });
+  }); // NOLINT(clang-analyzer-core.StackAddressEscape): nobody reads the batch afterwards
 }
 
 #define KSL_INSTANTIATE(S)                                                                                             \
   template void require_position(const model &, const S *, const char *);                                              \
   template void require_finite(const S *, int, const char *);                                                          \
+  template void require_large_rows(const rows_view<S> &, std::size_t, std::ptrdiff_t, const char *);                   \
+  template void require_large_rows(const rows_view<const S> &, std::size_t, std::ptrdiff_t, const char *);             \
   template external_wrenches<S> external_of(const ksl_model_t *, const c_types<S>::external *);                        \
   template ksl_status_t batch_call(const algorithm_row &, const ksl_model_t *, batch_view<S>,                          \
                                    const c_types<S>::external_of_batch *, int, const ksl_frame_options_t *,            \

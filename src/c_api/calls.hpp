@@ -6,6 +6,7 @@
 #include "engine/compute.hpp"
 
 #include <array>
+#include <climits>
 
 namespace ksl::c_api {
 
@@ -35,12 +36,6 @@ constexpr absent no_external{}, no_external_rows{};
 /// Checks that n numbers are finite; the message names the first that is not.
 template <class S> void require_finite(const S *x, int n, const char *name);
 
-/// Of this thread's last call that took positions; empty: none.  No memory is allocated for it.
-inline char (&last_warning())[256] {
-  thread_local char message[256] = "";
-  return message;
-}
-
 /// Checks that positions are finite and quaternions have unit length; warns where they haven't quite.
 template <class S> void require_position(const model &m, const S *q, const char *name);
 
@@ -49,16 +44,28 @@ void require_workspace(const ksl_model_t *m, const ksl_data_t *d);
 
 template <class S> external_wrenches<S> external_of(const ksl_model_t *m, const typename c_types<S>::external *external);
 
-/// The request for reactions through joints; `links` gets their child links.
-reaction_request request_of(const ksl_model_t *m, std::vector<int> &links, const joints_argument &joints);
+/// The request for reactions through joints; `links`, which has room for all joints, gets their child links.
+reaction_request request_of(const ksl_model_t *m, int *links, const joints_argument &joints);
 
 /// options may be null.
 frame_options frame_options_of(const ksl_frame_options_t *options);
 
-/// Checks that a result is not null, unless it has no numbers.
-inline void require_result(const void *out, int numbers, const char *name) {
+/// Checks that a result of one state is not null, unless it has no numbers, and that an int counts them.
+inline void require_result(const void *out, std::ptrdiff_t numbers, const char *name) {
+  if (numbers > INT_MAX)
+    throw bad_argument(std::string(name) + " would have more than 2^31 - 1 numbers for a state; name fewer links or joints");
   if (!out && numbers > 0)
     throw bad_argument(std::string(name) + " must not be null");
+}
+
+/// As require_rows, of any numbers.
+template <class S> void require_large_rows(const rows_view<S> &rows, std::size_t n, std::ptrdiff_t columns, const char *name);
+
+/// Checks that n rows of so many numbers, at most INT_MAX, can lie in memory, apart by the stride.
+template <class S> void require_rows(const rows_view<S> &rows, std::size_t n, std::ptrdiff_t columns, const char *name) {
+  constexpr std::ptrdiff_t far = 1 << 26; // 2^32 rows that are nearer than that have less than 2^62 bytes
+  if (n >> 32 || rows.stride >= far || rows.stride <= -far)
+    require_large_rows(rows, n, columns, name);
 }
 
 /// Checks what a row needs of the model: that no joint can move without moving any mass, that friction has a derivative.
@@ -102,7 +109,7 @@ ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s, co
     if constexpr (row.external != external_use::none)
       s.external = external_of<S>(m, external);
     d->holds_wrenches = 0;
-    compute<S>(row, m->model, d->data, s);
+    compute<S>(row, m->model, d->data, s, arguments_are::finite);
     if constexpr (row.kernels == rows::inverse_dynamics.kernels && row.reads(input::a))
       d->holds_wrenches = sizeof(S);
   });
@@ -114,13 +121,13 @@ ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s, co
                         const joints_argument &joints) {
   return guarded([&] {
     require_workspace(m, d);
-    const reaction_request request = request_of(m, d->links, joints);
+    const reaction_request request = request_of(m, d->links.data(), joints);
     s.joints = &request;
     check_state<row>(m, d, s);
     if constexpr (row.external != external_use::none)
       s.external = external_of<S>(m, external);
     d->holds_wrenches = 0;
-    compute<S>(row, m->model, d->data, s);
+    compute<S>(row, m->model, d->data, s, arguments_are::finite);
   });
 }
 
@@ -133,11 +140,11 @@ ksl_status_t state_call(const ksl_model_t *m, ksl_data_t *d, state_view<S> s, co
     require_result(wrenches, joints.n, "wrenches");
     check_state<row>(m, d, s);
     s.external = external_of<S>(m, external);
-    const reaction_request request = request_of(m, d->links, joints);
+    const reaction_request request = request_of(m, d->links.data(), joints);
     const reaction_result<S> wanted = {&request, wrenches};
     s.reactions_n = 1, s.reactions = &wanted;
     d->holds_wrenches = 0;
-    compute<S>(row, m->model, d->data, s);
+    compute<S>(row, m->model, d->data, s, arguments_are::finite);
     d->holds_wrenches = sizeof(S);
   });
 }

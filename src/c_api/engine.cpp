@@ -12,6 +12,7 @@
 
 namespace {
 
+using ksl::c_api::created;
 using ksl::c_api::guarded;
 using ksl::c_api::require;
 using ksl::c_api::require_finite;
@@ -30,7 +31,7 @@ ksl_status_t reactions_of_last_state(const ksl_model_t *m, ksl_data_t *d, int n,
     require(wrenches || n == 0, "wrenches must not be null");
     require(d->holds_wrenches == sizeof(S),
             "ksl_reactions reads what ksl_inverse_dynamics left in the workspace; call that first, in the same precision");
-    ksl::reactions<S>(m->model, d->data, ksl::c_api::request_of(m, d->links, {n, joints, options}), wrenches,
+    ksl::reactions<S>(m->model, d->data, ksl::c_api::request_of(m, d->links.data(), {n, joints, options}), wrenches,
                       ksl::c_api::external_of<S>(m, external));
   });
 }
@@ -52,19 +53,18 @@ template <class S> ksl_status_t random_position(const ksl_model_t *m, const S *u
   });
 }
 
-/// The index that find() returns for a name; if it is −1, the message says which names are near.
-template <class Find, class Item> int found(Find &&find, const char *what, const char *name, const std::vector<Item> &items) {
-  int index = -1;
+/// The index of a name; if it is −1, the message says which names are near.
+template <class Item> int found(const char *what, const char *name, const std::vector<Item> &items) {
+  for (std::size_t i = 0; i < items.size(); ++i)
+    if (items[i].name == name)
+      return static_cast<int>(i);
   guarded([&] {
-    index = find();
-    if (index >= 0)
-      return;
     std::vector<std::string> names;
     for (const Item &item : items)
       names.push_back(item.name);
     throw ksl::c_api::bad_argument(ksl::unknown_name(what, name, names));
   });
-  return index;
+  return -1;
 }
 
 /// The section that a call names, checked.
@@ -167,7 +167,7 @@ ksl::model_options ksl::c_api::options_of(const ksl_model_options_t &options) {
 
 extern "C" {
 
-const char *ksl_error_message(void) { return ksl::c_api::last_message().c_str(); }
+const char *ksl_error_message(void) { return ksl::c_api::last_message(); }
 const char *ksl_warning_message(void) { return ksl::c_api::last_warning()[0] ? ksl::c_api::last_warning() : nullptr; }
 
 const char *ksl_instruction_set(void) {
@@ -179,28 +179,19 @@ const char *ksl_instruction_set(void) {
 ksl_model_options_t ksl_model_options(void) { return {false, false, false, false, {0, 0, -9.81}, 0, nullptr, true, nullptr, {}}; }
 
 ksl_status_t ksl_model_load(const char *path, const ksl_model_options_t *options, ksl_model_t **model) {
-  return guarded([&] {
-    require(path && model, "path and model must not be null");
-    *model = nullptr;
-    *model = read_model(ksl::bytes_of_robot_file(path), path, options);
-  });
+  return created(model, path, "path and model must not be null", [&] { return read_model(ksl::bytes_of_robot_file(path), path, options); });
 }
 
 ksl_status_t ksl_model_load_memory(const char *text, size_t length, const ksl_model_options_t *options, ksl_model_t **model) {
-  return guarded([&] {
-    require(text && model, "text and model must not be null");
-    *model = nullptr;
-    *model = read_model(std::string(text, length), "<string>", options);
-  });
+  return created(model, text, "text and model must not be null",
+                 [&] { return read_model(std::string(text, length), "<string>", options); });
 }
 
 void ksl_model_free(ksl_model_t *model) { delete model; }
 
 ksl_status_t ksl_data_create(const ksl_model_t *model, ksl_data_t **data) {
-  return guarded([&] {
-    require(model && data, "model and data must not be null");
-    *data = nullptr;
-    *data = new ksl_data_t{model, ksl::data(model->model), 0, std::vector<int>(model->model.joints().size())};
+  return created(data, model, "model and data must not be null", [&] {
+    return new ksl_data_t{model, ksl::data(model->model), 0, std::vector<int>(model->model.joints().size())};
   });
 }
 
@@ -239,10 +230,10 @@ ksl_physics_t ksl_model_physics(const ksl_model_t *m) {
 }
 
 int ksl_model_joint(const ksl_model_t *m, const char *name) {
-  return m && name ? found([&] { return m->model.find_joint(name); }, "joint", name, m->model.joints()) : -1;
+  return m && name ? found("joint", name, m->model.joints()) : -1;
 }
 int ksl_model_link(const ksl_model_t *m, const char *name) {
-  return m && name ? found([&] { return m->model.find_link(name); }, "link", name, m->model.links()) : -1;
+  return m && name ? found("link", name, m->model.links()) : -1;
 }
 
 const char *ksl_model_warning(const ksl_model_t *m, int i) { return m ? line(m->model.description().warnings, i) : nullptr; }
@@ -273,11 +264,12 @@ int ksl_model_tree_elements(const ksl_model_t *m) { return m ? m->model.tree_ele
 ksl_status_t ksl_model_tree(const ksl_model_t *m, int *rows, int *columns) {
   return guarded([&] {
     require(m, "model must not be null");
-    const std::vector<int> found = m->model.tree_columns();
+    require(m->model.followers() == 0, "a robot with mimic joints has a mass matrix with other zeros than those of its tree; load it with "
+                                       "mimic_independent, which gives each joint a coordinate of its own");
     if (rows)
       std::copy(m->model.tree_rows().begin(), m->model.tree_rows().end(), rows);
     if (columns)
-      std::copy(found.begin(), found.end(), columns);
+      m->model.tree_columns(columns);
   });
 }
 

@@ -30,30 +30,40 @@ model_options options_of(const ksl_model_options_t &options);
 physics_options physics_of(const ksl_physics_t &from);
 
 /// The message of this thread's last failed call.
-inline std::string &last_message() {
-  thread_local std::string message;
-  return message;
-}
+const char *last_message() noexcept;
+/// Keeps a copy.  Where there is no memory for it, another sentence says so.
+void keep_message(const char *sentence) noexcept;
+/// The message is "out of memory", which needs none.
+void say_out_of_memory() noexcept;
+
+/// Of this thread's last call that took positions; empty: none.  No memory is allocated for it.
+char (&last_warning() noexcept)[256];
 
 struct bad_argument : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Runs a call and turns an exception into a status and a message.
+/// Runs a call and turns an exception into a status and a message.  No exception leaves it; it keeps the unwinding of a thread that is
+/// cancelled, which C libraries expect to pass.
 template <class Call> ksl_status_t guarded(Call &&call) {
   try {
     call();
     return KSL_OK;
   } catch (const bad_argument &e) {
-    last_message() = e.what();
+    keep_message(e.what());
     return KSL_BAD_ARGUMENT;
-  } catch (const description_error &e) {
+  } catch (const result_error &e) {
     last_message() = e.what();
+    return KSL_NOT_FINITE;
+  } catch (const description_error &e) {
+    keep_message(e.what());
     return KSL_BAD_DESCRIPTION;
   } catch (const std::bad_alloc &) {
-    last_message() = "out of memory";
+    say_out_of_memory();
+  } catch (const std::length_error &) { // of a container: more than any memory could hold
+    say_out_of_memory();
   } catch (const std::exception &e) {
-    last_message() = e.what();
+    keep_message(e.what());
   }
   return KSL_FAILED;
 }
@@ -63,9 +73,22 @@ inline void require(bool condition, const char *sentence) {
     throw bad_argument(sentence);
 }
 
+/// Runs `make`, which returns a new handle, with the result in *made.  Null where it fails, whatever the reason.
+template <class Handle, class Make> ksl_status_t created(Handle **made, bool is_given, const char *sentence, Make &&make) {
+  if (made)
+    *made = nullptr;
+  return guarded([&] {
+    require(made && is_given, sentence);
+    *made = make();
+  });
+}
+
+/// How many links, wrenches or frames a call may name.  Six or sixteen numbers of each are then counted in an int.
+constexpr int most_named = 1 << 24;
+
 /// Checks n indices of links; n may be 0.
 inline void require_links(const ksl_model_t *m, int n, const int *links) {
-  require(n >= 0 && (links || n == 0), "links must not be null, and their number not negative");
+  require(n >= 0 && n <= most_named && (links || n == 0), "links must not be null, and their number not negative, and 2^24 at most");
   for (int k = 0; k < n; ++k)
     require(links[k] >= 0 && static_cast<std::size_t>(links[k]) < m->model.links().size(), "a link is out of range");
 }

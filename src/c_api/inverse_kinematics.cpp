@@ -1,6 +1,7 @@
 // Inverse kinematics from C.
 #include "c_api/calls.hpp"
 #include "engine/pose_check.hpp"
+#include "engine/thread_memory.hpp"
 
 #include "ksl/inverse_kinematics.hpp"
 
@@ -22,16 +23,22 @@ ksl_status_t solve(const ksl_model_t *m, int frames_n, const ksl_wanted_frame_t 
                    const inverse_kinematics_batch<S> &batch, int threads) {
   return guarded([&] {
     last_warning()[0] = '\0';
-    require(m && frames_n > 0 && frames, "model and frames must not be null, and there must be a frame");
+    require(m && frames_n > 0 && frames_n <= most_named && frames, "model and frames must not be null, and there must be a frame, 2^24 at most");
     require(batch.n == 0 || (batch.target.first && batch.q.first), "targets and q must not be null");
+    require(threads >= 0, "threads must not be negative; 0 is all cores that the process may use");
+    require_rows(batch.target, batch.n, 16 * static_cast<std::ptrdiff_t>(frames_n), "targets");
+    require_rows(batch.start, batch.n, m->model.nq(), "start");
+    require_rows(batch.q, batch.n, m->model.nq(), "q");
+    require_rows(batch.error, batch.n, 2, "errors");
     inverse_kinematics_options options = options_of(given);
-    std::vector<wanted_frame> wanted;
+    arena memory(thread_memory(kept_for::arguments, static_cast<std::size_t>(frames_n) * sizeof(wanted_frame)));
+    wanted_frame *const wanted = memory.take<wanted_frame>(frames_n);
     for (int f = 0; f < frames_n; ++f) {
       require_links(m, 1, &frames[f].link);
       require(frames[f].position_weight >= 0 && frames[f].orientation_weight >= 0, "weights must not be negative");
-      wanted.push_back({frames[f].link, frames[f].position_weight, frames[f].orientation_weight});
+      wanted[f] = {frames[f].link, frames[f].position_weight, frames[f].orientation_weight};
     }
-    options.frames_n = frames_n, options.frames = wanted.data();
+    options.frames_n = frames_n, options.frames = wanted;
     for (std::size_t k = 0; k < batch.n; ++k) {
       for (int f = 0; f < frames_n; ++f)
         require(is_pose(row(batch.target, k) + 16 * f), "a target is not a pose: a rotation, a position, and 0 0 0 1, row-major");

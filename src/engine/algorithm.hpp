@@ -6,14 +6,21 @@
 namespace ksl {
 
 /// Computes one state.  The kernel lays out its workspace in `memory`, which is aligned to 64 bytes.  The inputs that the
-/// algorithm reads and the results that it writes must not be null.
-template <class S> using state_kernel = void (*)(const model_view<S> &, void *memory, const state_view<S> &);
+/// algorithm reads and the results that it writes must not be null.  Returns whether the results are ordinary: false if one of them
+/// may be NaN or infinite, or so large that it must be examined (engine/examine.hpp).  Of algorithms that don't need mass it is not known,
+/// and true.
+template <class S> using state_kernel = bool (*)(const model_view<S> &, void *memory, const state_view<S> &);
 
-/// Computes the states [first, end) of a batch, one in each lane.  Returns the bytes of memory that it needs, aligned to 64;
-/// with null for the memory it computes nothing.
+struct batch_outcome {
+  std::size_t bytes; ///< of memory that the kernel needs
+  bool ordinary;     ///< are the results of all states ordinary, as above
+};
+
+/// Computes the states [first, end) of a batch, one in each lane.  The memory is aligned to 64 bytes; with null for it the kernel
+/// computes nothing.
 template <class S>
-using batch_kernel = std::size_t (*)(const model_view<S> &, const batch_view<S> &, std::size_t first, std::size_t end,
-                                     void *memory);
+using batch_kernel = batch_outcome (*)(const model_view<S> &, const batch_view<S> &, std::size_t first, std::size_t end,
+                                       void *memory);
 
 template <class S> struct kernels_in {
   int lanes; ///< number of states computed at a time
@@ -78,6 +85,7 @@ struct algorithm_row {
   external_use external;
   request_kind request;
   bool needs_mass; ///< is it refused if a joint can move without moving any mass
+  bool nan_without_mass; ///< is its result NaN, as documented, where nothing that moves has mass
   bool smooth_friction; ///< is it refused if dry friction is exact, for it solves or differentiates the law of friction
   int results;     ///< besides reactions
   result_row result[most_results];

@@ -25,8 +25,8 @@ bool finite(const vec3<double> &x) { return std::isfinite(x.x) && std::isfinite(
 template <class Map> void check_name(const std::string &name, const std::string &kind, const Map &known) {
   if (name.empty())
     refuse("a " + kind + " has no name; give it one");
-  if (load::one_line(name) != name)
-    refuse(kind + " " + quoted(name) + ": its name has a control character; give it another name");
+  if (load::printable(name) != name)
+    refuse(kind + " " + quoted(name) + ": its name has a control character, or is not UTF-8; give it another name");
   if (known.count(name))
     refuse("a second " + kind + " is named " + quoted(name) + "; rename one of them");
 }
@@ -141,6 +141,23 @@ void set_axes(const std::string &who, const joint_kind_row &row, const joint_opt
     to.axis2 = load::direction_of(to.given.axis2);
 }
 
+/// Both or, where memory runs out, neither.
+template <class Item> void append(std::vector<Item> &items, Item item, std::map<std::string, int> &index) {
+  items.push_back(std::move(item));
+  try {
+    index[items.back().name] = static_cast<int>(items.size()) - 1;
+  } catch (...) {
+    items.pop_back();
+    throw;
+  }
+}
+
+/// The last items away, until there are n.
+template <class Item> void cut(std::vector<Item> &items, std::size_t n, std::map<std::string, int> &index) {
+  for (; items.size() > n; items.pop_back())
+    index.erase(items.back().name);
+}
+
 } // namespace
 
 joint_kind joint_kind_named(const std::string &name) {
@@ -164,9 +181,11 @@ builder::builder(std::string name, std::array<double, 3> gravity) {
 }
 
 builder &builder::read_from(const std::string &file, const std::vector<std::string> &unused, const std::vector<std::string> &warnings) {
-  robot_.file = file;
-  robot_.unused = unused;
-  robot_.warnings = warnings;
+  std::string name = file;
+  std::vector<std::string> lines = unused, doubts = warnings; // all copied before anything is changed
+  robot_.file.swap(name);
+  robot_.unused.swap(lines);
+  robot_.warnings.swap(doubts);
   return *this;
 }
 
@@ -185,8 +204,7 @@ builder &builder::add_link(const std::string &name, const link_mass &mass) {
                   {I.m00, I.m11, I.m22, mean(I.m10, I.m01), mean(I.m21, I.m12), mean(I.m20, I.m02)}};
     link.inertia = load::inertia_of(*link.given);
   }
-  links_[name] = static_cast<int>(robot_.links.size());
-  robot_.links.push_back(std::move(link));
+  append(robot_.links, std::move(link), links_);
   return *this;
 }
 
@@ -206,9 +224,13 @@ builder &builder::add_joint(const std::string &name, joint_kind kind, const std:
   set_limits(who, row, options, joint);
   set_physics(who, row, options, joint);
   joint.mimic = options.mimic; // checked when all joints are known
-  joints_[name] = static_cast<int>(robot_.joints.size());
-  robot_.joints.push_back(std::move(joint));
+  append(robot_.joints, std::move(joint), joints_);
   return *this;
+}
+
+void builder::cut_to(std::size_t links, std::size_t joints) noexcept {
+  cut(robot_.links, links, links_);
+  cut(robot_.joints, joints, joints_);
 }
 
 int builder::link_named(const std::string &joint, const std::string &end, const std::string &name) const {

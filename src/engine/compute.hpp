@@ -2,11 +2,11 @@
 #pragma once
 
 #include "engine/coupled.hpp"
+#include "engine/examine.hpp"
+#include "engine/thread_memory.hpp"
 
 #include "ksl/engine/workspace.hpp"
 
-#include <cstdint>
-#include <memory>
 #include <stdexcept>
 #include <string>
 
@@ -25,7 +25,8 @@ template <class S> state_view<S> with_unread_results(const algorithm_row &row, c
 }
 
 /// Runs an algorithm.  The inputs that it reads and the results that it writes must not be null.
-template <class S> void compute(const algorithm_row &row, const model &m, data &d, const state_view<S> &s) {
+/// Returns whether the results are ordinary (engine/algorithm.hpp).
+template <class S> bool compute_ordinary(const algorithm_row &row, const model &m, data &d, const state_view<S> &s) {
   if (s.links.n > m.view().links && links_are_few(row))
     throw std::invalid_argument(std::string(row.name) + ": more links than the model has");
   if (m.followers() == 0 && has_unread_results(row))
@@ -35,10 +36,17 @@ template <class S> void compute(const algorithm_row &row, const model &m, data &
   coupled::require_projection(row, m);
   // the workspace has room for requests for each link and joint once; what a request for more leaves in memory is not read again
   const std::size_t bytes = coupled::state_bytes<S>(row, m, extents_of(m, s));
-  if (bytes <= d.bytes())
-    return coupled::run_state<S>(row, m, d.memory(), s);
-  const std::unique_ptr<std::byte[]> memory(new std::byte[bytes + 64]);
-  coupled::run_state<S>(row, m, memory.get() + (64 - reinterpret_cast<std::uintptr_t>(memory.get()) % 64), s);
+  coupled::run_state<S>(row, m, bytes <= d.bytes() ? d.memory() : thread_memory(kept_for::workspace, bytes), s);
+  return ordinary_results(row, m, s);
+}
+
+/// The same; results that are not finite though the arguments are throw result_error.  In C++ those of algorithms that need mass alone
+/// are looked at, where it costs least.
+template <class S>
+void compute(const algorithm_row &row, const model &m, data &d, const state_view<S> &s, arguments_are given = arguments_are::unchecked) {
+  const bool ordinary = compute_ordinary<S>(row, m, d, s);
+  if (!ordinary || (given == arguments_are::finite && !row.needs_mass && !ordinary_results(row, m, s)))
+    examine_state(row, m, s, given);
 }
 
 } // namespace ksl

@@ -2,6 +2,7 @@
 // place where a user's numbers are expanded and results are reduced.  Other models pay for a comparison.
 #pragma once
 
+#include "engine/examine.hpp"
 #include "engine/kernels.hpp"
 #include "ksl/model.hpp"
 
@@ -39,10 +40,10 @@ template <class S> const kernels_in<S> &kernels_of_row(const algorithm_row &row)
 
 /// Computes states of a batch, as a batch_kernel does.
 template <class S>
-std::size_t run_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first, std::size_t end,
+batch_outcome run_batch(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first, std::size_t end,
                       void *memory) {
   if (m.followers())
-    return coupled::run_batch<S>(row, m, batch, first, end, memory);
+    return {coupled::run_batch<S>(row, m, batch, first, end, memory), ordinary_results(row, m, batch, first, memory ? end : first)};
   return kernels_of_row<S>(row).batch(m.view_in<S>(), batch, first, end, memory);
 }
 

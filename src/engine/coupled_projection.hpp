@@ -33,7 +33,7 @@ inline bool is_reduced(const result_row &result) {
 
 /// Reduces a result of one state in place.
 template <class S> void reduce(const coupling_view<S> &c, const result_row &result, const extents &full, const extents &own, S *x) {
-  int outer = 1, inner = numbers_of(result, full);
+  std::ptrdiff_t outer = 1, inner = numbers_of(result, full);
   for (int i = 0; i < result.axes; ++i) {
     const int length = length_of(result.shape[i], full);
     inner /= std::max(length, 1);
@@ -53,7 +53,8 @@ template <class S> void expand(const coupling_view<S> &c, input x, const S *numb
 /// Numbers of some states of the expanded mechanism.  Inputs and results that are the same in both have none.
 template <class S> struct expansion {
   S *input_rows[most_inputs], *result_rows[most_results];
-  int input_width[most_inputs], result_width[most_results];
+  int input_width[most_inputs];
+  std::ptrdiff_t result_width[most_results];
 
   void lay_out(arena &memory, const algorithm_row &row, const extents &full, int states) {
     for (int i = 0; i < row.inputs; ++i) {
@@ -113,7 +114,7 @@ template <class S> struct projection {
     e.lay_out(pieces, row, full, states);
     external_rows<S> *const external = pieces.take<external_rows<S>>(given.external_n);
     reaction_rows<S> *const reactions = pieces.take<reaction_rows<S>>(given.reactions_n);
-    void *const inner = pieces.take<std::byte>(static_cast<std::ptrdiff_t>(kernel.batch(view, given, 0, 0, nullptr)));
+    void *const inner = pieces.take<std::byte>(static_cast<std::ptrdiff_t>(kernel.batch(view, given, 0, 0, nullptr).bytes));
     for (std::size_t k = first; memory && k < end; k += static_cast<std::size_t>(states)) {
       const std::size_t n = std::min(end - k, static_cast<std::size_t>(states));
       batch_view<S> part = given;

@@ -83,17 +83,17 @@ private:
     void lay_out(arena &memory, const systems &of, const extents &asked) {
       const int nv = of.m.nv(), all = of.m.view().nv;
       const bool frames = of.what >= coupled_by::operational_inverse, hybrid = of.what == coupled_by::hybrid;
-      const bool second = of.what == coupled_by::solution_second_derivatives;
+      const bool twice = of.what == coupled_by::solution_second_derivatives;
       const int rows = frames ? 6 * asked.links : 0;
       M = memory.take<S>(nv * nv), x = memory.take<S>(nv), zero = memory.take<S>(nv);
-      matrix = memory.take<S>(frames ? 0 : 2 * nv * nv), first = memory.take<S>(second ? 3 * nv * nv : 0);
+      matrix = memory.take<S>(frames ? 0 : 2 * nv * nv), first = memory.take<S>(twice ? 3 * nv * nv : 0);
       J = memory.take<S>(rows * nv), solved = memory.take<S>(rows * nv);
       square = memory.take<S>(rows * rows), pivots = memory.take<S>(4 * rows);
       user = memory.take<int>(hybrid ? all : 0), is_given = memory.take<bool>(hybrid ? nv : 0);
       std::size_t most = std::max(of.inertia.state_bytes(asked), of.efforts.state_bytes(asked));
-      if (of.what == coupled_by::solution_derivatives || second)
+      if (of.what == coupled_by::solution_derivatives || twice)
         most = std::max(most, of.derivatives.state_bytes(asked));
-      if (second)
+      if (twice)
         most = std::max(most, of.second.state_bytes(asked));
       if (frames)
         most = std::max({most, of.columns.state_bytes(asked), of.rates.state_bytes(asked)});

@@ -51,10 +51,9 @@ void check_row(const std::string &who, const dh_row &row) {
     load::refuse({}, 0, who + "its kind is " + kind.name + "; a table has revolute, continuous and prismatic joints");
 }
 
-} // namespace
-
-builder &builder::add_dh_chain(const std::string &parent, const std::vector<dh_row> &rows, dh_convention convention,
-                               const std::string &prefix) {
+/// Adds joint and link of each row.
+void add_rows(builder &robot, const std::string &parent, const std::vector<dh_row> &rows, dh_convention convention,
+              const std::string &prefix) {
   std::string before = parent;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const std::string number = std::to_string(i + 1), joint = prefix + "joint" + number,
@@ -63,16 +62,29 @@ builder &builder::add_dh_chain(const std::string &parent, const std::vector<dh_r
     const placement p = placement_of(rows[i], convention);
     joint_options options = rows[i].options;
     options.axis = vec3<double>{0, 0, 1};
-    add_link(link, rows[i].mass);
+    robot.add_link(link, rows[i].mass);
     if (convention == dh_convention::modified) {
-      add_joint(joint, rows[i].kind, before, link, p.joint, options);
+      robot.add_joint(joint, rows[i].kind, before, link, p.joint, options);
     } else {
       // the link's frame is at its end; a massless link at its start, where the joint is, is welded to it
-      add_link(link + "_start");
-      add_joint(joint, rows[i].kind, before, link + "_start", p.joint, options);
-      add_joint(joint + "_end", joint_kind::fixed, link + "_start", link, p.frame);
+      robot.add_link(link + "_start");
+      robot.add_joint(joint, rows[i].kind, before, link + "_start", p.joint, options);
+      robot.add_joint(joint + "_end", joint_kind::fixed, link + "_start", link, p.frame);
     }
     before = link;
+  }
+}
+
+} // namespace
+
+builder &builder::add_dh_chain(const std::string &parent, const std::vector<dh_row> &rows, dh_convention convention,
+                               const std::string &prefix) {
+  const std::size_t links = robot_.links.size(), joints = robot_.joints.size();
+  try {
+    add_rows(*this, parent, rows, convention, prefix);
+  } catch (...) { // the whole table or nothing of it
+    cut_to(links, joints);
+    throw;
   }
   return *this;
 }

@@ -93,7 +93,7 @@ constexpr instruction_set_row sets[] = {{"generic", &kernels_generic, &ksl_finit
 #endif
 
 const instruction_set_row &choose() {
-  const char *forced = std::getenv("KSL_ISA");
+  const char *forced = std::getenv("KSL_ISA"); // NOLINT(concurrency-mt-unsafe): read, and once
   std::string known;
   for (const instruction_set_row &set : sets) {
     if (!set.runs_here())
@@ -128,7 +128,7 @@ const char *instruction_set() { return chosen().name; }
 bool half_registers() {
   static const bool half = [] {
     unsigned width = 0, b, c, d;
-    const char *forced = std::getenv("KSL_ISA");
+    const char *forced = std::getenv("KSL_ISA"); // NOLINT(concurrency-mt-unsafe): read, and once
     return __get_cpuid(0x8000001a, &width, &b, &c, &d) && (width & 4) && !(width & 8) && !(forced && *forced);
   }();
   return half;

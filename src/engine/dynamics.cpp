@@ -1,39 +1,12 @@
 // The calls of dynamics.hpp that are not generated from api/algorithms/.
 #include "ksl/dynamics.hpp"
-#include "ksl/builder.hpp"
 
 #include "engine/compute.hpp"
 #include "engine/section.hpp"
-#include "load/check.hpp"
-#include "load/robot_file.hpp"
 
 #include <cmath>
-#include <set>
 
 namespace ksl {
-
-model load(const std::string &path, const model_options &options, bool mimic_independent, bool strict, bool masses_optional,
-           const std::string &model_name) {
-  return load_text(bytes_of_robot_file(path), options, mimic_independent, strict, masses_optional, model_name, path);
-}
-
-model load_text(const std::string &text, const model_options &options, bool mimic_independent, bool strict, bool masses_optional,
-                const std::string &model_name, const std::string &name) {
-  robot_description robot = read_robot_text(text, name, {mimic_independent, strict, options.floating_base, model_name});
-  model_options others = options;
-  others.floating_base = false; // the description says it
-  return model_of(std::move(robot), others, strict, masses_optional);
-}
-
-model model_of(robot_description robot, const model_options &options, bool strict, bool masses_optional) {
-  std::set<std::string> with_payload;
-  for (const payload &p : options.payloads)
-    if (p.mass > 0)
-      with_payload.insert(p.link);
-  warn_of_links(robot, check_masses(robot, options.floating_base || robot.floating_base, with_payload, masses_optional), strict,
-                "add <inertial> to these links");
-  return model(std::move(robot), options);
-}
 
 template <class S>
 void reactions(const model &m, data &d, const reaction_request &request, S *out, const external_wrenches<S> &external) {
@@ -76,12 +49,12 @@ template void neutral(const model &, float *);
 template <class S> void random_position(const model &m, const S *uniform, S *q) {
   for (std::size_t i = 0; i < m.position_ranges().size(); ++i) {
     const auto [lower, upper] = m.position_ranges()[i];
-    q[i] = S(upper - (upper - lower) * uniform[i]);
+    q[i] = S(upper - (upper - lower) * double(uniform[i]));
   }
   const double turn = 2 * std::acos(-1.0);
   for (const model::quaternion_in_q &quaternion : m.quaternions()) {
     const S *const u = uniform + quaternion.q_index;
-    const double a = std::sqrt(1 - double(u[0])), b = std::sqrt(double(u[0])), x = turn * u[1], y = turn * u[2];
+    const double a = std::sqrt(1 - double(u[0])), b = std::sqrt(double(u[0])), x = turn * double(u[1]), y = turn * double(u[2]);
     const double numbers[4] = {a * std::sin(x), a * std::cos(x), b * std::sin(y), b * std::cos(y)};
     for (int i = 0; i < 4; ++i)
       q[quaternion.q_index + i] = S(numbers[i]);

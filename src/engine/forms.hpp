@@ -46,14 +46,21 @@ template <class Algorithm> struct symmetric_matrix : whole_results<Algorithm> {
     void compute(const model_view<scalar_of<P>> &model, const workspace_of<Algorithm, P> &w, state_view<P> &s,
                  const block<P> &b) {
       const rows_view<scalar_of<P>> &rows = b.batch.result[0];
-      if (elements(model, w, s, b))
-        store_symmetric(b.batch.n, matrix, model.nv, b.valid, row(rows, b.k), rows.stride);
+      if (!elements(model, w, s, b))
+        return;
+      for (std::ptrdiff_t i = 0; i < model.nv; ++i)
+        b.stored.add(matrix + i * (model.nv + 1), model.nv - i);
+      store_symmetric(b.batch.n, matrix, model.nv, b.valid, row(rows, b.k), rows.stride);
     }
   };
 };
 
 /// The upper triangle of a matrix (nv, nv).
 template <class Algorithm> struct upper_triangle : symmetric_matrix<Algorithm> {
+  template <class T> static void add_results(const model_view<scalar_of<T>> &model, const state_view<T> &s, squares<T> &written) {
+    for (std::ptrdiff_t i = 0; i < model.nv; ++i) // below the diagonal nothing was written
+      written.add(s.result[0] + i * (model.nv + 1), model.nv - i);
+  }
   template <class P> struct lanes : symmetric_matrix<Algorithm>::template lanes<P> {
     void store(const model_view<scalar_of<P>> &model, scalar_of<P> *out, const rows_view<scalar_of<P>> &rows, int valid) const {
       for (std::ptrdiff_t i = 0; i < model.nv; ++i)
@@ -61,8 +68,11 @@ template <class Algorithm> struct upper_triangle : symmetric_matrix<Algorithm> {
     }
     void compute(const model_view<scalar_of<P>> &model, const workspace_of<Algorithm, P> &w, state_view<P> &s,
                  const block<P> &b) {
-      if (this->elements(model, w, s, b))
-        store(model, row(b.batch.result[0], b.k), b.batch.result[0], b.valid);
+      if (!this->elements(model, w, s, b))
+        return;
+      for (std::ptrdiff_t i = 0; i < model.nv; ++i)
+        b.stored.add(this->matrix + i * (model.nv + 1), model.nv - i);
+      store(model, row(b.batch.result[0], b.k), b.batch.result[0], b.valid);
     }
   };
 };
@@ -74,7 +84,7 @@ template <class Algorithm> struct sparse_results : whole_results<Algorithm> {
     P *result[most_results];
     bool cleared = false;
 
-    static int numbers(int r, const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch) {
+    static std::ptrdiff_t numbers(int r, const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch) {
       return numbers_of(Algorithm::row.result[r], extents_of(model, batch));
     }
     void lay_out(arena &memory, const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch) {
@@ -85,7 +95,7 @@ template <class Algorithm> struct sparse_results : whole_results<Algorithm> {
                  const block<P> &b) {
       for (int r = 0; r < Algorithm::row.results; ++r) {
         s.result[r] = result[r];
-        for (int i = 0; i < numbers(r, model, b.batch) && !cleared; ++i)
+        for (std::ptrdiff_t i = 0; i < numbers(r, model, b.batch) && !cleared; ++i)
           result[r][i] = P(scalar_of<P>(0));
       }
       cleared = true;
@@ -110,6 +120,8 @@ template <class Algorithm> struct poses_of_links : whole_results<Algorithm> {
       for (int i = 0; i < s.links.n; ++i, out += 16) {
         P matrix[16];
         write_matrix(link_pose(model, w.in_world, s.links.index[i]), matrix);
+        const P translation[3] = {matrix[3], matrix[7], matrix[11]}; // sines and cosines of finite angles are finite
+        b.stored.add(translation, 3);
         store_rows<16>(matrix, b.valid, out, rows.stride);
       }
     }
@@ -129,6 +141,12 @@ template <class Algorithm> struct efforts_and_reactions {
                                       any ? s.reactions->out : nullptr);
     for (int r = s.q ? 1 : 0; r < s.reactions_n; ++r)
       reactions(model, w, s.external, *s.reactions[r].request, s.reactions[r].out);
+  }
+  template <class T> static void add_results(const model_view<scalar_of<T>> &model, const state_view<T> &s, squares<T> &written) {
+    if (s.q)
+      written.add(s.result[0], model.nv);
+    for (int r = 0; r < s.reactions_n; ++r)
+      written.add(s.reactions[r].out, 6 * s.reactions[r].request->n);
   }
 
   template <class P> struct lanes {

@@ -10,12 +10,50 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
+/// Sums of the squares of results: not finite if a result isn't, and large if one is large.  Two operations for a result, which is in
+/// a register or the innermost cache.  The results themselves are not touched.
+template <class T> struct squares {
+  KSL_LANES void add(const T *x, std::ptrdiff_t n) {
+    for (; n >= 4; n -= 4, x += 4) { // four independent sums hide the latency of an addition
+      sum[0] = sum[0] + x[0] * x[0], sum[1] = sum[1] + x[1] * x[1];
+      sum[2] = sum[2] + x[2] * x[2], sum[3] = sum[3] + x[3] * x[3];
+    }
+    if (n >= 2) {
+      sum[0] = sum[0] + x[0] * x[0], sum[1] = sum[1] + x[1] * x[1];
+      n -= 2, x += 2;
+    }
+    if (n > 0)
+      sum[2] = sum[2] + x[0] * x[0];
+  }
+  /// Is the sum below the square of the largest ordinary result?  Accelerations at a joint that moves almost no mass are large
+  /// before they are infinite.
+  bool ordinary(bool needs_mass) const {
+    using S = scalar_of<T>;
+    const S most = needs_mass ? S(1e20) : sizeof(S) == 8 ? S(1e300) : S(1e38);
+    const T all = (sum[0] + sum[1]) + (sum[2] + sum[3]);
+    bool found = true;
+    for (int lane = 0; lane < static_cast<int>(sizeof(T) / sizeof(S)); ++lane)
+      found &= at(all, lane) < most; // false for NaN
+    return found;
+  }
+
+private:
+  static scalar_of<T> at(const T &x, int lane) {
+    if constexpr (sizeof(T) == sizeof(scalar_of<T>))
+      return x;
+    else
+      return x[lane];
+  }
+  T sum[4] = {T(scalar_of<T>(0)), T(scalar_of<T>(0)), T(scalar_of<T>(0)), T(scalar_of<T>(0))};
+};
+
 /// The states k, k + 1, ... of a batch, `valid` in number, one in each lane.
 template <class P> struct block {
   using S = scalar_of<P>;
   const batch_view<S> &batch;
   std::size_t k;
   int valid;
+  squares<P> &stored; ///< of all blocks
 
   /// Loads rows into lanes; zeros if there are no rows.
   void load(const rows_view<const S> &rows, int columns, P *out) const {
@@ -25,9 +63,10 @@ template <class P> struct block {
       out[i] = P(S(0));
   }
   /// Stores lanes into rows, if the result is wanted.
-  void store(const P *in, int columns, const rows_view<S> &rows) const {
+  void store(const P *in, std::ptrdiff_t columns, const rows_view<S> &rows) const {
     if (!rows.first)
       return;
+    stored.add(in, columns);
     const auto next = [&in]() -> const P & { return *in++; };
     store_next_of<S, transposition::width_of<P>>(batch.n, next, columns, valid, row(rows, k), rows.stride);
   }
@@ -43,6 +82,12 @@ template <class Algorithm> struct whole_results {
   template <class T>
   static void state(const model_view<scalar_of<T>> &model, const workspace_of<Algorithm, T> &w, const state_view<T> &s) {
     Algorithm::compute(model, w, s);
+  }
+  /// Adds what was written to the sum of squares.
+  template <class T> static void add_results(const model_view<scalar_of<T>> &model, const state_view<T> &s, squares<T> &written) {
+    for (int r = 0; r < Algorithm::row.results; ++r)
+      if (s.result[r])
+        written.add(s.result[r], numbers_of(Algorithm::row.result[r], extents_of(model, s)));
   }
 
   /// The results of a block in lanes, and its computation.
@@ -72,11 +117,18 @@ template <class Algorithm, class S> std::size_t state_workspace_bytes(const mode
   return measure.used();
 }
 
-template <class Algorithm, class S> void one_state(const model_view<S> &model, void *memory, const state_view<S> &s) {
+template <class Algorithm, class S> bool one_state(const model_view<S> &model, void *memory, const state_view<S> &s) {
   arena pieces(memory);
   workspace_of<Algorithm, S> w;
   w.lay_out(pieces, model);
   Algorithm::form::state(model, w, s);
+  if constexpr (!Algorithm::row.needs_mass) {
+    return true; // a sum would take up to a tenth of the time of a small robot; C and Python look at the results themselves
+  } else {
+    squares<S> written;
+    Algorithm::form::add_results(model, s, written);
+    return written.ordinary(true);
+  }
 }
 
 /// The inputs of a block in lanes.
@@ -113,7 +165,7 @@ template <class Algorithm, class P> struct input_lanes {
 
 /// Computes a batch block by block, so that the workspace of a block stays in the inner caches.
 template <class Algorithm, class P>
-std::size_t states_in_lanes(const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch, std::size_t first,
+batch_outcome states_in_lanes(const model_view<scalar_of<P>> &model, const batch_view<scalar_of<P>> &batch, std::size_t first,
                             std::size_t end, void *memory) {
   constexpr std::size_t lanes = sizeof(P) / sizeof(scalar_of<P>);
   arena pieces(memory);
@@ -123,13 +175,14 @@ std::size_t states_in_lanes(const model_view<scalar_of<P>> &model, const batch_v
   w.lay_out(pieces, model);
   inputs.lay_out(pieces, model, batch);
   results.lay_out(pieces, model, batch);
+  squares<P> stored;
   for (std::size_t k = first; memory && k < end; k += lanes) {
-    const block<P> b = {batch, k, static_cast<int>(end - k < lanes ? end - k : lanes)};
+    const block<P> b = {batch, k, static_cast<int>(end - k < lanes ? end - k : lanes), stored};
     state_view<P> s = inputs.load(model, b);
     results.compute(model, w, s, b);
   }
   finish_streams();
-  return pieces.used();
+  return {pieces.used(), stored.ordinary(Algorithm::row.needs_mass)};
 }
 
 template <class Algorithm, class S>

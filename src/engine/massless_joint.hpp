@@ -1,11 +1,14 @@
-// Which joint can move without moving any mass: found once for each model, at its construction.
+// Which joint can move without moving any mass: by the structure of a mechanism, found once for each model, at its construction; or at
+// one position, found when results are not finite.
 #pragma once
 
+#include "ksl/engine/mass_matrix.hpp"
 #include "ksl/engine/owned_workspace.hpp"
 #include "ksl/engine/solve_mass_matrix.hpp"
 #include "ksl/model.hpp"
 
 #include <cmath>
+#include <vector>
 
 namespace ksl {
 
@@ -22,7 +25,7 @@ bool moves_no_mass(const body<double> &b, const forward_dynamics_workspace<doubl
       none = none || !(std::fabs(y) * least * size <= 1);
   } else {
     for (int k = 0; k < joint<K>::nv; ++k)
-      none = none || !(w.coordinate[b.v_index + k].D_inverse * least * size <= 1);
+      none = none || !(std::fabs(w.coordinate[b.v_index + k].D_inverse) * least * size <= 1); // by rounding also below zero
   }
   return none;
 }
@@ -44,28 +47,79 @@ inline int body_without_mass(const model_view<double> &model, const forward_dyna
   return 0;
 }
 
-/// The index of such a joint in m.joints(), or −1.  By the articulated-body algorithm at two positions that nothing singles out: what
-/// is singular at both is so by the structure of the mechanism.
-inline int massless_joint(const model &m) {
-  if (m.followers())
-    return -1; // a follower without mass moves that of its leader, and the other way round
+/// The joint that moves a body of the expanded mechanism: an index into m.joints().
+inline int joint_of_body(const model &m, int body) {
+  while (m.view().body[body].link < 0) // inside a universal joint
+    ++body;
+  for (std::size_t j = 0; j < m.joints().size(); ++j)
+    if (m.joints()[j].link == m.view().body[body].link)
+      return static_cast<int>(j);
+  return -1;
+}
+
+/// The joint that has coordinate k of a user's v: an index into m.joints().
+inline int joint_of_coordinate(const model &m, int k) {
+  int found = -1;
+  for (int j = 0; j < m.moving_joints() && m.joints()[static_cast<std::size_t>(j)].v_index <= k; ++j)
+    found = j;
+  return found;
+}
+
+/// The first coordinate whose pivot of Gᵀ M̂ G = L D Lᵀ is zero but for rounding, or −1: the mass matrix of a mechanism with mimic
+/// joints.  A follower without mass moves that of its leader, and the other way round.  O(nv³).
+inline int coordinate_without_mass(const model &m, const double *expanded_q) {
+  const model_view<double> view = m.view();
+  const owned_workspace<mass_matrix_workspace<double>> w(view);
+  const std::size_t n = static_cast<std::size_t>(m.nv());
+  std::vector<double> M(static_cast<std::size_t>(view.nv) * static_cast<std::size_t>(view.nv)), own(n);
+  mass_matrix(view, *w, expanded_q, M.data());
+  reduce_axis(m.coupling_in<double>(), along::efforts, view.nv, 1, view.nv, M.data());
+  reduce_axis(m.coupling_in<double>(), along::efforts, view.nv, m.nv(), 1, M.data());
+  for (std::size_t k = 0; k < n; ++k)
+    own[k] = M[k * n + k];
+  for (std::size_t k = 0; k < n; ++k) {
+    if (!(M[k * n + k] > 1e-13 * own[k]))
+      return static_cast<int>(k);
+    for (std::size_t i = k + 1; i < n; ++i)
+      for (std::size_t j = k + 1; j <= i; ++j)
+        M[i * n + j] -= M[i * n + k] / M[k * n + k] * M[j * n + k];
+  }
+  return -1;
+}
+
+/// The joint that moves no mass at a position, q (nq), an index into m.joints(), or −1: by the articulated-body algorithm.
+inline int massless_joint_at(const model &m, const std::vector<double> &q) {
+  constexpr int most_coordinates = 500; // of a matrix that is factored here
   const owned_workspace<forward_dynamics_workspace<double>> w(m.view());
-  std::vector<double> q(static_cast<std::size_t>(m.nq())), no_effort(static_cast<std::size_t>(m.nv()));
-  int found = 0;
+  std::vector<double> expanded(q), no_effort(static_cast<std::size_t>(m.view().nv));
+  if (m.followers()) {
+    expanded.resize(static_cast<std::size_t>(m.view().nq));
+    expand_position(m.coupling_in<double>(), q.data(), expanded.data());
+  }
+  const int body = body_without_mass(m.view(), *w, expanded.data(), no_effort.data());
+  if (body == 0)
+    return -1;
+  if (!m.followers())
+    return joint_of_body(m, body);
+  if (m.view().nv > most_coordinates)
+    return -1; // not known
+  const int coordinate = coordinate_without_mass(m, expanded.data());
+  return coordinate < 0 ? -1 : joint_of_coordinate(m, coordinate);
+}
+
+/// The joint that moves no mass at two positions that nothing singles out, or −1: what is singular at both is so by the structure of
+/// the mechanism.
+inline int massless_joint(const model &m) {
+  std::vector<double> q(static_cast<std::size_t>(m.nq()));
+  int found = -1;
   for (int turn = 0; turn < 2; ++turn) {
     for (std::size_t k = 0; k < q.size(); ++k)
       q[k] = std::sin(1.0 + 2.3 * static_cast<double>(k) + 0.7 * turn); // quaternions need not be of unit length
-    const int body = body_without_mass(m.view(), *w, q.data(), no_effort.data());
-    if (body == 0)
+    found = massless_joint_at(m, q);
+    if (found < 0)
       return -1;
-    found = body;
   }
-  while (m.view().body[found].link < 0) // inside a universal joint
-    ++found;
-  for (int j = 0; j < m.moving_joints(); ++j)
-    if (m.joints()[static_cast<std::size_t>(j)].link == m.view().body[found].link)
-      return j;
-  return -1;
+  return found;
 }
 
 } // namespace ksl

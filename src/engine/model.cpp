@@ -1,17 +1,15 @@
-// The model: its options and queries, and the memory of workspaces.
+// The model: its options and queries.
 #include "ksl/model.hpp"
 
-#include "engine/algorithm_rows.hpp"
-#include "engine/coupled.hpp"
+#include "ksl/engine/tree_rows.hpp"
+
 #include "engine/joint_physics.hpp"
-#include "engine/largest_workspace.hpp"
 #include "engine/model_builder.hpp"
 #include "load/check.hpp"
 #include "load/words.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace ksl {
 namespace {
@@ -88,35 +86,49 @@ double model::mass() const {
 
 double model::subtree_mass(int joint) const {
   double sum = 0;
-  for (const int l : subtree_links(joint))
+  const int first = joints_[static_cast<std::size_t>(joint)].link, n = subtree_links(joint, nullptr);
+  for (int l = first; l < first + n; ++l)
     sum += links_[static_cast<std::size_t>(l)].inertia.m;
   return sum;
 }
 
-std::vector<int> model::support(int link) const {
-  std::vector<int> joints;
+int model::support(int link, int *joints) const {
+  int n = 0;
   for (int l = link; l >= 0;) {
     const int above = joint_above(l);
     const joint_row &joint = joints_[static_cast<std::size_t>(above)];
-    if (joint.parent_link >= 0 || joint.v_index >= 0) // the weld of the root to the ground is no joint of the robot
-      joints.push_back(above);
+    if (joint.parent_link >= 0 || joint.v_index >= 0) { // the weld of the root to the ground is no joint of the robot
+      if (joints)
+        joints[n] = above;
+      ++n;
+    }
     l = joint.parent_link;
   }
-  std::reverse(joints.begin(), joints.end());
+  if (joints)
+    std::reverse(joints, joints + n);
+  return n;
+}
+
+std::vector<int> model::support(int link) const {
+  std::vector<int> joints(static_cast<std::size_t>(support(link, nullptr)));
+  support(link, joints.data());
   return joints;
 }
 
+/// Links are listed depth first, so that those of a subtree follow each other.
+int model::subtree_links(int joint, int *links) const {
+  const int first = joints_[static_cast<std::size_t>(joint)].link, all = static_cast<int>(links_.size());
+  int end = first + 1;
+  while (end < all && double_.links[static_cast<std::size_t>(end)].parent >= first)
+    ++end;
+  for (int l = first; links && l < end; ++l)
+    links[l - first] = l;
+  return end - first;
+}
+
 std::vector<int> model::subtree_links(int joint) const {
-  const int first = joints_[static_cast<std::size_t>(joint)].link;
-  std::vector<bool> carried(links_.size());
-  std::vector<int> links;
-  for (int l = first; l < static_cast<int>(links_.size()); ++l) {
-    const int parent = double_.links[static_cast<std::size_t>(l)].parent;
-    if (l == first || (parent >= first && carried[static_cast<std::size_t>(parent)])) {
-      carried[static_cast<std::size_t>(l)] = true;
-      links.push_back(l);
-    }
-  }
+  std::vector<int> links(static_cast<std::size_t>(subtree_links(joint, nullptr)));
+  subtree_links(joint, links.data());
   return links;
 }
 
@@ -139,10 +151,12 @@ int model::find_link(const std::string &name) const {
 }
 
 std::string model::massless_joint_text() const {
-  if (massless_joint_ < 0)
-    return "";
-  const joint_row &joint = joints_[static_cast<std::size_t>(massless_joint_)];
-  return "joint " + joint.name + " can move without moving any mass, so that its acceleration is not determined; give link " +
+  return massless_joint_ < 0 ? "" : massless_joint_text(massless_joint_);
+}
+
+std::string model::massless_joint_text(int index) const {
+  const joint_row &joint = joints_[static_cast<std::size_t>(index)];
+  return "joint " + joint.name + (index == massless_joint_ ? "" : ", at this position,") + " can move without moving any mass, so that its acceleration is not determined; give link " +
          links_[static_cast<std::size_t>(joint.link)].name + " or a link beyond it mass and inertia, or fix the joint";
 }
 
@@ -152,53 +166,19 @@ std::string model::exact_friction_text() {
 }
 
 std::vector<int> model::tree_columns() const {
-  const model_view<double> m = view();
   std::vector<int> columns(static_cast<std::size_t>(tree_elements()));
-  for (int i = 1; i < m.bodies; ++i)
-    for (int c = 0; c < m.body[i].nv; ++c) {
-      int *const row = columns.data() + tree_row_[static_cast<std::size_t>(m.body[i].v_index + c)];
-      row[m.body[i].ancestors + c] = m.body[i].v_index + c;
-      for_each_ancestor(m, i, c, [&](index column, index place) { row[place] = static_cast<int>(column); });
-    }
+  tree_columns(columns.data());
   return columns;
 }
 
-namespace {
-
-/// With a request for each link and joint.
-extents extents_of_all(const model &m) {
-  const model_view<double> view = m.view();
-  return {m.nq(), m.nv(), view.links, static_cast<int>(m.joints().size()), view.tree_elements, view.links};
-}
-
-/// Room for the results that kernels write and rows don't have (engine/compute.hpp).
-std::size_t unread_bytes(const model &m) {
-  std::size_t most = 0;
-  for (const algorithm_row *row : rows::all)
-    most = std::max(most, unread_bytes(*row, extents_of_all(m)));
-  return most;
-}
-
-/// What engine/coupled.cpp needs for one state of any algorithm, with a request for each link and joint.
-std::size_t coupled_bytes(const model &m) {
-  if (m.followers() == 0)
-    return 0;
-  std::size_t most = 0;
-  const extents all = extents_of_all(m);
-  for (const algorithm_row *row : rows::all)
-    if (row->coupled != coupled_by::refusal)
-      most = std::max({most, coupled::state_bytes<double>(*row, m, all), coupled::state_bytes<float>(*row, m, all)});
-  return most;
-}
-
-} // namespace
-
-data::data(const model &m)
-    : bytes_(std::max(largest_workspace(m.view()), coupled_bytes(m)) + unread_bytes(m)), memory_(::operator new(bytes_, alignment)), zero_(static_cast<std::size_t>(m.nv())),
-      zero_single_(zero_.size()) {
-#ifndef NDEBUG
-  std::fill_n(static_cast<double *>(memory_.get()), bytes_ / sizeof(double), std::numeric_limits<double>::quiet_NaN());
-#endif
+void model::tree_columns(int *columns) const {
+  const model_view<double> m = view();
+  for (int i = 1; i < m.bodies; ++i)
+    for (int c = 0; c < m.body[i].nv; ++c) {
+      int *const row = columns + tree_row_[static_cast<std::size_t>(m.body[i].v_index + c)];
+      row[m.body[i].ancestors + c] = m.body[i].v_index + c;
+      for_each_ancestor(m, i, c, [&](index column, index place) { row[place] = static_cast<int>(column); });
+    }
 }
 
 } // namespace ksl

@@ -4,10 +4,13 @@
 #include "engine/joint_physics.hpp"
 #include "engine/massless_joint.hpp"
 #include "load/check.hpp"
+#include "load/limits.hpp"
 #include "load/words.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <iterator>
 #include <limits>
 
 namespace ksl {
@@ -51,6 +54,10 @@ void model_builder::build() {
     fixed_joints_.push_back({free_name("base", "ground"), joint_kind::fixed, 0, -1, -1, -1, none, none, 0, -1});
   }
   descend(root);
+  if (static_cast<std::size_t>(m_.expanded_nv_) > load::limits::coordinates)
+    load::refuse(m_.description_.file, 0,
+                 "the robot has " + std::to_string(m_.expanded_nv_) + " coordinates, more than " +
+                     std::to_string(load::limits::coordinates) + "; split it, or fix some joints");
   finish();
 }
 
@@ -63,7 +70,18 @@ void model_builder::add_inertias() {
   s.inertia.assign(m_.double_.inertia.begin(), m_.double_.inertia.end());
   for (std::size_t i = 0; i < s.augmented.size(); ++i)
     s.augmented[i] = spread<float>(m_.double_.augmented[i]);
+  find_massless_joint();
+}
+
+/// A line of the warnings says so, unless nothing has mass: the model is then for kinematics.  The line of other inertias, from
+/// which the model may have been made, goes.
+void model_builder::find_massless_joint() {
+  const std::string beginning = "forward dynamics are refused: ";
+  std::vector<std::string> &lines = m_.description_.warnings;
+  std::erase_if(lines, [&](const std::string &line) { return line.compare(0, beginning.size(), beginning) == 0; });
   m_.massless_joint_ = ksl::massless_joint(m_);
+  if (m_.massless_joint_ >= 0 && m_.mass() > 0)
+    warn(beginning + m_.massless_joint_text());
 }
 
 /// Once, also where the model of a description is described again.
@@ -231,12 +249,13 @@ void model_builder::finish() {
   sum_inertias();
   add_tree_rows();
   augment_inertias();
+  check_finite();
   add_angles();
   add_limits();
   add_ranges();
   m_.double_.physics = joint_physics(m_.description_, expanded_rows(), m_.expanded_nv_);
   round_to_single();
-  m_.massless_joint_ = ksl::massless_joint(m_);
+  find_massless_joint();
 }
 
 /// The joints that move, with the places of their numbers in the expanded mechanism.
@@ -260,11 +279,14 @@ void model_builder::couple() {
     const int link = row.link;
     return m_.double_.bodies[static_cast<std::size_t>(m_.double_.links[static_cast<std::size_t>(link)].body)];
   };
+  std::vector<int> of_description(m_.description_.joints.size(), -1);
+  for (int j = 0; j < m_.moving_joints_; ++j)
+    if (const int described = m_.joints_[static_cast<std::size_t>(j)].description; described >= 0)
+      of_description[static_cast<std::size_t>(described)] = j;
   for (joint_row &row : followers_) {
-    const auto leads = [&](const joint_row &other) { return other.description == row.leader; };
-    const auto leader = std::find_if(m_.joints_.begin(), m_.joints_.begin() + m_.moving_joints_, leads);
-    row.leader = static_cast<int>(leader - m_.joints_.begin());
-    const body<double> &b = numbers_of_joint(row), &l = numbers_of_joint(*leader);
+    row.leader = of_description[static_cast<std::size_t>(row.leader)];
+    const body<double> &b = numbers_of_joint(row),
+                       &l = numbers_of_joint(m_.joints_[static_cast<std::size_t>(row.leader)]);
     m_.double_.followers.push_back({b.q_index, b.v_index, l.q_index, l.v_index, row.multiplier, row.offset});
   }
   m_.joints_.insert(m_.joints_.end(), followers_.begin(), followers_.end());
@@ -332,6 +354,29 @@ void model_builder::augment_inertias() {
   }
 }
 
+/// Refuses a model whose numbers overflow: those of the description are finite, but not their products.
+void model_builder::check_finite() const {
+  const auto are_finite = [](const auto &value) {
+    double numbers[sizeof value / sizeof(double)];
+    std::memcpy(numbers, &value, sizeof value);
+    return std::all_of(std::begin(numbers), std::end(numbers), [](double x) { return std::isfinite(x); });
+  };
+  const auto &d = m_.double_;
+  for (std::size_t i = d.bodies.size();
+       i-- > 0;) { // from the tips, since all that carry a body suffer from its numbers
+    const body<double> &b = d.bodies[i];
+    const bool fine = are_finite(b.placement) && are_finite(b.theta0) && are_finite(b.alpha) && are_finite(b.offset) &&
+                      are_finite(d.augmented[i]) &&
+                      are_finite(bodies_at<double, double>{static_cast<int>(i)}.get<spatial_inertia>(d.inertia.data()));
+    if (!fine)
+      load::refuse(
+          m_.description_.file, 0,
+          "link " + m_.links_[static_cast<std::size_t>(std::max(b.link, 0))].name +
+              ": its place, or the inertia of it and of what it carries, is not finite, since some numbers are too "
+              "large for their products; correct masses, inertias and lengths");
+  }
+}
+
 /// The constants theta0 of joint angles, as contiguous arrays that can be loaded into lanes.
 void model_builder::add_angles() {
   auto &d = m_.double_;
@@ -353,7 +398,7 @@ void model_builder::add_angles() {
 /// Limits of the numbers of joints, in the expanded mechanism.
 void model_builder::add_limits() {
   const auto n = static_cast<std::size_t>(m_.expanded_nq_);
-  m_.double_.lower.assign(n, -INFINITY), m_.double_.upper.assign(n, INFINITY);
+  m_.double_.lower.assign(n, -HUGE_VAL), m_.double_.upper.assign(n, HUGE_VAL);
   for (const joint_row &j : m_.joints_) {
     const int numbers = numbers_with_limits(row_of(j.kind));
     if (j.description < 0 || numbers == 0)

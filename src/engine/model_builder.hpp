@@ -24,6 +24,7 @@ public:
 
 private:
   void warn(const std::string &line);
+  void find_massless_joint();
   void collect_children();
   void add_ground();
   std::string free_name(const char *usual, const char *otherwise) const;
@@ -42,6 +43,7 @@ private:
   void sum_inertias();
   void add_tree_rows();
   void augment_inertias();
+  void check_finite() const;
   void add_angles();
   void add_limits();
   void add_ranges();

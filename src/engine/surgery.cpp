@@ -328,7 +328,7 @@ robot_description with_frame(const robot_description &robot, const std::string &
                              const SE3<double> &pose) {
   robot_description out = robot;
   const int parent = find_link(robot, link), child = static_cast<int>(robot.links.size());
-  if (name.empty() || load::one_line(name) != name)
+  if (name.empty() || load::printable(name) != name)
     refuse("frame " + quoted(name) + ": give it a name without control characters");
   if (has_name(robot.links, name))
     refuse("frame " + quoted(name) + ": a link of robot " + quoted(robot.name) + " has that name; give it another");

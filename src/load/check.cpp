@@ -304,7 +304,7 @@ std::vector<std::string> check_inertias(const robot_description &robot) {
   for (std::size_t i = 0; i < robot.links.size(); ++i) {
     const link_description &link = robot.links[i];
     if (const std::string fault = is_rotor[i] ? "" : fault_of(link.inertia); !fault.empty())
-      lines.push_back(load::one_line("link " + link.name + in_line(link.at.line) + ": " + fault));
+      lines.push_back(load::printable("link " + link.name + in_line(link.at.line) + ": " + fault));
   }
   return lines;
 }
@@ -322,8 +322,8 @@ std::vector<std::string> check_masses(const robot_description &robot, bool float
     if (link.inertia.m > 0 || with_payload.count(link.name))
       any_mass = true;
     else if (link.has_geometry)
-      lines.push_back(load::one_line("link " + link.name + in_line(link.at.line) +
-                                     ": moves and has geometry, but no mass: its weight and inertia are missing"));
+      lines.push_back(load::printable("link " + link.name + in_line(link.at.line) +
+                                      ": moves and has geometry, but no mass: its weight and inertia are missing"));
   }
   if (any_mass || names.empty())
     return lines;
@@ -333,7 +333,7 @@ std::vector<std::string> check_masses(const robot_description &robot, bool float
     refuse(robot, {},
            what + "; add <inertial> to them; masses=\"optional\" in Python (masses_optional in C and C++) reads the "
                   "file as it is, for kinematics");
-  return {load::one_line(what)};
+  return {load::printable(what)};
 }
 
 void warn_of_links(robot_description &robot, const std::vector<std::string> &lines, bool strict,

@@ -23,6 +23,9 @@ std::string mend_of(std::string_view word) {
   return "write a finite decimal number such as 0.25 or 1e-3";
 }
 
+/// A word that should be a number, what is wrong with it, and how to mend it.
+std::string fault_of(std::string_view word) { return quoted(word) + ", " + number_fault(word) + "; " + mend_of(word); }
+
 } // namespace
 
 element element::child(const char *tag) const {
@@ -36,10 +39,6 @@ element element::child(const char *tag) const {
 void element::expect_attributes(std::initializer_list<std::string_view> attributes) const {
   for (const pugi::xml_attribute attribute : node_.attributes()) {
     const std::string name = attribute.name();
-    // pugixml accepts duplicate attributes
-    for (auto other = attribute.next_attribute(); other; other = other.next_attribute())
-      if (name == other.name())
-        refuse("broken XML, <" + tag() + "> gives " + name + " twice; keep one of them");
     if (!among(name, attributes) && !is_namespace(name))
       unused_->unknown_attribute(name, tag(), where_, line());
   }
@@ -71,7 +70,7 @@ std::vector<double> element::content_numbers(std::size_t count, const std::strin
   for (const std::string_view word : split(all)) {
     const auto value = number_in(word);
     if (!value)
-      refuse("<" + tag() + "> holds " + quoted(word) + ", not a finite number; " + mend_of(word));
+      refuse("<" + tag() + "> holds " + fault_of(word));
     values.push_back(*value);
   }
   if (values.size() != count)
@@ -113,7 +112,7 @@ void element::read_numbers(const char *attribute, double *values, std::size_t co
 double element::number_from(const char *attribute, std::string_view word) const {
   const auto value = number_in(word);
   if (!value)
-    refuse("<" + tag() + "> " + attribute + " holds " + quoted(word) + ", not a finite number; " + mend_of(word));
+    refuse("<" + tag() + "> " + attribute + " holds " + fault_of(word));
   return *value;
 }
 

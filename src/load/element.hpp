@@ -28,7 +28,7 @@ public:
   /// The child of that tag; false when there is none, an error when there are two.
   element child(const char *tag) const;
 
-  /// Lists attributes and child elements other than those named.  An attribute that is given twice is an error.
+  /// Lists attributes and child elements other than those named.
   void expect(std::initializer_list<std::string_view> attributes,
               std::initializer_list<std::string_view> children) const;
 

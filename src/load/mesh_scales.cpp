@@ -55,9 +55,10 @@ std::vector<std::string> mesh_scale_warnings(pugi::xml_node robot) {
   for (const auto &[file, uses] : found.uses) {
     const auto [least, most] = std::minmax_element(uses.begin(), uses.end(), [](const use &a, const use &b) { return a.scale < b.scale; });
     if (most->scale / least->scale >= suspicious)
-      lines.push_back(one_line("link " + least->link + (most->link == least->link ? "" : ", " + most->link) + ": mesh " + quoted(file) + " is used at scale " +
-                               shown(least->scale) + " and at scale " + shown(most->scale) +
-                               ", so one of them is in other units; check whether masses and lengths of this file are in kg and m"));
+      lines.push_back(printable(
+          "link " + least->link + (most->link == least->link ? "" : ", " + most->link) + ": mesh " + quoted(file) +
+          " is used at scale " + shown(least->scale) + " and at scale " + shown(most->scale) +
+          ", so one of them is in other units; check whether masses and lengths of this file are in kg and m"));
   }
   return lines;
 }

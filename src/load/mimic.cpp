@@ -57,6 +57,31 @@ int named_leader(const robot_description &robot, const joint_description &follow
   return found->second;
 }
 
+/// Sets the leaders of a joint and of all that it follows, each of which is visited once: followers may be long chains.
+void resolve(const robot_description &robot, const std::vector<leader_of_joint> &named, std::size_t joint,
+             std::vector<leader_of_joint> &out, std::vector<bool> &is_known) {
+  std::vector<std::size_t> path; // followers whose leader isn't known yet, each of which names the next
+  std::size_t j = joint;
+  for (; !is_known[j] && named[j].joint >= 0; j = index(named[j].joint)) {
+    if (path.size() > robot.joints.size())
+      refuse(robot, robot.joints[joint],
+             "it mimics joint " + quoted(robot.joints[joint].mimic->joint) +
+                 ", which in turn mimics others, back to itself: no joint leads; remove one <mimic>");
+    path.push_back(j);
+  }
+  is_known[j] = true; // its leader has been found, or it follows none
+  for (auto follower = path.rbegin(); follower != path.rend(); ++follower) {
+    const leader_of_joint &own = named[*follower], &next = out[index(own.joint)];
+    out[*follower] = own;
+    if (next.joint >= 0)
+      out[*follower] = {next.joint, own.multiplier * next.multiplier, own.multiplier * next.offset + own.offset};
+    if (!std::isfinite(out[*follower].multiplier) || !std::isfinite(out[*follower].offset))
+      refuse(robot, robot.joints[*follower],
+             "its multiplier or offset is not finite, together with those of the joints that it mimics; correct them");
+    is_known[*follower] = true;
+  }
+}
+
 } // namespace
 
 std::vector<leader_of_joint> leaders_of(const robot_description &robot) {
@@ -67,18 +92,9 @@ std::vector<leader_of_joint> leaders_of(const robot_description &robot) {
   for (std::size_t j = 0; j < robot.joints.size(); ++j)
     if (const joint_description &joint = robot.joints[j]; joint.mimic)
       named[j] = {named_leader(robot, joint, by_name), joint.mimic->multiplier, joint.mimic->offset};
-  for (std::size_t j = 0; j < robot.joints.size(); ++j) {
-    leader_of_joint leader = named[j];
-    for (std::size_t steps = 0; leader.joint >= 0 && named[index(leader.joint)].joint >= 0; ++steps) {
-      const leader_of_joint &next = named[index(leader.joint)];
-      if (steps > robot.joints.size())
-        refuse(robot, robot.joints[j],
-               "it mimics joint " + quoted(robot.joints[j].mimic->joint) +
-                   ", which in turn mimics others, back to itself: no joint leads; remove one <mimic>");
-      leader = {next.joint, leader.multiplier * next.multiplier, leader.multiplier * next.offset + leader.offset};
-    }
-    out[j] = leader;
-  }
+  std::vector<bool> is_known(robot.joints.size());
+  for (std::size_t j = 0; j < robot.joints.size(); ++j)
+    resolve(robot, named, j, out, is_known);
   return out;
 }
 

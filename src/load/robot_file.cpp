@@ -1,5 +1,6 @@
 #include "load/robot_file.hpp"
 
+#include "load/regular_file.hpp"
 #include "load/sdf.hpp"
 #include "load/urdf.hpp"
 #include "load/words.hpp"

@@ -6,6 +6,7 @@
 
 #include "load/check.hpp"
 #include "load/given.hpp"
+#include "load/limits.hpp"
 #include "load/mesh_scales.hpp"
 #include "load/mimic.hpp"
 #include "load/sdf_frames.hpp"
@@ -73,8 +74,9 @@ private:
   robot_description robot_;
   frame_graph frames_;
   std::vector<part> links_, joints_, other_frames_;
-  std::vector<std::pair<std::string, element>> placed_; ///< models with a placement frame, outer ones first
+  std::vector<std::pair<std::string, element>> placed_; ///< models with a placement frame, inner ones first
   std::map<std::string, int> link_index_;
+  std::set<std::string> joint_names_; ///< of the file
   std::set<int> carried_;
   std::vector<std::string> without_inertia_, incomplete_inertia_, without_weight_;
   std::map<std::string, std::vector<std::string>> drake_joints_; ///< what is said of a type: the names of its joints
@@ -96,8 +98,8 @@ robot_description sdf_reader::read() {
   if (!file_.guessed_encoding().empty())
     robot_.warnings.push_back(file_.guessed_encoding());
   collect_model(model, "", robot_.name, own_frame);
-  for (auto each = placed_.rbegin(); each != placed_.rend(); ++each) // what an inner model is placed by may place an outer one
-    frames_.place_by(each->first, each->second.text("placement_frame"), each->second);
+  for (const auto &[name, at] : placed_) // what an inner model is placed by may place an outer one
+    frames_.place_by(name, at.text("placement_frame"), at);
 
   add_link("world");
   for (const part &link : links_)
@@ -171,7 +173,7 @@ pugi::xml_node sdf_reader::chosen_model() {
 }
 
 std::string sdf_reader::name_of(pugi::xml_node node) const {
-  const std::string name = node.attribute("name").value();
+  std::string name = node.attribute("name").value();
   if (name.empty())
     file_.refuse(node, "<" + std::string(node.name()) + "> has no name; write <" + node.name() + " name=\"...\">");
   if (name == "world" || name.find("::") != name.npos || (name.size() > 3 && name.substr(0, 2) == "__" && name.substr(name.size() - 2) == "__"))
@@ -197,9 +199,9 @@ void sdf_reader::collect_model(pugi::xml_node node, const std::string &scope, co
       const std::string nested = name_of(child);
       collect_model(child, inner, nested, inner + nested + "::" + own_frame);
     } else if (tag == "link" || tag == "frame" || tag == "joint" || tag == "drake:joint") {
-      const std::string part = collect_part(child, inner);
+      const std::string found = collect_part(child, inner);
       if (tag == "link" && canonical.empty())
-        canonical = part;
+        canonical = found;
     }
   }
   if (canonical.empty()) // the first nested model moves with it
@@ -211,12 +213,13 @@ void sdf_reader::collect_model(pugi::xml_node node, const std::string &scope, co
   const std::string relative_to = outermost ? "world" : pose.relative_to.empty() ? own_frame : pose.relative_to;
   frames_.add(full_name, {scope, relative_to, outermost ? canonical : name + "::" + canonical, pose.pose, model});
   if (node.attribute("placement_frame") && model.text("placement_frame") != own_frame)
-    placed_.insert(placed_.begin(), {full_name, model});
+    placed_.push_back({full_name, model});
 }
 
 /// Adds the frame of a link, joint or frame, and notes it.  Returns its name.
 std::string sdf_reader::collect_part(pugi::xml_node child, const std::string &scope) {
-  const std::string tag = child.name(), name = name_of(child), kind = tag == "drake:joint" ? "joint" : tag;
+  const std::string tag = child.name(), kind = tag == "drake:joint" ? "joint" : tag;
+  std::string name = name_of(child);
   const element at = in_file(child, kind, scope + name);
   const auto pose = load::sdf::pose_in(at);
   std::string usual = own_frame, attached_to;
@@ -227,6 +230,12 @@ std::string sdf_reader::collect_part(pugi::xml_node child, const std::string &sc
     usual = attached_to;
   }
   frames_.add(scope + name, {scope, pose.relative_to.empty() ? usual : pose.relative_to, attached_to, pose.pose, at});
+  if (kind == "joint") {
+    load::check_count(file_, child, joints_.size(), load::limits::joints, "joints");
+    joint_names_.insert(scope + name);
+  } else {
+    load::check_count(file_, child, links_.size() + other_frames_.size(), load::limits::links, "links");
+  }
   (kind == "link" ? links_ : kind == "joint" ? joints_ : other_frames_).push_back({scope, scope + name, at});
   return name;
 }
@@ -310,7 +319,7 @@ int sdf_reader::weld(const std::string &name, int parent, int child, const SE3<d
 
 /// A name that no joint of the file has.
 std::string sdf_reader::free_joint_name(const std::string &name) const {
-  return load::free_name(name, [&](const std::string &other) { return load::has_name(joints_, other); });
+  return load::free_name(name, [&](const std::string &other) { return joint_names_.count(other) > 0; });
 }
 
 /// The name in <parent> or <child>; in a <drake:joint> also in <drake:parent> or <drake:child>.
@@ -551,14 +560,18 @@ void sdf_reader::add_floating() {
 void sdf_reader::warn() {
   std::vector<std::string> lines;
   if (!without_inertia_.empty())
-    lines.push_back("link " + listed(without_inertia_) + ": no <inertial>, which means 1 kg and 1 kg m² in SDF; write the mass that it has");
+    lines.push_back(
+        load::printable("link " + listed(without_inertia_) +
+                        ": no <inertial>, which means 1 kg and 1 kg m² in SDF; write the mass that it has"));
   if (!incomplete_inertia_.empty())
-    lines.push_back("link " + listed(incomplete_inertia_) + ": missing in <inertial>, which means 1 kg or 1 kg m² in SDF; write the number");
+    lines.push_back(load::printable("link " + listed(incomplete_inertia_) +
+                                    ": missing in <inertial>, which means 1 kg or 1 kg m² in SDF; write the number"));
   warn_of_links(robot_, lines, options_.strict, "write these inertias");
   if (!without_weight_.empty())
-    robot_.warnings.push_back("link " + listed(without_weight_) + ": <gravity> is false, but gravity acts on all links");
+    robot_.warnings.push_back(
+        load::printable("link " + listed(without_weight_) + ": <gravity> is false, but gravity acts on all links"));
   for (const auto &[what, joints] : drake_joints_)
-    robot_.warnings.push_back(load::one_line("joint " + listed(joints) + ": " + what));
+    robot_.warnings.push_back(load::printable("joint " + listed(joints) + ": " + what));
 }
 
 } // namespace

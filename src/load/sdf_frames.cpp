@@ -1,5 +1,6 @@
 #include "load/sdf_frames.hpp"
 
+#include "load/limits.hpp"
 #include "load/words.hpp"
 
 #include <algorithm>
@@ -19,6 +20,9 @@ SE3<double> inverse(const SE3<double> &a) {
 }
 
 void frame_graph::add(const std::string &full_name, frame f) {
+  if (full_name.size() > limits::name_bytes + own_frame.size())
+    f.where.refuse("its name, with those of the models around it, has " + std::to_string(full_name.size()) +
+                   " bytes, more than " + std::to_string(limits::name_bytes) + "; shorten one of them");
   const auto [entry, is_new] = frames_.try_emplace(full_name, std::move(f));
   if (!is_new)
     f.where.refuse("the name is given twice in its model, first in line " + std::to_string(entry->second.where.line()) +
@@ -28,7 +32,8 @@ void frame_graph::add(const std::string &full_name, frame f) {
 
 void frame_graph::place_by(const std::string &model, const std::string &placement_frame, const element &where) {
   const std::string scope = model.substr(0, model.size() - own_frame.size());
-  const SE3<double> in_model = relative(model, found(scope, placement_frame, where, "placement_frame"));
+  const SE3<double> in_model =
+      *relative_within(frames_.size(), model, found(scope, placement_frame, where, "placement_frame"));
   SE3<double> &pose = frames_.find(model)->second.pose;
   pose = product(pose, inverse(in_model));
 }
@@ -76,6 +81,26 @@ int frame_graph::depth(const std::string &from) const {
 }
 
 SE3<double> frame_graph::relative(const std::string &in, const std::string &of) const {
+  constexpr std::size_t near = 64; // frames on the way; files may be long chains of frames, which are followed once
+  if (const auto pose = relative_within(near, in, of))
+    return *pose;
+  return product(inverse(in_world(in)), in_world(of));
+}
+
+SE3<double> frame_graph::in_world(const std::string &full_name) const {
+  depth(full_name);
+  std::vector<std::string> path; // frames whose pose isn't known yet
+  std::string name = full_name;
+  for (; name != "world" && !in_world_.count(name); name = places_.at(name).relative_to)
+    path.push_back(name);
+  SE3<double> pose = name == "world" ? SE3<double>{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}} : in_world_.at(name);
+  for (auto each = path.rbegin(); each != path.rend(); ++each)
+    pose = in_world_[*each] = product(pose, at(*each).pose);
+  return pose;
+}
+
+std::optional<SE3<double>> frame_graph::relative_within(std::size_t most, const std::string &in,
+                                                        const std::string &of) const {
   // only as far as their first common frame: then a pose that the file gives is not changed by rounding
   std::vector<std::string> up_from_in, up_from_of;
   std::string a = in, b = of;
@@ -86,6 +111,8 @@ SE3<double> frame_graph::relative(const std::string &in, const std::string &of) 
     --depth;
   };
   while (a != b) {
+    if (up_from_in.size() + up_from_of.size() > most)
+      return std::nullopt;
     const int difference = depth_of_a - depth_of_b; // the deeper one goes up, or both
     if (difference >= 0)
       step(a, depth_of_a, up_from_in);
@@ -104,16 +131,22 @@ SE3<double> frame_graph::relative(const std::string &in, const std::string &of) 
 }
 
 std::string frame_graph::link_of(const std::string &full_name) const {
+  std::vector<std::string> path; // frames whose link isn't known yet
   std::string name = full_name;
-  for (std::size_t steps = 0; name != "world"; ++steps) {
+  while (name != "world" && !links_.count(name)) {
     const frame &f = at(name);
     if (f.attached_to.empty())
       break;
-    if (steps > frames_.size())
+    if (path.size() > frames_.size())
       f.where.refuse("it is attached to itself, by way of " + quoted(f.attached_to) + "; correct one attached_to");
+    path.push_back(name);
     name = found(f.scope, f.attached_to, f.where, role(f, f.attached_to, "attached_to"));
   }
-  return name;
+  const auto known = links_.find(name);
+  const std::string link = known == links_.end() ? name : known->second;
+  for (const std::string &each : path)
+    links_[each] = link;
+  return link;
 }
 
 } // namespace ksl::load::sdf

@@ -5,7 +5,9 @@
 #include "load/sdf_values.hpp"
 
 #include <map>
+#include <optional>
 #include <string>
+#include <vector>
 
 namespace ksl::load::sdf {
 
@@ -46,10 +48,17 @@ private:
   };
 
   int depth(const std::string &from) const;
+  SE3<double> in_world(const std::string &full_name) const;
+  /// As relative(), if there are at most that many frames, and one, on the way.
+  std::optional<SE3<double>> relative_within(std::size_t most, const std::string &in, const std::string &of) const;
   const frame &at(const std::string &full_name) const { return frames_.find(full_name)->second; }
 
   std::map<std::string, frame> frames_;
-  mutable std::map<std::string, place> places_; ///< found when they are asked for, after all frames have been added
+  // found when they are asked for, after all frames have been added; poses in the world after all models have been
+  // placed
+  mutable std::map<std::string, place> places_;
+  mutable std::map<std::string, SE3<double>> in_world_;
+  mutable std::map<std::string, std::string> links_;
   std::vector<std::string> names_; ///< in the order of the file
 };
 

@@ -74,7 +74,7 @@ std::vector<std::string> unused_list::lines() const {
   add("unknown attribute ", attributes_);
   add("text in ", texts_);
   for (std::string &line : all)
-    line = one_line(line);
+    line = printable(line);
   return all;
 }
 

@@ -7,8 +7,10 @@
 
 #include "load/check.hpp"
 #include "load/given.hpp"
+#include "load/limits.hpp"
 #include "load/mesh_scales.hpp"
 #include "load/mimic.hpp"
+#include "load/regular_file.hpp"
 #include "load/urdf_values.hpp"
 #include "load/words.hpp"
 
@@ -21,7 +23,6 @@ namespace ksl {
 namespace {
 
 using load::element;
-using load::owner;
 using load::quoted;
 
 class urdf_reader {
@@ -61,6 +62,7 @@ private:
   robot_description robot_;
   int minor_ = 0; ///< version 1.minor
   std::map<std::string, int> link_index_;
+  std::map<std::string, std::size_t> joint_index_;
   std::set<std::string> types_beyond_urdf_;
   std::vector<std::string> joints_beyond_urdf_;
   std::map<std::string, std::vector<std::string>> drake_joints_; ///< what is said of a type: the names of its joints
@@ -87,6 +89,8 @@ robot_description urdf_reader::read() {
   for (const pugi::xml_node child : root_.node().children())
     if (child.name() == std::string_view("joint") || child.name() == std::string_view("drake:joint"))
       read_joint(child);
+  for (std::size_t j = 0; j < robot_.joints.size(); ++j)
+    joint_index_.try_emplace(robot_.joints[j].name, j);
   for (const pugi::xml_node transmission : root_.node().children("transmission"))
     read_transmission(transmission);
   for (const pugi::xml_node other : root_.node().children())
@@ -162,6 +166,7 @@ int urdf_reader::minor_version() const {
 }
 
 void urdf_reader::read_link(pugi::xml_node node) {
+  load::check_count(file_, node, robot_.links.size(), load::limits::links, "links");
   const element link(file_, unused_, node, {"link", node.attribute("name").value()});
   if (link.where().name.empty())
     link.refuse("<link> has no name; write <link name=\"...\">");
@@ -184,6 +189,7 @@ void urdf_reader::read_link(pugi::xml_node node) {
 }
 
 void urdf_reader::read_joint(pugi::xml_node node) {
+  load::check_count(file_, node, robot_.joints.size(), load::limits::joints, "joints");
   const element joint(file_, unused_, node, {"joint", node.attribute("name").value()});
   if (joint.where().name.empty())
     joint.refuse("<" + joint.tag() + "> has no name; write <" + joint.tag() + " name=\"...\" type=\"...\">");
@@ -325,12 +331,12 @@ void urdf_reader::ignore(const element &joint, const char *tag, const joint_desc
 
 void urdf_reader::warn_of_extensions() {
   if (!joints_beyond_urdf_.empty())
-    robot_.warnings.push_back(load::one_line("joint " + load::listed(joints_beyond_urdf_) + ": " +
-                                             load::listed({types_beyond_urdf_.begin(), types_beyond_urdf_.end()}) +
-                                             (types_beyond_urdf_.size() > 1 ? " are types" : " is a type") +
-                                             " beyond URDF, which other readers may refuse"));
+    robot_.warnings.push_back(load::printable("joint " + load::listed(joints_beyond_urdf_) + ": " +
+                                              load::listed({types_beyond_urdf_.begin(), types_beyond_urdf_.end()}) +
+                                              (types_beyond_urdf_.size() > 1 ? " are types" : " is a type") +
+                                              " beyond URDF, which other readers may refuse"));
   for (const auto &[what, joints] : drake_joints_)
-    robot_.warnings.push_back(load::one_line("joint " + load::listed(joints) + ": " + what));
+    robot_.warnings.push_back(load::printable("joint " + load::listed(joints) + ": " + what));
 }
 
 void urdf_reader::read_limit(const element &joint, joint_description &out) {
@@ -423,13 +429,12 @@ void urdf_reader::read_transmission(pugi::xml_node node) {
     return;
   const element joint = transmission.child("joint"); // two are an error
   const std::string name = joint ? joint.text("name") : "";
-  const auto is_it = [&](const joint_description &j) { return j.name == name; };
-  const auto found = std::find_if(robot_.joints.begin(), robot_.joints.end(), is_it);
-  if (found == robot_.joints.end())
+  const auto found = joint_index_.find(name);
+  if (found == joint_index_.end())
     transmission.refuse("its actuator has a rotor, and its joint " + quoted(name) + " does not exist; name the joint in <joint name=\"...\"/>");
   if (actuators.size() > 1)
     transmission.refuse("two actuators have rotors for joint " + quoted(name) + "; keep one");
-  read_rotor(element(file_, unused_, actuators.front(), {"joint", name}), *found);
+  read_rotor(element(file_, unused_, actuators.front(), {"joint", name}), robot_.joints[found->second]);
 }
 
 /// Into a joint whose <dynamics> has no rotor, if it can have one.

@@ -9,11 +9,12 @@
 
 #include <pugixml.hpp>
 
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
-#include <sstream>
+#include <new>
+#include <utility>
 
 namespace ksl {
 
@@ -86,14 +87,30 @@ double pitch_as_given(double pitch, double given) {
   return near;
 }
 
+/// pugixml adds nothing, and says so, where memory runs out.
+pugi::xml_node added(pugi::xml_node node) {
+  if (!node)
+    throw std::bad_alloc();
+  return node;
+}
+void require_added(bool is_added) {
+  if (!is_added)
+    throw std::bad_alloc();
+}
+
+/// A string in memory.  A stream would swallow the exception where memory runs out.
+struct string_writer : pugi::xml_writer {
+  std::string text;
+  void write(const void *bytes, std::size_t n) override { text.append(static_cast<const char *>(bytes), n); }
+};
+
 class urdf_writer {
 public:
   explicit urdf_writer(const robot_description &robot) : robot_(robot) {}
 
   std::string text() {
-    pugi::xml_node declaration = document_.append_child(pugi::node_declaration);
-    declaration.append_attribute("version") = "1.0";
-    root_ = document_.append_child("robot");
+    set(added(document_.append_child(pugi::node_declaration)), "version", "1.0");
+    root_ = added(document_.append_child("robot"));
     set(root_, "name", robot_.name);
     if (has_quaternions())
       set(root_, "version", "1.1");
@@ -108,14 +125,14 @@ public:
     for (const joint_description &joint : robot_.joints)
       if (!is_rotor[static_cast<std::size_t>(joint.child)])
         write_joint(joint);
-    std::ostringstream out;
+    string_writer out;
     document_.save(out, "  ", pugi::format_default, pugi::encoding_utf8);
-    return out.str();
+    return out.text;
   }
 
 private:
   static void set(pugi::xml_node node, const char *attribute, const std::string &value) {
-    node.append_attribute(attribute) = value.c_str();
+    require_added(node.append_attribute(attribute).set_value(value.c_str()));
   }
 
   /// They came with URDF 1.1.
@@ -141,13 +158,13 @@ private:
         comment("not written: " + line);
   }
   void comment(const std::string &words) {
-    root_.append_child(pugi::node_comment).set_value((" " + words + " ").c_str());
+    require_added(root_.append_child(pugi::node_comment).set_value((" " + words + " ").c_str()));
   }
 
   void write_origin(pugi::xml_node parent, const vec3<double> &t, const given_rotation &rotation) {
     if (is_zero(t) && rotation.by == given_rotation::none)
       return;
-    pugi::xml_node origin = parent.append_child("origin");
+    pugi::xml_node origin = added(parent.append_child("origin"));
     const auto &[a, b, c, d] = rotation.numbers;
     set(origin, "xyz", words(t));
     if (rotation.by == given_rotation::rpy)
@@ -157,15 +174,15 @@ private:
   }
 
   void write_link(const link_description &link) {
-    pugi::xml_node node = root_.append_child("link");
+    pugi::xml_node node = added(root_.append_child("link"));
     set(node, "name", link.name);
     if (!link.has_inertial)
       return;
     const given_inertia given = inertia_as_given(link);
-    pugi::xml_node inertial = node.append_child("inertial");
+    pugi::xml_node inertial = added(node.append_child("inertial"));
     write_origin(inertial, given.center_of_mass, given.axes);
-    set(inertial.append_child("mass"), "value", words({given.mass}));
-    pugi::xml_node inertia = inertial.append_child("inertia");
+    set(added(inertial.append_child("mass")), "value", words({given.mass}));
+    pugi::xml_node inertia = added(inertial.append_child("inertia"));
     const auto &[xx, yy, zz, xy, yz, zx] = given.moments;
     const std::pair<const char *, double> elements[] = {{"ixx", xx}, {"ixy", xy}, {"ixz", zx},
                                                         {"iyy", yy}, {"iyz", yz}, {"izz", zz}};
@@ -175,18 +192,18 @@ private:
 
   void write_joint(const joint_description &joint) {
     const joint_kind_row row = row_of(joint.kind);
-    pugi::xml_node node = root_.append_child("joint");
+    pugi::xml_node node = added(root_.append_child("joint"));
     set(node, "name", joint.name);
     set(node, "type", row.name);
     write_origin(node, joint.placement.t, rotation_as_given(joint.placement.R, joint.given.rotation));
-    set(node.append_child("parent"), "link", robot_.links[static_cast<std::size_t>(joint.parent)].name);
-    set(node.append_child("child"), "link", robot_.links[static_cast<std::size_t>(joint.child)].name);
+    set(added(node.append_child("parent")), "link", robot_.links[static_cast<std::size_t>(joint.parent)].name);
+    set(added(node.append_child("child")), "link", robot_.links[static_cast<std::size_t>(joint.child)].name);
     if (row.has_axis)
-      set(node.append_child("axis"), "xyz", words(axis_as_given(axis_of(joint), joint.given.axis)));
+      set(added(node.append_child("axis")), "xyz", words(axis_as_given(axis_of(joint), joint.given.axis)));
     if (row.has_axis2)
-      set(node.append_child("axis2"), "xyz", words(axis_as_given(joint.axis2, joint.given.axis2)));
+      set(added(node.append_child("axis2")), "xyz", words(axis_as_given(joint.axis2, joint.given.axis2)));
     if (row.has_pitch)
-      set(node.append_child("screw_thread_pitch"), "value",
+      set(added(node.append_child("screw_thread_pitch")), "value",
           words({pitch_as_given(joint.pitch.value_or(0), joint.given.pitch)}));
     if (row.nv == 1)
       write_numbers(
@@ -196,7 +213,7 @@ private:
       write_numbers(node, ("limit" + std::to_string(c + 1)).c_str(),
                     {{"lower", limits_of(joint, c).lower}, {"upper", limits_of(joint, c).upper}});
     if (joint.mimic) {
-      pugi::xml_node mimic = node.append_child("mimic");
+      pugi::xml_node mimic = added(node.append_child("mimic"));
       set(mimic, "joint", joint.mimic->joint);
       set(mimic, "multiplier", words({joint.mimic->multiplier}));
       set(mimic, "offset", words({joint.mimic->offset}));
@@ -221,7 +238,7 @@ private:
       if (!value)
         continue;
       if (!node)
-        node = parent.append_child(tag);
+        node = added(parent.append_child(tag));
       set(node, name, words({*value}));
     }
   }
@@ -237,10 +254,15 @@ std::string urdf_text(const robot_description &robot) { return urdf_writer(robot
 
 void write_urdf(const robot_description &robot, const std::string &path) {
   const std::string text = urdf_text(robot);
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  file.close();
-  if (!file)
+  errno = 0;
+  std::FILE *const file = std::fopen(path.c_str(), "wb");
+  if (!file && errno == ENOMEM)
+    throw std::bad_alloc();
+  if (file)
+    std::setvbuf(file, nullptr, _IONBF, 0); // so that nothing more is allocated once the file is open
+  const bool is_written = file && std::fwrite(text.data(), 1, text.size(), file) == text.size();
+  const bool is_closed = file && std::fclose(file) == 0;
+  if (!is_written || !is_closed)
     load::refuse(path, 0, "the robot can't be written there; give a file in a folder that can be written");
 }
 

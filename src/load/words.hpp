@@ -1,6 +1,8 @@
 // Text helpers for the readers of files: messages, lists of names, and numbers independent of the locale.
 #pragma once
 
+#include "load/characters.hpp"
+
 #include <algorithm>
 #include <optional>
 #include <string>
@@ -9,26 +11,29 @@
 
 namespace ksl::load {
 
-/// Throws description_error with "file:line: what".  A file that is empty or a line that is 0 is not known and left out.
+/// Throws description_error with "file:line: what", as one printable line.  A file that is empty or a line that is 0 is
+/// not known and left out.  Whatever the file holds, the message is short: names and values are to be quoted or listed,
+/// and of a message that would still be long, the middle is left out.
 [[noreturn]] void refuse(const std::string &file, int line, const std::string &what);
 
 /// " (line 12)", or an empty text if no line is known.
 std::string in_line(int line);
 
-/// The text with control characters replaced by spaces, so that a message stays one line.
-std::string one_line(std::string text);
-
-/// The text in double quotes, on one line, shortened if it is long.
+/// The text in double quotes, printable, shortened if it is long.
 std::string quoted(std::string_view text);
 
-/// "a, b, c", or the first names and "and 7 more".
+/// "a, b, c", or the first names and "and 7 more".  Long names are shortened.
 std::string listed(const std::vector<std::string> &names, std::size_t most = 6);
 
 /// A number with six significant digits and a decimal point, whatever the locale.
 std::string shown(double number);
 
-/// The finite number in a text that contains nothing else, except blanks around it and a leading plus.
+/// The double nearest to the number in a text that contains nothing else, except blanks around it and a leading plus.
+/// That of 1e-400 is 0. Empty if there is no number, or if it is infinite or beyond the largest double.
 std::optional<double> number_in(std::string_view text);
+
+/// Why there is no number in a text, as the end of a sentence.
+std::string number_fault(std::string_view text);
 
 /// The text without blanks around it.
 std::string_view trimmed(std::string_view text);

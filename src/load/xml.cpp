@@ -1,31 +1,17 @@
 #include "load/xml.hpp"
 
+#include "load/limits.hpp"
+#include "load/markup.hpp"
+#include "load/regular_file.hpp"
 #include "load/words.hpp"
 
 #include <algorithm>
-#include <cerrno>
-#include <cstdio>
-#include <filesystem>
-#include <memory>
+#include <new>
 #include <string_view>
-#include <system_error>
 
 namespace ksl::load {
 
 namespace {
-
-void append_utf8(std::string &text, char32_t c) {
-  const auto byte = [&text](char32_t value) { text += static_cast<char>(static_cast<unsigned char>(value)); };
-  if (c < 0x80) {
-    byte(c);
-  } else if (c < 0x800) {
-    byte(0xc0 | (c >> 6)), byte(0x80 | (c & 0x3f));
-  } else if (c < 0x10000) {
-    byte(0xe0 | (c >> 12)), byte(0x80 | ((c >> 6) & 0x3f)), byte(0x80 | (c & 0x3f));
-  } else {
-    byte(0xf0 | (c >> 18)), byte(0x80 | ((c >> 12) & 0x3f)), byte(0x80 | ((c >> 6) & 0x3f)), byte(0x80 | (c & 0x3f));
-  }
-}
 
 /// Converts UTF-16 to UTF-8; invalid code units become U+FFFD.
 std::string utf8_from_utf16(std::string_view bytes, bool big_endian) {
@@ -57,30 +43,9 @@ std::string utf8_from_latin1(std::string_view bytes) {
   return text;
 }
 
-/// Length in bytes of the first UTF-8 character; 0 if it is invalid (truncated, overlong, a surrogate).
-std::size_t utf8_length(std::string_view text) {
-  const auto byte = [&text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-  const unsigned first = byte(0);
-  if (first < 0x80)
-    return 1;
-  const std::size_t length = first >= 0xc2 && first < 0xe0   ? 2
-                             : first >= 0xe0 && first < 0xf0 ? 3
-                             : first >= 0xf0 && first < 0xf5 ? 4
-                                                             : 0;
-  if (length == 0 || text.size() < length)
-    return 0;
-  for (std::size_t i = 1; i < length; ++i)
-    if ((byte(i) & 0xc0) != 0x80)
-      return 0;
-  const unsigned second = byte(1);
-  const bool overlong = (first == 0xe0 && second < 0xa0) || (first == 0xf0 && second < 0x90);
-  const bool beyond = (first == 0xed && second >= 0xa0) || (first == 0xf4 && second >= 0x90);
-  return overlong || beyond ? 0 : length;
-}
-
 std::size_t first_not_utf8(std::string_view text) {
   for (std::size_t i = 0; i < text.size();) {
-    const std::size_t length = utf8_length(text.substr(i));
+    const std::size_t length = first_character(text.substr(i)).bytes;
     if (length == 0)
       return i;
     i += length;
@@ -106,57 +71,45 @@ std::string reason(const pugi::xml_parse_result &result) {
   return words;
 }
 
+/// "<robot>".
+std::string quoted_tag(pugi::xml_node node) { return "<" + shortened(node.name(), 100) + ">"; }
+
 } // namespace
-
-std::string bytes_of_file(const std::string &path) {
-  namespace fs = std::filesystem;
-  std::error_code error;
-  const fs::file_status status = fs::status(path, error);
-  if (path.empty())
-    refuse("", 0, "the path of the file is empty; give the path of a URDF file");
-  if (status.type() == fs::file_type::not_found)
-    refuse(path, 0,
-           "there is no such file; check the path, which starts at the current folder unless it begins with /");
-  if (fs::is_directory(status))
-    refuse(path, 0, "this is a folder, not a file; give the path of a URDF file in it");
-
-  const auto close = [](std::FILE *file) { std::fclose(file); };
-  const std::unique_ptr<std::FILE, decltype(close)> file(std::fopen(path.c_str(), "rb"), close);
-  const auto cannot_read = [&path] {
-    const std::string why = std::error_code(errno, std::generic_category()).message();
-    refuse(path, 0, "the file can't be read (" + why + "); check its permissions");
-  };
-  if (!file)
-    cannot_read();
-  std::string bytes;
-  char block[1 << 16];
-  for (std::size_t n; (n = std::fread(block, 1, sizeof block, file.get())) > 0;)
-    bytes.append(block, n);
-  if (std::ferror(file.get()))
-    cannot_read();
-  return bytes;
-}
 
 xml_file::xml_file(std::string text, std::string name) : text_(std::move(text)), name_(std::move(name)) {
   if (text_.empty())
     load::refuse(name_, 0, "the file is empty, expected a <robot> element; give a URDF file");
+  check_size(text_.size(), name_);
   decode();
   line_starts_ = starts_of_lines(text_);
   // a zero byte would end the text without an error
   if (const auto zero = text_.find('\0'); zero != text_.npos)
     load::refuse(name_, line_at(zero), "a zero byte, so this is no text file; save it as UTF-8 text");
+  const markup found = look_at(text_);
+  if (found.elements > limits::elements)
+    load::refuse(name_, 0,
+                 "the file has more than " + std::to_string(limits::elements) +
+                     " elements; split it, or leave out what is no link or joint");
+  if (found.doctype)
+    load::refuse(name_, line_at(found.doctype->offset), found.doctype->what);
 
   const auto result = document_.load_buffer(text_.data(), text_.size(), pugi::parse_default, pugi::encoding_utf8);
+  if (result.status == pugi::status_out_of_memory)
+    throw std::bad_alloc();
   if (result.status == pugi::status_no_document_element)
     load::refuse(name_, 0, "the file holds no XML element, expected <robot>; give a URDF file");
   if (!result)
     load::refuse(name_, line_at(static_cast<std::size_t>(std::max<std::ptrdiff_t>(result.offset, 0))),
                  "broken XML, " + reason(result) + "; correct it here, or close the tag that was opened above");
+  if (found.fault)
+    load::refuse(name_, line_at(found.fault->offset), found.fault->what);
+  if (const auto fault = fault_in_elements(document_))
+    refuse(fault->at, fault->what);
   // pugixml accepts several root elements
   for (pugi::xml_node other = root().next_sibling(); other; other = other.next_sibling())
     if (other.type() == pugi::node_element)
-      refuse(other, "broken XML, a second root element <" + std::string(other.name()) +
-                        ">; a file holds one: remove it or move it inside <" + root().name() + ">");
+      refuse(other, "broken XML, a second root element " + quoted_tag(other) +
+                        "; a file holds one: remove it or move it inside " + quoted_tag(root()));
 }
 
 /// Converts the file to UTF-8 from whatever encoding it has.  Then names are text, and offsets are those of pugixml.
@@ -191,5 +144,10 @@ int xml_file::line_of(pugi::xml_node node) const {
 }
 
 void xml_file::refuse(pugi::xml_node at, const std::string &what) const { load::refuse(name_, line_of(at), what); }
+
+void check_count(const xml_file &file, pugi::xml_node at, std::size_t count, std::size_t most, const char *what) {
+  if (count >= most)
+    file.refuse(at, "the file has more than " + std::to_string(most) + " " + what + "; split the robot");
+}
 
 } // namespace ksl::load

@@ -8,14 +8,11 @@
 
 namespace ksl::load {
 
-/// The bytes of a file.  Throws description_error if it can't be read.
-std::string bytes_of_file(const std::string &path);
-
 /// A parsed XML document that knows the line of each element.
 class xml_file {
 public:
   /// Parses the text; `name` stands for the file in messages.  Throws description_error unless it is well-formed XML
-  /// with one root element.
+  /// with one root element, without DOCTYPE, and within the limits of limits.hpp.
   xml_file(std::string text, std::string name);
 
   pugi::xml_node root() const { return document_.document_element(); }
@@ -38,5 +35,8 @@ private:
   std::vector<std::size_t> line_starts_; ///< offset of the first byte of each line
   pugi::xml_document document_;
 };
+
+/// Refuses one more link or joint than a file may have; `count` were before it.
+void check_count(const xml_file &file, pugi::xml_node at, std::size_t count, std::size_t most, const char *what);
 
 } // namespace ksl::load

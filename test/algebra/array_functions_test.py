@@ -11,7 +11,7 @@ import pytest
 
 import reference as ref
 from functions import INCLUDE, SIZES, Type
-from library import CTYPE, DTYPE, Library
+from library import CTYPE, DTYPE
 
 LINE = re.compile(r"^  KSL_ARRAY_([12])\(([^)]*)\)", re.M)
 WIDTHS = SIZES | {"real": 1}
@@ -160,7 +160,7 @@ def test_nan_stays_in_its_item(ksl, name):
 
 def test_records(ksl):
     """Items inside larger records: a body of a pose, a wrench and a time."""
-    n, scalar = 23, np.float64
+    n = 23
     bodies = np.random.default_rng(2).normal(size=(n, 19))
     expected = one_by_one(ksl, "product_CoAdc", [bodies[:, :12].copy(), bodies[:, 12:18].copy()])
     at = bodies.ctypes.data

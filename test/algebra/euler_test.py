@@ -10,7 +10,7 @@ import pytest
 
 import reference as ref
 from functions import INCLUDE
-from reference import UNIT, dot, mp, mul, norm
+from reference import UNIT, mp, mul, norm
 from quaternion_test import all_rotations, rotation, unit
 
 N = 300

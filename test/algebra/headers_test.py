@@ -1,12 +1,15 @@
 """Every header compiles alone, as C11, C++17 and C++20, with gcc and clang, without a warning; those in C++ as C++20."""
 
 import subprocess
+import sys
 
 import pytest
 
 from functions import INCLUDE
 
-WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
+sys.path.insert(0, str(INCLUDE.parent / "scripts/lint"))
+from warning_options import options
+
 LANGUAGES = {"c": ("-std=c11", {"gcc": "gcc", "clang": "clang"}), "c++17": ("-std=c++17", {"gcc": "g++", "clang": "clang++"}),
              "c++": ("-std=c++20", {"gcc": "g++", "clang": "clang++"})}
 C_HEADERS = ["SE3", "array", "articulated_inertia", "axis", "config", "coscrew", "eulerangles", "inertia", "joint_space", "ksl", "linalg", "mat3x3", "mat4x4", "matrix", "matrix6", "memory", "plucker", "poinsot", "print", "pub_types", "quaternion",
@@ -23,7 +26,7 @@ def test_headers_alone(language, family, tmp_path):
         path = tmp_path / f"{header.replace('.', '_')}.{'c' if language == 'c' else 'cpp'}"
         path.write_text(f"#include <ksl/{header}>\nint {path.stem}_included;\n")
         files.append(str(path))
-    run = subprocess.run([compilers[family], standard, "-fsyntax-only", *WARNINGS, f"-I{INCLUDE}", *files], capture_output=True, text=True)
+    run = subprocess.run([compilers[family], standard, "-fsyntax-only", *options(family, "c" if language == "c" else "c++"), "-Werror", f"-I{INCLUDE}", *files], capture_output=True, text=True)
     assert run.returncode == 0, run.stderr
 
 

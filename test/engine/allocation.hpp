@@ -1,11 +1,29 @@
-// How often memory was allocated in this program so far; stays 0 where malloc can't be counted.
+// How often memory was allocated in this program so far, by any thread; and allocations that fail when a test says so.
+//
+// With glibc and no sanitizer, malloc and all its relatives are counted, mmap too.  Elsewhere operator new is replaced, which leaves
+// malloc to the sanitizer; what C libraries allocate is then not counted.
 #pragma once
 
 #include <atomic>
 #include <cstdlib> // defines __GLIBC__
 
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
+#define KSL_TEST_SANITIZER
+#endif
+#endif
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define KSL_TEST_SANITIZER
+#endif
+
+#if defined(__GLIBC__) && !defined(KSL_TEST_SANITIZER)
 #define COUNTS_MALLOC
 #endif
 
-extern std::atomic<long> allocations;
+extern std::atomic<long> allocations; ///< calls so far
+extern std::atomic<long> live_blocks; ///< not freed yet; only where malloc is counted
+
+/// From now on the nth allocation fails, the first being 1, in whatever thread it is; and all later ones with `all_after`.
+void fail_allocation(long nth, bool all_after);
+/// No allocation fails any more.  Returns how many have failed.
+long stop_failing_allocations();

@@ -2,6 +2,7 @@
 #include "ksl/batch.hpp"
 #include "robots.hpp"
 
+#include "batch/threads.hpp"
 #include "engine/forms.hpp"
 #include "ksl/engine/mass_matrix.hpp"
 
@@ -23,7 +24,8 @@ ksl::model tree() { return ksl::load(KSL_EVERY_KIND); }
 template <class S> struct states {
   std::vector<S> q, v, a;
 
-  states(const ksl::model &m, std::size_t n) : q(n * m.nq()), v(n * m.nv()), a(n * m.nv()) {
+  states(const ksl::model &m, std::size_t n)
+      : q(n * static_cast<std::size_t>(m.nq())), v(n * static_cast<std::size_t>(m.nv())), a(v.size()) {
     std::mt19937 random(3);
     std::uniform_real_distribution<S> number(S(-2), S(2));
     for (std::vector<S> *x : {&q, &v, &a})
@@ -35,7 +37,7 @@ template <class S> struct states {
 
   ksl::batch_view<S> view(const ksl::model &m, std::size_t n, std::vector<S> &out, int width) {
     ksl::batch_view<S> b;
-    out.assign(n * width, S(-7));
+    out.assign(n * static_cast<std::size_t>(width), S(-7));
     b.n = n;
     b.q = {q.data(), m.nq()};
     b.v = {v.data(), m.nv()};
@@ -148,6 +150,7 @@ TEST_CASE("poses, energies and powers of a batch are those of dynamics.hpp") {
 }
 
 TEST_CASE("the number of threads changes nothing") {
+  ksl::assume_cores(7);
   const ksl::model m = tree();
   const std::size_t n = 5000;
   states<double> s(m, n);
@@ -239,7 +242,7 @@ TEST_CASE("poses and energies too") {
 
 TEST_CASE("no links, no poses and no Jacobians") {
   const ksl::model m = tree();
-  for (std::size_t n : {1, 3, reach}) {
+  for (std::size_t n : {std::size_t(1), std::size_t(3), static_cast<std::size_t>(reach)}) {
     states<double> s(m, n);
     std::vector<double> untouched;
     const std::size_t size = 6 * static_cast<std::size_t>(m.nv());
@@ -335,7 +338,7 @@ TEST_CASE("derivatives of a part of each reaction: a batch has the bits of each 
 
 TEST_CASE("results without rows are not wanted") {
   const ksl::model m = tree();
-  for (std::size_t n : {1, 2, 3, reach}) {
+  for (std::size_t n : {std::size_t(1), std::size_t(2), std::size_t(3), static_cast<std::size_t>(reach)}) {
     leave_out_results<double>(m, n);
     leave_out_results<float>(m, n);
   }

@@ -35,8 +35,8 @@ ksl::algorithm_row row_with(ksl::coupled_by how, ksl::result_row result) {
 struct states {
   std::size_t n, nq, nv;
   std::vector<double> q, x;
-  explicit states(std::size_t n)
-      : n(n), nq(static_cast<std::size_t>(robot().nq())), nv(static_cast<std::size_t>(robot().nv())), q(n * nq), x(n * nv) {
+  explicit states(std::size_t count)
+      : n(count), nq(static_cast<std::size_t>(robot().nq())), nv(static_cast<std::size_t>(robot().nv())), q(n * nq), x(n * nv) {
     std::mt19937 random(3);
     std::normal_distribution<double> normal;
     for (double &y : q)
@@ -128,7 +128,7 @@ TEST_CASE("coupled: efforts that hold the mechanism are the gradient of its pote
 TEST_CASE("batches of any size refuse what mimic joints don't have") {
   const ksl::model &m = robot();
   std::vector<double> q(2 * static_cast<std::size_t>(m.nq())), out(2 * static_cast<std::size_t>(m.nv() * m.nv()));
-  for (std::size_t n : {1, 2}) {
+  for (std::size_t n : {1u, 2u}) {
     ksl::batch_view<double> b;
     b.n = n, b.q = {q.data(), m.nq()}, b.result[0] = {out.data(), m.nv() * m.nv()};
     CHECK_THROWS_AS(ksl::mass_matrix_tree_batch(m, b, 1), std::exception);

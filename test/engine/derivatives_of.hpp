@@ -33,7 +33,7 @@ template <class Compute> struct function {
     for (int i = 1; i < m.view().bodies; ++i) {
       const ksl::body<double> &b = m.view().body[i];
       numbers<T> moved(8);
-      ksl::with_joint(b.kind, [&]<class J>(J) { J::integrate(&q[b.q_index], &step[b.v_index], moved.data()); });
+      ksl::with_joint(b.kind, [&]<class J>(J) { J::integrate(q.data() + b.q_index, step.data() + b.v_index, moved.data()); });
       std::copy_n(moved.begin(), ksl::row_of(b.kind).nq, q.begin() + b.q_index);
     }
     const numbers<T> push(s.push.begin(), s.push.end());
@@ -61,7 +61,7 @@ template <class Compute> void check_derivatives(const function<Compute> &f, cons
       const numbers<double> expected = f.derivative(which, k);
       REQUIRE(expected.size() == n);
       for (std::size_t i = 0; i < n; ++i)
-        error = std::fmax(error, std::fabs(D[(which * n + i) * static_cast<std::size_t>(nv) + static_cast<std::size_t>(k)] - expected[i]));
+        error = std::fmax(error, std::fabs(D[(static_cast<std::size_t>(which) * n + i) * static_cast<std::size_t>(nv) + static_cast<std::size_t>(k)] - expected[i]));
     }
   CHECK(error <= tolerance * largest(D));
 }

@@ -4,6 +4,7 @@
 #include <ksl/ksl.h>
 
 #include <math.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -403,10 +404,10 @@ static void test_positions_and_energies(const char *path) {
     CHECK(ksl_frame_poses(m, d, q[k], links, wanted, alone) == KSL_OK);
     CHECK(!memcmp(alone, poses[n - 1 - k], sizeof alone));
     for (int i = 0; i < width; ++i)
-      CHECK(fabs(posesf[k][i] - alone[i]) < 1e-5);
+      CHECK(fabs((double)posesf[k][i] - alone[i]) < 1e-5);
     CHECK(ksl_energy(m, d, q[k], v[k], &kinetic, &potential) == KSL_OK);
     CHECK(energies[k][0] == kinetic && energies[k][1] == potential);
-    CHECK(fabs(energiesf[k][0] - kinetic) < 1e-4 * kinetic + 1e-6 && fabs(energiesf[k][1] - potential) < 1e-3);
+    CHECK(fabs((double)energiesf[k][0] - kinetic) < 1e-4 * kinetic + 1e-6 && fabs((double)energiesf[k][1] - potential) < 1e-3);
   }
   const int nobody = ksl_model_links(m);
   CHECK_REFUSED(ksl_frame_poses_batch(m, n, q[0], nv, 1, &nobody, poses[0], width, 0), KSL_BAD_ARGUMENT, "out of range");
@@ -477,6 +478,8 @@ static void test_memory(const char *path) {
   ksl_joint_info_t a, b;
   const size_t n = strlen(pendulum);
   char *text = malloc(n + 4);
+  if (!text)
+    return;
   memcpy(text, pendulum, n);
   memcpy(text + n, "<no>", 4);
   CHECK(ksl_model_load(path, NULL, &file) == KSL_OK && ksl_model_load_memory(text, n, NULL, &m) == KSL_OK);
@@ -494,6 +497,119 @@ static void test_memory(const char *path) {
   CHECK(ksl_model_load_memory(text, n, &options, &m) == KSL_OK && ksl_model_nv(m) == 7);
   ksl_model_free(m);
   free(text);
+}
+
+/* Values that are no enumerators are refused, and nothing is computed. */
+static void test_unknown_enumerators(const char *path) {
+  ksl_model_t *m = NULL;
+  ksl_data_t *d = NULL;
+  CHECK(ksl_model_load(path, NULL, &m) == KSL_OK && ksl_data_create(m, &d) == KSL_OK);
+  const double x[6] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6};
+  ksl_coscrew_t wrench;
+  memcpy(&wrench, x, sizeof wrench);
+  const int link = 3, joint = 1, unknown[] = {-1, 4, 7, 1 << 30};
+  double out[36];
+  for (int i = 0; i < 4; ++i) {
+    const int value = unknown[i];
+    ksl_section_t section = ksl_section(link);
+    section.share = (ksl_section_share_t)value;
+    CHECK(ksl_section_wrench(m, d, x, x, x, NULL, &section, out) == KSL_BAD_ARGUMENT);
+    section = ksl_section(link), section.axes = (ksl_expressed_t)value;
+    CHECK(ksl_section_wrench(m, d, x, x, x, NULL, &section, out) == KSL_BAD_ARGUMENT);
+    section = ksl_section(link), section.order = (ksl_order_t)value;
+    CHECK(ksl_section_wrench(m, d, x, x, x, NULL, &section, out) == KSL_BAD_ARGUMENT);
+    const ksl_external_t external = {1, &link, &wrench, (ksl_expressed_t)value};
+    CHECK(ksl_inverse_dynamics(m, d, x, x, x, &external, out) == KSL_BAD_ARGUMENT);
+    const ksl_external_rows_t rows = {1, &link, x, 0, (ksl_expressed_t)value};
+    CHECK(ksl_inverse_dynamics_external_batch(m, 1, x, 6, x, 6, x, 6, &rows, out, 6, 1) == KSL_BAD_ARGUMENT);
+    for (int member = 0; member < 5; ++member) {
+      ksl_reaction_options_t how = {0};
+      int *const members[] = {(int *)&how.part, (int *)&how.on, (int *)&how.at, (int *)&how.axes, (int *)&how.order};
+      memcpy(members[member], &value, sizeof value);
+      CHECK(ksl_inverse_dynamics_with_reactions(m, d, x, x, x, NULL, out, 1, &joint, &how, out + 6) == KSL_BAD_ARGUMENT);
+    }
+    for (int member = 0; member < 4; ++member) {
+      ksl_frame_options_t how = {0};
+      int *const members[] = {(int *)&how.axes, (int *)&how.at, (int *)&how.order, (int *)&how.kind};
+      memcpy(members[member], &value, sizeof value);
+      CHECK(ksl_frame_velocity(m, d, x, x, link, &how, out) == KSL_BAD_ARGUMENT);
+    }
+    ksl_builder_t *b = NULL;
+    CHECK(ksl_builder_create("arm", &b) == KSL_OK && ksl_builder_add_link(b, "root", NULL) == KSL_OK);
+    const ksl_dh_row_t row = {0.1, 0, 0, 0, NULL, {1, {0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}};
+    CHECK_REFUSED(ksl_builder_add_dh_chain(b, "root", 1, &row, (ksl_dh_convention_t)value, NULL), KSL_BAD_ARGUMENT, "convention");
+    ksl_builder_free(b);
+  }
+  ksl_data_free(d);
+  ksl_model_free(m);
+}
+
+/* What a call would have created is null where it fails, whatever the reason. */
+static void test_nothing_created(const char *path) {
+  ksl_model_t *const some_model = (ksl_model_t *)path, *m = some_model;
+  ksl_data_t *const some_data = (ksl_data_t *)path, *d = some_data;
+  ksl_builder_t *b = (ksl_builder_t *)path;
+  CHECK(ksl_data_create(NULL, &d) == KSL_BAD_ARGUMENT && !d);
+  CHECK(ksl_model_load(NULL, NULL, &m) == KSL_BAD_ARGUMENT && !m);
+  m = some_model;
+  CHECK(ksl_model_load("missing.urdf", NULL, &m) == KSL_BAD_DESCRIPTION && !m);
+  m = some_model;
+  CHECK(ksl_model_load_memory(NULL, 0, NULL, &m) == KSL_BAD_ARGUMENT && !m);
+  m = some_model;
+  CHECK(ksl_builder_build(NULL, NULL, &m) == KSL_BAD_ARGUMENT && !m);
+  m = some_model;
+  CHECK(ksl_model_subtree(NULL, 0, &m) == KSL_BAD_ARGUMENT && !m);
+  CHECK(ksl_builder_create(NULL, &b) == KSL_BAD_ARGUMENT && !b);
+  CHECK(ksl_model_load(path, NULL, NULL) == KSL_BAD_ARGUMENT);
+}
+
+/* Numbers of states, links and threads that nothing can hold are refused, and nothing is read or written. */
+static void test_sizes(const char *path) {
+  ksl_model_t *m = NULL;
+  CHECK(ksl_model_load(path, NULL, &m) == KSL_OK);
+  const double x[6] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6};
+  const float xf[6] = {0.1f, 0.2f, 0.3f, 0.4f, 0.5f, 0.6f};
+  const int link = 3, joint = 1;
+  double out[36] = {-7};
+  float outf[36] = {-7};
+  const size_t beyond[] = {SIZE_MAX, SIZE_MAX - 1, SIZE_MAX / 2, SIZE_MAX / 8, SIZE_MAX / 64, (size_t)PTRDIFF_MAX / 48 + 2};
+  for (size_t i = 0; i < sizeof beyond / sizeof *beyond; ++i)
+    for (int threads = 0; threads < 3; ++threads) {
+      const size_t n = beyond[i];
+      CHECK_REFUSED(ksl_inverse_dynamics_batch(m, n, x, 6, x, 6, x, 6, out, 6, threads), KSL_BAD_ARGUMENT, "memory");
+      CHECK_REFUSED(ksl_inverse_dynamics_batch(m, n, x, 0, x, 0, x, 0, out, -6, threads), KSL_BAD_ARGUMENT, "memory");
+      CHECK_REFUSED(ksl_mass_matrix_batch(m, n, x, 6, out, 36, threads), KSL_BAD_ARGUMENT, "memory");
+      CHECK_REFUSED(ksl_inverse_dynamics_with_reactions_batch(m, n, x, 0, x, 0, x, 0, out, 0, 1, &joint, NULL, out, 6, threads),
+                    KSL_BAD_ARGUMENT, "memory");
+      const ksl_external_rows_t rows = {1, &link, x, 6, KSL_IN_FRAME};
+      CHECK_REFUSED(ksl_inverse_dynamics_external_batch(m, n, x, 0, x, 0, x, 0, &rows, out, 6, threads), KSL_BAD_ARGUMENT, "memory");
+      const ksl_wanted_frame_t frame = {link, 1, 1};
+      CHECK_REFUSED(ksl_inverse_kinematics(m, n, 1, &frame, x, 16, NULL, 0, NULL, out, 6, NULL, 0, NULL, NULL, NULL, threads), KSL_BAD_ARGUMENT,
+                    "memory");
+      if (n > (size_t)PTRDIFF_MAX / 24 + 2)
+        CHECK_REFUSED(ksl_inverse_dynamics_batchf(m, n, xf, 6, xf, 6, xf, 6, outf, 6, threads), KSL_BAD_ARGUMENT, "memory");
+    }
+  CHECK_REFUSED(ksl_inverse_dynamics_batch(m, 1, x, 6, x, 6, x, 6, out, 6, -1), KSL_BAD_ARGUMENT, "threads");
+  const ksl_external_rows_t many = {1 << 30, &link, x, 6, KSL_IN_FRAME};
+  CHECK_REFUSED(ksl_inverse_dynamics_external_batch(m, 1, x, 6, x, 6, x, 6, &many, out, 6, 1), KSL_BAD_ARGUMENT, "2^24");
+  CHECK_REFUSED(ksl_frame_poses_batch(m, 1, x, 6, 1 << 30, &link, out, 6, 1), KSL_BAD_ARGUMENT, "2^24");
+  CHECK(out[0] == -7 && outf[0] == -7);
+  CHECK(ksl_inverse_dynamics_batch(m, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, 0) == KSL_OK);
+  ksl_model_free(m);
+}
+
+/* The layout of the mass matrix of a robot with a mimic joint is not that of its tree. */
+static void test_tree_of_followers(void) {
+  static const char robot[] = "<robot name='r'><link name='a'/><link name='b'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' "
+                              "iyz='0'/></inertial></link><link name='c'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' "
+                              "iyz='0'/></inertial></link><joint name='j' type='continuous'><parent link='a'/><child link='b'/></joint>"
+                              "<joint name='k' type='continuous'><parent link='b'/><child link='c'/><mimic joint='j'/></joint></robot>";
+  ksl_model_t *m = NULL;
+  CHECK(ksl_model_load_memory(robot, strlen(robot), NULL, &m) == KSL_OK && ksl_model_nv(m) == 1);
+  int rows[3] = {-7, -7, -7};
+  CHECK_REFUSED(ksl_model_tree(m, rows, NULL), KSL_BAD_ARGUMENT, "mimic"); /* rows has nv + 1 numbers; there would be one more */
+  CHECK(rows[0] == -7 && rows[2] == -7);
+  ksl_model_free(m);
 }
 
 int main(int argc, char **argv) {
@@ -522,5 +638,9 @@ int main(int argc, char **argv) {
   test_dynamics(sample);
   test_positions_and_energies(sample);
   test_physics();
+  test_unknown_enumerators(sample);
+  test_nothing_created(path);
+  test_sizes(sample);
+  test_tree_of_followers();
   return failures;
 }

@@ -1,5 +1,6 @@
-// Holds the faces of an algorithm against each other: C++ and C, one state and batches, lanes, threads, strides, no states.  Calls
-// for one state allocate nothing, and read nothing in the workspace that they have not written.
+// Holds the faces of an algorithm against each other: C++ and C, one state and batches, lanes, threads, strides, no states.  No call
+// allocates once it has been made, in any thread; calls for one state never do, and read nothing in the workspace that they have not
+// written.
 #pragma once
 
 #include "allocation.hpp"
@@ -78,6 +79,7 @@ template <class S> struct one {
   typename c_types<S>::external c_external;
   S *result[ksl::most_results];
   S *wrenches;
+  ksl_status_t status = KSL_OK; ///< of a call from C
 };
 
 /// A batch, as C takes it.
@@ -87,6 +89,7 @@ template <class S> struct many {
   ksl::batch_view<S> batch;
   typename c_types<S>::external_rows external;
   int threads;
+  ksl_status_t status = KSL_OK; ///< of a call from C
 };
 
 /// Results of n states side by side, reactions last.
@@ -124,6 +127,7 @@ public:
       std::memset(r_.d.memory(), k % 2 ? 0xff : 0x3f, r_.d.bytes()); // NaN, or 4.8e-4 in double and 0.75 in float
       const long before = allocations;
       call(s);
+      CHECK(s.status == KSL_OK);
       if (k > 0) // the first call chooses the instruction set
         CHECK(allocations == before);
     }
@@ -155,12 +159,18 @@ public:
       b.reactions_n = 1, b.reactions = &wanted;
     }
     many<S> all{r_, count, b, {pushes_, r_.pushed.data(), w.first, w.stride, static_cast<ksl_expressed_t>(r_.push_axes)}, threads};
+    const long before = allocations;
     call(all);
+    allocated_ = allocations - before;
+    CHECK(all.status == KSL_OK);
     return without_gaps(found, count, gap);
   }
 
   /// From now on nothing pushes.  C has calls of their own for that.
   void release() { pushes_ = 0; }
+
+  /// How many allocations the last call for a batch made, in all threads.
+  long allocated() const { return allocated_; }
 
   /// The first `count` states of what was found.
   results<S> first(const results<S> &all, std::size_t count) const {
@@ -210,6 +220,7 @@ private:
   std::size_t n_;
   int pushes_ = 2;
   std::vector<S> q_, v_, x_, w_, q1_, fraction_; // x_: a or tau
+  long allocated_ = 0;
 };
 
 /// All faces of one algorithm in one precision, for one robot.
@@ -230,13 +241,16 @@ void agree(robot &r, const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_b
     x.pop_back();
   }
   CHECK(from_c == expected);
-  for (std::size_t count : {0, 1, 2, 7, 8, 9, 15, 16, 17, 33, static_cast<int>(n)})
+  for (std::size_t count : {0u, 1u, 2u, 7u, 8u, 9u, 15u, 16u, 17u, 33u, static_cast<unsigned>(n)})
     for (int threads : {1, 3}) {
       CAPTURE(count);
       CHECK(faces.batch(cpp_batch, count, threads) == faces.first(expected, count));
       CHECK(faces.batch(c_batch, count, threads) == faces.first(expected, count));
+      // threads and memory are there now, so that further calls allocate nothing
       CHECK(faces.batch(cpp_batch, count, threads, 3) == faces.first(expected, count));
+      CHECK(faces.allocated() == 0);
       CHECK(faces.batch(c_batch, count, threads, 3, true) == faces.first(expected, count));
+      CHECK(faces.allocated() == 0);
     }
   if (row.external == ksl::external_use::optional) {
     faces.release();
@@ -248,6 +262,7 @@ void agree(robot &r, const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_b
 /// frame's motion is asked for, or the order of six numbers, it is asked for in every way that tells the options apart.
 template <class S, class Cpp, class C, class CppBatch, class CBatch>
 void agree(const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_batch, CBatch c_batch, bool ordered = false) {
+  ksl::assume_cores(3);
   static robot floating(KSL_EXAMPLES "/robots/panda.urdf", true), every_kind(KSL_EVERY_KIND, false), coupled(KSL_COUPLED, false);
   static constexpr ksl_frame_options_t crossed[] = {
       {KSL_IN_WORLD, KSL_IN_FRAME, KSL_LINEAR_FIRST, KSL_CLASSICAL, {0, 0, 0}},

@@ -48,8 +48,8 @@ template <class S> void compare_with_small_batches(const ksl::model &m, std::siz
 TEST_CASE("large batches hold the same bits as small ones") {
   std::mt19937 random(2);
   for (int bodies : {13, 16})
-    for (std::size_t before : {0, 1, 3, 6})
-      for (std::size_t gap : {0, 5}) {
+    for (std::size_t before : {0u, 1u, 3u, 6u})
+      for (std::size_t gap : {0u, 5u}) {
         const ksl::model m = robots::random_tree(bodies, random);
         if (static_cast<std::size_t>(m.nv() * m.nv()) * sizeof(float) < ksl::streamed_row)
           continue;

@@ -118,7 +118,7 @@ void check_close(const numbers<double> &found, const numbers<double> &expected, 
   REQUIRE(found.size() == expected.size());
   double error = 0;
   for (std::size_t i = 0; i < found.size(); ++i)
-    error = std::isnan(found[i]) ? INFINITY : std::fmax(error, std::fabs(found[i] - expected[i]));
+    error = std::isnan(found[i]) ? HUGE_VAL : std::fmax(error, std::fabs(found[i] - expected[i]));
   CHECK(error <= tolerance * largest(expected));
 }
 

@@ -51,7 +51,7 @@ TEST_CASE("float follows double to its own precision, double from headers equals
       double scale = 0, worst = 0;
       for (std::size_t i = 0; i < exact.size(); ++i) {
         scale = std::fmax(scale, std::fabs(exact[i]));
-        worst = std::fmax(worst, std::fabs(exact[i] - single[i]));
+        worst = std::fmax(worst, std::fabs(exact[i] - double(single[i])));
       }
       CHECK(worst < 3e-6 * scale);
       CHECK(worst > 1e-9 * scale); // it was computed in float

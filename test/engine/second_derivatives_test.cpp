@@ -33,7 +33,7 @@ template <class T> void move(const ksl::model &m, numbers<T> &q, int k, const T 
   for (int i = 1; i < m.view().bodies; ++i) {
     const ksl::body<double> &b = m.view().body[i];
     numbers<T> moved(8);
-    ksl::with_joint(b.kind, [&]<class J>(J) { J::integrate(&q[b.q_index], &x[b.v_index], moved.data()); });
+    ksl::with_joint(b.kind, [&]<class J>(J) { J::integrate(q.data() + b.q_index, x.data() + b.v_index, moved.data()); });
     std::copy_n(moved.begin(), ksl::row_of(b.kind).nq, q.begin() + b.q_index);
   }
 }

@@ -31,7 +31,7 @@ template <class S> double worst(double magnitude) {
     P x, sine, cosine;
     for (int i = 0; i < ksl::native_lanes<S>; ++i) {
       const S a = angle(random);
-      x.set(i, k % 7 ? a : static_cast<S>(std::nearbyint(a) * 1.5707963267948966));
+      x.set(i, k % 7 ? a : static_cast<S>(double(std::nearbyint(a)) * 1.5707963267948966));
     }
     ksl::sine_cosine(x, sine, cosine);
     for (int i = 0; i < ksl::native_lanes<S>; ++i) {

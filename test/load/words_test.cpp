@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <clocale>
+#include <cmath>
 #include <locale>
 
 namespace {
@@ -30,6 +31,25 @@ TEST_CASE("numbers are read whole, with blanks around and a leading plus") {
     CAPTURE(bad);
     CHECK(!number_in(bad));
   }
+}
+
+TEST_CASE("a number below the least double is the nearest one, zero; one above the largest has none") {
+  for (const char *tiny : {"1e-400", "2e-324", "0.001e-330", "1e-99999999999999999999", "+1e-400", "10e-400"}) {
+    CAPTURE(tiny);
+    CHECK(number_in(tiny) == 0.0);
+  }
+  CHECK(number_in("0." + std::string(400, '0') + "1") == 0.0);
+  CHECK(number_in("0." + std::string(400, '0') + "1e401") == 1.0);
+  CHECK(number_in("1" + std::string(400, '0') + "e-400") == 1.0);
+  REQUIRE(number_in("-1e-400").has_value());
+  CHECK(std::signbit(*number_in("-1e-400")));
+  for (const char *huge : {"1e400", "-1e400", "1e99999999999999999999", "1000e306"}) {
+    CAPTURE(huge);
+    CHECK(!number_in(huge));
+    CHECK(number_fault(huge) == "which is beyond the largest double, 1.8e308");
+  }
+  CHECK(!number_in("1" + std::string(400, '0')));
+  CHECK(number_fault("nan") == "not a finite number");
 }
 
 TEST_CASE("numbers don't depend on the locale") {
@@ -69,8 +89,10 @@ TEST_CASE("words, lists and quotes") {
   CHECK(listed({"a", "b", "c"}) == "a, b, c");
   CHECK(listed({"a", "b", "c", "d"}, 2) == "a, b and 2 more");
   CHECK(listed({"a", "b", "c"}, 2) == "a, b, c");
-  CHECK(quoted("a\nb\x7f") == "\"a b \"");
-  CHECK(quoted(std::string(100, '\x80')) == "\"...\""); // bytes that begin no character
+  CHECK(listed({std::string(200, 'x'), "b"}) == std::string(100, 'x') + "..., b");
+  CHECK(printable("a\tb\x1b[m\x7f\xc2\x85\xe2\x80\xae\xe2\x81\xa6\xff\xc3") == "a b\\x1b[m\\x7f\\u0085\\u202e\\u2066\\xff\\xc3");
+  CHECK(printable("\xc3\xa9 \xf0\x9f\xa4\x96 \xe2\x82\xac") == "\xc3\xa9 \xf0\x9f\xa4\x96 \xe2\x82\xac");
+  CHECK(quoted("a\nb") == "\"a b\"");
   CHECK(quoted(std::string(100, 'x')) == '"' + std::string(60, 'x') + "...\"");
   // é is two bytes, of which the second would be the 61st
   CHECK(quoted(std::string(59, 'x') + "\xc3\xa9zz") == '"' + std::string(59, 'x') + "...\"");

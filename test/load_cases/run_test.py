@@ -12,11 +12,11 @@ import pyarrow.parquet as pq
 import pytest
 
 import ksl
-from ksl.load_cases.load_case import LoadCase, Placement
-from ksl.output import OutputError
-from ksl.load_cases.run import KEPT_CASES, Run
+from ksl.load_cases.load_case import LoadCase
+from ksl.load_cases.run import KEPT_CASES
 from ksl.load_cases.summary_table import ALL_CASES
 from ksl.motions.motion import Motion
+from ksl.output import OutputError
 
 MASS, LENGTH, G = 2.0, 0.5, 9.81
 

@@ -248,3 +248,22 @@ def test_rates_are_no_hint_for_the_joint_of_another_robot(tmp_path):
         (tmp_path / "motion.csv").write_text("\n".join([f"{table[0]},{name}", *(f"{row},0" for row in table[1:])]))
         with pytest.raises(ksl.MotionError, match=re.escape(hint)):
             ksl.read_motion(arm, tmp_path / "motion.csv")
+
+
+def test_recordings_have_limits(leg, tmp_path, refusal, monkeypatch):
+    from ksl import limits
+
+    path = write(tmp_path, "mcap", leg_messages(300))
+    monkeypatch.setattr(limits, "MOTION_NUMBERS", 40)
+    assert "more than 40 numbers" in refusal(leg, path)
+    monkeypatch.undo()
+    monkeypatch.setattr(limits, "MOTION_BYTES", path.stat().st_size)
+    assert "unpacked it is larger than" in refusal(leg, path)
+
+
+def test_a_pipe_in_the_folder_of_a_bag(leg, tmp_path, refusal):
+    import os
+
+    (tmp_path / "bag").mkdir()
+    os.mkfifo(tmp_path / "bag" / "metadata.yaml")
+    assert "is a pipe" in refusal(leg, tmp_path / "bag")

@@ -1,5 +1,6 @@
 """Threads that are kept: several callers at once, forks, the end of the program, and the interpreter's lock."""
 
+import os
 import subprocess
 import sys
 import threading
@@ -112,7 +113,9 @@ def test_many_callers_at_once(panda):
 
 
 def test_array_functions_and_dynamics_share_their_threads(examples):
-    assert program(SHARED, examples) == "2 more, then 0 more"
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 3
+    more = int(program(SHARED, examples).replace(" more, then 0 more", ""))
+    assert (cores > 1) <= more <= min(3, cores) - 1  # a quota may leave fewer
 
 
 def test_a_child_of_a_fork_has_threads_of_its_own(examples):

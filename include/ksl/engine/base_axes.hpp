@@ -54,7 +54,7 @@ KSL_LANES void express_in_base(const model_view<scalar_of<T>> &model, const pose
     if (only_turns(b.kind)) {
       if (b.parent != i - 1)
         last = rotation[b.parent];
-      one.template operator()<turning>(i, place<turning>(b, pose, rotation, i, q, last));
+      one.template operator()<turning_kind>(i, place<turning_kind>(b, pose, rotation, i, q, last));
     } else { // reloaded from memory afterwards, which leaves more registers to the fast path
       by_slower_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
         mat3x3<T> R = rotation[b.parent];

@@ -57,21 +57,21 @@ enum class along : unsigned char {
 
 /// Reduces one axis of an array x (outer, expanded length, inner) in place, to (outer, nq or nv, inner).
 template <class T>
-void reduce_axis(const coupling_view<scalar_of<T>> &c, along what, int expanded_length, int outer, int inner, T *x) {
+void reduce_axis(const coupling_view<scalar_of<T>> &c, along what, int expanded_length, std::ptrdiff_t outer, std::ptrdiff_t inner, T *x) {
   const int length = what == along::positions ? c.nq : c.nv;
   const int *const kept = what == along::positions ? c.in_q : c.in_v;
   T *out = x;
-  for (int o = 0; o < outer; ++o) {
+  for (std::ptrdiff_t o = 0; o < outer; ++o) {
     T *const block = x + o * expanded_length * inner;
     for (int i = 0; i < c.followers && what == along::efforts; ++i) {
       const follower<scalar_of<T>> &f = c.follower[i];
       T *const sum = block + f.leader_v * inner;
       const T *const from = block + f.v * inner;
-      for (int k = 0; k < inner; ++k)
+      for (std::ptrdiff_t k = 0; k < inner; ++k)
         sum[k] = sum[k] + T(f.multiplier) * from[k];
     }
     for (int i = 0; i < length; ++i) // never to the right, so that nothing is overwritten that is still needed
-      for (int k = 0; k < inner; ++k)
+      for (std::ptrdiff_t k = 0; k < inner; ++k)
         *out++ = block[kept[i] * inner + k];
   }
 }

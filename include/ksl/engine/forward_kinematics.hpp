@@ -44,7 +44,7 @@ void forward_kinematics(const model_view<scalar_of<T>> &model, const forward_kin
     if (only_turns(b.kind)) {
       if (b.parent != i - 1)
         last = w.in_world[b.parent];
-      last = composed(last, joint<turning>::computed_pose(b, w.pose, q));
+      last = composed(last, joint<turning_kind>::computed_pose(b, w.pose, q));
       w.in_world[i] = last;
     } else { // reloaded from memory afterwards, which leaves more registers to the fast path
       by_slower_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {

@@ -350,7 +350,7 @@ public:
       for (int l = 0; l < lanes; ++l) {
         if (!lane_[l].busy)
           continue;
-        if (goes_on(l, number(&errors.position, l), number(&errors.orientation, l), number(&errors.cost, l)))
+        if (goes_on(l, double(number(&errors.position, l)), double(number(&errors.orientation, l)), double(number(&errors.cost, l))))
           set(&moves, l, S(1));
         else if (!lane_[l].busy && next < end)
           take(l, next++);
@@ -501,7 +501,7 @@ private:
           const S lower = number(w_.lower + b.q_index + c, l), upper = number(w_.upper + b.q_index + c, l);
           if (options_.limits && upper - lower < S(1e30)) {
             const bool all_round = only_turns(K) && lower < S(-pi) && upper > S(pi);
-            const double from = all_round ? -pi : lower, to = all_round ? pi : upper;
+            const double from = all_round ? -pi : double(lower), to = all_round ? pi : double(upper);
             drawn[c] = S(from + (to - from) * number_of(b.v_index + c));
           }
           set(w_.q + b.q_index + c, l, drawn[c]);

@@ -64,7 +64,7 @@ concept moving_joint = described_joint<J> &&
 
 /// Does such a joint only rotate about its axis?  Most joints do; algorithms have a fast path for them.
 constexpr bool only_turns(joint_kind kind) { return kind == joint_kind::revolute || kind == joint_kind::continuous; }
-inline constexpr joint_kind turning = joint_kind::revolute; ///< how all of them move
+inline constexpr joint_kind turning_kind = joint_kind::revolute; ///< how all of them move
 
 /// Calls step.operator()<K>() for the kind of a body's joint.  There is a branch with its own code for each kind, since values
 /// that are merged after a switch are spilled (docs/decisions/0006-bodies-in-lanes.md).

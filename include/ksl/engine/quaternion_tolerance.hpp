@@ -12,7 +12,7 @@ inline constexpr double quaternion_tolerance = 1e-2, quaternion_rounding = 1e-6;
 
 /// The length of [x y z w].
 template <class S> double quaternion_length(const S *x) {
-  const double a = x[0], b = x[1], c = x[2], d = x[3];
+  const double a = double(x[0]), b = double(x[1]), c = double(x[2]), d = double(x[3]);
   return std::sqrt(a * a + b * b + c * c + d * d);
 }
 

@@ -142,13 +142,13 @@ template <class T> KSL_LANES void sine_cosine_in_fast_range(T x, T &sine, T &cos
 template <class S> __attribute__((noinline, cold)) void sine_cosine_of_any(S x, S &sine, S &cosine) {
   if (math<S>::fabs(x) <= trigonometry<S>::fast_range) { // only another lane of the register is large
     sine_cosine_in_fast_range(x, sine, cosine);
-  } else if (x - x == S(0)) {
+  } else if (x - x == S(0)) { // NOLINT(misc-redundant-expression): not of infinities
     const reduced_large_angle large = reduce_large(static_cast<double>(x));
     const S hi = static_cast<S>(large.numerator), unit = static_cast<S>(large.unit);
     const S lo = static_cast<S>(large.numerator - static_cast<std::int64_t>(hi));
     sine_cosine_of_reduced<S>({static_cast<S>(large.quarters), hi * unit, lo * unit}, sine, cosine);
   } else {
-    sine = cosine = x - x;
+    sine = cosine = x - x; // NOLINT(misc-redundant-expression): NaN
   }
 }
 template <class S, int W>

@@ -86,8 +86,8 @@ KSL_LANES SE3<T> walk_supports(const model_view<scalar_of<T>> &model, const pose
   for (int i = first; i != last;) {
     const body<scalar_of<T>> &b = model.body[i];
     if (only_turns(b.kind)) {
-      step.template operator()<turning>(i, D);
-      D = composed_back(D, joint<turning>::computed_pose(b, w, q));
+      step.template operator()<turning_kind>(i, D);
+      D = composed_back(D, joint<turning_kind>::computed_pose(b, w, q));
     } else { // through memory, which leaves more registers to the fast path
       SE3<T> in_memory = D;
       by_slower_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {

@@ -41,7 +41,7 @@ KSL_LANES void rotate_to_world(const model_view<scalar_of<T>> &model, const pose
     if (only_turns(b.kind)) {
       if (b.parent != i - 1)
         last = rotation[b.parent];
-      put.template operator()<turning>(i, last);
+      put.template operator()<turning_kind>(i, last);
     } else { // reloaded from memory afterwards, which leaves more registers to the fast path
       by_slower_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
         mat3x3<T> R = rotation[b.parent];

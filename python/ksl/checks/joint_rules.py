@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ksl.checks.findings import Repair
-from ksl.checks.repair import digits, remove, set_attribute, shown, suggest
+from ksl.checks.repair import digits, remove, set_attribute, shown
 from ksl.checks.robot import ONE_COORDINATE, WITH_AXIS, Joint, Mimic, RobotFile
 from ksl.checks.rule import Broken, rule
 
@@ -85,17 +85,43 @@ def _with_axis(joint: Joint) -> Repair:
     return change
 
 
-def _chain(robot: RobotFile, joint: Joint) -> tuple[list[Joint], bool]:
-    """The joints that a mimic joint follows, one after the other, and whether they lead back to one of them."""
-    followed = [joint]
-    while True:
-        mimic = followed[-1].mimic
-        leader = robot.joint_of.get(mimic.leader) if mimic else None
-        if leader is None:
-            return followed, False
-        if leader in followed:
-            return followed, True
-        followed.append(leader)
+SHOWN = 8
+"""Joints of a chain that are named: the first ones and the last."""
+
+
+def _followed(robot: RobotFile, joint: Joint) -> Joint | None:
+    return robot.joint_of.get(joint.mimic.leader) if joint.mimic else None
+
+
+def _arrows(names: list[str], count: int | None = None) -> str:
+    """a → b → c; of long chains the first joints, how many are between, and the last.  count: how many there are, if not all are given."""
+    more = (len(names) if count is None else count) - SHOWN
+    return " → ".join(names) if more <= 0 else " → ".join([*names[: SHOWN - 1], f"… ({more} more)", names[-1]])
+
+
+def _ends(robot: RobotFile) -> dict[int, tuple[Joint, float, float, int]]:
+    """{id of a mimic joint: the joint that leads its chain, q = multiplier · leader's + offset, joints of the chain}.
+
+    Those of loops, and of chains that end at a joint that is missing, are left out.  O(joints): each joint is visited once.
+    """
+    ends: dict[int, tuple[Joint, float, float, int]] = {}
+    done: set[int] = set()
+    for start in robot.joints:
+        path: list[Joint] = []
+        joint: Joint | None = start
+        while joint is not None and joint.mimic and id(joint) not in done:
+            done.add(id(joint))
+            path.append(joint)
+            joint = _followed(robot, joint)
+        if joint is None:
+            continue
+        found = (joint, 1.0, 0.0, 1) if joint.mimic is None else ends.get(id(joint))
+        for each in reversed(path) if found else ():  # q = m (m' q' + o') + o
+            assert found and each.mimic
+            lead, multiplier, offset, count = found
+            found = lead, each.mimic.multiplier * multiplier, each.mimic.offset + each.mimic.multiplier * offset, count + 1
+            ends[id(each)] = found
+    return ends
 
 
 @rule(
@@ -113,7 +139,7 @@ def mimic_unknown(robot: RobotFile) -> Iterator[Broken]:
     for joint in robot.joints:
         if joint.mimic and joint.mimic.leader not in robot.joint_of:
             name = joint.mimic.leader
-            same = [known for known in robot.joint_of if known.strip().lower() == name.strip().lower()]
+            same = robot.joint_names.same(name)
             prefixed = _with_prefix(robot, joint.name, name)
             fix = (
                 set_attribute(joint.mimic.element, "joint", same[0])
@@ -123,7 +149,7 @@ def mimic_unknown(robot: RobotFile) -> Iterator[Broken]:
             guess = (
                 set_attribute(joint.mimic.element, "joint", prefixed) if prefixed and robot.format == "urdf" else None
             )
-            repair = f"Did you mean {prefixed}?" if prefixed else suggest(name, robot.joint_of)
+            repair = f"Did you mean {prefixed}?" if prefixed else robot.joint_names.suggest(name)
             found = f'it mimics joint "{name}", which does not exist'
             yield Broken(
                 found,
@@ -137,14 +163,15 @@ def mimic_unknown(robot: RobotFile) -> Iterator[Broken]:
             )
 
 
+LONGEST_PREFIX = 200
+"""Characters of a name that are tried as a prefix."""
+
+
 def _with_prefix(robot: RobotFile, follower: str, leader: str) -> str | None:
     """left_thumb_1 for the leader thumb_1 of left_thumb_2: what a macro with a prefix that one name lacks was meant
     to say."""
-    found = [
-        name
-        for name in robot.joint_of
-        if leader and name.endswith(leader) and name != follower and follower.startswith(name[: -len(leader)])
-    ]
+    prefixes = [follower[:k] for k in range(min(len(follower), LONGEST_PREFIX) + 1)] if leader else []
+    found = [p + leader for p in prefixes if p + leader in robot.joint_of and p + leader != follower]
     return found[0] if len(found) == 1 else None
 
 
@@ -210,19 +237,19 @@ def _without_mimic(joints: list[Joint]) -> Repair:
     repair="Remove <mimic> from the joint that shall lead.",
 )
 def mimic_loop(robot: RobotFile) -> Iterator[Broken]:
-    told: set[str] = set()
+    done: set[int] = set()
     for joint in robot.joints:
-        followed, closed = _chain(robot, joint)
-        names = [j.name for j in followed]
-        if closed and not told.intersection(names):
-            told.update(names)
+        path: dict[int, Joint] = {}
+        at: Joint | None = joint
+        while at is not None and id(at) not in done and id(at) not in path:
+            path[id(at)] = at
+            at = _followed(robot, at)
+        done.update(path)
+        if at is not None and id(at) in path:
             assert joint.mimic
-            yield Broken(
-                f"it mimics {' → '.join([*names[1:], _leader(followed[-1])])}: no joint leads",
-                joint.mimic.line,
-                "joint",
-                joint.name,
-            )
+            followed = list(path.values())
+            found = f"it mimics {_arrows([*(j.name for j in followed[1:]), _leader(followed[-1])])}: no joint leads"
+            yield Broken(found, joint.mimic.line, "joint", joint.name)
 
 
 def _leader(joint: Joint) -> str:
@@ -242,17 +269,18 @@ def _leader(joint: Joint) -> str:
     formats=("urdf", "sdf"),
 )
 def mimic_chain(robot: RobotFile) -> Iterator[Broken]:
+    ends = _ends(robot)
     for joint in robot.joints:
-        followed, closed = _chain(robot, joint)
-        if joint.mimic is None or closed or len(followed) < 3 or followed[-1].mimic:
+        if joint.mimic is None or id(joint) not in ends or ends[id(joint)][3] < 3:
             continue
-        multiplier, offset = 1.0, 0.0
-        for each in followed[:-1]:  # q = m (m' q' + o') + o
-            assert each.mimic
-            offset += multiplier * each.mimic.offset
-            multiplier *= each.mimic.multiplier
-        direct = Mimic(joint.mimic.line, joint.mimic.element, followed[-1].name, multiplier, offset)
-        names = " → ".join(j.name for j in followed[1:])
+        lead, multiplier, offset, count = ends[id(joint)]
+        direct = Mimic(joint.mimic.line, joint.mimic.element, lead.name, multiplier, offset)
+        first: list[str] = []
+        at = _followed(robot, joint)
+        while at is not None and at is not lead and len(first) < SHOWN:
+            first.append(at.name)
+            at = _followed(robot, at)
+        names = _arrows([*first, lead.name], count - 1)
         repair = f"Name {direct.leader} with the multiplier {shown(multiplier)} and the offset {shown(offset)}."
         yield Broken(
             f"it mimics {names}",

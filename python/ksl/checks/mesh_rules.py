@@ -79,13 +79,22 @@ def _all_corrected(shapes: list[Shape]) -> Repair:
     return change
 
 
-def _package_is_found(robot: RobotFile, package: str) -> bool:
+def _by_package(robot: RobotFile) -> dict[str, list[str]]:
+    """The names of meshes by the packages that they are in."""
+    meshes: dict[str, list[str]] = defaultdict(list)
+    for _, shape in _meshes(robot):
+        named = package_of(shape.uri)
+        if named:
+            meshes[named[0]].append(shape.uri)
+    return meshes
+
+
+def _package_is_found(robot: RobotFile, package: str, meshes: list[str]) -> bool:
     """Whether there is a folder for the package.  One that was only given for any package counts if a mesh is in it."""
     folders = package_folders(package, robot.path, robot.package_paths)
     given = [Path(path) for path in robot.package_paths]
     if any(folder not in given or folder.name == package for folder in folders):
         return True
-    meshes = [shape.uri for _, shape in _meshes(robot) if (package_of(shape.uri) or ("",))[0] == package]
     return bool(folders) and any(find_mesh(uri, robot.path, robot.package_paths) for uri in meshes)
 
 
@@ -98,15 +107,14 @@ def _package_is_found(robot: RobotFile, package: str) -> bool:
 )
 def package_missing(robot: RobotFile) -> Iterator[Broken]:
     first: dict[str, tuple[Link, Shape]] = {}
-    count: dict[str, int] = defaultdict(int)
+    meshes = _by_package(robot)
     for link, shape in _meshes(robot):
         named = package_of(shape.uri)
         if named:
             first.setdefault(named[0], (link, shape))
-            count[named[0]] += 1
     for package, (link, shape) in first.items():
-        if not _package_is_found(robot, package):
-            n = count[package]
+        if not _package_is_found(robot, package, meshes[package]):
+            n = len(meshes[package])
             found = (
                 f"package {package} not found, with {n} mesh{'es' if n > 1 else ''}, the first of which is {shape.uri}"
             )
@@ -124,6 +132,8 @@ def package_missing(robot: RobotFile) -> Iterator[Broken]:
 )
 def mesh_missing(robot: RobotFile) -> Iterator[Broken]:
     told: set[str] = set()
+    is_found: dict[str, bool] = {}
+    meshes = _by_package(robot)
     for link, shape in _meshes(robot):
         named = package_of(shape.uri)
         if shape.uri in told or "${" in shape.uri or find_mesh(shape.uri, robot.path, robot.package_paths):
@@ -133,7 +143,9 @@ def mesh_missing(robot: RobotFile) -> Iterator[Broken]:
             yield Broken("a mesh without a file name", shape.line, "link", link.name)
             continue
         folders = package_folders(named[0], robot.path, robot.package_paths) if named else []
-        if named and not _package_is_found(robot, named[0]):
+        if named and named[0] not in is_found:
+            is_found[named[0]] = _package_is_found(robot, named[0], meshes[named[0]])
+        if named and not is_found[named[0]]:
             continue  # package-missing
         expected = folders[0] / named[1] if named else robot.path.parent / shape.uri.removeprefix("file://")
         other = same_but_for_capitals(expected.absolute())

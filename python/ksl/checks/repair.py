@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
 from ksl.checks.findings import Repair
+from ksl.errors import close_names
 
 if TYPE_CHECKING:
     from lxml.etree import _Element
@@ -53,7 +53,7 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
     folded = {each.strip().lower(): each for each in names}
     if name.strip().lower() in folded:
         return folded[name.strip().lower()]
-    near = get_close_matches(name, names, 1, 0.7)
+    near = close_names(name, names, 1, 0.7)
     return near[0] if near else None
 
 
@@ -61,3 +61,29 @@ def suggest(name: str, known: Iterable[str]) -> str | None:
     """ "Did you mean hand?", or None where nothing is near."""
     near = nearest(name, known)
     return f"Did you mean {near}?" if near else None
+
+
+MISSPELT = 50
+"""So many names of a file are compared with all known ones; a file with more such faults has another cause than slips of a letter."""
+
+
+class Names:
+    """Known names of a file, which are searched for each one that is misspelt.  O(1) each, but for the first `MISSPELT` O(names)."""
+
+    def __init__(self, known: Iterable[str]) -> None:
+        self._known = list(known)
+        self._folded: dict[str, list[str]] = {}
+        for name in self._known:
+            self._folded.setdefault(name.strip().lower(), []).append(name)
+        self._left = MISSPELT
+
+    def same(self, name: str) -> list[str]:
+        """Those that differ by capitals or spaces at their ends only."""
+        return self._folded.get(name.strip().lower(), [])
+
+    def suggest(self, name: str) -> str | None:
+        """ "Did you mean hand?", or None where nothing is near."""
+        if self.same(name):
+            return f"Did you mean {self.same(name)[-1]}?"
+        self._left -= 1
+        return suggest(name, self._known) if self._left >= 0 else None

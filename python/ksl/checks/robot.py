@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ksl.checks.repair import Names
+
 if TYPE_CHECKING:
     from lxml.etree import _Element
 
@@ -193,6 +195,14 @@ class RobotFile:
         return {joint.name: joint for joint in reversed(self.joints) if joint.name}
 
     @cached_property
+    def link_names(self) -> Names:
+        return Names(self.link_of)
+
+    @cached_property
+    def joint_names(self) -> Names:
+        return Names(self.joint_of)
+
+    @cached_property
     def joint_above(self) -> dict[str, Joint]:
         """{link: the joint that carries it}, the first one where there are several."""
         above: dict[str, Joint] = {}
@@ -211,7 +221,8 @@ class RobotFile:
     @cached_property
     def roots(self) -> list[Link]:
         """Links that no joint carries, the one with the most links below it first."""
-        free = [link for link in self.links if link.name and link.name not in self.joint_above]
+        first = {link.name: link for link in reversed(self.links)}  # of several with a name one, so that each subtree is walked once
+        free = [link for link in self.links if link.name and first[link.name] is link and link.name not in self.joint_above]
         return sorted(free, key=lambda link: -sum(1 for _ in self.subtree(link.name)))
 
     def subtree(self, name: str) -> Iterator[str]:

@@ -156,27 +156,39 @@ def _rule_names(names: Iterable[str] | str, argument: str) -> list[str]:
     return given
 
 
-def _fill(robot: RobotFile) -> None:
+def findings_of_bytes(data: bytes, path: str = "robot.urdf") -> Findings:
+    """The findings of the contents of a file, which messages call by this path; what the loader says is left out."""
+    from ksl.checks.xml_file import check_xml, parse_bytes
+
+    robot = RobotFile(Path(path))
+    check_xml(data, robot.path)
+    parse_bytes(robot, data)
+    _fill(robot, load=False)
+    return _findings(robot, [])
+
+
+def _fill(robot: RobotFile, load: bool = True) -> None:
     """Links and joints by the reader of the format, and what the loader says of the file."""
     tag = None if robot.root is None else robot.root.tag
+    if not load and tag == "mujoco":
+        return  # MuJoCo's compiler reads it
     if tag == "robot":
         from ksl.checks.read_urdf import read_urdf
 
         robot.format = "urdf"
         read_urdf(robot)
-        _load(robot)
     elif tag == "sdf":
         from ksl.checks.read_sdf import read_sdf
 
         robot.format = "sdf"
         read_sdf(robot)
-        _load(robot)
     elif tag == "mujoco":
         from ksl.checks.read_mjcf import read_mjcf
 
         robot.format = "mjcf"
         read_mjcf(robot)
-    else:
+        return
+    if load:
         _load(robot)
 
 

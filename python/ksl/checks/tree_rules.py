@@ -89,7 +89,7 @@ def link_undefined(robot: RobotFile) -> Iterator[Broken]:
                 or (robot.format == "sdf" and (name in ("world", "__model__") or "::" in name))
             ):
                 continue
-            same = [known for known in robot.link_of if known.strip().lower() == name.strip().lower()]
+            same = robot.link_names.same(name)
             element = None if joint.element is None else joint.element.find(end)
             fix = set_attribute(element, "link", same[0]) if len(same) == 1 and robot.format == "urdf" else None
             line = joint.line if element is None else element.sourceline
@@ -98,7 +98,7 @@ def link_undefined(robot: RobotFile) -> Iterator[Broken]:
                 line,
                 "joint",
                 joint.name,
-                repair=suggest(name, robot.link_of),
+                repair=robot.link_names.suggest(name),
                 fix=fix,
             )
 
@@ -142,7 +142,7 @@ def joint_cycle(robot: RobotFile) -> Iterator[Broken]:
             path[link] = None
             link = robot.joint_above[link].parent
         if link in path:
-            around = [robot.joint_above[name] for name in dropwhile(lambda name: name != link, path)]
+            around = [robot.joint_above[name] for name in dropwhile(link.__ne__, path)]
             if len(around) > 1:  # a joint from a link to itself is another rule's
                 yield Broken(
                     f"joints {', '.join(j.name for j in reversed(around))} form a cycle", around[0].line, "link", link

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-import os
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ksl import input_files, limits
 from ksl.checks.robot import Array, Kind, Note, RobotFile
 from ksl.checks.tags import balanced
 from ksl.checks.vocabulary import ELEMENTS
@@ -17,9 +17,6 @@ from ksl.errors import DescriptionError
 
 if TYPE_CHECKING:
     from lxml.etree import _Element
-
-LARGEST = 64 << 20
-"""Bytes.  The largest robot files known have some hundred kilobytes; meshes are in files of their own."""
 
 LARGEST_MENDED = 4 << 20
 """Bytes up to which tags that are not closed are looked for."""
@@ -34,16 +31,19 @@ def contents(path: Path) -> bytes:
             raise DescriptionError(f"{path}: is a folder; name the robot file in it")
         if path.exists() and not path.is_file():
             raise DescriptionError(f"{path}: is a pipe or device; write the robot to a file first")
-        size = path.stat().st_size
-        if size > LARGEST:
-            raise DescriptionError(
-                f"{path}: {size >> 20} MB, which no robot file has; expected at most {LARGEST >> 20} MB of XML"
-            )
-        data = path.read_bytes()
-    except OSError as e:
-        raise DescriptionError(
-            f"{path}: can't be read ({os.strerror(e.errno) if e.errno else e}); name an existing robot file"
-        ) from None
+        data = input_files.contents(str(path), limits.ROBOT_BYTES)
+    except input_files.Unreadable as e:
+        raise DescriptionError(f"{path}: {e}; name an existing robot file") from None
+    except DescriptionError:
+        raise
+    except (OSError, ValueError) as e:
+        raise DescriptionError(f"{path}: can't be read ({input_files.what_os_says(e)}); name an existing robot file") from None
+    check_xml(data, path)
+    return data
+
+
+def check_xml(data: bytes, path: Path) -> None:
+    """Raises DescriptionError for contents that are no XML."""
     if not data.strip():
         raise DescriptionError(f"{path}: is empty; expected a URDF, SDF or MJCF file")
     if (
@@ -52,17 +52,20 @@ def contents(path: Path) -> bytes:
         and not data.startswith((b"\xff\xfe", b"\xfe\xff"))
     ):
         raise DescriptionError(f"{path}: is no XML file; expected URDF, SDF or MJCF")
-    return data
 
 
 def parse(robot: RobotFile) -> None:
+    """Reads the tree of a file, as :func:`parse_bytes` does."""
+    parse_bytes(robot, contents(robot.path))
+
+
+def parse_bytes(robot: RobotFile, data: bytes) -> None:
     """Reads the tree as far as possible into `robot.root`, and notes errors of syntax and encoding.
 
     Neither entities nor the network are used: a file from a stranger must not read others.
     """
     from lxml import etree
 
-    data = contents(robot.path)
     declared = re.match(rb"\s*<\?xml[^>]*encoding=", data)
     encoding = None
     if not declared and not data.startswith((b"\xff\xfe", b"\xfe\xff")):

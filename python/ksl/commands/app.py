@@ -6,16 +6,33 @@ import os
 import shlex
 import signal
 import sys
+import traceback
+from collections.abc import Iterable
 from types import FrameType
 from typing import Annotated, Any, NoReturn
 
 import typer
-from rich.console import Console
+from rich.console import Console, ConsoleOptions, RenderableType
+from rich.segment import Segment
 from typer.core import TyperGroup
+
+from ksl.printable import PrintableStream, one_line, printable
+from ksl.printable import sentence as shortened
+
+
+class SafeConsole(Console):
+    """Prints names of files as they are: they are no markup of rich, and what they hold of control characters is made visible."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(highlight=False, markup=False, emoji=False, **options)
+
+    def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
+        for segment in super().render(renderable, options):  # all that is printed passes here, before rich adds its colours
+            yield segment if segment.control else Segment(printable(segment.text), segment.style)
 
 
 class Commands(TyperGroup):
-    """The commands, whose words print on any terminal, which end on signals, and which say it where standard output can't be written."""
+    """The commands: they print nothing that a terminal obeys, end on signals, and end in a sentence whatever happens."""
 
     def invoke(self, ctx: Any) -> Any:
         end_on_signals()
@@ -26,28 +43,49 @@ class Commands(TyperGroup):
             raise SystemExit(128 + signal.SIGINT) from None
 
     def main(self, *args: Any, **options: Any) -> Any:
-        for stream in (sys.stdout, sys.stderr):
+        streams = sys.stdout, sys.stderr
+        for stream in streams:
             if hasattr(stream, "reconfigure"):
                 stream.reconfigure(errors="replace")  # "?" for characters that the encoding lacks, rather than no output
+        sys.stdout, sys.stderr = (stream and PrintableStream(stream) for stream in streams)  # None if the shell has closed it
+        try:
+            return self._main(args, options)
+        finally:
+            sys.stdout, sys.stderr = streams
+
+    def _main(self, args: tuple[Any, ...], options: dict[str, Any]) -> Any:
         try:
             try:
                 return super().main(*args, **options)
             finally:
-                if sys.stdout is not None:  # None if the shell has closed it
+                if sys.stdout is not None:
                     sys.stdout.flush()  # an error at the end of the interpreter would be Python's to report
         except BrokenPipeError:  # nobody reads what is printed: as any command
             discard_output()
             sys.exit(1)
-        except OSError as e:
-            if e.filename is not None:  # of a file, and not of standard output
+        except Exception as e:
+            if os.environ.get(TRACEBACK):
                 raise
-            errors.print(f"ksl: {unwritable(e)}")
-            discard_output()
+            errors.print(f"ksl: {one_line(_last_resort(e))}")
+            if isinstance(e, OSError) and e.filename is None:  # of standard output
+                discard_output()
             sys.exit(2)
 
 
+def _last_resort(e: Exception) -> str:
+    """A sentence for errors that no command expects."""
+    if isinstance(e, MemoryError):
+        return "there is not enough memory for this; give smaller files, or a part of the motion"
+    if isinstance(e, OSError):
+        return unwritable(e) if e.filename is None else f"{e.filename}: can't be read or written ({os.strerror(e.errno) if e.errno else e})"
+    where = traceback.extract_tb(e.__traceback__)[-1]
+    what = f"{type(e).__name__} in {os.path.basename(where.filename)}:{where.lineno}"
+    return f"a fault in KSL: {what}: {shortened(str(e))[:300]}; please report it with its files; {TRACEBACK}=1 in the environment prints where it happened"
+
+
+TRACEBACK = "KSL_TRACEBACK"
 app = typer.Typer(cls=Commands, pretty_exceptions_enable=False, no_args_is_help=True, rich_markup_mode=None, help="Every wrench in a mechanism.")
-errors = Console(stderr=True, soft_wrap=True, highlight=False, markup=False)
+errors = SafeConsole(stderr=True, soft_wrap=True)
 
 
 def command_line() -> str:
@@ -57,15 +95,15 @@ def command_line() -> str:
 
 def console(width: int) -> Console:
     """Standard output; of that width where it is no terminal."""
-    out = Console(highlight=False)
+    out = SafeConsole()
     if not out.is_terminal:
         out.width = width
     return out
 
 
-def fail(sentence: object) -> NoReturn:
+def fail(said: object) -> NoReturn:
     """Ends the command with status 2.  By SystemExit: typer.Exit is a RuntimeError, which handlers of commands would say once more."""
-    errors.print(f"ksl: {sentence}")
+    errors.print(f"ksl: {shortened(str(said))}")
     raise SystemExit(2)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
@@ -158,13 +159,14 @@ def _cases(
     from ksl.load_cases.case_file import read_cases
     from ksl.load_cases.load_case import LoadCase
     from ksl.load_cases.provenance import input_file
-    from ksl.motions.reading import read_external, read_motion
+    from ksl.motions.reading import read_motion, read_wrenches
 
     if cases is not None:
         return read_cases(model, cases, placement, motion, carried, reading)
     assert motion is not None
     moved = read_motion(model, motion, **reading)
-    wrenches = read_external(model, external, moved.time) if external else {}
+    wrenches, doubts = read_wrenches(model, external, moved.time) if external else ({}, [])
+    moved = replace(moved, doubts=[*moved.doubts, *doubts])
     inputs = [input_file(role, file) for role, file in (("motion", motion), ("external", external)) if file]
     return [LoadCase(model, moved, placement, wrenches, "standard input" if str(motion) == "-" else motion.stem, str(motion), carried)], inputs
 

@@ -57,9 +57,9 @@ def numbers(text: str, option: str, *counts: int) -> list[float]:
 
 
 def suggestion(name: str, known: list[str], otherwise: str) -> str:
-    from difflib import get_close_matches
+    from ksl.errors import close_names
 
-    near = get_close_matches(name, known, 1)
+    near = close_names(name, known, 1)
     return f"did you mean {near[0]}?" if near else f"{otherwise} {', '.join(known)}"
 
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import os
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -22,7 +23,7 @@ from ksl.motions.motion import Motion
 from ksl.motions.reading import WRENCH_COLUMNS, read_motion
 from ksl.motions.reading_options import OPTIONS
 from ksl.states import Array
-from ksl.toml_files import read_toml
+from ksl.toml_files import read_toml, toml_of
 
 KEYS = ("motion", "payloads", "external", "gravity", "mounting", "physics", "friction_width", "hold", "stop")
 """Of a load case, and of the defaults of all."""
@@ -49,6 +50,11 @@ def read_cases(
     return _Reader(model, os.fspath(path), placement or Placement(), motion, payloads, reading or {}).read()
 
 
+def cases_of_text(model: Model, text: str, file: str = "cases.toml") -> list[LoadCase]:
+    """The load cases of the text of such a file, which messages call by this name; what it names is looked for in that file's folder."""
+    return _Reader(model, file, Placement(), None, (), {}).read_from(toml_of(text, file, CaseError))[0]
+
+
 class _Reader:
     def __init__(
         self, model: Model, file: str, placement: Placement, motion: str | os.PathLike[str] | None, payloads: Sequence[Payload], reading: Mapping[str, Any]
@@ -58,19 +64,24 @@ class _Reader:
         self._folder = Path(file).parent
         self._motions: dict[str, Motion] = {}
         self._inputs: dict[str, InputFile] = {}
+        self.doubts: list[str] = []
+        """About the tables of wrenches that were read so far."""
 
     def read(self) -> tuple[list[LoadCase], list[InputFile]]:
         tables = read_toml(self._file, CaseError, "load cases")
+        self._input("cases", self._file)
+        return self.read_from(tables)
+
+    def read_from(self, tables: Mapping[str, Any]) -> tuple[list[LoadCase], list[InputFile]]:
         _known_keys(self._file, tables, ("defaults", "cases"))
         defaults = _table(f"{self._file}: defaults", tables.get("defaults", {}))
         _known_keys(f"{self._file}: defaults", defaults, KEYS)
         named = _table(f"{self._file}: cases", tables.get("cases", {}))
         if not named:
             raise CaseError(f"{self._file}: no load cases; give a table [cases.NAME] for each")
-        self._input("cases", self._file)
         found = [case for name, keys in named.items() for case in self._cases_of(name, keys, defaults)]
         names = [c.name for c in found]
-        repeated = next((n for i, n in enumerate(names) if n in names[:i]), None)
+        repeated = next((n for n, k in Counter(names).items() if k > 1), None)
         if repeated is not None:
             raise CaseError(f"{self._file}: two load cases are called {repeated!r}; rename one")
         return found, list(self._inputs.values())
@@ -132,7 +143,8 @@ class _Reader:
     def columns(self, where: str, file: Any) -> tuple[Array, Array]:
         """Times (n) and wrenches (n, 6) of a file with the columns time, fx … tz."""
         path = self.path(where, file)
-        time, wrench = _read_wrench(path)
+        time, wrench, doubts = _read_wrench(path)
+        self.doubts += doubts
         self._input("external", path)
         return time, wrench
 
@@ -151,6 +163,12 @@ class _Case:
     reader: _Reader
 
     def load_cases(self) -> list[LoadCase]:
+        """With doubts about tables of wrenches beside those about the motion."""
+        self.reader.doubts.clear()
+        cases, doubts = self._load_cases(), self.reader.doubts
+        return [replace(case, motion=replace(case.motion, doubts=[*case.motion.doubts, *doubts])) for case in cases] if doubts else cases
+
+    def _load_cases(self) -> list[LoadCase]:
         if "hold" in self.spec and "stop" in self.spec and self.spec["hold"] is not False:
             raise CaseError(f"{self.where}: hold and stop; give one of them, and the other in a case of its own")
         model, payloads = self._model()
@@ -377,8 +395,8 @@ def _rotation(where: str, given: Any) -> Array:
     return rotation
 
 
-def _read_wrench(file: str) -> tuple[Array, Array]:
-    """Times (n) and wrenches (n, 6) of a table with `time` and some of fx … tz; missing components are zero."""
+def _read_wrench(file: str) -> tuple[Array, Array, list[str]]:
+    """Times (n) and wrenches (n, 6) of a table with `time` and some of fx … tz, where missing components are zero; and why they may be wrong."""
     from ksl.motions.recognise import open_table
     from ksl.motions.recorded import check_finite
     from ksl.motions.time_column import find_time, in_seconds
@@ -396,4 +414,4 @@ def _read_wrench(file: str) -> tuple[Array, Array]:
     check_finite(table, {"time": time} | values)
     if len(time) == 0 or (np.diff(time) <= 0).any():
         raise CaseError(f"{file}: times must increase: sort the samples and remove repeated ones")
-    return time, np.column_stack([values.get(c, np.zeros(len(time))) for c in WRENCH_COLUMNS])
+    return time, np.column_stack([values.get(c, np.zeros(len(time))) for c in WRENCH_COLUMNS]), table.doubts

@@ -19,6 +19,7 @@ from ksl.load_cases.run import Run, checked
 from ksl.mechanism import Joint
 from ksl.model import Model
 from ksl.motions.reading import read_motion
+from ksl.real_arrays import real_array
 from ksl.states import Array, Order, Point, Side
 
 if TYPE_CHECKING:
@@ -173,7 +174,7 @@ def _range(joint: Joint) -> tuple[float, float] | None:
 
 
 def _given(model: Model, pose: Any) -> Array:
-    q = np.asarray(pose, dtype=float)
+    q = np.asarray(real_array(pose, "pose"), dtype=float)
     if q.shape != (model.nq,) or not np.isfinite(q).all():
         raise MotionError(f"pose has shape {q.shape}; expected ({model.nq}) finite numbers, or a mapping {{joint: position}}")
     return q

@@ -11,6 +11,7 @@ from ksl.load_cases.wrench_table import motion_of_arrays
 from ksl.model import Model
 from ksl.motions.columns import columns_of
 from ksl.motions.motion import Motion
+from ksl.real_arrays import real_array
 from ksl.states import Array
 
 EXPECTED = "expected a file, a table with the column `time`, or time (n), q (n, nq) and, if known, v and a (n, nv)"
@@ -32,8 +33,9 @@ def _of_table(model: Model, table: Any, names: list[str]) -> Motion:
     """Columns are taken by name.  Rates are used if those of all joints are there."""
     joints = model.joints[: len(model.joint_names)]
     groups = [[column for j in joints for column in columns_of(j)[k]] for k in range(3)]
+    there = set(names)
     for column in ("time", *groups[0]):
-        if column not in names:
+        if column not in there:
             raise MotionError(f"motion: the table has no column {column!r}; {near_names(column, names)}its columns are {', '.join(names)}")
     known = {"time", *(column for group in groups for column in group)}
     unknown = [name for name in names if name not in known]
@@ -41,10 +43,10 @@ def _of_table(model: Model, table: Any, names: list[str]) -> Motion:
         raise MotionError(f"motion: unknown column {unknown[0]!r}; {near_names(unknown[0], known)}leave out what belongs to no joint")
 
     def numbers(group: list[str]) -> Array | None:
-        if not all(column in names for column in group):
+        if not all(column in there for column in group):
             return None
-        return np.column_stack([np.asarray(table[column]) for column in group]) if group else np.empty((len(table["time"]), 0))
+        return np.column_stack([real_array(table[column], f"motion: column {column!r}") for column in group]) if group else np.empty((len(table["time"]), 0))
 
     q, v, a = (numbers(group) for group in groups)
     assert q is not None  # its columns are there
-    return motion_of_arrays(model, np.asarray(table["time"]), q, v, a)
+    return motion_of_arrays(model, real_array(table["time"], "motion: column 'time'"), q, v, a)

@@ -7,6 +7,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
+from ksl.csv_cells import csv_table
 from ksl.load_cases.load_case import Block
 from ksl.load_cases.provenance import Provenance
 from ksl.load_cases.wrench_table import TableWriter
@@ -69,7 +70,7 @@ class WrenchFiles:
         table = self._writer.table(block, case)
         self._parquet.write_table(table)
         if self._csv is not None:
-            self._csv.write_table(table.cast(_plain(self._writer.schema)))
+            self._csv.write_table(csv_table(table).cast(_plain(self._writer.schema)))
 
     def __enter__(self) -> WrenchFiles:
         return self

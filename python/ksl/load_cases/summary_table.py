@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ksl.csv_cells import csv_comment, csv_row, csv_text
 from ksl.load_cases.provenance import UNITS, Provenance
 from ksl.load_cases.quantities import SummaryRow
 
@@ -64,10 +65,10 @@ def write_summary(path: Path, rows: Sequence[SummaryRow], provenance: Provenance
     rows = all_rows(rows)
     head = [("KSL", f"summary of the joint loads of {provenance.robot}"), *provenance.lines(), ("units", UNITS), ("peaks", PEAKS)]
     with open(path, "w", newline="", encoding="utf-8") as f:
-        f.writelines(f"# {name}: {' '.join(text.split())}\n" for name, text in head)
-        table = csv.DictWriter(f, columns_of_rows(rows), restval="", lineterminator="\n")
+        f.writelines(f"# {name}: {csv_comment(text)}\n" for name, text in head)
+        table = csv.DictWriter(f, [csv_text(name) for name in columns_of_rows(rows)], restval="", lineterminator="\n")
         table.writeheader()
-        table.writerows(rows)
+        table.writerows(map(csv_row, rows))
 
 
 def summary_table(rows: Sequence[SummaryRow], provenance: Provenance) -> pa.Table:

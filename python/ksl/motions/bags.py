@@ -8,7 +8,9 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
+from ksl import limits
 from ksl.errors import MotionError, near_names
+from ksl.input_files import check_regular
 from ksl.motions.joint_states import JointStates, JointStateTable
 from ksl.motions.recorded import listed
 
@@ -29,6 +31,9 @@ class Topic(NamedTuple):
 def bag_in_folder(folder: str, topic: str | None, positions_only: bool) -> JointStateTable:
     """The joint states of a ROS 2 bag, which is a folder with metadata.yaml and one or more .db3 or .mcap files.  Raises MotionError."""
     inside = sorted(Path(folder).iterdir())
+    for each in inside:  # the libraries open them by name
+        if not each.is_dir():
+            check_regular(str(each))
     if any(f.name == "metadata.yaml" for f in inside):
         return _ros2(folder, Path(folder), topic, positions_only)
     recordings = [f for f in inside if f.suffix in (".db3", ".mcap", ".bag")]
@@ -99,6 +104,8 @@ def mcap(file: str, source: BinaryIO, topic: str | None, positions_only: bool) -
             summary = reader.get_summary()
             if summary is None:
                 raise MotionError(f"{file}: is an MCAP file, but {TRUNCATED}: it has no summary at its end; repair it with `mcap recover`")
+            if sum(c.uncompressed_size for c in summary.chunk_indexes) > limits.MOTION_BYTES:
+                raise MotionError(f"{file}: unpacked it is larger than {limits.megabytes(limits.MOTION_BYTES)}, the most that is read; cut it with `mcap filter`")
             counts = summary.statistics.channel_message_counts if summary.statistics else {}
             topics = [Topic(c.topic, _type_of(summary.schemas.get(c.schema_id)), counts.get(c.id, 1)) for c in summary.channels.values()]
             name = chosen_topic(file, topics, topic)

@@ -5,15 +5,15 @@ from __future__ import annotations
 import csv
 import math
 import os
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from difflib import get_close_matches
-from pathlib import Path
 
-from ksl.errors import MotionError, near_names
+from ksl.csv_cells import text_of_cell
+from ksl.errors import MotionError, close_names, near_names
 from ksl.motions.csv_form import form_of
 from ksl.motions.recorded import listed
-from ksl.toml_files import read_toml
+from ksl.toml_files import read_text, toml_of
 
 KEYS = ("to", "unit", "sign", "scale", "offset")
 TABLES = ("columns", "ignore", "constants")
@@ -60,15 +60,14 @@ def read_map(given: str | os.PathLike[str] | Mapping[str, object]) -> ColumnMap:
     if isinstance(given, Mapping):
         return _of_tables("map", {"columns": given} if not set(given) & set(TABLES) else given)
     file = os.fspath(given)
-    try:
-        text = Path(file).read_bytes().decode("utf-8-sig")
-    except OSError as e:
-        raise MotionError(f"{file}: can't be read ({e.strerror}); give a map of columns, a TOML or a CSV file") from None
-    except UnicodeDecodeError:
-        raise MotionError(f"{file}: is not text; give a map of columns, a TOML or a CSV file") from None
+    return map_of(read_text(file, MotionError, "give a map of columns, a TOML or a CSV file"), file)
+
+
+def map_of(text: str, file: str = "map") -> ColumnMap:
+    """A map from the text of such a file, which messages call by this name.  Raises MotionError."""
     if not _is_toml(text):
         return _of_rows(file, text)
-    table = read_toml(file, MotionError, "columns of a motion, with names that hold blanks, dots or brackets in quotes")
+    table = toml_of(text, file, MotionError)
     return _of_tables(file, {"columns": table} if not set(table) & set(TABLES) else table)
 
 
@@ -137,7 +136,7 @@ def _of_rows(file: str, text: str) -> ColumnMap:
     form = form_of(file, text.encode(), "utf-8")
     if len(form.names) < 2:
         raise MotionError(f"{file}: expected a TOML file with [columns], or a CSV table with the columns from,to,unit,sign,scale,offset")
-    rows = list(csv.reader(text.splitlines(), delimiter=form.separator, skipinitialspace=True))
+    rows = [_fields(f"{file}:{n}", line, form.separator) for n, line in enumerate(re.split("\r\n|\n|\r", text), 1)]
     keys = ["from", "to"]
     named = {n.strip().lower() for n in form.names} <= {"from", *KEYS}
     if named:
@@ -159,11 +158,19 @@ def _of_rows(file: str, text: str) -> ColumnMap:
                     values[key] = float(cells[key])
                 except ValueError:
                     raise MotionError(f"{where}: {key} is {cells[key]!r}; expected a number") from None
-        column = str(values.pop("from"))
+        column = text_of_cell(str(values.pop("from")))
+        values["to"] = text_of_cell(cells["to"])
         if column in rules:
             raise MotionError(f"{where}: column {column!r} stands in the map twice; remove one line")
         rules[column] = _rule(where, column, values)
     return _checked(ColumnMap(file, rules))
+
+
+def _fields(where: str, line: str, separator: str) -> list[str]:
+    try:
+        return next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])
+    except csv.Error:  # a field of more than 128 KiB
+        raise MotionError(f"{where}: can't be split into columns; expected a column of the file and a column of the motion, separated by a comma") from None
 
 
 def _checked(columns: ColumnMap) -> ColumnMap:
@@ -181,6 +188,6 @@ def _checked(columns: ColumnMap) -> ColumnMap:
 
 def absent(columns: ColumnMap, name: str, names: list[str], head: str) -> MotionError:
     """What to say of a column that the map names and the file doesn't have."""
-    near = get_close_matches(name, names, 1)
+    near = close_names(name, names, 1)
     hint = f"did you mean {near[0]!r}?" if near else f"its columns are {listed(names)}"
     return MotionError(f"{columns.file}: column {name!r} is not in {head}; {hint}")

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
-from difflib import get_close_matches
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-from ksl.errors import MotionError
+from ksl.errors import MotionError, close_names
 from ksl.mechanism import Joint, Mechanism
 from ksl.motions.column_map import ColumnMap, ColumnRule, absent
 from ksl.motions.columns import METRES, columns_of, columns_of_one_coordinate
@@ -108,7 +107,8 @@ def _rules(table: Recorded, known: Mapping[str, Quantity], columns: ColumnMap) -
     """A rule for each column of the file: that of the map, or one that follows from it, or the column's own name."""
     names = list(table.names)
     in_file, ignored = set(names), set(columns.ignored)
-    given = dict(columns.rules)
+    aliases = _without_blanks(known)
+    given = {name: _meant(rule, known, aliases) for name, rule in columns.rules.items()}
     for name in [*given, *columns.ignored]:
         if name not in in_file:
             raise absent(columns, name, names, table.file)
@@ -121,13 +121,27 @@ def _rules(table: Recorded, known: Mapping[str, Quantity], columns: ColumnMap) -
     for name in names:
         if name in given or name in ignored:
             continue
-        rule = _rule_of_name(name, known, in_file)
+        rule = _meant(_rule_of_name(name, known, in_file), known, aliases)
         if rule.to in taken and rule.to in known:
             by = f"{columns.file} maps {taken[rule.to]!r} to it" if taken[rule.to] in columns.rules else f"{taken[rule.to]!r} is it"
             raise MotionError(f"{table.head}: column {name!r} would be {known[rule.to].what}, but {by}, too; put {name!r} into the list `ignore` of a map")
         taken[rule.to] = name
         given[name] = rule
     return {name: given[name] for name in names if name in given}
+
+
+def _without_blanks(known: Mapping[str, Quantity]) -> dict[str, str]:
+    """Columns of joints whose names begin or end with blanks, by the names without them: tables lose these blanks."""
+    found: dict[str, list[str]] = {}
+    for column, what in known.items():
+        if what.joint.name != what.joint.name.strip():
+            found.setdefault(what.joint.name.strip() + column.removeprefix(what.joint.name), []).append(column)
+    return {bare: columns[0] for bare, columns in found.items() if len(columns) == 1}
+
+
+def _meant(rule: ColumnRule, known: Mapping[str, Quantity], aliases: Mapping[str, str]) -> ColumnRule:
+    """The rule with the column of the motion that it means."""
+    return rule if rule.to in known or rule.to.strip() not in aliases else replace(rule, to=aliases[rule.to.strip()])
 
 
 def _rule_of_name(name: str, known: Mapping[str, Quantity], in_file: set[str]) -> ColumnRule:
@@ -197,7 +211,7 @@ class _Unknown:
 
     def _nearest(self, name: str, known: list[str]) -> str:
         rates = [n for n in known if n.endswith((".v", ".a"))]  # the name of another robot's joint is not meant to be one: only slips of a letter are
-        near = get_close_matches(name, [n for n in known if n not in rates], 1) or get_close_matches(name, rates, 1, 0.9)
+        near = close_names(name, [n for n in known if n not in rates], 1) or close_names(name, rates, 1, 0.9)
         return f"did you mean {near[0]!r}?" if near else f"the moving joints of {self.model.name} are {listed(self.model.joint_names)}"
 
     def _instead(self, name: str) -> str | None:
@@ -220,7 +234,7 @@ def _check_constants(table: Recorded, model: Mechanism, choice: Choice, columns:
     positions = [c for j in model.joints[: len(model.joint_names)] for c in columns_of(j)[0]]
     for name in columns.constants:
         if name not in positions:
-            near = get_close_matches(name, positions, 1)
+            near = close_names(name, positions, 1)
             hint = f"did you mean {near[0]!r}?" if near else f"the moving joints of {model.name} are {listed(model.joint_names)}"
             raise MotionError(f"{columns.file}: [constants] names {name!r}, which no joint of {model.name} has; {hint}")
         if name in choice.used:

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
+from ksl import limits
+from ksl.csv_cells import text_of_cell
 from ksl.errors import MotionError
 from ksl.motions.units import bare, unit_of
 
@@ -14,6 +17,10 @@ COMMENTS = ("#", "%", "//")
 SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "vertical bars", " ": "blanks"}
 SNIFFED_ROWS = 20
 """Rows of numbers that are looked at for their separator and their decimal point."""
+COMMENTS_KEPT = 1000
+"""Comments before the numbers in which names of columns are looked for."""
+LINE_BYTES = 64 << 20
+_SAID = {"sep=", *(f"sep={s}" for s in SEPARATORS)}
 _LINE_END = re.compile(rb"\r\n|\n|\r")
 _COMMA_NUMBER = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?|[-+]?\d+,")
 _BRACKETED = re.compile(r"[\[(<][^\])>]*[\])>]")
@@ -51,12 +58,12 @@ class _Line:
 
 def form_of(file: str, data: bytes, encoding: str) -> CsvForm:
     """The form of a file with this content.  Raises MotionError if there are no names of columns."""
-    comments: list[_Line] = []
+    comments: deque[_Line] = deque(maxlen=COMMENTS_KEPT)
     lines: list[_Line] = []
     separator = ""
-    for line in _lines(data, encoding):
+    for line in _lines(file, data, encoding):
         text = line.text.strip()
-        if not lines and text.lower().startswith("sep=") and len(text) <= 5:  # written by Excel, and for Excel
+        if not lines and text.lower() in _SAID:  # written by Excel, and for Excel
             separator = text[4:] or "\t"
         elif text.startswith(COMMENTS):
             comments.append(line)
@@ -77,6 +84,8 @@ def form_of(file: str, data: bytes, encoding: str) -> CsvForm:
             raise MotionError(f"{file}:{header_line}: no names of columns, but numbers; {MEND}, named in the first line")
         header, header_line, start = found[0], found[1], 0
         notes.append(f"names of the columns are taken from the comment in line {header_line}")
+    check_names(file, header_line, header)
+    header = [text_of_cell(name) for name in header]
     if not any(header):
         raise MotionError(f"{file}:{header_line}: no names of columns; {MEND}, named in the first line")
     units: list[str] = []
@@ -90,11 +99,23 @@ def form_of(file: str, data: bytes, encoding: str) -> CsvForm:
     return replace(form, decimal=_decimal(form))
 
 
-def _lines(data: bytes, encoding: str) -> Iterator[_Line]:
+def check_names(file: str, line: int, names: list[str]) -> None:
+    """Raises MotionError for more columns, or longer names, than are read."""
+    if len(names) > limits.COLUMNS:
+        raise MotionError(f"{file}:{line}: {len(names):,} columns; at most {limits.COLUMNS:,} are read")
+    longest = max(names, key=len, default="")
+    if len(longest) > limits.NAME_LENGTH:
+        said = f"the name {longest[:20]!r}… of a column is {len(longest):,} characters long; at most {limits.NAME_LENGTH:,} are read"
+        raise MotionError(f"{file}:{line}: {said}")
+
+
+def _lines(file: str, data: bytes, encoding: str) -> Iterator[_Line]:
     """Lines of a file, whichever line ends it has.  Not all of it is split, since few are looked at."""
     position, number = 0, 1
     while position < len(data):
-        end = _LINE_END.search(data, position)
+        end = _LINE_END.search(data, position, position + LINE_BYTES)
+        if end is None and len(data) - position > LINE_BYTES:
+            raise MotionError(f"{file}:{number}: a line of more than {LINE_BYTES >> 20} MB; {MEND}")
         stop, following = (end.start(), end.end()) if end else (len(data), len(data))
         yield _Line(number, data[position:stop].decode(encoding, "replace").removeprefix("\ufeff"))
         position, number = following, number + 1
@@ -103,9 +124,11 @@ def _lines(data: bytes, encoding: str) -> Iterator[_Line]:
 def _split(line: str, separator: str) -> list[str]:
     if separator == " ":
         return line.split()
+    if '"' not in line:
+        return [field.strip() for field in line.split(separator)]
     try:
         return [n.strip() for n in next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])] or [""]
-    except csv.Error:  # a field of more than 128 KiB, for example
+    except csv.Error:  # a quoted field of more than 128 KiB, for example
         return [line.strip()]
 
 
@@ -123,7 +146,7 @@ def _separator(lines: list[_Line]) -> str:
     return best if scores[best][1] > 1 else ","
 
 
-def _header_in_comment(comments: list[_Line], before: int, columns: int, separator: str) -> tuple[list[str], int] | None:
+def _header_in_comment(comments: Iterable[_Line], before: int, columns: int, separator: str) -> tuple[list[str], int] | None:
     """Names in the last comment before the numbers that has as many as there are columns."""
     for line in reversed([c for c in comments if c.number < before]):
         text = line.text.strip().lstrip("#%/ ")

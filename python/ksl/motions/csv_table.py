@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ksl import limits
 from ksl.errors import MotionError
 from ksl.motions.arrow_memory import own_memory
 from ksl.motions.csv_form import MEND, SEPARATORS, CsvForm, form_of, is_comma_number, is_number
@@ -18,6 +19,8 @@ from ksl.states import Array
 if TYPE_CHECKING:
     import pyarrow as pa
 
+SMALL = 1 << 20
+"""Bytes of a file that one thread parses: less than a block, of which each is a thread's."""
 NOT_GIVEN = ["", "NaN", "nan", "NAN", "NA", "N/A", "#N/A", "null", "NULL"]
 _TEXT_SIGNS = frozenset(b"\t\n\r\f\x0b\x1b") | frozenset(range(32, 256))
 
@@ -39,6 +42,7 @@ class CsvTable(Recorded):
         names = [n for n in self.form.names if n]
         units = {n: u for n, u in zip(self.form.names, self.form.units) if n and u}
         super().__init__(file, f"CSV ({words})" if words else "CSV", names, {}, units, notes + self.form.notes)
+        self.doubts = _doubts_about_end(file, self._data)
         self._index = {n: i for i, n in enumerate(self.form.names) if n}
         self._lines: Array | None = None  # of each row, where comments lie between the rows
 
@@ -90,6 +94,7 @@ class CsvTable(Recorded):
         """The columns of these names, and those without a name, which must be empty.  Raises MotionError."""
         import pyarrow as pa
 
+        self._check_numbers(len(types))
         unnamed = [i for i, n in enumerate(self.form.names) if not n]
         converted = {_numbered(self._index[n]): t for n, t in types.items()} | {_numbered(i): pa.binary() for i in unnamed}
         try:
@@ -100,10 +105,17 @@ class CsvTable(Recorded):
                 table = self._parsed_with(other, converted)
                 self.format = "CSV (" + ", ".join(x for x in (self.form.words, "decimal commas", self._how) if x) + ")"
             except pa.ArrowInvalid as again:
-                raise MotionError(self._what_arrow_says(str(again if other == self.form.decimal else e), list(converted))) from None
+                raise MotionError(self._what_arrow_says(str(again if other == self.form.decimal else e))) from None
         for i in unnamed:
             self._check_unnamed(i, table.column(_numbered(i)))
         return table
+
+    def _check_numbers(self, columns: int) -> None:
+        """Raises MotionError for more numbers than are read."""
+        ends = self._data.count(b"\n") or self._data.count(b"\r")
+        numbers = columns * (ends - self.form.first_line + 1)
+        if numbers > limits.MOTION_NUMBERS:
+            raise MotionError(f"{self.file}: about {numbers:,} numbers; at most {limits.MOTION_NUMBERS:,} are read: thin it out, or give a part of it")
 
     def _parsed_with(self, decimal: str, types: dict[str, pa.DataType]) -> pa.Table:
         import pyarrow as pa
@@ -126,6 +138,8 @@ class CsvTable(Recorded):
                 ),
             )
 
+        if len(data) < SMALL:
+            return read(threads=False)
         try:
             return read(threads=True)
         except pa.ArrowInvalid:
@@ -172,7 +186,7 @@ class CsvTable(Recorded):
             f"{self.place(row)}: {value!r} in column {index + 1}, which has no name; name it in line {self.form.header_line}, or remove what it holds"
         )
 
-    def _what_arrow_says(self, text: str, included: list[str]) -> str:
+    def _what_arrow_says(self, text: str) -> str:
         comma = self.form.decimal == ","
         number = "a number with a decimal " + ("comma, as other values have" if comma else "point")
 
@@ -181,7 +195,7 @@ class CsvTable(Recorded):
 
         found = re.search(r"In CSV column #(\d+): (?:Row #(\d+): )?.*invalid value '(.*)'", text, re.DOTALL)
         if found:
-            name = self.form.names[int(included[int(found[1])].removeprefix("column "))]
+            name = self.form.names[int(found[1])]
             where = f"{self.file}:{line(found[2])}" if found[2] else self.file
             if "\n" in found[3]:
                 return f"{where}: column {name!r} holds several lines, from {found[3][:20]!r} on; a quotation mark is not closed"
@@ -196,6 +210,15 @@ class CsvTable(Recorded):
         if "Empty CSV" in text or "Could not skip" in text:
             return f"{self.file}: holds no samples; give `time` and a column for each joint, a line for each sample"
         return f"{self.file}: can't be read as CSV ({' '.join(text.split())[:200]}); give `time` and a column for each joint, separated by commas"
+
+
+def _doubts_about_end(file: str, data: bytes) -> list[str]:
+    """A sentence if the last line has no end, though those before it have one: it may be cut, and 9 may have been 9.98."""
+    last = data[max(data.rfind(b"\n"), data.rfind(b"\r")) + 1 :]
+    if len(last) == len(data) or not last.strip() or last.lstrip().startswith((b"#", b"%", b"//")):
+        return []
+    line = (data.count(b"\n") or data.count(b"\r")) + 1
+    return [f"the last line ({line}) of {file} has no line end, as those before it have: was the file cut there? Copy it again, or end the line"]
 
 
 def _numbered(index: int) -> str:

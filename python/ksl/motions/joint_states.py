@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ksl import limits
 from ksl.errors import MotionError
 from ksl.motions.recorded import Recorded, count, listed
 from ksl.motions.resampling import on_spline
@@ -35,10 +36,14 @@ class JointStates:
         """Of each list of joints: log time, header stamp, positions, velocities of its messages."""
         self.has_efforts = False
         self.without_positions = 0
+        numbers = 0
         for log, m in messages:
             if not len(m.position):
                 self.without_positions += 1
                 continue
+            numbers += 2 * len(m.position)
+            if numbers > limits.MOTION_NUMBERS:
+                raise MotionError(f"{file}: more than {limits.MOTION_NUMBERS:,} numbers in {topic}; give a part of the recording")
             names = tuple(m.name)
             if len(names) != len(m.position):
                 both = f"names {count(len(names), 'joint')}, but has {count(len(m.position), 'position')}"

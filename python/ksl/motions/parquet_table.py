@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
+from ksl import limits
 from ksl.errors import MotionError
 from ksl.motions.arrow_memory import own_memory
 from ksl.motions.recorded import Recorded, count
@@ -29,13 +31,15 @@ class ParquetTable(Recorded):
         try:
             self._parquet = pq.ParquetFile(own_memory(source) if isinstance(source, bytes) else pa.OSFile(os.fsencode(source)))
             self._schema = self._parquet.schema_arrow
-        except (pa.ArrowInvalid, pa.ArrowNotImplementedError, OSError):
+        except (pa.ArrowException, OSError, UnicodeError):
             raise MotionError(f"{file}: is a Parquet file, but truncated or damaged; copy or write it again") from None
         if b"ksl" in (self._schema.metadata or {}) and {"joint", "fx"} <= set(self._schema.names):
             raise MotionError(f"{file}: holds the wrenches that `ksl loads` has computed, not a motion; give the motion's file")
+        if len(self._schema.names) > limits.COLUMNS:
+            raise MotionError(f"{file}: {len(self._schema.names):,} columns; at most {limits.COLUMNS:,} are read")
         names = [n for n in self._schema.names if not n.startswith(INDEX)]
         notes = [] if len(names) == len(self._schema.names) else ["an index without a name is left out"]
-        repeated = [n for i, n in enumerate(names) if n in set(names[:i])] if len(set(names)) < len(names) else []
+        repeated = [n for n, k in Counter(names).items() if k > 1]
         if repeated:
             raise MotionError(f"{file}: two columns are named {repeated[0]!r}; rename or remove one")
         units = {f.name: f.metadata[k].decode(errors="replace") for f in self._schema if f.metadata for k in (b"unit", b"units") if k in f.metadata}
@@ -52,10 +56,13 @@ class ParquetTable(Recorded):
     def read(self, names: Sequence[str], time: str | None = None) -> dict[str, Array]:
         import pyarrow as pa
 
+        numbers = self._parquet.metadata.num_rows * len(names)
+        if numbers > limits.MOTION_NUMBERS:  # a few bytes can stand for billions of equal ones
+            raise MotionError(f"{self.file}: {numbers:,} numbers; at most {limits.MOTION_NUMBERS:,} are read: thin it out, or give a part of it")
         try:
             table = self._parquet.read(columns=list(names))
             self._parquet.close()
-        except (pa.ArrowInvalid, OSError):
+        except (pa.ArrowException, OSError, UnicodeError):
             raise MotionError(f"{self.file}: is a Parquet file, but truncated or damaged; copy or write it again") from None
         return {n: self._times(table.column(n), n) if n == time else self._numbers(table.column(n), n) for n in names}
 

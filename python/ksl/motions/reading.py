@@ -92,7 +92,8 @@ def read_motion(
         notes.append(note)
         place = lambda k: f"{table.file}: sample {k + 1} after resampling"
     motion = complete(model, time, q, given, table.file, place, smooth, measured)
-    return replace(motion, source=Source(table.file, table.format, len(time), float(np.median(np.diff(time))), with_unused_together(notes)))
+    source = Source(table.file, table.format, len(time), float(np.median(np.diff(time))), with_unused_together(notes))
+    return replace(motion, source=source, doubts=[*table.doubts, *motion.doubts])
 
 
 def _values(table: Recorded, choice: Choice) -> dict[str, Array]:
@@ -151,6 +152,11 @@ def read_external(model: Mechanism, path: str | os.PathLike[str], time: Array) -
     The table, in any format but a bag, has `time`, with the samples of the motion, and LINK.fx … LINK.tz (missing components
     are zero): at the link's origin, in the link's axes.  Raises MotionError.
     """
+    return read_wrenches(model, path, time)[0]
+
+
+def read_wrenches(model: Mechanism, path: str | os.PathLike[str], time: Array) -> tuple[dict[str, Array], list[str]]:
+    """The same, and why they may be wrong, as `Motion.doubts` says it."""
     try:
         table = open_table(path)
     except MotionError as e:
@@ -172,4 +178,4 @@ def read_external(model: Mechanism, path: str | os.PathLike[str], time: Array) -
     for name, x in values.items():
         link, _, component = name.rpartition(".")
         wrenches.setdefault(link, np.zeros((len(time), 6)))[:, WRENCH_COLUMNS.index(component)] = x
-    return wrenches
+    return wrenches, table.doubts

@@ -7,7 +7,7 @@ import gzip
 import lzma
 import os
 import stat
-import sys
+import struct
 import zipfile
 import zlib
 from collections.abc import Callable
@@ -15,18 +15,19 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
+from ksl import limits
 from ksl.errors import MotionError
+from ksl.input_files import STANDARD_INPUT, Unreadable, bounded, check_path, contents, opened, standard_input, what_os_says
 from ksl.motions.csv_form import MEND
 from ksl.motions.csv_table import CsvTable
 from ksl.motions.recorded import Recorded
 
-STANDARD_INPUT = "-"
-_PACKED: dict[bytes, tuple[str, Callable[[bytes], bytes]]] = {
-    b"\x1f\x8b": ("gzip", gzip.decompress),
-    b"BZh": ("bzip2", bz2.decompress),
-    b"\xfd7zXZ\x00": ("xz", lzma.decompress),
+_PACKED: dict[bytes, tuple[str, Callable[[BytesIO], Any]]] = {
+    b"\x1f\x8b": ("gzip", gzip.open),
+    b"BZh": ("bzip2", bz2.open),
+    b"\xfd7zXZ\x00": ("xz", lzma.open),
 }
 _OTHERS = {
     b"\x89HDF": "an HDF5 file (or one of MATLAB's -v7.3); save the motion as CSV, Parquet or NPZ",
@@ -52,19 +53,14 @@ class Content:
     def head(self) -> bytes:
         if self.data is not None:
             return self.data[:512]
-        with open(self._path, "rb") as f:
+        with self.opened() as f:
             return f.read(512)
 
     def bytes(self) -> bytes:
-        return self._path.read_bytes() if self.data is None else self.data
+        return contents(self.file, limits.MOTION_BYTES) if self.data is None else self.data
 
     def opened(self) -> BinaryIO:
-        return open(self._path, "rb") if self.data is None else BytesIO(self.data)
-
-    @property
-    def _path(self) -> Path:
-        assert self.path is not None
-        return self.path
+        return opened(self.file, limits.MOTION_BYTES) if self.data is None else BytesIO(self.data)
 
 
 def open_table(path: str | os.PathLike[str], topic: str | None = None, positions_only: bool = False) -> Recorded:
@@ -78,15 +74,17 @@ def open_table(path: str | os.PathLike[str], topic: str | None = None, positions
         if find_spec(package) is None:
             raise MotionError(f"{file}: reading motions needs the package {package}; install it: pip install 'ksl[loads]'")
     try:
+        check_path(file)
         if file != STANDARD_INPUT and os.path.isdir(file):
             from ksl.motions.bags import bag_in_folder
 
             return bag_in_folder(file, topic, positions_only)
         content = _content(file)
         table = _opened(content, content.head(), topic, positions_only)
-    except OSError as e:
-        what = e.strerror or e
-        raise MotionError(f"{file}: can't be read ({what}); {MEND}") from None
+    except Unreadable as e:
+        raise MotionError(f"{'standard input' if file == STANDARD_INPUT else file}: {e}; {MEND}") from None
+    except (OSError, UnicodeError) as e:
+        raise MotionError(f"{file}: can't be read ({what_os_says(e)}); {MEND}") from None
     if topic is not None and not table.is_recording:
         raise MotionError(f"{content.file}: --topic (topic=) chooses among the topics of a bag, but this is {table.format}; leave it out")
     return table
@@ -94,28 +92,26 @@ def open_table(path: str | os.PathLike[str], topic: str | None = None, positions
 
 def _content(file: str) -> Content:
     if file == STANDARD_INPUT:
-        if sys.stdin is None:  # the shell has closed it
-            raise MotionError(f"standard input: is closed; {MEND}")
-        return _unpacked(Content("standard input", None, sys.stdin.buffer.read()))
-    mode = os.stat(file).st_mode
-    if stat.S_ISREG(mode):
-        content = Content(file, Path(file), None)
-        return _unpacked(content) if content.head().startswith(tuple(_PACKED)) else content
-    if stat.S_ISFIFO(mode) or stat.S_ISSOCK(mode) or os.path.realpath(file) == os.path.realpath(os.devnull):
-        with open(file, "rb") as f:  # a pipe is read once, and all of it
-            return _unpacked(Content(file, None, f.read()))
-    raise MotionError(f"{file}: is a device, not a file; {MEND}")
+        return _unpacked(Content("standard input", None, standard_input(limits.MOTION_BYTES)))
+    with opened(file, limits.MOTION_BYTES) as source:
+        if not stat.S_ISREG(os.fstat(source.fileno()).st_mode):  # a pipe is read once, and all of it
+            return _unpacked(Content(file, None, bounded(source, limits.MOTION_BYTES)))
+        if not source.read(8).startswith(tuple(_PACKED)):
+            return Content(file, Path(file), None)
+        source.seek(0)
+        return _unpacked(Content(file, None, bounded(source, limits.MOTION_BYTES)))
 
 
 def _unpacked(content: Content) -> Content:
-    data = content.bytes()
+    assert content.data is not None
     for magic, (name, unpack) in _PACKED.items():
-        if data.startswith(magic):
+        if content.data.startswith(magic):
             try:
-                return Content(content.file, None, unpack(data), name)
+                with unpack(BytesIO(content.data)) as source:
+                    return Content(content.file, None, bounded(source, limits.MOTION_BYTES, "is compressed, and unpacked it is"), name)
             except (EOFError, OSError, zlib.error, lzma.LZMAError, ValueError):
                 raise MotionError(f"{content.file}: is compressed by {name}, but truncated or damaged; copy or compress it again") from None
-    return Content(content.file, None, data)
+    return content
 
 
 def _opened(content: Content, head: bytes, topic: str | None, positions_only: bool) -> Recorded:
@@ -150,14 +146,19 @@ def _opened_zip(content: Content) -> Recorded:
     from ksl.motions.npz_table import npz_table
 
     try:
-        with zipfile.ZipFile(content.opened()) as archive:
-            names = archive.namelist()
-    except zipfile.BadZipFile:
+        with content.opened() as source, zipfile.ZipFile(source) as archive:
+            inside = archive.infolist()
+    except (zipfile.BadZipFile, ValueError, EOFError, OverflowError, NotImplementedError, UnicodeError, struct.error):
         raise MotionError(f"{content.file}: is an NPZ file or another zip archive, but truncated or damaged; copy or write it again") from None
+    names = [each.filename for each in inside]
     if "xl/workbook.xml" in names or "mimetype" in names:
         raise MotionError(f"{content.file}: is a spreadsheet (Excel or OpenDocument); save the sheet as CSV, and give that")
     if not names or not all(n.endswith(".npy") for n in names):
         raise MotionError(f"{content.file}: is a zip archive without NumPy arrays; give CSV, Parquet, NPZ or a bag")
+    if len(inside) > limits.COLUMNS:
+        raise MotionError(f"{content.file}: {len(inside):,} arrays; at most {limits.COLUMNS:,} are read")
+    if sum(each.file_size for each in inside) > limits.MOTION_BYTES:  # what an archive says of its sizes is kept to when it is unpacked
+        raise MotionError(f"{content.file}: unpacked it is larger than {limits.megabytes(limits.MOTION_BYTES)}, the most that is read; {MEND}")
     return npz_table(content.file, content.opened())
 
 
@@ -178,7 +179,7 @@ def swapped(robot: str | os.PathLike[str], motion: str | os.PathLike[str]) -> bo
                 return None
             with open(path, "rb") as f:
                 return is_markup(f.read(512))
-        except OSError:
+        except (OSError, ValueError):
             return None
 
     return markup(motion) is True and (markup(robot) is False or os.path.isdir(robot))

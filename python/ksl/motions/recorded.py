@@ -29,6 +29,8 @@ class Recorded:
     """What the file says of the units of its columns."""
     notes: list[str] = field(default_factory=list)
     """What was converted, chosen or dropped in reading, a line each."""
+    doubts: list[str] = field(default_factory=list)
+    """Why its numbers may be wrong; each forbids a green verdict."""
     texts: Mapping[str, str] = field(default_factory=dict)
     """Columns that hold text, with a value."""
     times_are_seconds: bool = False

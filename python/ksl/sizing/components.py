@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 from ksl.errors import SizingError, near_names, unknown_name
@@ -22,7 +21,7 @@ from ksl.sizing.catalogue_numbers import (
 )
 from ksl.sizing.life import RELIABILITY
 from ksl.sizing.samples import Spectrum
-from ksl.toml_files import read_toml
+from ksl.toml_files import read_text, toml_of
 from ksl.toml_lines import line_of, toml_lines
 
 TOP = ("robot", "required_life_h", "reliability", "iso_281", "cases", "shares", "component")
@@ -70,8 +69,12 @@ class Components:
 def read_components(path: str | os.PathLike[str]) -> Components:
     """Reads and checks a components file.  Raises SizingError with the line."""
     file = os.fspath(path)
-    tables = read_toml(file, SizingError, "components: `ksl size --example` prints one")
-    return _Reader(file, tables, toml_lines(Path(file).read_text(encoding="utf-8-sig"))).components()
+    return components_of_text(read_text(file, SizingError, "give a TOML file that describes components: `ksl size --example` prints one"), file)
+
+
+def components_of_text(text: str, file: str = "components") -> Components:
+    """The same from the text of such a file, which messages call by this name."""
+    return _Reader(file, toml_of(text, file, SizingError), toml_lines(text)).components()
 
 
 def components_of(tables: Mapping[str, Any], file: str = "components") -> Components:

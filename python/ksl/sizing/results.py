@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ksl.errors import SizingError, unknown_name
+from ksl.input_files import Unreadable, check_regular
 from ksl.sizing.samples import ONE_COORDINATE, JointSamples, ResultJoint, Spectrum
 from ksl.states import Array
 
@@ -193,23 +194,38 @@ def read_results(path: str | Path) -> Results:
         table = file / "wrenches"
         if not table.is_dir():
             raise SizingError(f"{file}: this sweep has no wrenches; run it with --wrenches, or with `components` in its [base]")
-    if not table.exists():
+    if not _exists(table):
         raise SizingError(f"{file}: no such file; give the folder or wrenches.parquet that `ksl loads` writes")
     if table.is_dir() and not any(table.rglob("*.parquet")):
         raise SizingError(f"{file}: this folder has no wrenches.parquet; give the folder that `ksl loads` writes")
     try:
+        for each in table.rglob("*.parquet") if table.is_dir() else [table]:
+            check_regular(str(each))
         if table.is_dir():  # a data set of several files
             return Results(pq.read_table(table), str(file))
         with pq.ParquetFile(table) as parquet:  # pq.read_table would import pandas, which takes longer than to read
             names = set(parquet.schema_arrow.names)
             wanted = [n for n in ("case", "time", "joint", *WRENCH, *MOTION, "rotor", "on", "at", "axes") if n in names]
             return Results(parquet.read(columns=wanted), str(file))
-    except (pa.ArrowInvalid, pa.ArrowTypeError, OSError) as e:
+    except Unreadable as e:
+        raise SizingError(f"{table}: {e}; give the folder or wrenches.parquet that `ksl loads` writes") from None
+    except (pa.ArrowException, OSError) as e:
         swapped = table.suffix == ".toml"
-        reason = "the results come first, then the components" if swapped else str(e).splitlines()[0].split(". ")[0]
+        reason = "the results come first, then the components" if swapped else str(e).partition("\n")[0].split(". ")[0]
         raise SizingError(
             f"{table}: is no Parquet file that can be read ({reason}); give the folder or wrenches.parquet that `ksl loads` writes"
         ) from None
+    except SizingError:
+        raise
+    except (KeyError, TypeError, AttributeError, IndexError, ValueError, RecursionError, OverflowError):
+        raise SizingError(f"{file}: its metadata or columns are not those that `ksl loads` writes; run `ksl loads` again") from None
+
+
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except (OSError, ValueError):  # links in a circle, names that no file can have
+        return False
 
 
 def _joint(said: Mapping[str, Any]) -> ResultJoint:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.sax.saxutils import escape, quoteattr
 
+from ksl.csv_cells import csv_comment, csv_table
 from ksl.errors import SizingError
 from ksl.output import staged
 from ksl.sizing.figures import Figure, LeftOut, significant
@@ -148,12 +149,12 @@ class Sizing:
             raise SizingError(
                 f"{folder}: holds the sizing of {earlier}, and this is {self.robot}; give another folder with -o, or --force"
             )
-        head = "".join(f"# {line}\n" for line in self._headlines()).encode()
+        head = "".join(f"# {csv_comment(line)}\n" for line in self._headlines()).encode()
         with staged(folder, FILES) as stage:
             for name, table in (("sizing", self.table), ("peaks", self.peak_table)):
                 pyarrow.parquet.write_table(table, stage / f"{name}.parquet")
                 rows = pyarrow.BufferOutputStream()
-                pyarrow.csv.write_csv(table, rows, pyarrow.csv.WriteOptions(quoting_style="needed"))
+                pyarrow.csv.write_csv(csv_table(table), rows, pyarrow.csv.WriteOptions(quoting_style="needed"))
                 (stage / f"{name}.csv").write_bytes(head + rows.getvalue().to_pybytes())
             (stage / "sizing.json").write_text(
                 json.dumps(self.as_dict(), ensure_ascii=False, indent=1) + "\n", encoding="utf-8"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -107,9 +108,9 @@ def sweep_from(tables: Mapping[str, Any], file: str = "<sweep>") -> Sweep:
         raise SweepError(f'{file}: [sweep] sampling = {sampling!r}; expected "grid" or "latin hypercube"')
     latin = sampling != "grid"
     parameters = tuple(_parameter(v, i, latin, file) for i, v in enumerate(vary, 1))
-    for i, p in enumerate(parameters):
-        if p.name in [other.name for other in parameters[:i]]:
-            raise SweepError(f"{file}: two parameters are named {p.name!r}; give one of them another `name`")
+    repeated = next((name for name, k in Counter(p.name for p in parameters).items() if k > 1), None)
+    if repeated is not None:
+        raise SweepError(f"{file}: two parameters are named {repeated!r}; give one of them another `name`")
     motion = base.pop("motion", None)
     if (motion is None) == all(p.kind != "motion" for p in parameters):
         raise SweepError(f'{file}: give the motion once: `motion` in [base], or a parameter of kind "motion"')

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ksl._core import __version__
+from ksl.csv_cells import csv_row, csv_text
 from ksl.errors import SweepError
 from ksl.load_cases.provenance import InputFile, input_file
 from ksl.load_cases.quantities import unit
@@ -221,9 +222,9 @@ def _csv(rows: Sequence[Mapping[str, Any]]) -> str:
     import io
 
     text = io.StringIO(newline="")
-    table = csv.DictWriter(text, list(rows[0]) if rows else ["joint", "quantity", "value", "unit"], lineterminator="\n")
+    table = csv.DictWriter(text, [csv_text(name) for name in rows[0]] if rows else ["joint", "quantity", "value", "unit"], lineterminator="\n")
     table.writeheader()
-    table.writerows(rows)
+    table.writerows(map(csv_row, rows))
     return text.getvalue()
 
 

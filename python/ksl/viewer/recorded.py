@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ksl.errors import MotionError, near_names
+from ksl.input_files import Unreadable, check_regular
 from ksl.states import Array
 from ksl.viewer.scene import Scene, make_scene, thinned
 
@@ -67,6 +68,7 @@ def read_results(path: Path, case: str | None = None) -> Results:
     file = path / TABLE if path.is_dir() else path
     mend = "give the folder that `ksl loads` has written, or a motion"
     try:
+        check_regular(str(file))
         schema = parquet.read_schema(file)
         made_by = json.loads((schema.metadata or {}).get(b"ksl", b"{}"))
         absent = [c for c in ("time", "joint", "position", "speed", "acceleration", "effort") if c not in schema.names]
@@ -78,7 +80,7 @@ def read_results(path: Path, case: str | None = None) -> Results:
         chosen = case or (names[0] if names else "")
         only = [("case", "=", chosen)] if "case" in schema.names and chosen else None
         table = parquet.read_table(file, columns=["time", "joint", "position", "speed", "acceleration", "effort"], filters=only)
-    except (OSError, pa.ArrowInvalid, json.JSONDecodeError) as e:
+    except (OSError, pa.ArrowException, json.JSONDecodeError, Unreadable) as e:
         raise MotionError(f"{file}: can't be read ({e}); {mend}") from None
     if not len(table):
         raise MotionError(f"{file}: has no samples; {mend}")

@@ -34,10 +34,10 @@ template <> struct joint<joint_kind::planar> : several_axes_joint<0, 1, 5> {
   template <class T> static void integrate(const T *q, const T *dv, T *out) {
     SE3<T> step, D = pose_at(q);
     const screw<T> s = {{dv[0], dv[1], T(0)}, {T(0), T(0), dv[2]}};
-    const T angle = q[2] + dv[2];
+    const T turned = q[2] + dv[2];
     algebra<T>::SE3_exp(&s, &step);
     algebra<T>::product_dv(&D, &step.t, &step.t);
-    out[0] = step.t.x, out[1] = step.t.y, out[2] = angle;
+    out[0] = step.t.x, out[1] = step.t.y, out[2] = turned;
   }
   /// By the smallest rotation, between −π and π.
   template <class T> static void difference(const T *q0, const T *q1, T *dv) {

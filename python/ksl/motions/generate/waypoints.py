@@ -57,7 +57,7 @@ def read_waypoints(model: Mechanism, limits: Limits, path: str | os.PathLike[str
     positions = np.column_stack([table.get(name, np.full(count, neutral[k])) for k, name in enumerate(names)])
     _check_within(file, limits, positions)
     absent = [name for name in names if name not in table]
-    notes = (f"no column for {', '.join(absent)}: at rest",) if absent else ()
+    notes = (*([f"no column for {', '.join(absent)}: at rest"] if absent else []), *opened.doubts)
     times = table.get("time")
     if times is not None and not (np.diff(times) > 0).any():
         times = None  # a template that was filled in: all times are zero

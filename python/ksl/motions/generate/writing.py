@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ksl._core import __version__
+from ksl.csv_cells import csv_text
 from ksl.errors import MotionError
 from ksl.mechanism import Mechanism
 from ksl.motions.columns import columns_of
@@ -57,4 +58,5 @@ def _columns(model: Mechanism, generated: Generated) -> dict[str, Array]:
 
 
 def _quoted(name: str) -> str:
-    return '"' + name.replace('"', '""') + '"' if any(c in name for c in ',"\n') else name
+    cell = csv_text(name)
+    return '"' + cell.replace('"', '""') + '"' if any(c in cell for c in ',"\n') else cell

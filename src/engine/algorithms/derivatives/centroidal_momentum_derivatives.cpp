@@ -14,6 +14,7 @@ struct centroidal_momentum_derivatives_algorithm {
       .external = external_use::none,
       .request = request_kind::none,
       .needs_mass = false,
+      .nan_without_mass = false,
       .smooth_friction = false,
       .results = 2,
       .result = {{"by_q", 2, {extent::six, extent::nv}}, {"by_v", 2, {extent::six, extent::nv}}},

@@ -14,6 +14,7 @@ struct energy_derivatives_algorithm {
       .external = external_use::none,
       .request = request_kind::none,
       .needs_mass = false,
+      .nan_without_mass = false,
       .smooth_friction = false,
       .results = 3,
       .result = {{"kinetic_by_q", 1, {extent::nv}}, {"kinetic_by_v", 1, {extent::nv}}, {"potential_by_q", 1, {extent::nv}}},

@@ -14,6 +14,7 @@ struct forward_dynamics_derivatives_algorithm {
       .external = external_use::optional,
       .request = request_kind::none,
       .needs_mass = true,
+      .nan_without_mass = false,
       .smooth_friction = true,
       .results = 3,
       .result = {{"da_dq", 2, {extent::nv, extent::nv}}, {"da_dv", 2, {extent::nv, extent::nv}}, {"da_dtau", 2, {extent::nv, extent::nv}}},

@@ -14,6 +14,7 @@ struct forward_dynamics_second_derivatives_algorithm {
       .external = external_use::optional,
       .request = request_kind::none,
       .needs_mass = true,
+      .nan_without_mass = false,
       .smooth_friction = true,
       .results = 4,
       .result = {{"d2a_dqdq", 3, {extent::nv, extent::nv, extent::nv}}, {"d2a_dvdv", 3, {extent::nv, extent::nv, extent::nv}}, {"d2a_dqdv", 3, {extent::nv, extent::nv, extent::nv}}, {"d2a_dqdtau", 3, {extent::nv, extent::nv, extent::nv}}},

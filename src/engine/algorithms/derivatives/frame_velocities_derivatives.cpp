@@ -14,6 +14,7 @@ struct frame_velocities_derivatives_algorithm {
       .external = external_use::none,
       .request = request_kind::frames,
       .needs_mass = false,
+      .nan_without_mass = false,
       .smooth_friction = false,
       .results = 2,
       .result = {{"by_q", 3, {extent::links, extent::six, extent::nv}}, {"by_v", 3, {extent::links, extent::six, extent::nv}}},

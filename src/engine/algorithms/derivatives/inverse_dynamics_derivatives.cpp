@@ -14,6 +14,7 @@ struct inverse_dynamics_derivatives_algorithm {
       .external = external_use::optional,
       .request = request_kind::none,
       .needs_mass = false,
+      .nan_without_mass = false,
       .smooth_friction = true,
       .results = 3,
       .result = {{"dtau_dq", 2, {extent::nv, extent::nv}}, {"dtau_dv", 2, {extent::nv, extent::nv}}, {"dtau_da", 2, {extent::nv, extent::nv}}},

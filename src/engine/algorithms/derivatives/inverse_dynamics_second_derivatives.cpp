@@ -14,6 +14,7 @@ struct inverse_dynamics_second_derivatives_algorithm {
       .external = external_use::optional,
       .request = request_kind::none,
       .needs_mass = false,
+      .nan_without_mass = false,
       .smooth_friction = true,
       .results = 4,
       .result = {{"d2tau_dqdq", 3, {extent::nv, extent::nv, extent::nv}}, {"d2tau_dvdv", 3, {extent::nv, extent::nv, extent::nv}}, {"d2tau_dqdv", 3, {extent::nv, extent::nv, extent::nv}}, {"dM_dq", 3, {extent::nv, extent::nv, extent::nv}}},

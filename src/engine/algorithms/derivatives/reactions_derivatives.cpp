@@ -14,6 +14,7 @@ struct reactions_derivatives_algorithm {
       .external = external_use::optional,
       .request = request_kind::joints,
       .needs_mass = false,
+      .nan_without_mass = false,
       .smooth_friction = false,
       .results = 3,
       .result = {{"by_q", 3, {extent::joints, extent::six, extent::nv}}, {"by_v", 3, {extent::joints, extent::six, extent::nv}}, {"by_a", 3, {extent::joints, extent::six, extent::nv}}},

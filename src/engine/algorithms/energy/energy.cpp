@@ -14,6 +14,7 @@ struct energy_algorithm {
       .external = external_use::none,
       .request = request_kind::none,
       .needs_mass = false,
+      .nan_without_mass = false,
       .smooth_friction = false,
       .results = 2,
       .result = {{"kinetic", 0, {}}, {"potential", 0, {}}},

@@ -14,6 +14,7 @@ struct external_power_algorithm {
       .external = external_use::required,
       .request = request_kind::none,
       .needs_mass = false,
+      .nan_without_mass = false,
       .smooth_friction = false,
       .results = 1,
       .result = {{"power", 0, {}}},

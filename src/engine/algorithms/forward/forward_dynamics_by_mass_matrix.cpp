@@ -14,6 +14,7 @@ struct forward_dynamics_by_mass_matrix_algorithm {
       .external = external_use::optional,
       .request = request_kind::none,
       .needs_mass = true,
+      .nan_without_mass = false,
       .smooth_friction = true,
       .results = 1,
       .result = {{"a", 1, {extent::motion}}},

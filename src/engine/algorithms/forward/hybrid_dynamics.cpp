@@ -14,6 +14,7 @@ struct hybrid_dynamics_algorithm {
       .external = external_use::optional,
       .request = request_kind::links,
       .needs_mass = true,
+      .nan_without_mass = false,
       .smooth_friction = true,
       .results = 2,
       .result = {{"a_out", 1, {extent::motion}}, {"tau_out", 1, {extent::nv}}},

@@ -14,6 +14,7 @@ struct velocity_jump_algorithm {
       .external = external_use::required,
       .request = request_kind::none,
       .needs_mass = true,
+      .nan_without_mass = false,
       .smooth_friction = false,
       .results = 1,
       .result = {{"dv", 1, {extent::motion}}},

@@ -14,6 +14,7 @@ struct effort_parts_algorithm {
       .external = external_use::optional,
       .request = request_kind::none,
       .needs_mass = false,
+      .nan_without_mass = false,
       .smooth_friction = false,
       .results = 1,
       .result = {{"parts", 2, {extent::five, extent::nv}}},

@@ -14,6 +14,7 @@ struct inverse_dynamics_with_reactions_algorithm {
       .external = external_use::optional,
       .request = request_kind::reactions,
       .needs_mass = false,
+      .nan_without_mass = false,
       .smooth_friction = false,
       .results = 1,
       .result = {{"tau", 1, {extent::nv}}},

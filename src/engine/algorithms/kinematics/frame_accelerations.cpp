@@ -14,6 +14,7 @@ struct frame_accelerations_algorithm {
       .external = external_use::none,
       .request = request_kind::frames,
       .needs_mass = false,
+      .nan_without_mass = false,
       .smooth_friction = false,
       .results = 1,
       .result = {{"accelerations", 2, {extent::links, extent::six}}},

@@ -14,6 +14,7 @@ struct frame_poses_algorithm {
       .external = external_use::none,
       .request = request_kind::links,
       .needs_mass = false,
+      .nan_without_mass = false,
       .smooth_friction = false,
       .results = 1,
       .result = {{"poses", 3, {extent::links, extent::four, extent::four}}},

@@ -14,6 +14,7 @@ struct jacobian_algorithm {
       .external = external_use::none,
       .request = request_kind::frame,
       .needs_mass = false,
+      .nan_without_mass = false,
       .smooth_friction = false,
       .results = 1,
       .result = {{"J", 2, {extent::six, extent::nv}}},

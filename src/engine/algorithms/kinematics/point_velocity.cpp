@@ -14,6 +14,7 @@ struct point_velocity_algorithm {
       .external = external_use::none,
       .request = request_kind::frame,
       .needs_mass = false,
+      .nan_without_mass = false,
       .smooth_friction = false,
       .results = 1,
       .result = {{"velocity", 1, {extent::three}}},

@@ -14,6 +14,7 @@ struct relative_jacobian_algorithm {
       .external = external_use::none,
       .request = request_kind::relative,
       .needs_mass = false,
+      .nan_without_mass = false,
       .smooth_friction = false,
       .results = 1,
       .result = {{"J", 2, {extent::six, extent::nv}}},

@@ -14,6 +14,7 @@ struct relative_velocity_algorithm {
       .external = external_use::none,
       .request = request_kind::relative,
       .needs_mass = false,
+      .nan_without_mass = false,
       .smooth_friction = false,
       .results = 1,
       .result = {{"twist", 1, {extent::six}}},

@@ -14,6 +14,7 @@ struct integrate_jacobians_algorithm {
       .external = external_use::none,
       .request = request_kind::none,
       .needs_mass = false,
+      .nan_without_mass = false,
       .smooth_friction = false,
       .results = 2,
       .result = {{"by_q", 2, {extent::motion, extent::nv}}, {"by_dv", 2, {extent::motion, extent::nv}}},

@@ -14,6 +14,7 @@ struct mass_matrix_inverse_algorithm {
       .external = external_use::none,
       .request = request_kind::none,
       .needs_mass = true,
+      .nan_without_mass = false,
       .smooth_friction = false,
       .results = 1,
       .result = {{"W", 2, {extent::motion, extent::motion}}},

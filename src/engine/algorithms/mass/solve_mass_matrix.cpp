@@ -14,6 +14,7 @@ struct solve_mass_matrix_algorithm {
       .external = external_use::none,
       .request = request_kind::none,
       .needs_mass = true,
+      .nan_without_mass = false,
       .smooth_friction = false,
       .results = 1,
       .result = {{"a", 1, {extent::motion}}},

@@ -14,6 +14,7 @@ struct energy_regressor_algorithm {
       .external = external_use::none,
       .request = request_kind::links,
       .needs_mass = false,
+      .nan_without_mass = false,
       .smooth_friction = false,
       .results = 2,
       .result = {{"kinetic", 2, {extent::links, extent::ten}}, {"potential", 2, {extent::links, extent::ten}}},

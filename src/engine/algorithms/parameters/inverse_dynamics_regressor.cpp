@@ -14,6 +14,7 @@ struct inverse_dynamics_regressor_algorithm {
       .external = external_use::none,
       .request = request_kind::links,
       .needs_mass = false,
+      .nan_without_mass = false,
       .smooth_friction = false,
       .results = 1,
       .result = {{"Y", 3, {extent::nv, extent::links, extent::ten}}},

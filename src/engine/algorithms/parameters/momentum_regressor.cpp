@@ -14,6 +14,7 @@ struct momentum_regressor_algorithm {
       .external = external_use::none,
       .request = request_kind::links,
       .needs_mass = false,
+      .nan_without_mass = false,
       .smooth_friction = false,
       .results = 1,
       .result = {{"P", 3, {extent::six, extent::links, extent::ten}}},

@@ -14,6 +14,7 @@ struct reactions_regressor_algorithm {
       .external = external_use::none,
       .request = request_kind::joints,
       .needs_mass = false,
+      .nan_without_mass = false,
       .smooth_friction = false,
       .results = 1,
       .result = {{"Y", 4, {extent::joints, extent::six, extent::all_links, extent::ten}}},

@@ -14,6 +14,7 @@ struct center_of_mass_algorithm {
       .external = external_use::none,
       .request = request_kind::none,
       .needs_mass = false,
+      .nan_without_mass = true,
       .smooth_friction = false,
       .results = 1,
       .result = {{"center", 1, {extent::three}}},

@@ -14,6 +14,7 @@ struct centroidal_momentum_rate_algorithm {
       .external = external_use::none,
       .request = request_kind::none,
       .needs_mass = false,
+      .nan_without_mass = false,
       .smooth_friction = false,
       .results = 1,
       .result = {{"rate", 1, {extent::six}}},

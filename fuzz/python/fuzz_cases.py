@@ -1,0 +1,47 @@
+"""Files of load cases.  Files that they name are refused here: a text must not make the target read what lies on this machine."""
+
+import atheris
+
+with atheris.instrument_imports(include=["ksl.load_cases.case_file", "ksl.load_cases.stops", "ksl.load_cases.wrenches_over_time", "ksl.toml_files", "tomllib"]):
+    from ksl.load_cases import case_file
+
+from target import finite, run
+
+import ksl
+from ksl.errors import CaseError, MotionError
+from ksl.load_cases import case_file as readers
+from ksl.motions.motion import Motion
+
+import numpy as np
+
+ROBOT = ksl.load_string(
+    '<robot name="leg"><link name="a"/><link name="b"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    '<joint name="hip" type="revolute"><parent link="a"/><child link="b"/><limit lower="-9" upper="9" effort="9" velocity="9"/></joint></robot>'
+)
+TIME = np.arange(8.0)
+MOTION = Motion(TIME, 0.1 * TIME[:, None], np.full((8, 1), 0.1), np.zeros((8, 1)))
+
+
+def no_motion(model: object, file: str, **options: object) -> Motion:
+    if not file.endswith("m.csv"):
+        raise MotionError(f"{file}: can't be read")
+    return MOTION
+
+
+def no_wrench(file: str) -> object:
+    raise MotionError(f"{file}: can't be read")
+
+
+readers.read_motion, readers._read_wrench = no_motion, no_wrench
+readers.input_file = lambda role, file: None
+
+
+def read(data: bytes) -> None:
+    for case in case_file.cases_of_text(ROBOT, data.decode("utf-8", "replace"), "cases.toml"):
+        finite(case.motion.q, "positions")
+        for wrench in case.external.values():
+            finite(wrench, "wrenches")
+
+
+if __name__ == "__main__":
+    run(read, CaseError, MotionError)

@@ -1,0 +1,168 @@
+#!/usr/bin/env python3
+"""Runs fuzz targets, as many at a time as there are cores, and writes a record of each.
+
+    run.py --seconds N | --runs N [--only NAME ...]
+
+A target is a program build/fuzz/fuzz/fuzz_NAME, or a file fuzz/python/fuzz_NAME.py, which takes the arguments of
+libFuzzer.  Its seeds are in fuzz/corpus/FORMAT, where NAME begins with FORMAT; words of the format are in
+fuzz/FORMAT.dict, if there are any.  What a run finds new is kept in build/fuzz/corpus/NAME for the next, and a text that
+breaks a promise in build/fuzz/found/NAME.
+
+A program fuzz_NAME_with_FAULT has a fault that it must find.  Only --runs writes records, fuzz-NAME.json."""
+
+import argparse
+import os
+import re
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+BUILD = ROOT / "build/fuzz"
+PROGRAMS = BUILD / "fuzz"
+PATIENCE = 300
+"""Seconds in which a fault that was planted must be found."""
+LONGEST = 1500
+"""Bytes of a text.  Long ones take their time, and show little that short ones don't."""
+
+
+def targets():
+    """Name and command of each target; a fault that was planted comes after the name, or None."""
+    found = []
+    for program in sorted(PROGRAMS.glob("fuzz_*")):
+        if program.is_file() and os.access(program, os.X_OK):
+            name, _, fault = program.name.removeprefix("fuzz_").partition("_with_")
+            found.append((name, [str(program)], fault or None))
+    for file in sorted((ROOT / "fuzz/python").glob("fuzz_*.py")):
+        found.append((file.stem.removeprefix("fuzz_"), [sys.executable, str(file)], None))
+    return found
+
+
+def format_of(name):
+    return next(
+        (
+            folder.name
+            for folder in sorted((ROOT / "fuzz/corpus").iterdir(), reverse=True)
+            if name.startswith(folder.name)
+        ),
+        name,
+    )
+
+
+def seeds_of(name):
+    """Folders of seeds: ours, and real robots where their package is."""
+    format = format_of(name)
+    folders = [ROOT / "fuzz/corpus" / format]
+    if format in ("urdf", "sdf"):
+        real = BUILD / "real_robots" / format
+        if not real.exists():
+            subprocess.run([sys.executable, ROOT / "fuzz/real_robots.py", format, real, "--most", "900"], check=True)
+        folders.append(real)
+    return [folder for folder in folders if folder.exists()]
+
+
+def run(name, command, fault, limits):
+    """Executions, seconds, and what the target says at the end."""
+    kept = BUILD / "corpus" / (f"{name}_with_{fault}" if fault else name)
+    found = BUILD / "found" / kept.name
+    for folder in (kept, found):
+        folder.mkdir(parents=True, exist_ok=True)
+    words = ROOT / f"fuzz/{format_of(name)}.dict"
+    arguments = [
+        f"-max_len={LONGEST}",
+        "-timeout=10",
+        "-rss_limit_mb=2048",
+        "-print_final_stats=1",
+        "-entropic=0",
+        f"-artifact_prefix={found}/",
+        *limits,
+    ]
+    if words.exists():
+        arguments.append(f"-dict={words}")
+    start = time.monotonic()
+    done = subprocess.run(
+        [*command, *arguments, kept, *seeds_of(name)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        errors="backslashreplace",
+    )
+    executed = re.findall(r"stat::number_of_executed_units: *(\d+)", done.stdout)
+    return {
+        "ok": done.returncode == 0,
+        "executions": int(executed[-1]) if executed else 0,
+        "seconds": time.monotonic() - start,
+        "said": done.stdout,
+    }
+
+
+def faults_of(name, all_targets):
+    """{fault: was it found}.  A fault is found if the target ends with a report."""
+    outcome = {}
+    for other, command, fault in all_targets:
+        if other == name and fault:
+            result = run(other, command, fault, [f"-max_total_time={PATIENCE}"])
+            caught = not result["ok"] and re.search(r"ERROR: |broken promise: |runtime error: ", result["said"])
+            outcome[fault.replace("_", " ")] = "caught" if caught else "missed"
+    return outcome
+
+
+def record(name, results, faults):
+    executions = sum(result["executions"] for result in results)
+    seconds = sum(result["seconds"] for result in results)
+    kept = all(result["ok"] for result in results) and "missed" not in faults.values()
+    command = [
+        sys.executable,
+        ROOT / "scripts/trust/record.py",
+        f"fuzz-{name.replace('_', '-')}",
+        "--command",
+        "make fuzz",
+        "--kept" if kept else "--broken",
+    ]
+    for figure in (
+        f"executions={executions:,}",
+        f"hours={seconds / 3600:.2f}",
+        f"texts that broke a promise={sum(not result['ok'] for result in results)}",
+    ):
+        command += ["--figure", figure]
+    for fault, outcome in faults.items():
+        command += ["--planted", f"{fault}={outcome}"]
+    subprocess.run(command, check=True)
+
+
+def work(target, asked, all_targets):
+    name, command, _ = target
+    faults = faults_of(name, all_targets)
+    limits = [f"-max_total_time={asked.seconds}"] if asked.seconds else [f"-runs={asked.runs}"]
+    result = run(name, command, None, limits)
+    if asked.runs:
+        record(name, [result], faults)
+    planted = "; ".join(f"{fault}: {outcome}" for fault, outcome in faults.items()) or "no fault planted"
+    print(f"fuzz-{name}: {result['executions']:,} executions in {result['seconds']:.0f} s; {planted}", flush=True)
+    if not result["ok"]:
+        print("\n".join(result["said"].splitlines()[-40:]), flush=True)
+    return result["ok"] and "missed" not in faults.values()
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    amount = parser.add_mutually_exclusive_group(required=True)
+    amount.add_argument("--seconds", type=int)
+    amount.add_argument("--runs", type=int)
+    parser.add_argument("--only", nargs="*", default=[], metavar="NAME")
+    asked = parser.parse_args()
+    all_targets = targets()
+    chosen = [target for target in all_targets if target[2] is None and (not asked.only or target[0] in asked.only)]
+    if not chosen:
+        sys.exit("there is no such target; make fuzz-build makes them")
+    for name, _, _ in chosen:
+        seeds_of(name)
+    with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+        ended = list(pool.map(lambda target: work(target, asked, all_targets), chosen))
+    sys.exit(not all(ended))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,58 @@
+"""What counts as numbers where a function takes an array: one place, so that all functions refuse the same.
+
+NumPy converts a great deal to floats without a word: dates to nanoseconds, texts to what they spell, complex numbers to their real
+parts, and masked arrays to what lies below the mask.  None of these is a number that somebody meant.
+"""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from numbers import Real
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+_WORDS = {"M": "dates", "m": "durations", "S": "bytes", "U": "texts", "V": "records", "c": "complex numbers: .real takes the real parts"}
+
+
+class _NotNumbers(ValueError):
+    """What an array holds instead."""
+
+
+def real_array(x: Any, what: str) -> NDArray[Any]:
+    """An array of bool, integer or floating type.  Raises ValueError, which calls it `what`.
+
+    Lists, tuples, arrays of any library that speaks DLPack or NumPy's protocol; objects only if each is a real number (Decimal, Fraction).
+    """
+    try:
+        array = np.from_dlpack(x) if hasattr(x, "__dlpack__") and not hasattr(x, "__array__") else np.asarray(x)
+        return _real(x, array)
+    except _NotNumbers as e:
+        raise ValueError(f"{what} holds {e}; expected numbers") from None
+    except (TypeError, ValueError, BufferError, OverflowError, RecursionError):
+        shown = repr(x)
+        shown = shown if len(shown) <= 60 and shown.isprintable() else type(x).__name__
+        raise ValueError(f"{what} is {shown}; expected numbers, in an array or what can become one") from None
+
+
+def _real(x: Any, array: NDArray[Any]) -> NDArray[Any]:
+    if isinstance(x, np.ma.MaskedArray):
+        raise _NotNumbers("a mask: .filled() or .compressed() take the numbers that are meant")
+    if isinstance(x, (list, tuple)) and _has_masked(x):
+        raise _NotNumbers("masked arrays: .filled() or .compressed() take the numbers that are meant")
+    if array.dtype.kind in "fiub" and not isinstance(x, (bytes, bytearray)):
+        return array
+    if array.ndim == 0 and array.dtype.kind in "OSU" and not isinstance(x, (np.ndarray, Real, Decimal)):
+        raise TypeError  # one text, or anything that is no array at all
+    if array.dtype.kind == "O":
+        others = [type(each).__name__ for each in array.flat if not isinstance(each, (Real, Decimal))]
+        if others:
+            raise _NotNumbers(f"objects ({others[0]})")
+        return array.astype(float)
+    raise _NotNumbers(_WORDS.get(array.dtype.kind, f"{array.dtype}"))
+
+
+def _has_masked(x: Any) -> bool:
+    """Whether a list, or a list in its first rows, holds masked arrays."""
+    return any(isinstance(each, np.ma.MaskedArray) or (k < 8 and isinstance(each, (list, tuple)) and _has_masked(each)) for k, each in enumerate(x))

@@ -1,0 +1,5 @@
+"""A name that nothing defines."""
+
+
+def area(width: float, height: float) -> float:
+    return width * heigth

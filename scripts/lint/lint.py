@@ -1,0 +1,174 @@
+#!/usr/bin/env python3
+"""Compilers and analysers over all of C, C++ and Python: whatever they say is an error.  Each also has to find a fault of faults/.
+
+    scripts/lint/lint.py [--record] [TOOL…]        gcc clang headers clang-tidy cppcheck analyzer ruff mypy; without a name all
+
+What a compiler or analyser says stands below the name of its job; the last lines are the counts.  --record writes
+test/trust/results/static-analysis.json."""
+
+import argparse
+import concurrent.futures
+import os
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+from units import BUILD, COMPILERS, ROOT, command, units  # noqa: E402
+from warning_options import options  # noqa: E402
+
+FAULTS = ROOT / "scripts/lint/faults"
+PYTHON = ["python", "scripts", "test", "bench", "examples", "docs", "fuzz"]
+CPPCHECK = ["cppcheck", "--quiet", "--error-exitcode=1", "--enable=warning,performance,portability", "--inline-suppr",
+            f"--suppressions-list={ROOT}/scripts/lint/cppcheck.txt", "-D__x86_64__", "-D__GNUC__=12", "-DKSL_ISA=isa", "-DKSL_TABLE=table"]
+TOOLS = ["gcc", "clang", "headers", "clang-tidy", "cppcheck", "analyzer", "ruff", "mypy"]
+
+
+@dataclass(frozen=True)
+class Job:
+    tool: str
+    name: str
+    command: list[str]
+    expected: str = ""  # of a fault: what has to be said of it
+
+
+@dataclass(frozen=True)
+class Outcome:
+    job: Job
+    said: str
+    ok: bool
+    seconds: float
+
+
+def compile_jobs(every):
+    """All units with both compilers.  gcc reads the kernels for AVX2 and clang those for AVX-512, which have code of their own."""
+    for family, march in (("gcc", "-march=x86-64-v3"), ("clang", "-march=x86-64-v4")):
+        for unit in every:
+            if unit.march in ("", march):
+                chosen = [*options(family, unit.language, unit.is_test), "-Werror", "-fsyntax-only"]
+                yield Job(family, unit.name, command(unit, family, *chosen))
+
+
+def header_jobs():
+    """Each public header alone, as a user's program includes it: those in C as C11 and C++20."""
+    folder = BUILD / "headers"
+    folder.mkdir(parents=True, exist_ok=True)
+    headers = {path.relative_to(ROOT / "include") for path in (ROOT / "include/ksl").rglob("*") if path.suffix in (".h", ".hpp")}
+    headers -= {header for header in headers if header.parts[1] == "detail" or header.stem.endswith("_calls")}  # parts of others
+    for language, suffix in (("c", "c"), ("c++", "cpp")):
+        files = []
+        for header in sorted(headers if language == "c++" else (h for h in headers if h.suffix == ".h")):
+            file = folder / f"{'_'.join(header.parts).replace('.', '_')}.{suffix}"
+            text = f"#include <{header}>\nextern int {file.stem}_included;\n"
+            if not file.exists() or file.read_text() != text:
+                file.write_text(text)
+            files.append(str(file))
+        for family in COMPILERS:
+            standard = "-std=c11" if language == "c" else "-std=c++20"
+            parts = [files[i : i + 24] for i in range(0, len(files), 24)]
+            for i, part in enumerate(parts):
+                yield Job("headers", f"{family} {standard} {i + 1} of {len(parts)}",
+                          [COMPILERS[family][language], standard, "-fsyntax-only", *options(family, language), "-Werror", f"-I{ROOT}/include",
+                           f"-I{ROOT}/include/ksl/compat", *part])
+
+
+def tidy_jobs(every):
+    """Sources, with the headers that they include; kernels for one instruction set.  The paths of kernels, which are one long path each
+    and take minutes, are followed in the tests' stead by those of the functions on one state."""
+    for unit in every:
+        if unit.is_test or unit.march not in ("", "-march=x86-64-v3"):
+            continue
+        checks = ["--checks=-clang-analyzer-*"] if unit.is_kernel else []
+        flags = [*unit.options, *([unit.march] if unit.march else [])]
+        yield Job("clang-tidy", unit.name, ["clang-tidy", "--quiet", *checks, f"--header-filter=^{ROOT}/(include/ksl|src|python)/", str(unit.file), "--", *flags])
+
+
+def cppcheck_jobs():
+    """It gives up on templates of other files, so C++ is read without headers, and these by themselves; C with them."""
+    yield Job("cppcheck", "C++", [*CPPCHECK, "--std=c++20", "--language=c++", *(str(ROOT / path) for path in ("src/load", "src/engine", "src/c_api", "src/batch", "python", "include/ksl"))])
+    yield Job("cppcheck", "C", [*CPPCHECK, "--std=c11", f"-I{ROOT}/include", *map(str, sorted((ROOT / "src").glob("*.c")))])
+
+
+def analyzer_jobs(every):
+    """gcc's analyser, of C; of C++ it says itself that it doesn't understand it."""
+    for unit in every:
+        if unit.language == "c":
+            yield Job("analyzer", unit.name, command(unit, "gcc", "-O1", "-fanalyzer", "-Werror", "-c", "-o", os.devnull))
+
+
+def python_jobs():
+    folders = [folder for folder in PYTHON if (ROOT / folder).exists()]
+    yield Job("ruff", "all Python", [sys.executable, "-m", "ruff", "check", "--quiet", *folders])
+    yield Job("mypy", "python/ksl", [sys.executable, "-m", "mypy"])
+
+
+def fault_jobs():
+    """(tool, file, what is to be said of it)."""
+    for family in COMPILERS:
+        yield Job(family, "faults/conversion.c", [family, *options(family, "c"), "-Werror", "-fsyntax-only", str(FAULTS / "conversion.c")], "float-conversion")
+        yield Job(family, "faults/shadow.cpp", [COMPILERS[family]["c++"], *options(family, "c++"), "-Werror", "-fsyntax-only", str(FAULTS / "shadow.cpp")], "-Wshadow")
+    yield Job("headers", "faults/user.c", ["gcc", "-std=c11", "-fsyntax-only", *options("gcc", "c"), "-Werror", f"-I{FAULTS}", str(FAULTS / "user.c")], "fault.h")
+    for check in ("bugprone-use-after-move", "clang-analyzer-core.NullDereference"):
+        yield Job("clang-tidy", f"faults/tidy.cpp, {check}", ["clang-tidy", "--quiet", str(FAULTS / "tidy.cpp"), "--", "-std=c++20"], check)
+    yield Job("cppcheck", "faults/cppcheck.c", [*CPPCHECK, str(FAULTS / "cppcheck.c")], "out of bounds")
+    yield Job("analyzer", "faults/analyzer.c", ["gcc", "-O1", "-fanalyzer", "-Werror", "-c", "-o", os.devnull, str(FAULTS / "analyzer.c")], "double-free")
+    yield Job("ruff", "faults/ruff_fault.py", [sys.executable, "-m", "ruff", "check", "--quiet", "--no-cache", str(FAULTS / "ruff_fault.py")], "F821")
+    yield Job("mypy", "faults/mypy_fault.py", [sys.executable, "-m", "mypy", "--strict", str(FAULTS / "mypy_fault.py")], "return-value")
+
+
+def run(job):
+    start = time.monotonic()
+    done = subprocess.run(job.command, cwd=ROOT, capture_output=True, text=True)
+    said = done.stdout + done.stderr
+    if job.tool == "clang-tidy" and not done.returncode:
+        said = ""  # it counts the warnings of others' headers
+    ok = bool(done.returncode) and job.expected in said if job.expected else not done.returncode
+    return Outcome(job, said, ok, time.monotonic() - start)
+
+
+def jobs(tools):
+    every = units() if {"gcc", "clang", "clang-tidy", "analyzer"} & set(tools) else []
+    all_jobs = [*tidy_jobs(every), *python_jobs(), *cppcheck_jobs(), *compile_jobs(every), *header_jobs(), *analyzer_jobs(every), *fault_jobs()]
+    return [job for job in all_jobs if job.tool in tools]
+
+
+def record(outcomes, seconds):
+    sys.path.insert(0, str(ROOT / "scripts/trust"))
+    from record import write
+
+    checks = [outcome for outcome in outcomes if not outcome.job.expected]
+    figures = [(f"{tool}: runs with nothing to say", f"{sum(o.ok for o in checks if o.job.tool == tool)} of {sum(o.job.tool == tool for o in checks)}")
+               for tool in TOOLS]
+    figures.append(("time", f"{seconds:.0f} s"))
+    planted = [(f"{o.job.tool}: {o.job.name}", "caught" if o.ok else "missed") for o in outcomes if o.job.expected]
+    notes = ["gcc's analyser is run on C alone: that of gcc 12 doesn't support C++.", "clang-tidy follows no paths through kernels; sanitizers do."]
+    write("static-analysis", "make lint", all(outcome.ok for outcome in outcomes), figures, planted, notes)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("tools", nargs="*", default=TOOLS, metavar="TOOL")
+    parser.add_argument("--record", action="store_true", help="write the record of the whole")
+    given = parser.parse_args()
+    if unknown := set(given.tools) - set(TOOLS):
+        parser.error(f"no tool {', '.join(sorted(unknown))}; there are {', '.join(TOOLS)}")
+    start = time.monotonic()
+    outcomes = []
+    with concurrent.futures.ThreadPoolExecutor(int(os.environ.get("CMAKE_BUILD_PARALLEL_LEVEL") or os.cpu_count())) as pool:
+        for outcome in pool.map(run, jobs(given.tools)):
+            outcomes.append(outcome)
+            if not outcome.ok:
+                missed = f": said nothing of {outcome.job.expected}" if outcome.job.expected else ""
+                print(f"---- {outcome.job.tool}: {outcome.job.name}{missed}\n{outcome.said}", flush=True)
+    for tool in given.tools:
+        own = [outcome for outcome in outcomes if outcome.job.tool == tool]
+        print(f"{tool}: {sum(o.ok for o in own)} of {len(own)} as they should be, {sum(o.seconds for o in own):.0f} s")
+    if given.record:
+        record(outcomes, time.monotonic() - start)
+    sys.exit(not all(outcome.ok for outcome in outcomes))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,150 @@
+#include "batch/cores.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cstdio>
+#include <cstring>
+#include <fcntl.h>
+#include <sched.h>
+#include <thread>
+#include <unistd.h>
+
+namespace ksl {
+namespace {
+
+/// The number at the beginning of a text, which is then cut off.  Negative: there is none.
+long long take_number(std::string_view &text) {
+  while (!text.empty() && (text.front() == ' ' || text.front() == '\n'))
+    text.remove_prefix(1);
+  long long number = -1;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+  return error == std::errc() ? number : -1;
+}
+
+std::size_t cores_of(long long quota, long long period) {
+  if (quota <= 0 || period <= 0)
+    return 0;
+  return static_cast<std::size_t>(quota / period + (quota % period != 0));
+}
+
+/// Is a word among those that commas separate?
+bool lists(std::string_view words, std::string_view word) {
+  while (!words.empty()) {
+    const std::size_t comma = std::min(words.find(','), words.size());
+    if (words.substr(0, comma) == word)
+      return true;
+    words.remove_prefix(std::min(comma + 1, words.size()));
+  }
+  return false;
+}
+
+#if defined(__linux__)
+
+/// The beginning of a file, or nothing where it can't be read.  A stream of the C library would allocate.
+template <std::size_t size> std::string_view contents(const char *path, char (&buffer)[size]) {
+  const int file = open(path, O_RDONLY | O_CLOEXEC);
+  if (file < 0)
+    return {};
+  std::size_t n = 0;
+  for (ssize_t some; n < size && (some = read(file, buffer + n, size - n)) > 0;)
+    n += static_cast<std::size_t>(some);
+  close(file);
+  return {buffer, n};
+}
+
+std::size_t cores_of_group(const char *folder, std::string_view path, bool version_2) {
+  char name[4352], first[64], second[64];
+  const auto file = [&](const char *last) {
+    std::snprintf(name, sizeof name, "%s%.*s/%s", folder, static_cast<int>(path.size()), path.data(), last);
+    return name;
+  };
+  if (version_2)
+    return cores_of_cpu_max(contents(file("cpu.max"), first));
+  const std::string_view quota = contents(file("cpu.cfs_quota_us"), first);
+  return cores_of_quota(quota, contents(file("cpu.cfs_period_us"), second));
+}
+
+/// The least quota of a group and of those that it is in; 0: none.  In a container the path may be one of the machine outside,
+/// which isn't there: then the last one, the root of what is mounted, is the container's own.
+std::size_t least_quota(const char *folder, std::string_view path, bool version_2) {
+  std::size_t least = 0;
+  while (true) {
+    if (const std::size_t cores = cores_of_group(folder, path == "/" ? "" : path, version_2); cores && (!least || cores < least))
+      least = cores;
+    if (path.empty() || path == "/")
+      return least;
+    path = path.substr(0, path.rfind('/'));
+  }
+}
+
+std::size_t quota_of_process() {
+  char buffer[4096];
+  const std::string_view groups = contents("/proc/self/cgroup", buffer);
+  std::size_t least = 0;
+  const auto limit = [&](const char *folder, std::string_view path, bool version_2) {
+    if (path.empty())
+      return;
+    if (const std::size_t cores = least_quota(folder, path, version_2); cores && (!least || cores < least))
+      least = cores;
+  };
+  limit("/sys/fs/cgroup", path_of_group(groups, ""), true);
+  limit("/sys/fs/cgroup/unified", path_of_group(groups, ""), true); // beside version 1
+  limit("/sys/fs/cgroup/cpu", path_of_group(groups, "cpu"), false);
+  return least;
+}
+
+/// How many cores the first thread of the process may run on, which others inherit; 0: unknown.  The calling thread may have been tied
+/// to a core of its own.
+std::size_t cores_by_affinity() {
+  unsigned long mask[1024] = {}; // 65536 cores
+  if (sched_getaffinity(getpid(), sizeof mask, reinterpret_cast<cpu_set_t *>(mask)) != 0)
+    return 0;
+  std::size_t n = 0;
+  for (const unsigned long bits : mask)
+    n += static_cast<std::size_t>(__builtin_popcountl(bits));
+  return n;
+}
+
+#else
+
+std::size_t quota_of_process() { return 0; }
+std::size_t cores_by_affinity() { return 0; }
+
+#endif
+
+} // namespace
+
+std::size_t cores_of_cpu_max(std::string_view cpu_max) noexcept {
+  const long long quota = take_number(cpu_max); // of the word max: none
+  return cores_of(quota, take_number(cpu_max));
+}
+
+std::size_t cores_of_quota(std::string_view quota, std::string_view period) noexcept {
+  return cores_of(take_number(quota), take_number(period));
+}
+
+std::string_view path_of_group(std::string_view groups, std::string_view controller) noexcept {
+  while (!groups.empty()) { // lines such as 4:cpu,cpuacct:/path and 0::/path
+    const std::size_t end = std::min(groups.find('\n'), groups.size());
+    const std::string_view line = groups.substr(0, end);
+    const std::size_t first = line.find(':'), second = first == line.npos ? first : line.find(':', first + 1);
+    if (second != line.npos) {
+      const std::string_view controllers = line.substr(first + 1, second - first - 1);
+      if (controller.empty() ? controllers.empty() : lists(controllers, controller))
+        return line.substr(second + 1);
+    }
+    groups.remove_prefix(std::min(end + 1, groups.size()));
+  }
+  return {};
+}
+
+std::size_t cores_of_process() noexcept {
+  std::size_t cores = std::max<std::size_t>(1, std::thread::hardware_concurrency());
+  for (const std::size_t limit : {cores_by_affinity(), quota_of_process()})
+    if (limit)
+      cores = std::min(cores, limit);
+  return cores;
+}
+
+} // namespace ksl

@@ -1,0 +1,22 @@
+// How many cores the process may use.
+#pragma once
+
+#include <cstddef>
+#include <string_view>
+
+namespace ksl {
+
+/// The least of the machine's cores, of those that the process may run on (sched_setaffinity, taskset), and of what the quotas of its
+/// control groups come to, rounded up.  1 at least.  Asks the system; allocates nothing.
+std::size_t cores_of_process() noexcept;
+
+/// What a quota of processor time comes to, from the contents of files of a control group; 0: no limit, or not understood.
+/// cpu_max: "max 100000" or "150000 100000" (version 2).  quota and period: "-1" or "150000", "100000" (version 1).
+std::size_t cores_of_cpu_max(std::string_view cpu_max) noexcept;
+std::size_t cores_of_quota(std::string_view quota, std::string_view period) noexcept;
+
+/// The path of a process in a hierarchy of control groups, from the contents of /proc/self/cgroup: with "cpu" that of the controller in
+/// version 1, with "" that of version 2.  Empty: none.
+std::string_view path_of_group(std::string_view groups, std::string_view controller) noexcept;
+
+} // namespace ksl

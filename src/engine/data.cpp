@@ -1,0 +1,51 @@
+// The memory of workspaces: one block, large enough for any algorithm.
+#include "ksl/model.hpp"
+
+#include "engine/algorithm_rows.hpp"
+#include "engine/coupled.hpp"
+#include "engine/largest_workspace.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace ksl {
+
+namespace {
+
+/// With a request for each link and joint.
+extents extents_of_all(const model &m) {
+  const model_view<double> view = m.view();
+  return {m.nq(), m.nv(), view.links, static_cast<int>(m.joints().size()), view.tree_elements, view.links};
+}
+
+/// Room for the results that kernels write and rows don't have (engine/compute.hpp).
+std::size_t unread_bytes(const model &m) {
+  std::size_t most = 0;
+  for (const algorithm_row *row : rows::all)
+    most = std::max(most, unread_bytes(*row, extents_of_all(m)));
+  return most;
+}
+
+/// What engine/coupled.cpp needs for one state of any algorithm, with a request for each link and joint.
+std::size_t coupled_bytes(const model &m) {
+  if (m.followers() == 0)
+    return 0;
+  std::size_t most = 0;
+  const extents all = extents_of_all(m);
+  for (const algorithm_row *row : rows::all)
+    if (row->coupled != coupled_by::refusal)
+      most = std::max({most, coupled::state_bytes<double>(*row, m, all), coupled::state_bytes<float>(*row, m, all)});
+  return most;
+}
+
+} // namespace
+
+data::data(const model &m)
+    : bytes_(std::max(largest_workspace(m.view()), coupled_bytes(m)) + unread_bytes(m)),
+      memory_(::operator new(bytes_, alignment)), zero_(static_cast<std::size_t>(m.nv())), zero_single_(zero_.size()) {
+#ifndef NDEBUG
+  std::fill_n(static_cast<double *>(memory_.get()), bytes_ / sizeof(double), std::numeric_limits<double>::quiet_NaN());
+#endif
+}
+
+} // namespace ksl

@@ -1,0 +1,200 @@
+#include "engine/examine.hpp"
+
+#include "engine/coupled.hpp"
+#include "engine/massless_joint.hpp"
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace ksl {
+namespace {
+
+/// Larger results of algorithms that need mass are a reason to look for a joint that moves none: by rounding it seems to move 1e−16 of
+/// the mechanism's mass.
+constexpr double large = 1e10;
+
+/// The first number of the results that is not finite, or else the first that is large; none: name is null.
+struct found_number {
+  const char *name = nullptr;
+  std::ptrdiff_t index = 0;
+  double value = 0;
+  bool finite = true;
+};
+
+template <class S> void look(const char *name, const S *x, std::ptrdiff_t from, std::ptrdiff_t n, found_number &found) {
+  for (std::ptrdiff_t i = from; x && i < from + n && found.finite; ++i) {
+    const double value = static_cast<double>(x[i]);
+    if (!(std::fabs(value) <= large) && (!found.name || !std::isfinite(value)))
+      found = {name, i, value, std::isfinite(value)};
+  }
+}
+
+template <class S> found_number look_at_results(const algorithm_row &row, const model &m, const state_view<S> &s) {
+  found_number found;
+  for (int r = 0; r < row.results; ++r) {
+    if (row.coupled == coupled_by::upper_triangle) { // below the diagonal nothing was written
+      for (int i = 0; i < m.nv(); ++i)
+        look(row.result[r].name, s.result[r], i * (m.nv() + std::ptrdiff_t(1)), m.nv() - i, found);
+    } else {
+      look(row.result[r].name, s.result[r], 0, numbers_of(row.result[r], extents_of(m, s)), found);
+    }
+  }
+  for (int r = 0; r < s.reactions_n; ++r)
+    look("reactions", s.reactions[r].out, 0, 6 * std::ptrdiff_t(s.reactions[r].request->n), found);
+  return found;
+}
+
+template <class S> bool finite(const S *x, std::ptrdiff_t n) {
+  for (std::ptrdiff_t i = 0; x && i < n; ++i)
+    if (!std::isfinite(x[i]))
+      return false;
+  return true;
+}
+
+/// An argument in whose place a result was written is taken as finite.
+template <class S> bool finite_arguments(const algorithm_row &row, const model &m, const state_view<S> &s) {
+  bool well = finite(s.external.wrench, 6 * std::ptrdiff_t(s.external.n));
+  for (int i = 0; i < row.inputs; ++i) {
+    const S *const x = input_of(s, row.input_list[i]);
+    bool overwritten = false;
+    for (int r = 0; r < row.results; ++r)
+      overwritten = overwritten || x == s.result[r];
+    well = well && (overwritten || finite(x, length_of(row.input_list[i], m.nq(), m.nv())));
+  }
+  return well;
+}
+
+bool has_moving_mass(const model &m) {
+  for (std::size_t i = 0; i < m.links().size(); ++i)
+    if (m.view().link[i].body > 0 && m.links()[i].inertia.m > 0)
+      return true;
+  return false;
+}
+
+/// The joint that moves no mass at the position of a state, or −1.
+template <class S> int joint_without_mass(const model &m, const S *q) {
+  if (m.massless_joint() >= 0)
+    return m.massless_joint();
+  if (!q || !finite(q, m.nq()))
+    return -1; // a result was written over it
+  return massless_joint_at(m, std::vector<double>(q, q + m.nq()));
+}
+
+template <class S>
+void examine(const algorithm_row &row, const model &m, const state_view<S> &s, std::size_t state, bool of_batch, arguments_are given) {
+  const found_number found = look_at_results(row, m, s);
+  if (!found.name || (found.finite && !row.needs_mass))
+    return;
+  if (given == arguments_are::unchecked && !finite_arguments(row, m, s))
+    return;
+  if (row.nan_without_mass && !has_moving_mass(m))
+    return;
+  const std::string of_state = of_batch ? "state " + std::to_string(state) + ": " : "", start = std::string(row.name) + ": " + of_state;
+  if (const int joint = row.needs_mass ? joint_without_mass(m, s.q) : -1; joint >= 0)
+    throw result_error(start + m.massless_joint_text(joint), state, joint);
+  if (found.finite)
+    return;
+  throw result_error(start + found.name + "[" + std::to_string(found.index) + "] is " + (std::isnan(found.value) ? "nan" : found.value > 0 ? "inf" : "-inf") +
+                         ", although all arguments are finite: they, or numbers of the model, are too large for " +
+                         (sizeof(S) == 8 ? "double precision" : "single precision"),
+                     state, -1);
+}
+
+/// State k of a batch, with what is examined.
+template <class S> struct state_of_batch {
+  std::vector<int> links;
+  std::vector<S> wrenches;
+  std::vector<reaction_result<S>> reactions;
+  state_view<S> state;
+
+  state_of_batch(const algorithm_row &row, const batch_view<S> &batch, std::size_t k) {
+    state.links = batch.links, state.joints = batch.joints;
+    for (int i = 0; i < row.inputs; ++i)
+      if (const rows_view<const S> &rows = input_of(batch, row.input_list[i]); rows.first)
+        input_of(state, row.input_list[i]) = ksl::row(rows, k);
+    for (int r = 0; r < row.results; ++r)
+      state.result[r] = batch.result[r].first ? ksl::row(batch.result[r], k) : nullptr;
+    for (int e = 0; e < batch.external_n && row.external != external_use::none; ++e) {
+      const S *const wrench = ksl::row(batch.external[e].wrench, k);
+      links.push_back(batch.external[e].link), wrenches.insert(wrenches.end(), wrench, wrench + 6);
+    }
+    state.external = {static_cast<int>(links.size()), links.data(), wrenches.data(), batch.external_axes};
+    for (int r = 0; r < batch.reactions_n && row.request == request_kind::reactions; ++r)
+      if (batch.reactions[r].out.first)
+        reactions.push_back({&batch.reactions[r].request, ksl::row(batch.reactions[r].out, k)});
+    state.reactions_n = static_cast<int>(reactions.size()), state.reactions = reactions.data();
+  }
+};
+
+} // namespace
+
+template <class S> void examine_state(const algorithm_row &row, const model &m, const state_view<S> &s, arguments_are given) {
+  examine(row, m, s, 0, false, given);
+}
+
+template <class S>
+void examine_states(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first, std::size_t end,
+                    arguments_are given) {
+  for (std::size_t k = first; k < end; ++k)
+    examine(row, m, state_of_batch<S>(row, batch, k).state, k, batch.n > 1, given);
+}
+
+namespace {
+
+/// By a register at a time.
+template <class S> bool all_finite(const S *x, std::ptrdiff_t n) {
+  if constexpr (sizeof(S) == 8)
+    return !x || finite_kernels_in_force().in_double(x, static_cast<std::size_t>(n));
+  else
+    return !x || finite_kernels_in_force().in_float(x, static_cast<std::size_t>(n));
+}
+
+/// A result of one state.
+template <class S> bool ordinary_result(const algorithm_row &row, const model &m, int r, const extents &own, const S *x) {
+  const bool triangle = row.coupled == coupled_by::upper_triangle; // below the diagonal nothing was written
+  const std::ptrdiff_t rows = triangle ? m.nv() : 1, n = triangle ? m.nv() : numbers_of(row.result[r], own);
+  for (std::ptrdiff_t i = 0; i < rows; ++i)
+    if (!all_finite(x ? x + i * (n + 1) : x, n - i))
+      return false;
+  for (std::ptrdiff_t i = 0; i < n && row.needs_mass && x; ++i)
+    if (!(std::fabs(static_cast<double>(x[i])) <= large))
+      return false;
+  return true;
+}
+
+} // namespace
+
+template <class S> bool ordinary_results(const algorithm_row &row, const model &m, const state_view<S> &s) {
+  const extents own = extents_of(m, s);
+  bool ordinary = true;
+  for (int r = 0; r < row.results && ordinary; ++r)
+    ordinary = ordinary_result(row, m, r, own, s.result[r]);
+  for (int r = 0; r < s.reactions_n && ordinary; ++r)
+    ordinary = all_finite(s.reactions[r].out, 6 * std::ptrdiff_t(s.reactions[r].request->n));
+  return ordinary;
+}
+
+template <class S>
+bool ordinary_results(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first, std::size_t end) {
+  const extents own = extents_of(m, batch);
+  bool ordinary = true;
+  for (std::size_t k = first; k < end && ordinary; ++k) {
+    for (int r = 0; r < row.results && ordinary; ++r)
+      ordinary = !batch.result[r].first || ordinary_result(row, m, r, own, ksl::row(batch.result[r], k));
+    for (int r = 0; r < batch.reactions_n && ordinary; ++r)
+      ordinary = !batch.reactions[r].out.first || all_finite(ksl::row(batch.reactions[r].out, k), 6 * std::ptrdiff_t(batch.reactions[r].request.n));
+  }
+  return ordinary;
+}
+
+#define KSL_INSTANTIATE(S)                                                                                             \
+  template void examine_state(const algorithm_row &, const model &, const state_view<S> &, arguments_are);             \
+  template void examine_states(const algorithm_row &, const model &, const batch_view<S> &, std::size_t, std::size_t, arguments_are); \
+  template bool ordinary_results(const algorithm_row &, const model &, const state_view<S> &);                         \
+  template bool ordinary_results(const algorithm_row &, const model &, const batch_view<S> &, std::size_t, std::size_t);
+KSL_INSTANTIATE(double)
+KSL_INSTANTIATE(float)
+#undef KSL_INSTANTIATE
+
+} // namespace ksl

@@ -1,0 +1,30 @@
+// Memory that belongs to the calling thread and is kept from call to call, so that calls allocate at their first use at most.
+//
+// A thread_local object with a destructor won't do: the C library allocates to register the destructor, and ends the program where
+// it can't.  So what is thread-local here is plain, and the system frees it as the value of a key of the thread.
+#pragma once
+
+#include <cstddef>
+
+/// A thread-local variable whose place is reserved when the thread begins.  Otherwise glibc allocates it at its first use, where the
+/// library was loaded while the program ran, and ends the program where it can't.  For few bytes only: glibc reserves little room.
+#if defined(__GLIBC__)
+#define KSL_THREAD_LOCAL thread_local __attribute__((tls_model("initial-exec")))
+#else
+#define KSL_THREAD_LOCAL thread_local
+#endif
+
+namespace ksl {
+
+/// What a block is for.  Calls of different layers that are under way at the same time use different blocks.
+enum class kept_for { workspace, arguments, message };
+constexpr int kept_blocks = 3;
+
+/// At least so many bytes, aligned to 64: the thread's block for this use, whose contents are lost where it has to grow.  Throws
+/// std::bad_alloc.
+std::byte *thread_memory(kept_for use, std::size_t bytes);
+
+/// The same; null where there is no memory.
+std::byte *thread_memory_if_any(kept_for use, std::size_t bytes) noexcept;
+
+} // namespace ksl

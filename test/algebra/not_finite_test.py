@@ -1,0 +1,136 @@
+"""api/not_finite.tsv says of every function of the algebra and of every algorithm what NaN, infinities and subnormal numbers give.
+
+A function that the table lacks, or whose row says something else than what happens, fails.  `python test/algebra/not_finite_test.py` writes
+the table.  Algorithms: test/python/not_finite_calls_test.py.
+
+NaN: "propagates", tested for every number by nan_test.py; "documented" of dense equations (docs/algebra.md); "-" where the function takes no numbers,
+or is no function of numbers alone: printing and memory.
+Infinity, for every number of every argument: "not finite" if the results that depend on it are infinite or NaN; "some finite" where a finite number can
+come out, as of atan2, of a quotient, or of a choice.
+Subnormal: "kept" if a small power of two, scaled, comes back from the subnormal range; "computed" where results are not proportional to arguments."""
+
+import sys
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+from functions import everything, published
+from nan_test import CASES, FUNCTIONS, NOT_HERE, READ, arguments, changes, is_number, results, with_numbers
+
+ROOT = Path(__file__).resolve().parents[2]
+TABLE = ROOT / "api/not_finite.tsv"
+HEAD = "name\tNaN\tinfinity\tsubnormal numbers"
+TESTED = {f.name for f in with_numbers()}
+ELSEWHERE = {
+    "inertia_factor": "refused", "inertia_rank": "refused", "larger_q": "a choice", "atEnd_q": "a choice",
+    "mat3x3_toQuaternionRay": "a choice", "axis_getIndices": "-", "joint_space_setCoordinate": "-",
+}  # fmt: skip
+"""Functions that return a status or a choice: errata_test.py and the functions that use them."""
+
+
+DENSE = {f.name for f in published() if f.header in ("linalg.h", "array.h")}
+"""Functions of arrays of any size: docs/algebra.md says what pivots that are NaN give; linalg_test.py."""
+
+
+def every_name() -> list[str]:
+    return list(dict.fromkeys([f.name for f in published()] + list(everything())))
+
+
+def short(name: str) -> str:
+    f = FUNCTIONS.get(name)
+    return (f.double or name).removeprefix("ksl_") if f else name
+
+
+def of_infinity(ksl, f) -> str:
+    args = arguments(f, np.random.default_rng(zlib.crc32(f.name.encode())))
+    before, found = results(ksl, f, args), False
+    for k, t in enumerate(f.args):
+        if not is_number(t):
+            continue
+        columns = args[k].reshape(CASES, -1)
+        for j in range(min(columns.shape[1], READ)):
+            def with_number(x):
+                changed = columns.copy()
+                changed[:, j] = x
+                return results(ksl, f, [*args[:k], changed.reshape(args[k].shape), *args[k + 1:]])
+            depends = np.zeros(before.shape, bool)
+            for x in changes(columns[:, j])[::3]:
+                depends |= with_number(x) != before
+            if (depends & np.isfinite(with_number(np.inf))).any():
+                return "some finite"
+            found |= depends.any()
+    return "not finite" if found else "-"
+
+
+def of_subnormals(ksl, f) -> str:
+    """One number of all arguments at a time is not zero: it is exact in the subnormal range, and so are its multiples by 0 and ±1."""
+    kept = False
+    for k, t in enumerate(f.args):
+        if not is_number(t):
+            continue
+        tiny = np.finfo(np.float64 if t.scalar == "double" else np.float32).smallest_subnormal * 8
+        args = [np.zeros_like(a) if is_number(s) else a for s, a in zip(f.args, arguments(f, np.random.default_rng(3)))]
+        columns = args[k].reshape(CASES, -1)
+        for j in range(min(columns.shape[1], READ)):
+            for x in (tiny,):
+                changed = columns.copy()
+                changed[:, j] = x
+                after = results(ksl, f, [*args[:k], changed.reshape(args[k].shape), *args[k + 1:]])
+                kept |= bool((np.abs(after) == float(tiny)).any())
+    return "kept" if kept else "computed"
+
+
+def row_of(ksl, name: str) -> tuple[str, str, str]:
+    f = FUNCTIONS.get(name)
+    if name in DENSE:
+        return ("documented", "documented", "computed")
+    if name not in TESTED:
+        return (ELSEWHERE.get(short(name), "-"), "-", "-")
+    with np.errstate(all="ignore"):
+        return "propagates", of_infinity(ksl, f), of_subnormals(ksl, f)
+
+
+def table() -> dict[str, tuple[str, ...]]:
+    lines = TABLE.read_text().splitlines()
+    assert lines[0] == HEAD
+    return {name: tuple(rest) for name, *rest in (line.split("\t") for line in lines[1:])}
+
+
+def test_every_function_and_algorithm_is_in_the_table():
+    sys.path.insert(0, str(ROOT / "api"))
+    from algorithms import ALGORITHMS
+
+    wanted = every_name() + [f"algorithm {row.name}" for row in ALGORITHMS]
+    assert list(table()) == wanted, "python test/algebra/not_finite_test.py writes the table"
+
+
+def test_what_is_tested_elsewhere_is_named():
+    """Every function that takes numbers is either tested for NaN, or is one of the few that return a status or a choice."""
+    assert set(ELSEWHERE) == NOT_HERE
+
+
+@pytest.mark.parametrize("part", range(8))
+def test_the_table_says_what_happens(ksl, part):
+    rows = table()
+    wrong = {name: (rows[name], found) for name in every_name()[part::8] if (found := row_of(ksl, name)) != rows.get(name)}
+    assert not wrong
+
+
+def main() -> None:
+    from library import Library
+
+    sys.path.insert(0, str(ROOT / "api"))
+    from algorithms import ALGORITHMS
+
+    library = Library()
+    lines = [HEAD] + ["\t".join((name, *row_of(library, name))) for name in every_name()]
+    refused = "ValueError in Python; KSL_BAD_ARGUMENT in C for one state; passed on in C batches and C++"
+    lines += [f"algorithm {row.name}\t{refused}\t{refused}\tcomputed" for row in ALGORITHMS]
+    TABLE.write_text("\n".join(lines) + "\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,218 @@
+"""Commands given what is meant to do harm: nothing but printable text reaches the terminal, no formula reaches a table, and all ends in a sentence."""
+
+import csv
+import io
+import os
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import ksl
+from ksl.csv_cells import csv_table, csv_text, text_of_cell
+from ksl.printable import one_line, printable, sentence
+
+INERTIAL = '<inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+BAD = ["\u009b31m", "\u202egnp", "[red]x[/red]", "[/]", "=HYPERLINK(1)", "@SUM", "-2+3", "<b>&amp;</b></script>", "'=1"]
+CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069]")
+
+
+def robot_of(names: list[str]) -> str:
+    """Links in a chain with these names, and joints of the same names."""
+    from xml.sax.saxutils import quoteattr as q
+
+    links = "".join(f"<link name={q(n)}>{INERTIAL}</link>" for n in ["base", *names])
+    ends = zip(["base", *names], names)
+    limit = '<limit lower="-3" upper="3" effort="90" velocity="9"/>'
+    joints = "".join(f'<joint name={q(b)} type="revolute"><parent link={q(a)}/><child link={q(b)}/>{limit}</joint>' for a, b in ends)
+    return f'<robot name="\u202erobot\u009b">{links}{joints}</robot>'
+
+
+@pytest.fixture(scope="module")
+def hostile(tmp_path_factory):
+    """A robot and a motion whose names do all the harm that XML allows."""
+    folder = tmp_path_factory.mktemp("hostile")
+    (folder / "robot.urdf").write_text(robot_of(BAD), encoding="utf-8")
+    with open(folder / "motion.csv", "w", newline="", encoding="utf-8") as f:
+        table = csv.writer(f)
+        table.writerow(["time", *map(csv_text, BAD)])
+        table.writerows([k / 10, *[0.1 * k] * len(BAD)] for k in range(8))
+    return folder
+
+
+def run(*arguments, inside=None, **options) -> subprocess.CompletedProcess:
+    environment = {k: v for k, v in os.environ.items() if k not in ("COLUMNS", "FORCE_COLOR")} | {"PYTHONIOENCODING": "utf-8"}
+    return subprocess.run(
+        [sys.executable, "-m", "ksl", *map(str, arguments)], capture_output=True, cwd=inside, env=environment, timeout=60, **options
+    )
+
+
+def is_sentence(p: subprocess.CompletedProcess) -> str:
+    said = p.stderr.decode()
+    assert p.returncode == 2 and said.startswith("ksl: ") and said.count("\n") == 1 and "Traceback" not in said, said
+    assert not CONTROL.search(said), said
+    return said
+
+
+def test_printable_text():
+    assert printable("a\x1b[31m\u202eb\nc\td\x9b") == "a\\x1b[31m\\u202eb\nc\td\\u009b"
+    assert one_line("a\nb\r\u2028") == "a\\x0ab\\x0d\\u2028"
+    assert printable("Gelenk 关节 مفصل ü\u00a0é 👩\u200d🚀") == "Gelenk 关节 مفصل ü\u00a0é 👩\u200d🚀", "names in any script stay"
+    assert len(sentence("x" * 10_000_000)) < 4100
+    assert printable("\udcff") == "\\udcff", "a byte of a path that is not UTF-8"
+
+
+@pytest.mark.parametrize("name", [*BAD, "a", "", "'", "''=x", "\t1", "\r1", "\uff1d1", "a=1", "1", "'a"])
+def test_cells_read_back(name):
+    cell = csv_text(name)
+    assert text_of_cell(cell) == name and not re.match("[=+\\-@\t\r\uff1d\uff0b\uff0d\uff20]", cell)
+
+
+def test_cells_of_tables():
+    import pyarrow as pa
+
+    words = pa.array(BAD)
+    table = csv_table(pa.table({"a": words, "=b": words.dictionary_encode(), "x": pa.array([-1.0] * len(BAD))}))
+    assert table.column_names == ["a", "'=b", "x"] and table["a"].to_pylist() == [csv_text(n) for n in BAD] == table["'=b"].to_pylist()
+    assert table["x"].to_pylist() == [-1.0] * len(BAD), "numbers stay"
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("info", "robot.urdf"),
+        ("info", "robot.urdf", "--json"),
+        ("check", "robot.urdf", "--all"),
+        ("check", "robot.urdf", "--json"),
+        ("loads", "robot.urdf", "motion.csv", "-o", "OUT", "--csv"),
+        ("hold", "robot.urdf"),
+        ("motion", "robot.urdf", "--kind", "minjerk", "-o", "OUT.csv"),
+        ("loads", "\x1b[31m.urdf", "\u202e.csv"),
+        ("\x1b[31m",),
+        ("info", "robot.urdf", "\x1b[31m"),
+        ("loads", "robot.urdf", "motion.csv", "--on", "\u202e"),
+    ],
+    ids=lambda a: a[0].strip("\x1b[") + str(len(a)) if isinstance(a, tuple) else None,
+)
+def test_nothing_but_printable_text_is_printed(hostile, tmp_path, arguments):
+    p = run(*(a.replace("OUT", str(tmp_path / "out")) for a in arguments), inside=hostile)
+    for text in (p.stdout.decode(), p.stderr.decode()):
+        assert not CONTROL.search(text), text
+        assert "Traceback" not in text
+    if arguments[0] == "info" and len(arguments) == 2:
+        assert "[red]x[/red]" in p.stdout.decode(), "names are no markup"
+
+
+def test_colours_stay_on_a_terminal():
+    """What is replaced is the text, and not what rich writes for colours."""
+    from rich.text import Text
+
+    from ksl.commands.app import SafeConsole
+
+    out = io.StringIO()
+    SafeConsole(file=out, force_terminal=True, color_system="standard", width=80).print(Text("a\x1b[2Jb", style="red"))
+    assert out.getvalue() == "\x1b[31ma\\x1b[2Jb\x1b[0m\n"
+
+
+def test_files_hold_no_formulas_and_read_back(hostile, tmp_path):
+    p = run("loads", hostile / "robot.urdf", hostile / "motion.csv", "-o", tmp_path / "o", "--csv")
+    assert p.returncode == 0, p.stderr.decode()
+    for file in (tmp_path / "o").glob("*.csv"):
+        with open(file, newline="", encoding="utf-8") as f:
+            cells = [cell for row in csv.reader(line for line in f if not line.startswith("#")) for cell in row]
+        assert len(cells) > 50
+        for cell in cells:
+            assert not re.match("[=+@\t\r]|-(?!(\\d|inf|nan))|-.*[^-+.\\dein]", cell), (file, cell)
+        assert "'-2+3" in cells and "''=1" in cells
+    html = (tmp_path / "o" / "report.html").read_text(encoding="utf-8")
+    assert "</b></script>" not in html and "<b>&amp;</b>" not in html
+    made = run("motion", hostile / "robot.urdf", "--kind", "minjerk", "-o", tmp_path / "m.csv")
+    assert made.returncode == 0, made.stderr.decode()
+    m = ksl.read_motion(ksl.load(hostile / "robot.urdf"), tmp_path / "m.csv")
+    assert np.isfinite(m.q).all() and m.q.shape[1] == len(BAD)
+
+
+# the last resort
+
+
+@pytest.mark.parametrize("kind", ["MemoryError", "RecursionError", "KeyError", "UnicodeEncodeError", "PermissionError", "AssertionError"])
+def test_every_command_ends_in_a_sentence(hostile, kind):
+    """A fault is planted into what all commands call."""
+    how = {"UnicodeEncodeError": "UnicodeEncodeError('utf-8', 'a', 0, 1, 'b')", "PermissionError": "PermissionError(13, 'no', 'file')"}.get(kind, f"{kind}('x\\x1b')")
+    code = f"import ksl.loading, sys\ndef load(*a, **o): raise {how}\nksl.loading.load = load\nfrom ksl.__main__ import main\nmain()"
+    p = subprocess.run([sys.executable, "-c", code, "info", hostile / "robot.urdf"], capture_output=True, timeout=60)
+    said = is_sentence(p)
+    expected = {"MemoryError": "not enough memory", "PermissionError": "file: can't be read", "UnicodeEncodeError": "codec"}
+    assert expected.get(kind, "KSL_TRACEBACK=1") in said
+
+
+def test_the_traceback_can_be_had(hostile):
+    code = "import ksl.loading\ndef load(*a, **o): raise KeyError('x')\nksl.loading.load = load\nfrom ksl.__main__ import main\nmain()"
+    p = subprocess.run([sys.executable, "-c", code, "info", hostile / "robot.urdf"], capture_output=True, timeout=60, env=os.environ | {"KSL_TRACEBACK": "1"})
+    assert b"Traceback" in p.stderr and b"KeyError" in p.stderr
+
+
+def test_an_interrupt_is_no_traceback(hostile):
+    code = "import ksl.loading\ndef load(*a, **o): raise KeyboardInterrupt\nksl.loading.load = load\nfrom ksl.__main__ import main\nmain()"
+    p = subprocess.run([sys.executable, "-c", code, "info", hostile / "robot.urdf"], capture_output=True, timeout=60)
+    assert p.returncode == 130 and b"Traceback" not in p.stderr and p.stderr.count(b"\n") <= 1, p.stderr
+
+
+FILES = {
+    "loads": ("loads", "ROBOT", "X"),
+    "map": ("loads", "ROBOT", "MOTION", "--map", "X"),
+    "external": ("loads", "ROBOT", "MOTION", "--external", "X"),
+    "cases": ("loads", "ROBOT", "--cases", "X"),
+    "components": ("loads", "ROBOT", "MOTION", "--components", "X"),
+    "size": ("size", "X", "X"),
+    "sweep": ("sweep", "ROBOT", "X"),
+    "hold": ("hold", "ROBOT", "--pose", "X"),
+    "waypoints": ("motion", "ROBOT", "--kind", "minjerk", "--waypoints", "X", "-o", "OUT.csv"),
+    "info": ("info", "X"),
+    "check": ("check", "X"),
+    "view": ("view", "X", "--export", "OUT.html"),
+}
+
+
+@pytest.fixture(scope="module")
+def nasty(tmp_path_factory):
+    """Files that no reader wants, by name."""
+    folder = tmp_path_factory.mktemp("nasty")
+    os.mkfifo(folder / "pipe")
+    (folder / "null").write_bytes(bytes(1000))
+    (folder / "cr").write_bytes(b"time,a\r0,0\r")
+    (folder / "field").write_bytes(b'time,"' + b"x" * 140_000 + b'"\n0,0\n')
+    (folder / "latin").write_bytes(b"a = '\xff'\n[\xff]\n")
+    (folder / "deep").write_bytes(b"a = " + b"[" * 50_000)
+    (folder / "number").write_bytes(b"a = " + b"1" * 50_000)
+    (folder / "empty").write_bytes(b"")
+    with open(folder / "sparse", "wb") as f:
+        f.truncate(8 << 30)
+    os.symlink(folder / "loop", folder / "loop")
+    return folder
+
+
+NASTY = ["pipe", "null", "cr", "field", "latin", "deep", "number", "empty", "sparse", "loop", "absent", ".", "bytes\udcff"]
+
+
+@pytest.mark.parametrize("what", FILES)
+def test_files_that_no_reader_wants(hostile, nasty, tmp_path, what, monkeypatch, capfd):
+    """Every file argument of every command, in this process: starting 150 of them would take minutes."""
+    from ksl.commands import app
+
+    if what == "view":
+        pytest.importorskip("viser")
+    places = {"ROBOT": hostile / "robot.urdf", "MOTION": hostile / "motion.csv"}
+    endless = ["pipe", "sparse", "/dev/zero", "bytes\udcff"]  # of robot files the tests of the loader have these
+    for name in [n for n in [*NASTY, "/dev/zero"] if not (what in ("info", "view") and n in endless)]:
+        file = nasty / name
+        arguments = [str(file) if a == "X" else str(places[a]) if a in places else a.replace("OUT", str(tmp_path / "out")) for a in FILES[what]]
+        monkeypatch.chdir(tmp_path)
+        with pytest.raises(SystemExit) as ended:
+            app(arguments, prog_name="ksl")
+        _, said = capfd.readouterr()
+        assert ended.value.code == 2, (name, said)
+        assert said.startswith("ksl: ") and said.count("\n") == 1 and not CONTROL.search(said), (name, said)
+        assert "KSL_TRACEBACK" not in said, (name, said)

@@ -1,0 +1,182 @@
+// Threads that can't be created, and the cores that a process may use.
+#include "../engine/robots.hpp"
+#include "batch/cores.hpp"
+#include "batch/threads.hpp"
+
+#include "ksl/batch.hpp"
+#include "ksl/dynamics.hpp"
+
+#include <doctest/doctest.h>
+
+#include <atomic>
+#include <cerrno>
+#include <climits>
+#include <dirent.h>
+#include <dlfcn.h>
+#include <pthread.h>
+#include <sched.h>
+#include <sys/wait.h>
+#include <thread>
+#include <unistd.h>
+#include <vector>
+
+namespace {
+
+std::atomic<int> threads_allowed{INT_MAX}, threads_asked{0};
+
+} // namespace
+
+/// As many threads as allowed; then the system has no more.
+extern "C" int pthread_create(pthread_t *thread, const pthread_attr_t *attributes, void *(*begin)(void *), void *argument) {
+  using function = int (*)(pthread_t *, const pthread_attr_t *, void *(*)(void *), void *);
+  static const function create = reinterpret_cast<function>(dlsym(RTLD_NEXT, "pthread_create"));
+  ++threads_asked;
+  return threads_allowed-- > 0 ? create(thread, attributes, begin, argument) : EAGAIN;
+}
+
+namespace {
+
+int threads_of_process() {
+  int n = 0;
+  if (DIR *const folder = opendir("/proc/self/task")) {
+    while (const dirent *const entry = readdir(folder))
+      n += entry->d_name[0] != '.';
+    closedir(folder);
+  }
+  return n;
+}
+
+/// Runs it in a forked child, which has no threads besides its own and what it makes.  What it returns, or −1.
+template <class Work> int in_child(Work work) {
+  const pid_t child = fork();
+  if (child == 0)
+    _exit(work());
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+struct batch_of_states {
+  ksl::model m = ksl::load(KSL_EVERY_KIND);
+  std::size_t n = 20'000;
+  std::vector<double> q, v, expected;
+
+  batch_of_states() : q(n * static_cast<std::size_t>(m.nq())), v(n * static_cast<std::size_t>(m.nv())) {
+    for (std::size_t i = 0; i < q.size(); ++i)
+      q[i] = static_cast<double>(i % 13) - 6.1;
+    for (std::size_t i = 0; i < v.size(); ++i)
+      v[i] = static_cast<double>(i % 7) - 3.1;
+    for (std::size_t k = 0; k < n; ++k)
+      robots::normalize_quaternions(m, &q[k * static_cast<std::size_t>(m.nq())]);
+    expected = found(1);
+  }
+  std::vector<double> found(int threads) {
+    std::vector<double> tau(v.size());
+    ksl::batch_view<double> b;
+    b.n = n, b.q = {q.data(), m.nq()}, b.v = b.a = {v.data(), m.nv()}, b.result[0] = {tau.data(), m.nv()};
+    ksl::inverse_dynamics_batch(m, b, threads);
+    return tau;
+  }
+};
+
+batch_of_states &states() {
+  static batch_of_states s;
+  return s;
+}
+
+} // namespace
+
+TEST_CASE("a system that has no more threads: fewer compute the same") {
+  states();
+  for (const int allowed : {0, 1, 3, 7}) {
+    CAPTURE(allowed);
+    const int found = in_child([&] {
+      ksl::assume_cores(8);
+      threads_allowed = allowed;
+      const int before = threads_of_process();
+      bool same = true;
+      for (int call = 0; call < 10; ++call)
+        same &= states().found(8) == states().expected;
+      return same ? threads_of_process() - before : 99;
+    });
+    CHECK(found == allowed);
+  }
+}
+
+TEST_CASE("it is not asked at each call") {
+  states();
+  const int asked = in_child([] {
+    ksl::assume_cores(8);
+    threads_allowed = 0, threads_asked = 0;
+    for (int call = 0; call < 10; ++call)
+      states().found(8);
+    return threads_asked.load();
+  });
+  CHECK(asked == 1);
+}
+
+TEST_CASE("no more threads than the process may use cores, whatever is asked for") {
+  states();
+  cpu_set_t allowed;
+  REQUIRE(sched_getaffinity(0, sizeof allowed, &allowed) == 0);
+  CHECK(ksl::cores_of_process() >= 1);
+  CHECK(ksl::cores_of_process() <= static_cast<std::size_t>(CPU_COUNT(&allowed)));
+  ksl::assume_cores(0);
+  const std::size_t cores = ksl::all_cores();
+  for (const int threads : {0, 100'000, INT_MAX}) {
+    CAPTURE(threads);
+    CHECK(ksl::partition(1'000'000'000, 8, 100, threads).threads == cores);
+    const int more = in_child([&] {
+      const int before = threads_of_process();
+      states().found(threads);
+      return threads_of_process() - before;
+    });
+    CHECK(more == static_cast<int>(cores) - 1);
+  }
+}
+
+TEST_CASE("affinity counts: of the process, and not of the thread that calls") {
+  cpu_set_t allowed;
+  REQUIRE(sched_getaffinity(0, sizeof allowed, &allowed) == 0);
+  int first = 0;
+  while (!CPU_ISSET(first, &allowed))
+    ++first;
+  cpu_set_t one;
+  CPU_ZERO(&one);
+  CPU_SET(first, &one);
+  CHECK(in_child([&] {
+          sched_setaffinity(0, sizeof one, &one);
+          return static_cast<int>(ksl::cores_of_process());
+        }) == 1);
+  std::size_t on_bound_thread = 0;
+  std::thread([&] {
+    sched_setaffinity(0, sizeof one, &one);
+    on_bound_thread = ksl::cores_of_process();
+  }).join();
+  CHECK(on_bound_thread == ksl::cores_of_process());
+}
+
+TEST_CASE("quotas of control groups, as files give them") {
+  using ksl::cores_of_cpu_max, ksl::cores_of_quota, ksl::path_of_group;
+  CHECK(cores_of_cpu_max("max 100000\n") == 0);
+  CHECK(cores_of_cpu_max("100000 100000\n") == 1);
+  CHECK(cores_of_cpu_max("150000 100000\n") == 2); // a core and a half
+  CHECK(cores_of_cpu_max("1000 100000\n") == 1);
+  CHECK(cores_of_cpu_max("1600000 100000\n") == 16);
+  for (const char *no_quota : {"", "\n", "max", "max\n", "100000", "x y", "0 100000", "100000 0", "-1 100000", "99999999999999999999 100000"})
+    CHECK(cores_of_cpu_max(no_quota) == 0);
+  CHECK(cores_of_quota("-1\n", "100000\n") == 0);
+  CHECK(cores_of_quota("250000\n", "100000\n") == 3);
+  CHECK(cores_of_quota("", "") == 0);
+
+  const char *const version_2 = "0::/user.slice/session.scope\n";
+  const char *const version_1 = "12:devices:/d\n5:cpu,cpuacct:/docker/abc\n4:cpuset:/s\n1:name=systemd:/x\n";
+  CHECK(path_of_group(version_2, "") == "/user.slice/session.scope");
+  CHECK(path_of_group(version_2, "cpu").empty());
+  CHECK(path_of_group(version_1, "cpu") == "/docker/abc");
+  CHECK(path_of_group(version_1, "").empty());
+  CHECK(path_of_group("4:cpuset:/s\n0::/", "cpu").empty());
+  CHECK(path_of_group("4:cpuset:/s\n0::/", "") == "/");
+  CHECK(path_of_group("", "cpu").empty());
+  CHECK(path_of_group("no colons here\n0::/a:b", "") == "/a:b");
+}

@@ -1,0 +1,164 @@
+"""The same bits everywhere: builds the golden programs with a compiler, a level of optimisation and an instruction set, and holds their
+hashes against the table hashes.tsv.
+
+Lines of the table: function or algorithm; hash of its results; the functions of the C library that it calls, whose last bits are that library's.
+Those are replaced in the golden programs (make_programs.py), so that every line holds with every C library.
+
+usage: golden.py [--compilers gcc,clang] [--levels 0,1,2,3] [--sets x86-64-v2,…,neon] [--parts algebra,engine] [--flags FLAGS] [--update]
+                 [--library FOLDER] [--record]
+
+--library: takes the engine of a build, its libksl.a, instead of compiling it.  --record: writes test/trust/results/same-bits.json."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+TABLE = HERE / "hashes.tsv"
+SETS = ("x86-64-v2", "x86-64-v3", "x86-64-v4", "neon")
+# What the library's kernels are compiled with, too.  gcc 12 makes fused multiplications and additions of pairs of sums and differences where it
+# puts scalars together to vectors, whatever -ffp-contract says: docs/algebra.md, "Promises".
+STRICT = {"gcc": ["-ffp-contract=off", "-fno-tree-slp-vectorize"], "clang": ["-ffp-contract=off", "-fno-slp-vectorize"]}
+ALGORITHMS = sorted((ROOT / "src/engine/algorithms").glob("*/*.cpp"))
+HOST = [
+    *(f"engine/{name}.cpp" for name in ("coupled", "dynamics", "dynamics_calls", "canonical_axes", "examine", "data", "joint_physics", "model", "model_builder")),
+    "engine/dispatch.cpp", "batch/batch.cpp", "batch/batch_calls.cpp", "batch/threads.cpp",
+    *(f"load/{name}.cpp" for name in ("check", "mimic", "unused", "words")),
+]  # fmt: skip
+
+sys.path.insert(0, str(HERE))
+from make_programs import algebra, libm, wrapped  # noqa: E402
+
+WRAP = [f"-Wl,--wrap={name}" for name in wrapped()]
+
+
+class Broken(Exception):
+    """A program can't be built or run."""
+
+
+def run(*command: object, timeout: float = 3600) -> str:
+    done = subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=timeout)
+    if done.returncode:
+        raise Broken(f"{shlex.join(map(str, command))}: status {done.returncode}\n{done.stderr[-3000:]}")
+    return done.stdout
+
+
+class Build:
+    """The golden programs of one compiler, level and set."""
+
+    def __init__(self, folder: Path, compiler: str, level: str, isa: str, flags: list[str]) -> None:
+        self.folder, self.isa, self.name = folder, isa, f"{compiler} -O{level} {isa}"
+        arm = isa == "neon"
+        if arm and compiler != "gcc":
+            raise Broken("NEON is compiled with gcc")
+        self.c = "aarch64-linux-gnu-gcc" if arm else compiler
+        self.cpp = "aarch64-linux-gnu-g++" if arm else {"gcc": "g++", "clang": "clang++"}[compiler]
+        # no rule of NEON or of x86-64-v2 fuses; there the vectoriser of scalars may stay
+        self.march = [] if arm else [f"-march={isa}"]
+        self.flags = [f"-O{level}", *STRICT[compiler], *flags, "-w", "-I", ROOT / "include", "-I", ROOT / "src", "-I", HERE]
+        self.runner = ["qemu-aarch64"] if arm else []
+        self.static = ["-static"] if arm else []
+        self.ccache = ["ccache"] if shutil.which("ccache") else []
+
+    def compiled(self, source: Path, out: str, *flags: object) -> Path:
+        path = self.folder / out
+        compiler, standard = (self.c, "-std=c11") if source.suffix == ".c" else (self.cpp, "-std=c++20")
+        run(*self.ccache, compiler, standard, *self.flags, *flags, "-c", source, "-o", path)
+        return path
+
+    def algebra(self) -> str:
+        (self.folder / "algebra.c").write_text(algebra())
+        objects = [self.compiled(s, s.stem + ".o", *self.march) for s in (self.folder / "algebra.c", ROOT / "src/ksl.c")]
+        return self.linked("algebra", objects, self.c)
+
+    def engine(self, library: Path | None) -> str:
+        isa = self.isa.replace("-", "_")
+        program = self.compiled(HERE / "engine.cpp", "engine.o")  # as all but the kernels, for any processor
+        if library:
+            return self.linked("engine", [program, library / "libksl.a"], self.cpp, "-lpugixml", "-pthread")
+        kernels = [(f, [f"-DKSL_ISA={isa}", *self.march]) for f in ALGORITHMS]
+        kernels += [(ROOT / "src/batch/finite.cpp", [f"-DKSL_ISA={isa}", f"-DKSL_TABLE=ksl_finite_{isa}", *self.march])]
+        kernels += [(ROOT / "src" / f, [f"-DKSL_HAS_{isa}"] if "dispatch" in f else []) for f in HOST]
+        with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+            objects = list(pool.map(lambda k: self.compiled(k[0], k[0].stem + ".part.o", "-DNDEBUG", *k[1]), kernels))
+        # readers of robot files and array functions are left out: nothing here calls them
+        return self.linked("engine", [program, *objects], self.cpp, "-pthread", "-Wl,--unresolved-symbols=ignore-all")
+
+    def linked(self, name: str, objects: list[Path], compiler: str, *flags: str) -> str:
+        (self.folder / "libm.c").write_text(libm())
+        run(compiler, *objects, self.compiled(self.folder / "libm.c", "libm.o"), *WRAP, *self.static, *flags, "-lm", "-o", self.folder / name)
+        return run(*self.runner, self.folder / name)
+
+
+def rows(text: str) -> dict[str, tuple[str, str]]:
+    """{function: (hash, functions of the C library that it calls)}."""
+    out = {}
+    for line in text.splitlines():
+        if line and not line.startswith("#"):
+            name, hash_, *called = line.split("\t")
+            out[name] = (hash_, called[0] if called else "")
+    return out
+
+
+def differences(found: dict[str, tuple[str, str]], parts: list[str]) -> list[str]:
+    """Names of the table whose hash is another one or missing, and names that the table lacks."""
+    of_engine = lambda name: name.startswith(("algorithm ", "kind "))
+    expected = {name: row for name, row in rows(TABLE.read_text()).items() if ("engine" if of_engine(name) else "algebra") in parts}
+    return sorted(name for name in {*expected, *found} if expected.get(name, ("",))[0] != found.get(name, ("",))[0])
+
+
+def write_table(found: dict[str, tuple[str, str]]) -> None:
+    kept = rows(TABLE.read_text()) if TABLE.exists() else {}
+    lines = ["# function or algorithm\thash of its results\tfunctions of the C library that it calls (golden.py writes this table)"]
+    lines += ["\t".join((name, *row)).rstrip("\t") for name, row in (kept | found).items()]
+    TABLE.write_text("\n".join(lines) + "\n")
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    comma = lambda text: text.split(",")
+    parser.add_argument("--compilers", type=comma, default=["gcc", "clang"])
+    parser.add_argument("--levels", type=comma, default=["0", "1", "2", "3"])
+    parser.add_argument("--sets", type=comma, default=list(SETS))
+    parser.add_argument("--parts", type=comma, default=["algebra", "engine"])
+    parser.add_argument("--flags", type=shlex.split, default=[])
+    parser.add_argument("--library", type=Path)
+    parser.add_argument("--update", action="store_true", help="write the hashes of the first build into the table")
+    parser.add_argument("--record", action="store_true")
+    given = parser.parse_args()
+    cases = [(c, o, s) for c in given.compilers for o in given.levels for s in given.sets if s != "neon" or c == "gcc"]
+    wrong, kept = 0, []
+    for compiler, level, isa in cases:
+        with tempfile.TemporaryDirectory() as folder:
+            build = Build(Path(folder), compiler, level, isa, given.flags)
+            found: dict[str, tuple[str, str]] = {}
+            for part in given.parts:
+                found |= rows(build.algebra() if part == "algebra" else build.engine(given.library))
+        if given.update:
+            write_table(found)
+            given.update = False
+        other = differences(found, given.parts)
+        wrong += bool(other)
+        kept.append(f"{build.name}, {' and '.join(given.parts)}={'same' if not other else f'{len(other)} other'}")
+        print(f"{build.name}: {len(found)} hashes, {len(other)} differ{': ' if other else ''}{', '.join(other[:5])}", flush=True)
+    if given.record:
+        record = [sys.executable, ROOT / "scripts/trust/record.py", "same-bits", "--command", "make golden", "--broken" if wrong else "--kept"]
+        subprocess.run([*map(str, record), *(x for figure in kept for x in ("--figure", figure)),
+                        "--planted", "a build with -ffp-contract=fast=caught (test/golden/golden_test.py)"], check=True)  # fmt: skip
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main())
+    except Broken as error:
+        sys.exit(f"golden: {error}")

@@ -1,0 +1,305 @@
+// Files that somebody made to do harm, or that a program wrote by mistake: refused at once, with a short sentence.
+#include "refusal.hpp"
+
+#include "load/limits.hpp"
+#include "load/robot_file.hpp"
+#include "load/words.hpp"
+
+#include "ksl/builder.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <filesystem>
+#include <functional>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+#include <vector>
+
+using namespace ksl;
+using ksl::test::check_message;
+using ksl::test::refusal;
+using ksl::test::refusal_of;
+namespace limits = ksl::load::limits;
+
+namespace {
+
+std::string many(std::size_t n, const std::function<std::string(std::size_t)> &each) {
+  std::string text;
+  for (std::size_t i = 0; i < n; ++i)
+    text += each(i);
+  return text;
+}
+
+std::string repeated(std::size_t n, const std::string &each) {
+  return many(n, [&](std::size_t) { return each; });
+}
+
+std::string robot(const std::string &inside) { return "<robot name=\"r\">\n" + inside + "</robot>"; }
+std::string sdf(const std::string &model) {
+  return "<sdf version=\"1.10\">\n<model name=\"m\">" + model + "</model></sdf>";
+}
+std::string a_link(const std::string &name) { return "<link name=\"" + name + "\"/>"; }
+std::string a_joint(const std::string &name, const std::string &parent, const std::string &child,
+                    const std::string &type = "fixed", const std::string &inside = "") {
+  return "<joint name=\"" + name + "\" type=\"" + type + "\"><parent link=\"" + parent + "\"/><child link=\"" + child +
+         "\"/>" + inside + "</joint>";
+}
+std::string number(std::size_t i) { return std::to_string(i); }
+
+std::string refusal_of_text(const std::string &text) {
+  return refusal_of([&] { model_of(read_robot_text(text, "r.xml"), {}, false, true); });
+}
+
+std::string refusal_of_file(const std::string &path) {
+  return refusal_of([&] { bytes_of_robot_file(path); });
+}
+
+/// Seconds of processor time for each megabyte of a text that is loaded or refused.
+double seconds_a_megabyte(const std::string &text) {
+  const std::clock_t start = std::clock();
+  const std::string message = refusal_of_text(text);
+  const double took = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  CHECK(message.size() < 5000);
+  return took / (1e-6 * static_cast<double>(text.size()));
+}
+
+} // namespace
+
+TEST_CASE("hostile: the time is in proportion to the size") {
+  const std::size_t n = 40'000;
+  const std::string with_mass =
+      "<inertial><mass value=\"1\"/><inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial>";
+  const auto chain = [&](std::size_t links, const std::function<std::string(std::size_t)> &inside) {
+    return robot("<link name=\"l0\"/>" + many(links, [&](std::size_t i) {
+                   return "<link name=\"l" + number(i + 1) + "\">" + with_mass + "</link>" +
+                          a_joint("j" + number(i), "l" + number(i), "l" + number(i + 1), "revolute", inside(i));
+                 }));
+  };
+  const std::string attributes =
+      "<link name=\"a\"" + many(n, [](std::size_t i) { return " x" + number(i) + "=\"\""; }) + "/>";
+  const std::string same_length =
+      many(2000, [](std::size_t i) { return a_link(std::string(900, 'x') + number(1000 + i)); });
+  const std::pair<const char *, std::string> texts[] = {
+      {"attributes of one element", robot(attributes)},
+      {"attributes of many elements",
+       robot(a_link("a") +
+             repeated(400, "<z" + many(500, [](std::size_t i) { return " a" + number(i) + "=\"\""; }) + "/>"))},
+      {"links of one name", robot(repeated(n, a_link("a")))},
+      {"depth", robot(a_link("a") + repeated(n, "<a>") + repeated(n, "</a>"))},
+      {"models in models", sdf(repeated(n, "<model name=\"m\">") + "<link name=\"a\"/>" + repeated(n, "</model>"))},
+      {"numbers in one attribute",
+       robot(a_link("a") + a_link("b") +
+             a_joint("j", "a", "b", "fixed", "<origin xyz=\"" + repeated(400'000, "0 ") + "\"/>"))},
+      {"digits of one number",
+       robot(a_link("a") + a_link("b") +
+             a_joint("j", "a", "b", "fixed", "<origin xyz=\"0." + repeated(900'000, "1") + "\"/>"))},
+      {"materials", robot(a_link("a") + repeated(n, "<material name=\"m\"/>"))},
+      {"unknown elements", robot(a_link("a") + many(n, [](std::size_t i) { return "<e" + number(i) + "/>"; }))},
+      {"unknown elements in a link",
+       robot("<link name=\"a\">" + many(n, [](std::size_t i) { return "<e" + number(i) + "/>"; }) + "</link>")},
+      {"texts", robot(a_link("a") + repeated(n, "<material/>x"))},
+      {"joints on one link", robot(a_link("a") + many(n,
+                                                      [](std::size_t i) {
+                                                        return a_link("l" + number(i)) +
+                                                               a_joint("j" + number(i), "a", "l" + number(i));
+                                                      }))},
+      {"a chain", chain(10'000, [](std::size_t) { return ""; })},
+      {"a chain of followers",
+       chain(10'000, [](std::size_t i) { return i ? "<mimic joint=\"j" + number(i - 1) + "\"/>" : ""; })},
+      {"followers of one joint",
+       chain(10'000, [](std::size_t i) { return i < 9'999 ? "<mimic joint=\"j9999\"/>" : ""; })},
+      {"transmissions",
+       robot(a_link("a") + many(10'000,
+                                [](std::size_t i) {
+                                  return a_link("l" + number(i)) +
+                                         a_joint("j" + number(i), "a", "l" + number(i), "continuous") +
+                                         "<transmission><joint name=\"j" + number(i) +
+                                         "\"/><actuator><drake:gear_ratio value=\"2\"/></actuator></transmission>";
+                                }))},
+      {"a name like 2,000 others", robot(same_length + a_joint("j", std::string(904, 'x'), "b"))},
+      {"SDF: links that float", sdf(many(10'000, [](std::size_t i) { return a_link("l" + number(i)); }))},
+      {"SDF: frames on frames", sdf(a_link("f") + many(10'000,
+                                                       [](std::size_t i) {
+                                                         return "<frame name=\"f" + number(i) + "\" attached_to=\"f" +
+                                                                (i ? number(i - 1) : "") + "\"/>";
+                                                       }))},
+      {"SDF: poses relative to each other", sdf("<link name=\"l\"/>" + many(10'000,
+                                                                            [](std::size_t i) {
+                                                                              return "<link name=\"l" + number(i) +
+                                                                                     "\"><pose relative_to=\"l" +
+                                                                                     (i ? number(i - 1) : "") +
+                                                                                     "\">0 0 1 0 0 0</pose></link>";
+                                                                            }))},
+      {"SDF: models that are placed",
+       sdf("<link name=\"l\"/>" + many(10'000,
+                                       [](std::size_t i) {
+                                         return "<model name=\"m" + number(i) +
+                                                "\" placement_frame=\"l\"><link name=\"l\"/></model>";
+                                       }))},
+  };
+  for (const auto &[title, text] : texts) {
+    CAPTURE(title);
+    CAPTURE(text.size());
+    // debug builds and busy machines take some times as long; what grows with the square takes a hundred times
+    double took = seconds_a_megabyte(text);
+    if (std::getenv("KSL_TIMES"))
+      std::printf("%-35s %5.2f MB  %5.2f s/MB\n", title, 1e-6 * static_cast<double>(text.size()), took);
+    if (took > 3) // of two, if the first was disturbed
+      took = seconds_a_megabyte(text);
+    CHECK(took < 3);
+  }
+}
+
+TEST_CASE("hostile: limits are said") {
+  const std::string long_name(limits::name_bytes + 1, 'n'), longest_name(limits::name_bytes, 'n');
+  const auto attributes = [](std::size_t n) {
+    return robot("<link name=\"a\"" + many(n - 1, [](std::size_t i) { return " x" + number(i) + "=\"\""; }) + "/>");
+  };
+  const auto deep = [](std::size_t n) {
+    return robot(a_link("a") + "\n" + repeated(n - 1, "<z>") + repeated(n - 1, "</z>"));
+  };
+  const auto value = [](std::size_t n) {
+    return robot(a_link("a") + "\n<material name=\"m\" x=\"" + std::string(n, 'v') + "\"/>");
+  };
+  const auto text = [](std::size_t n) {
+    return robot(a_link("a") + "\n<material>" + std::string(n, 'v') + "</material>");
+  };
+  check_message(refusal(attributes(limits::attributes)), {"accepted"});
+  check_message(refusal(attributes(limits::attributes + 1)),
+                {"r.urdf:2: link a: <link> has 1001 attributes, more than 1000"});
+  check_message(refusal(deep(limits::depth)), {"accepted"});
+  check_message(refusal(deep(limits::depth + 1)),
+                {"r.urdf:3: <z> is in 100 other elements; at most 100 may be in each other"});
+  check_message(refusal(value(limits::value_bytes)), {"accepted"});
+  check_message(refusal(value(limits::value_bytes + 1)),
+                {"r.urdf:3: ", "x of <material> has 1048577 bytes, more than 1 MiB"});
+  check_message(refusal(text(limits::value_bytes)), {"accepted"});
+  check_message(refusal(text(limits::value_bytes + 1)),
+                {"r.urdf:3: ", "the text in <material> has 1048577 bytes, more than 1 MiB"});
+  check_message(refusal(robot(a_link(longest_name))), {"accepted"});
+  check_message(refusal(robot(a_link(long_name))),
+                {"r.urdf:2: ", "name of <link> has 1001 bytes, more than 1000", "\"nnnn"});
+  check_message(refusal(robot(a_link("a") + "<" + long_name + "/>")),
+                {"r.urdf:2: ", "the name of an element has 1001 bytes, more than 1000"});
+  check_message(refusal(robot(a_link("a") + "<z " + long_name + "=\"\"/>")),
+                {"r.urdf:2: ", "the name of an attribute", "1001 bytes, more than 1000"});
+  check_message(refusal_of_text(sdf("<model name=\"" + longest_name + "\"><link name=\"a\"/></model>")),
+                {"r.xml:2: ", "bytes, more than 1000"});
+  check_message(refusal(robot(a_link("a") + repeated(limits::elements, "<z/>"))),
+                {"r.urdf: the file has more than 1000000 elements"});
+  check_message(refusal(std::string(limits::file_bytes + 1, ' ')),
+                {"r.urdf: the file has 67108865 bytes, more than 64 MiB"});
+  const std::string links = many(limits::links, [](std::size_t i) { return a_link("l" + number(i)) + "\n"; });
+  check_message(refusal(robot(links + a_link("one_more"))), {"r.urdf:100002: the file has more than 100000 links"});
+  check_message(refusal(robot(a_link("a") + "\n" + repeated(limits::joints + 1, a_joint("j", "a", "a")))),
+                {"r.urdf:3: the file has more than 100000 joints"});
+  check_message(refusal_of_text(sdf(many(limits::links + 1, [](std::size_t i) { return a_link("l" + number(i)); }))),
+                {"r.xml:2: ", "more than 100000 links"});
+}
+
+TEST_CASE("hostile: a model has at most 40,000 coordinates, since an int counts the elements of its mass matrix") {
+  const auto floating = [](std::size_t n) {
+    return robot(a_link("a") + many(n, [](std::size_t i) {
+                   return a_link("l" + number(i)) + a_joint("j" + number(i), "a", "l" + number(i), "floating");
+                 }));
+  };
+  check_message(refusal_of_text(floating(6666)), {"accepted"});
+  check_message(refusal_of_text(floating(6667)), {"r.xml: the robot has 40002 coordinates, more than 40000"});
+}
+
+TEST_CASE("hostile: numbers whose products overflow make no model") {
+  const auto heavy = [](const std::string &name) {
+    return "<link name=\"" + name +
+           "\"><inertial><mass value=\"1e308\"/><inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" "
+           "izz=\"1\"/></inertial></link>";
+  };
+  check_message(refusal_of_text(robot(heavy("a") + heavy("b") + a_joint("j", "a", "b", "revolute"))),
+                {"r.xml: link a: ", "not finite", "correct masses"});
+  const std::string far = "<origin xyz=\"1e308 0 0\"/>";
+  check_message(refusal_of_text(robot(a_link("a") + a_link("b") + heavy("c") + a_joint("j", "a", "b", "fixed", far) +
+                                      a_joint("k", "b", "c", "revolute", far))),
+                {"r.xml: link c: ", "not finite"});
+}
+
+TEST_CASE("hostile: only regular files are read") {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::temp_directory_path() / ("ksl_hostile_" + std::to_string(getpid()));
+  fs::create_directories(folder);
+  const std::string pipe = folder / "pipe.urdf", socket_path = folder / "s.urdf", sparse = folder / "sparse.urdf",
+                    whole = folder / "whole.urdf";
+  REQUIRE(mkfifo(pipe.c_str(), 0600) == 0);
+  const int socket = ::socket(AF_UNIX, SOCK_STREAM, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  socket_path.copy(address.sun_path, sizeof address.sun_path - 1);
+  REQUIRE(bind(socket, reinterpret_cast<const sockaddr *>(&address), sizeof address) == 0);
+  std::fclose(std::fopen(sparse.c_str(), "wb"));
+  fs::resize_file(sparse, std::uintmax_t{8} << 30);
+
+  check_message(refusal_of_file(pipe), {"pipe.urdf: this is a pipe, not a regular file", "ksl.load_string"});
+  check_message(refusal_of_file(socket_path), {"s.urdf: this is a socket, not a regular file"});
+  check_message(refusal_of_file("/dev/zero"), {"/dev/zero: this is a device, not a regular file"});
+  check_message(refusal_of_file(folder), {": this is a folder, not a file"});
+  check_message(refusal_of_file(sparse), {"sparse.urdf: the file has 8589934592 bytes, more than 64 MiB"});
+  check_message(refusal_of_file(std::string("whole.urdf\0.txt", 15)),
+                {"whole.urdf\\x00.txt: the path holds a zero byte"});
+  check_message(refusal_of_file(std::string(1'000'000, 'p')), {"ppp", "..."});
+  CHECK(refusal_of_file(std::string(1'000'000, 'p')).size() < 2000);
+  {
+    std::FILE *const file = std::fopen(whole.c_str(), "wb");
+    std::fputs("<robot/>", file);
+    std::fclose(file);
+    fs::create_symlink(whole, folder / "link.urdf");
+  }
+  CHECK(bytes_of_robot_file(folder / "link.urdf") == "<robot/>");
+  close(socket);
+  fs::remove_all(folder);
+}
+
+TEST_CASE("hostile: what XML forbids is no robot file") {
+  const auto named = [](const std::string &name) { return robot(a_link("a") + "\n" + a_link(name)); };
+  check_message(refusal("<?xml version=\"1.0\"?>\n<!DOCTYPE robot [<!ENTITY a \"b\">]>\n" + robot(a_link("&a;"))),
+                {"r.urdf:2: a DOCTYPE", "remove it"});
+  check_message(refusal(named("&ohm;")), {"r.urdf:3: ", "\"&ohm;\" is unknown", "&amp;"});
+  check_message(refusal(named("R&D")), {"r.urdf:3: ", "an & that begins no reference", "&amp;"});
+  check_message(refusal(named("&#;")), {"r.urdf:3: ", "\"&#;\""});
+  for (const char *bad : {"&#0;", "&#x0;", "&#27;", "&#x1b;", "&#xD800;", "&#xfffe;", "&#xFFFF;", "&#1114112;",
+                          "&#4294967296;", "&#99999999999999999999;"}) {
+    CAPTURE(bad);
+    check_message(refusal(named(std::string("a") + bad + "b")), {"r.urdf:3: ", bad, "no character that XML allows"});
+  }
+  check_message(refusal(named("a\x1b[31mb")), {"r.urdf:3: a control character, \\x1b, which XML forbids"});
+  check_message(refusal(named("a\xef\xbf\xbf")), {"r.urdf:3: the character U+FFFF, which XML forbids"});
+  const robot_description read =
+      read_urdf_text("<!-- & &x; <!DOCTYPE --><?p & ?><robot name=\"&lt;&gt;&amp;&quot;&apos;&#65;&#x1F916;'>\">"
+                     "<link name='a\"'/><![CDATA[ & &x; ]]></robot><!-- & -->",
+                     "r.urdf");
+  CHECK(read.name == "<>&\"'A\xf0\x9f\xa4\x96'>");
+  CHECK(read.links[0].name == "a\"");
+  check_message(refusal("<robot>\n<material x=\"1\" y=\"\" x=\"2\"/><link name=\"a\"/></robot>"),
+                {"r.urdf:2: ", "<material> gives x twice"});
+}
+
+TEST_CASE("hostile: messages are short, and show control characters instead of obeying them") {
+  const std::string megabyte(1'000'000, 'x'), turned = "a\xe2\x80\xae\xc2\x9b"
+                                                       "b";
+  const auto size_of = [](const std::string &message) { return message.size(); };
+  CHECK(size_of(refusal("<" + megabyte + "/>")) < 1000);
+  CHECK(size_of(refusal("<robot><link name=\"a\"/></" + megabyte + ">")) < 1000);
+  CHECK(size_of(refusal(robot("<link name=\"a\" " + megabyte + "=\"\" " + megabyte + "=\"\"/>"))) < 1000);
+  CHECK(size_of(refusal(robot(a_link("a") + a_joint("j", megabyte, "b")))) < 1000);
+  CHECK(size_of(refusal(robot(a_link("a") + a_link("b") + a_joint("j", "a", "b", megabyte)))) < 1000);
+  CHECK(size_of(refusal("<robot version=\"" + megabyte + "\"/>")) < 1000);
+  const std::string long_name(limits::name_bytes, 'n');
+  CHECK(size_of(refusal(robot(many(9, [&](std::size_t i) { return a_link(number(i) + long_name.substr(1)); })))) <
+        2000);
+  check_message(refusal(robot(a_link(turned) + a_link(turned))), {"\"a\\u202e\\u009bb\""});
+  check_message(refusal(robot(a_link(turned) + a_joint("j", turned, turned))), {"link a\\u202e\\u009bb is both"});
+  for (const std::string &line : read_urdf_text(robot("<link name=\"" + turned + "\"><z/></link>"), "r.urdf").unused)
+    CHECK(line == "unknown element <z> in link a\\u202e\\u009bb, line 2");
+  check_message(refusal_of_file("no\xffsuch\x1b"), {"no\\xffsuch\\x1b: there is no such file"});
+}

@@ -1,0 +1,134 @@
+"""Finite arguments give finite results, or an error that says why: overflow, or a joint that moves no mass."""
+
+import math
+import warnings
+
+import numpy as np
+import pytest
+
+import ksl
+
+PANDA = "robots/panda.urdf"
+INERTIAL = '<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
+JOINT = '<joint name="{0}" type="{1}"><parent link="{2}"/><child link="{3}"/><origin xyz="{4}"/><axis xyz="0 0 1"/>{5}</joint>'
+
+
+def quietly_loaded(text: str, **options) -> ksl.Model:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ksl.DescriptionWarning)
+        return ksl.load_string(text, **options)
+
+
+@pytest.fixture(scope="module")
+def massless_first() -> ksl.Model:
+    """Two bars that turn about parallel axes, of which the first has no mass, and a point mass at the end: singular where it is straight."""
+    point = '<inertial><origin xyz="1 0 0"/><mass value="2"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/></inertial>'
+    joints = JOINT.format("shoulder", "continuous", "ground", "upper", "0 0 0", "") + JOINT.format("elbow", "continuous", "upper", "lower", "1 0 0", "")
+    return quietly_loaded(f'<robot name="bars"><link name="ground"/><link name="upper"/><link name="lower">{point}</link>{joints}</robot>')
+
+
+@pytest.mark.parametrize("n", [None, 1, 5, 200])
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_overflow_is_an_error_that_names_result_and_state(examples, n, dtype):
+    m = ksl.load(examples / PANDA)
+    q = np.tile(m.neutral().astype(dtype), (n, 1) if n else 1)
+    v, bad = np.zeros_like(q), np.zeros_like(q)
+    bad[(n - 1) if n else ...] = 1e200 if dtype == np.float64 else 1e30
+    with pytest.raises(ksl.ResultError, match=r"inverse_dynamics: .*tau\[\d\] is -?(nan|inf), although all arguments are finite.* precision") as caught:
+        m.inverse_dynamics(q, bad, v)
+    if n and n > 1:
+        assert f"state {n - 1}: " in str(caught.value)
+    assert isinstance(caught.value, ValueError)
+    assert np.isfinite(m.inverse_dynamics(q, v, v)).all()
+
+
+def test_every_algorithm_that_reads_velocities(examples):
+    m = ksl.load(examples / PANDA)
+    q, v = m.neutral(), np.full(m.nv, 1e200)
+    for call in (m.bias, m.energy, m.centroidal_momentum_rate_derivatives):
+        with pytest.raises(ksl.ResultError):
+            call(q, v, v) if call == m.centroidal_momentum_rate_derivatives else call(q, v)
+    with pytest.raises(ksl.ResultError, match="reactions"):
+        m.reactions(q, v, 0 * v, joints=[m.joint_names[0]])
+
+
+def test_gravity_that_is_too_large(examples):
+    m = ksl.load(examples / PANDA, gravity=(0, 0, 1e308))
+    with pytest.raises(ksl.ResultError, match="gravity_torque: tau"):
+        m.gravity_torque(m.neutral())
+    with pytest.raises(ksl.ResultError, match="single precision"):
+        ksl.load(examples / PANDA, gravity=(0, 0, 1e39)).gravity_torque(m.neutral().astype(np.float32))
+
+
+def test_results_that_are_only_large_are_results(examples):
+    m = ksl.load(examples / PANDA)
+    q, v = m.neutral(), np.zeros(m.nv)
+    assert np.abs(m.forward_dynamics(q, v, v + 1e15)).max() > 1e13
+    assert np.abs(m.forward_dynamics(np.tile(q, (50, 1)), np.zeros((50, m.nv)), np.full((50, m.nv), 1e15))).max() > 1e13
+    assert np.abs(m.inverse_dynamics(q, v, v + 1e180)).max() > 1e178
+
+
+@pytest.mark.parametrize("angle", [0.0, math.pi, -math.pi])
+def test_a_joint_without_inertia_at_one_position_is_named(massless_first, angle):
+    """Also where rounding leaves it 1e-17 instead of zero."""
+    m = massless_first
+    assert m.warnings == ()
+    q, v, tau = np.array([0.3, angle]), np.array([1.0, 2.0]), np.array([1.0, -1.0])
+    for call in (m.forward_dynamics, m.forward_dynamics_derivatives, m.forward_dynamics_by_mass_matrix):
+        with pytest.raises(ksl.ResultError, match="joint shoulder, at this position, can move without moving any mass"):
+            call(q, v, tau)
+        good = np.tile([0.3, 1.0], (40, 1))
+        good[17] = q
+        with pytest.raises(ksl.ResultError, match="state 17: joint shoulder"):
+            call(good, np.tile(v, (40, 1)), np.tile(tau, (40, 1)))
+    for call in (m.mass_matrix_inverse, lambda q: m.solve_mass_matrix(q, tau)):
+        with pytest.raises(ksl.ResultError, match="joint shoulder"):
+            call(q)
+    assert np.isfinite(m.forward_dynamics([0.3, 1.0], v, tau)).all()
+    assert np.isfinite(m.inverse_dynamics(q, v, tau)).all()
+
+
+def test_a_gripper_without_mass_whose_fingers_follow():
+    """As in a real file: the leader and its follower move links without inertia."""
+    mimic = '<mimic joint="finger"/>'
+    text = (f'<robot name="hand"><link name="ground"/><link name="palm">{INERTIAL}</link><link name="left"/><link name="right"/>'
+            + JOINT.format("wrist", "continuous", "ground", "palm", "0 0 0", "") + JOINT.format("finger", "continuous", "palm", "left", "0 1 0", "")
+            + JOINT.format("other", "continuous", "palm", "right", "0 -1 0", mimic) + "</robot>")  # fmt: skip
+    with pytest.warns(ksl.DescriptionWarning, match="forward dynamics are refused: joint finger can move without moving any mass"):
+        m = ksl.load_string(text)
+    q, v = np.zeros(2), np.zeros(2)
+    for call in (m.forward_dynamics, m.forward_dynamics_derivatives):
+        with pytest.raises(ValueError, match="joint finger can move without moving any mass"):
+            call(q, v, v)
+    for call in (m.mass_matrix_inverse, lambda q: m.operational_space_inertia(q, ["palm"]), lambda q: m.operational_space_inertia_inverse(q, ["palm"])):
+        with pytest.raises(ValueError, match="joint finger can move"):
+            call(q)
+    solid = quietly_loaded(text.replace('<link name="right"/>', f'<link name="right">{INERTIAL}</link>'))
+    assert solid.warnings == () and np.isfinite(solid.forward_dynamics(q, v, v)).all()
+
+
+def test_the_model_warns_when_it_is_loaded():
+    text = f'<robot name="r"><link name="ground"/><link name="a">{INERTIAL}</link><link name="tip"/>' + (
+        JOINT.format("first", "continuous", "ground", "a", "0 0 0", "") + JOINT.format("last", "continuous", "a", "tip", "1 0 0", "") + "</robot>"
+    )
+    with pytest.warns(ksl.DescriptionWarning, match="forward dynamics are refused: joint last can move without moving any mass.* tip or a link beyond"):
+        m = ksl.load_string(text)
+    assert sum("joint last" in line for line in m.warnings) == 1
+    assert m.with_payload("tip", 1.0, (0.1, 0, 0)).warnings == ()
+    assert sum("joint last" in line for line in m.with_gravity((0, 0, 0)).warnings) == 1
+    none = quietly_loaded(text.replace(INERTIAL, ""), masses="optional")
+    assert not any("forward dynamics" in line for line in none.warnings), "for kinematics only"
+
+
+def test_no_mass_at_all_has_no_centre_of_mass():
+    none = quietly_loaded(
+        f'<robot name="r"><link name="ground"/><link name="a"/>{JOINT.format("first", "continuous", "ground", "a", "0 0 0", "")}</robot>', masses="optional"
+    )
+    assert np.isnan(none.center_of_mass([0.0])).all()  # as documented
+
+
+def test_arguments_are_checked_first(examples):
+    m = ksl.load(examples / PANDA)
+    q = m.neutral()
+    with pytest.raises(ValueError, match="v.* is nan"):
+        m.inverse_dynamics(q, np.full(m.nv, np.nan), np.zeros(m.nv))
