@@ -14,7 +14,8 @@ namespace ksl {
 /// written as they were computed; the states of a batch don't depend on each other.
 class KSL_EXPORT result_error : public std::domain_error {
 public:
-  result_error(const std::string &sentence, std::size_t state, int joint) : std::domain_error(sentence), state(state), joint(joint) {}
+  result_error(const std::string &sentence, std::size_t of_state, int of_joint)
+      : std::domain_error(sentence), state(of_state), joint(of_joint) {}
 
   std::size_t state; ///< the first such state of a batch; 0 in calls for one state
   int joint;         ///< index into model::joints() of the joint that moves no mass, or −1

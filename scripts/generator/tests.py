@@ -1,5 +1,7 @@
 """The test that compares the C++ and C interfaces with each other (Python: test/python/algorithms_test.py)."""
 
+import textwrap
+
 from generator.c_calls import SCALARS, batches
 from generator.rows import ALGORITHMS, MARK, Algorithm, call, has, ordered, with_request
 
@@ -41,9 +43,13 @@ def c_batch(row: Algorithm, suffix: str) -> str:
     out = [strided(f"s.batch.result[{i}]") for i in range(len(row.results))] + ([strided("s.batch.reactions->out")] if row.request == "reactions" else [])
     inputs = [a for name in row.inputs for a in strided(f"s.batch.{name}")]
     after = [a for some in with_request(row, out, [request(row, C)]) for a in some]
-    name, external = batches(row)[-1]
-    arguments = ["s.r.c_model", "s.n", *inputs, *(["&s.external"] if external else []), *after, "s.threads"]
-    return call(f"    s.status = {name}{suffix}(", arguments, ");")
+    calls = [call(f"s.status = {name}{suffix}(", ["s.r.c_model", "s.n", *inputs, *(["&s.external"] if external else []), *after, "s.threads"], ");")
+             for name, external in batches(row)]  # fmt: skip
+    indented = [textwrap.indent(text, "    " if len(calls) == 1 else "      ") for text in calls]
+    if len(calls) == 1:
+        return indented[0]
+    alone, pushed = indented
+    return f"    if (s.external.n == 0)\n{alone}\n    else\n{pushed}"
 
 
 CASE = """\

@@ -13,13 +13,6 @@ namespace {
 
 template <class P> using real = P;
 
-/// Whether packs of half a register are used.  Known at compile time except for the widest set.
-#if defined(__AVX512F__)
-bool half_packs() { return half_registers(); }
-#else
-[[maybe_unused]] constexpr bool half_packs() { return false; }
-#endif
-
 /// Numbers in an item of a type.
 template <template <class> class Type> constexpr int numbers = sizeof(Type<char>);
 
@@ -126,9 +119,10 @@ void any_size_2(size_t n, const T *a, ptrdiff_t a_stride, const T *b, ptrdiff_t 
 template <class Function, class T, template <class> class A, template <class> class B, template <class> class O>
 void array_2(size_t n, const T *a, ptrdiff_t a_stride, const T *b, ptrdiff_t b_stride, T *out, ptrdiff_t out_stride,
              size_t whole) {
-  if constexpr (sizeof(native_pack<T>) == 64)
-    if (half_packs())
-      return any_size_2<Function, T, native_lanes<T> / 2, A, B, O>(n, a, a_stride, b, b_stride, out, out_stride, whole);
+#if defined(__AVX512F__)
+  if (half_registers())
+    return any_size_2<Function, T, native_lanes<T> / 2, A, B, O>(n, a, a_stride, b, b_stride, out, out_stride, whole);
+#endif
   any_size_2<Function, T, native_lanes<T>, A, B, O>(n, a, a_stride, b, b_stride, out, out_stride, whole);
 }
 
@@ -164,9 +158,10 @@ void rows_1(size_t n, const T *a, ptrdiff_t a_stride, T *out, ptrdiff_t out_stri
 
 template <class Function, class T, template <class> class A, template <class> class O>
 void array_1(size_t n, const T *a, ptrdiff_t a_stride, T *out, ptrdiff_t out_stride) {
-  if constexpr (sizeof(native_pack<T>) == 64)
-    if (half_packs())
-      return rows_1<Function, T, native_lanes<T> / 2, A, O>(n, a, a_stride, out, out_stride);
+#if defined(__AVX512F__)
+  if (half_registers())
+    return rows_1<Function, T, native_lanes<T> / 2, A, O>(n, a, a_stride, out, out_stride);
+#endif
   rows_1<Function, T, native_lanes<T>, A, O>(n, a, a_stride, out, out_stride);
 }
 

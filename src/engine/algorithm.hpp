@@ -145,7 +145,7 @@ constexpr int length_of(extent e, const extents &of) {
   case extent::tree: return of.tree;
   case extent::all_links: return of.all_links;
   }
-  return 0;
+  __builtin_unreachable();
 }
 
 /// How many numbers an input of one state has.

@@ -62,10 +62,12 @@ struct instruction_set_row {
          __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2");
 }
 
-[[maybe_unused]] bool has_v4() {
+#ifdef KSL_HAS_x86_64_v4
+bool has_v4() {
   return has_v3() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
          __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
 }
+#endif
 
 // best first
 constexpr instruction_set_row sets[] = {
@@ -122,17 +124,15 @@ const char *instruction_set() { return chosen().name; }
 // Some processors execute 512-bit operations in two steps.  (AMD reports it in cpuid: bit 2 means 256 bits a step, bit 3 means
 // 512.)  On these, transposing eight rows costs more than twice as much as transposing four.  If KSL_ISA is set, full
 // registers are used.
+#ifdef KSL_HAS_x86_64_v4
 bool half_registers() {
-#if defined(__x86_64__)
   static const bool half = [] {
     unsigned width = 0, b, c, d;
     const char *forced = std::getenv("KSL_ISA"); // NOLINT(concurrency-mt-unsafe): read, and once
     return __get_cpuid(0x8000001a, &width, &b, &c, &d) && (width & 4) && !(width & 8) && !(forced && *forced);
   }();
   return half;
-#else
-  return false;
-#endif
 }
+#endif
 
 } // namespace ksl

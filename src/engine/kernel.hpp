@@ -10,16 +10,6 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// load_rows and store_rows for a scalar instead of a pack: one row, copied as it is.
-template <class S> void load_rows(const S *row, std::ptrdiff_t, int columns, int, S *out) {
-  for (int c = 0; c < columns; ++c)
-    out[c] = row[c];
-}
-template <class S> void store_rows(const S *in, int columns, int, S *row, std::ptrdiff_t) {
-  for (int c = 0; c < columns; ++c)
-    row[c] = in[c];
-}
-
 /// Sums of the squares of results: not finite if a result isn't, and large if one is large.  Two operations for a result, which is in
 /// a register or the innermost cache.  The results themselves are not touched.
 template <class T> struct squares {

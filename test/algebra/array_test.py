@@ -1,12 +1,14 @@
 """Arrays of any length, and two-dimensional arrays on the heap."""
 
 import ctypes
+import os
 import subprocess
 
 import numpy as np
 import pytest
 
 from functions import INCLUDE
+from library import c_compiler
 
 DTYPE = {"": np.float64, "f": np.float32, "i": np.int32}
 C = {"": ctypes.c_double, "f": ctypes.c_float, "i": ctypes.c_int}
@@ -140,7 +142,8 @@ def test_arrays_on_the_heap(tmp_path):
         }}""")
     lines.append("if (ksl_array2D_alloc(INT_MAX, INT_MAX)) return 5;")
     (tmp_path / "main.c").write_text("#include <ksl/memory.h>\n#include <limits.h>\nint main(void) {\n" + "\n".join(lines) + "\nreturn 0; }\n")
-    subprocess.run(["gcc", "-std=c11", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover", f"-I{INCLUDE}", tmp_path / "main.c",
+    subprocess.run([*c_compiler("-fsanitize=address,undefined", "-fno-sanitize-recover"), "-std=c11", "-g", f"-I{INCLUDE}", tmp_path / "main.c",
                     "-o", tmp_path / "main"], check=True)
-    run = subprocess.run([tmp_path / "main"], capture_output=True, text=True, env={"ASAN_OPTIONS": "allocator_may_return_null=1"})
+    run = subprocess.run([tmp_path / "main"], capture_output=True, text=True,
+                         env=os.environ | {"ASAN_OPTIONS": "allocator_may_return_null=1"})
     assert run.returncode == 0, run.stderr

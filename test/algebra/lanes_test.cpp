@@ -1,10 +1,12 @@
 // Bodies work on several states at once: a scalar of lanes whose comparisons are masks, which no `if` would accept, and
-// whose lanes take different sides of every choice.
+// whose lanes take different sides of every choice.  And packs, the scalar of lanes that KSL itself uses.
 #include "ksl/algebra.hpp"
+#include "ksl/pack.hpp"
 
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 
 namespace {
@@ -176,5 +178,24 @@ TEST_CASE("joint spaces of a lane are those of one state, for every kind about e
         CHECK(B::joint_space_set(&Jk, kind, axis, pitch.at[k], q.at[k]) == n);
         CHECK(same(Jk, lane<ksl::joint_space<double>>(J, k)));
       }
+    }
+}
+
+TEST_CASE_TEMPLATE("comparisons of packs of any width are those of their lanes", P, ksl::pack<double, 2>, ksl::pack<double, 4>,
+                   ksl::pack<double, 8>, ksl::pack<float, 4>, ksl::pack<float, 8>, ksl::pack<float, 16>) {
+  using T = ksl::scalar_of<P>;
+  constexpr int W = sizeof(P) / sizeof(T);
+  const T nan = std::numeric_limits<T>::quiet_NaN(), infinity = std::numeric_limits<T>::infinity();
+  P a(T(-2)), b(T(1));
+  b.set(W - 1, T(-2));
+  const P chosen = ksl::math<P>::select(a >= b, P(T(1)), P(T(0)));
+  for (int i = 0; i < W; ++i)
+    CHECK(chosen[i] == (i == W - 1 ? 1 : 0));
+  CHECK(ksl::magnitudes_at_most(a, T(2)));
+  for (int i = 0; i < W; ++i) // one lane is enough
+    for (T beyond : {T(2.5), T(-2.5), infinity, -infinity, nan}) {
+      P x = a;
+      x.set(i, beyond);
+      CHECK(!ksl::magnitudes_at_most(x, T(2)));
     }
 }

@@ -17,6 +17,11 @@ STRUCTS = SIZES | INTEGERS
 CTYPE = {"double": ctypes.c_double, "float": ctypes.c_float, "int": ctypes.c_int}
 
 
+def c_compiler(*flags):
+    """How tests compile C: with gcc and these flags, or as KSL_TEST_CC says, which `make coverage` sets to count what runs."""
+    return os.environ["KSL_TEST_CC"].split() if "KSL_TEST_CC" in os.environ else ["gcc", *flags]
+
+
 def find():
     """The path in KSL_LIBRARY, or the newest build/*/libksl.so."""
     if path := os.environ.get("KSL_LIBRARY"):
@@ -47,8 +52,8 @@ class Library:
         """src/ksl.c once more, with the helpers as symbols."""
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "helpers.so"
-            flags = ["-std=c11", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-DKSL_INLINE_HELPER=extern inline KSL_EXPORT"]
-            subprocess.run(["gcc", *flags, "-I", ROOT / "include", ROOT / "src" / "ksl.c", "-o", path, "-lm"], check=True)
+            flags = ["-std=c11", "-ffp-contract=off", "-fPIC", "-shared", "-DKSL_INLINE_HELPER=extern inline KSL_EXPORT"]
+            subprocess.run([*c_compiler("-O2"), *flags, "-I", ROOT / "include", ROOT / "src" / "ksl.c", "-o", path, "-lm"], check=True)
             return ctypes.CDLL(str(path))
 
     def _function(self, name):

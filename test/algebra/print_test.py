@@ -5,14 +5,16 @@ import subprocess
 import pytest
 
 from functions import INCLUDE, ROOT, published
+from library import c_compiler
 
-FLAGS = ["-std=c11", "-g", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-fsanitize=address,undefined", "-fno-sanitize-recover=all", f"-I{INCLUDE}"]
+COMPILER = c_compiler("-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+FLAGS = ["-std=c11", "-g", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{INCLUDE}"]
 
 
 @pytest.fixture(scope="session")
 def compiled(tmp_path_factory):
     path = tmp_path_factory.mktemp("print") / "print.o"
-    subprocess.run(["gcc", *FLAGS, "-Wconversion", "-c", ROOT / "src" / "print.c", "-o", path], check=True)
+    subprocess.run([*COMPILER, *FLAGS, "-Wconversion", "-c", ROOT / "src" / "print.c", "-o", path], check=True)
     return path
 
 
@@ -25,7 +27,7 @@ int main(void) {{
 {body}
 return 0; }}
 """)
-        subprocess.run(["gcc", *FLAGS, *flags, tmp_path / "main.c", compiled, "-o", tmp_path / "main", "-lm"], check=True)
+        subprocess.run([*COMPILER, *FLAGS, *flags, tmp_path / "main.c", compiled, "-o", tmp_path / "main", "-lm"], check=True)
         done = subprocess.run([tmp_path / "main"], capture_output=True)
         assert done.returncode == 0, done.stderr.decode()
         return done.stdout.decode(errors="surrogateescape")

@@ -237,6 +237,17 @@ TEST_CASE_TEMPLATE("every operator is its function of the algebra", T, double, f
   A::SE3_log(&x.ab.plain(), &s);
   CHECK(same(log(x.ab), s));
   CHECK(dot(x.f, x.v) == A::dot_cs(&x.f.plain(), &x.v.plain()));
+  const ksl::momentum<T, b_frame> p = x.M * x.v;
+  CHECK(dot(p, x.v) == A::dot_cs(&p.plain(), &x.v.plain()));
+  A::subtract_cc(&x.f.plain(), &p.plain(), &c);
+  CHECK(same(x.f - ksl::wrench<T, b_frame>(p.plain()), c));
+  A::coscrew_inverted(&x.f.plain(), &c);
+  CHECK(same(-x.f, c));
+  ksl::rigid_inertia<T, b_frame> twice(x.M.plain());
+  twice += x.M;
+  CHECK(same(twice, (x.M + x.M).plain()));
+  // the same numbers under another name
+  CHECK((same(x.v.template named<a_frame>(), x.v.plain()) && same(x.M.template named<a_frame>(), x.M.plain())));
 
   ksl::twist<T, b_frame> sum = x.v;
   sum += x.w;

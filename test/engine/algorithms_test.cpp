@@ -18,9 +18,14 @@ TEST_CASE("inverse_dynamics: C++ and C, one state and batches, in double") {
     ksl::inverse_dynamics_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    s.status = ksl_inverse_dynamics_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                                   s.batch.v.stride, s.batch.a.first, s.batch.a.stride, &s.external,
-                                                   s.batch.result[0].first, s.batch.result[0].stride, s.threads);
+    if (s.external.n == 0)
+      s.status = ksl_inverse_dynamics_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                            s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.batch.result[0].first,
+                                            s.batch.result[0].stride, s.threads);
+    else
+      s.status = ksl_inverse_dynamics_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                     s.batch.v.stride, s.batch.a.first, s.batch.a.stride, &s.external,
+                                                     s.batch.result[0].first, s.batch.result[0].stride, s.threads);
   };
   faces::agree<double>(ksl::rows::inverse_dynamics, cpp, c, cpp_batch, c_batch);
 }
@@ -36,10 +41,14 @@ TEST_CASE("inverse_dynamics: C++ and C, one state and batches, in float") {
     ksl::inverse_dynamics_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    s.status = ksl_inverse_dynamics_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                                    s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-                                                    s.batch.a.stride, &s.external, s.batch.result[0].first,
-                                                    s.batch.result[0].stride, s.threads);
+    if (s.external.n == 0)
+      s.status = ksl_inverse_dynamics_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                             s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.batch.result[0].first,
+                                             s.batch.result[0].stride, s.threads);
+    else
+      s.status = ksl_inverse_dynamics_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                      s.batch.v.stride, s.batch.a.first, s.batch.a.stride, &s.external,
+                                                      s.batch.result[0].first, s.batch.result[0].stride, s.threads);
   };
   faces::agree<float>(ksl::rows::inverse_dynamics, cpp, c, cpp_batch, c_batch);
 }
@@ -56,10 +65,18 @@ TEST_CASE("inverse_dynamics_with_reactions: C++ and C, one state and batches, in
     ksl::inverse_dynamics_with_reactions_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    s.status = ksl_inverse_dynamics_with_reactions_external_batch(
-        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-        s.batch.a.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.r.request.n,
-        s.r.joints.data(), nullptr, s.batch.reactions->out.first, s.batch.reactions->out.stride, s.threads);
+    if (s.external.n == 0)
+      s.status = ksl_inverse_dynamics_with_reactions_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                           s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+                                                           s.batch.a.stride, s.batch.result[0].first,
+                                                           s.batch.result[0].stride, s.r.request.n, s.r.joints.data(),
+                                                           nullptr, s.batch.reactions->out.first,
+                                                           s.batch.reactions->out.stride, s.threads);
+    else
+      s.status = ksl_inverse_dynamics_with_reactions_external_batch(
+          s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+          s.batch.a.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.r.request.n, s.r.joints.data(),
+          nullptr, s.batch.reactions->out.first, s.batch.reactions->out.stride, s.threads);
   };
   faces::agree<double>(ksl::rows::inverse_dynamics_with_reactions, cpp, c, cpp_batch, c_batch);
 }
@@ -76,10 +93,18 @@ TEST_CASE("inverse_dynamics_with_reactions: C++ and C, one state and batches, in
     ksl::inverse_dynamics_with_reactions_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    s.status = ksl_inverse_dynamics_with_reactions_external_batchf(
-        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-        s.batch.a.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.r.request.n,
-        s.r.joints.data(), nullptr, s.batch.reactions->out.first, s.batch.reactions->out.stride, s.threads);
+    if (s.external.n == 0)
+      s.status = ksl_inverse_dynamics_with_reactions_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                            s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+                                                            s.batch.a.stride, s.batch.result[0].first,
+                                                            s.batch.result[0].stride, s.r.request.n, s.r.joints.data(),
+                                                            nullptr, s.batch.reactions->out.first,
+                                                            s.batch.reactions->out.stride, s.threads);
+    else
+      s.status = ksl_inverse_dynamics_with_reactions_external_batchf(
+          s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+          s.batch.a.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.r.request.n, s.r.joints.data(),
+          nullptr, s.batch.reactions->out.first, s.batch.reactions->out.stride, s.threads);
   };
   faces::agree<float>(ksl::rows::inverse_dynamics_with_reactions, cpp, c, cpp_batch, c_batch);
 }
@@ -95,9 +120,14 @@ TEST_CASE("effort_parts: C++ and C, one state and batches, in double") {
     ksl::effort_parts_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    s.status = ksl_effort_parts_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                               s.batch.v.stride, s.batch.a.first, s.batch.a.stride, &s.external,
-                                               s.batch.result[0].first, s.batch.result[0].stride, s.threads);
+    if (s.external.n == 0)
+      s.status = ksl_effort_parts_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                        s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.batch.result[0].first,
+                                        s.batch.result[0].stride, s.threads);
+    else
+      s.status = ksl_effort_parts_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                 s.batch.v.stride, s.batch.a.first, s.batch.a.stride, &s.external,
+                                                 s.batch.result[0].first, s.batch.result[0].stride, s.threads);
   };
   faces::agree<double>(ksl::rows::effort_parts, cpp, c, cpp_batch, c_batch);
 }
@@ -113,9 +143,14 @@ TEST_CASE("effort_parts: C++ and C, one state and batches, in float") {
     ksl::effort_parts_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    s.status = ksl_effort_parts_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                                s.batch.v.stride, s.batch.a.first, s.batch.a.stride, &s.external,
-                                                s.batch.result[0].first, s.batch.result[0].stride, s.threads);
+    if (s.external.n == 0)
+      s.status = ksl_effort_parts_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                         s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.batch.result[0].first,
+                                         s.batch.result[0].stride, s.threads);
+    else
+      s.status = ksl_effort_parts_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                  s.batch.v.stride, s.batch.a.first, s.batch.a.stride, &s.external,
+                                                  s.batch.result[0].first, s.batch.result[0].stride, s.threads);
   };
   faces::agree<float>(ksl::rows::effort_parts, cpp, c, cpp_batch, c_batch);
 }
@@ -131,9 +166,13 @@ TEST_CASE("bias: C++ and C, one state and batches, in double") {
     ksl::bias_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    s.status = ksl_bias_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                       s.batch.v.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride,
-                                       s.threads);
+    if (s.external.n == 0)
+      s.status = ksl_bias_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
+                                s.batch.result[0].first, s.batch.result[0].stride, s.threads);
+    else
+      s.status = ksl_bias_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                         s.batch.v.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride,
+                                         s.threads);
   };
   faces::agree<double>(ksl::rows::bias, cpp, c, cpp_batch, c_batch);
 }
@@ -149,9 +188,13 @@ TEST_CASE("bias: C++ and C, one state and batches, in float") {
     ksl::bias_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    s.status = ksl_bias_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                        s.batch.v.stride, &s.external, s.batch.result[0].first,
-                                        s.batch.result[0].stride, s.threads);
+    if (s.external.n == 0)
+      s.status = ksl_bias_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
+                                 s.batch.result[0].first, s.batch.result[0].stride, s.threads);
+    else
+      s.status = ksl_bias_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                          s.batch.v.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride,
+                                          s.threads);
   };
   faces::agree<float>(ksl::rows::bias, cpp, c, cpp_batch, c_batch);
 }
@@ -167,8 +210,12 @@ TEST_CASE("gravity_torque: C++ and C, one state and batches, in double") {
     ksl::gravity_torque_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    s.status = ksl_gravity_torque_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, &s.external,
-                                                 s.batch.result[0].first, s.batch.result[0].stride, s.threads);
+    if (s.external.n == 0)
+      s.status = ksl_gravity_torque_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                          s.batch.result[0].stride, s.threads);
+    else
+      s.status = ksl_gravity_torque_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, &s.external,
+                                                   s.batch.result[0].first, s.batch.result[0].stride, s.threads);
   };
   faces::agree<double>(ksl::rows::gravity_torque, cpp, c, cpp_batch, c_batch);
 }
@@ -184,8 +231,12 @@ TEST_CASE("gravity_torque: C++ and C, one state and batches, in float") {
     ksl::gravity_torque_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    s.status = ksl_gravity_torque_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, &s.external,
-                                                  s.batch.result[0].first, s.batch.result[0].stride, s.threads);
+    if (s.external.n == 0)
+      s.status = ksl_gravity_torque_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                           s.batch.result[0].stride, s.threads);
+    else
+      s.status = ksl_gravity_torque_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, &s.external,
+                                                    s.batch.result[0].first, s.batch.result[0].stride, s.threads);
   };
   faces::agree<float>(ksl::rows::gravity_torque, cpp, c, cpp_batch, c_batch);
 }
@@ -201,9 +252,14 @@ TEST_CASE("forward_dynamics: C++ and C, one state and batches, in double") {
     ksl::forward_dynamics_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    s.status = ksl_forward_dynamics_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                                   s.batch.v.stride, s.batch.tau.first, s.batch.tau.stride, &s.external,
-                                                   s.batch.result[0].first, s.batch.result[0].stride, s.threads);
+    if (s.external.n == 0)
+      s.status = ksl_forward_dynamics_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                            s.batch.v.stride, s.batch.tau.first, s.batch.tau.stride, s.batch.result[0].first,
+                                            s.batch.result[0].stride, s.threads);
+    else
+      s.status = ksl_forward_dynamics_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                     s.batch.v.stride, s.batch.tau.first, s.batch.tau.stride, &s.external,
+                                                     s.batch.result[0].first, s.batch.result[0].stride, s.threads);
   };
   faces::agree<double>(ksl::rows::forward_dynamics, cpp, c, cpp_batch, c_batch);
 }
@@ -219,10 +275,14 @@ TEST_CASE("forward_dynamics: C++ and C, one state and batches, in float") {
     ksl::forward_dynamics_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    s.status = ksl_forward_dynamics_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                                    s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
-                                                    s.batch.tau.stride, &s.external, s.batch.result[0].first,
-                                                    s.batch.result[0].stride, s.threads);
+    if (s.external.n == 0)
+      s.status = ksl_forward_dynamics_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                             s.batch.v.stride, s.batch.tau.first, s.batch.tau.stride, s.batch.result[0].first,
+                                             s.batch.result[0].stride, s.threads);
+    else
+      s.status = ksl_forward_dynamics_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                      s.batch.v.stride, s.batch.tau.first, s.batch.tau.stride, &s.external,
+                                                      s.batch.result[0].first, s.batch.result[0].stride, s.threads);
   };
   faces::agree<float>(ksl::rows::forward_dynamics, cpp, c, cpp_batch, c_batch);
 }
@@ -239,9 +299,15 @@ TEST_CASE("forward_dynamics_by_mass_matrix: C++ and C, one state and batches, in
     ksl::forward_dynamics_by_mass_matrix_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    s.status = ksl_forward_dynamics_by_mass_matrix_external_batch(
-        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
-        s.batch.tau.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.threads);
+    if (s.external.n == 0)
+      s.status = ksl_forward_dynamics_by_mass_matrix_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                           s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+                                                           s.batch.tau.stride, s.batch.result[0].first,
+                                                           s.batch.result[0].stride, s.threads);
+    else
+      s.status = ksl_forward_dynamics_by_mass_matrix_external_batch(
+          s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+          s.batch.tau.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.threads);
   };
   faces::agree<double>(ksl::rows::forward_dynamics_by_mass_matrix, cpp, c, cpp_batch, c_batch);
 }
@@ -258,9 +324,15 @@ TEST_CASE("forward_dynamics_by_mass_matrix: C++ and C, one state and batches, in
     ksl::forward_dynamics_by_mass_matrix_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    s.status = ksl_forward_dynamics_by_mass_matrix_external_batchf(
-        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
-        s.batch.tau.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.threads);
+    if (s.external.n == 0)
+      s.status = ksl_forward_dynamics_by_mass_matrix_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                            s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+                                                            s.batch.tau.stride, s.batch.result[0].first,
+                                                            s.batch.result[0].stride, s.threads);
+    else
+      s.status = ksl_forward_dynamics_by_mass_matrix_external_batchf(
+          s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+          s.batch.tau.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.threads);
   };
   faces::agree<float>(ksl::rows::forward_dynamics_by_mass_matrix, cpp, c, cpp_batch, c_batch);
 }
@@ -277,11 +349,18 @@ TEST_CASE("hybrid_dynamics: C++ and C, one state and batches, in double") {
     ksl::hybrid_dynamics_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    s.status = ksl_hybrid_dynamics_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                                  s.batch.v.stride, s.batch.a.first, s.batch.a.stride,
-                                                  s.batch.tau.first, s.batch.tau.stride, &s.external, 3,
-                                                  s.r.links.data(), s.batch.result[0].first, s.batch.result[0].stride,
-                                                  s.batch.result[1].first, s.batch.result[1].stride, s.threads);
+    if (s.external.n == 0)
+      s.status = ksl_hybrid_dynamics_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                           s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.batch.tau.first,
+                                           s.batch.tau.stride, 3, s.r.links.data(), s.batch.result[0].first,
+                                           s.batch.result[0].stride, s.batch.result[1].first, s.batch.result[1].stride,
+                                           s.threads);
+    else
+      s.status = ksl_hybrid_dynamics_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                    s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.batch.tau.first,
+                                                    s.batch.tau.stride, &s.external, 3, s.r.links.data(),
+                                                    s.batch.result[0].first, s.batch.result[0].stride,
+                                                    s.batch.result[1].first, s.batch.result[1].stride, s.threads);
   };
   faces::agree<double>(ksl::rows::hybrid_dynamics, cpp, c, cpp_batch, c_batch);
 }
@@ -298,11 +377,18 @@ TEST_CASE("hybrid_dynamics: C++ and C, one state and batches, in float") {
     ksl::hybrid_dynamics_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    s.status = ksl_hybrid_dynamics_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                                   s.batch.v.stride, s.batch.a.first, s.batch.a.stride,
-                                                   s.batch.tau.first, s.batch.tau.stride, &s.external, 3,
-                                                   s.r.links.data(), s.batch.result[0].first, s.batch.result[0].stride,
-                                                   s.batch.result[1].first, s.batch.result[1].stride, s.threads);
+    if (s.external.n == 0)
+      s.status = ksl_hybrid_dynamics_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                            s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.batch.tau.first,
+                                            s.batch.tau.stride, 3, s.r.links.data(), s.batch.result[0].first,
+                                            s.batch.result[0].stride, s.batch.result[1].first, s.batch.result[1].stride,
+                                            s.threads);
+    else
+      s.status = ksl_hybrid_dynamics_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                     s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.batch.tau.first,
+                                                     s.batch.tau.stride, &s.external, 3, s.r.links.data(),
+                                                     s.batch.result[0].first, s.batch.result[0].stride,
+                                                     s.batch.result[1].first, s.batch.result[1].stride, s.threads);
   };
   faces::agree<float>(ksl::rows::hybrid_dynamics, cpp, c, cpp_batch, c_batch);
 }
@@ -403,8 +489,8 @@ TEST_CASE("mass_matrix_upper: C++ and C, one state and batches, in float") {
     ksl::mass_matrix_upper_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    s.status = ksl_mass_matrix_upper_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                            s.batch.result[0].first, s.batch.result[0].stride, s.threads);
+    s.status = ksl_mass_matrix_upper_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                            s.batch.result[0].stride, s.threads);
   };
   faces::agree<float>(ksl::rows::mass_matrix_upper, cpp, c, cpp_batch, c_batch);
 }
@@ -454,8 +540,8 @@ TEST_CASE("mass_matrix_factor: C++ and C, one state and batches, in double") {
     ksl::mass_matrix_factor_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    s.status = ksl_mass_matrix_factor_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                            s.batch.result[0].first, s.batch.result[0].stride, s.threads);
+    s.status = ksl_mass_matrix_factor_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                            s.batch.result[0].stride, s.threads);
   };
   faces::agree<double>(ksl::rows::mass_matrix_factor, cpp, c, cpp_batch, c_batch);
 }
@@ -471,8 +557,8 @@ TEST_CASE("mass_matrix_factor: C++ and C, one state and batches, in float") {
     ksl::mass_matrix_factor_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    s.status = ksl_mass_matrix_factor_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                             s.batch.result[0].first, s.batch.result[0].stride, s.threads);
+    s.status = ksl_mass_matrix_factor_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                             s.batch.result[0].stride, s.threads);
   };
   faces::agree<float>(ksl::rows::mass_matrix_factor, cpp, c, cpp_batch, c_batch);
 }
@@ -488,8 +574,8 @@ TEST_CASE("mass_matrix_inverse: C++ and C, one state and batches, in double") {
     ksl::mass_matrix_inverse_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    s.status = ksl_mass_matrix_inverse_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                             s.batch.result[0].first, s.batch.result[0].stride, s.threads);
+    s.status = ksl_mass_matrix_inverse_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                             s.batch.result[0].stride, s.threads);
   };
   faces::agree<double>(ksl::rows::mass_matrix_inverse, cpp, c, cpp_batch, c_batch);
 }
@@ -505,8 +591,8 @@ TEST_CASE("mass_matrix_inverse: C++ and C, one state and batches, in float") {
     ksl::mass_matrix_inverse_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    s.status = ksl_mass_matrix_inverse_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                              s.batch.result[0].first, s.batch.result[0].stride, s.threads);
+    s.status = ksl_mass_matrix_inverse_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                              s.batch.result[0].stride, s.threads);
   };
   faces::agree<float>(ksl::rows::mass_matrix_inverse, cpp, c, cpp_batch, c_batch);
 }
@@ -559,8 +645,7 @@ TEST_CASE("coriolis_matrix: C++ and C, one state and batches, in double") {
   };
   const auto c_batch = [](faces::many<double> &s) {
     s.status = ksl_coriolis_matrix_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                         s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride,
-                                         s.threads);
+                                         s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride, s.threads);
   };
   faces::agree<double>(ksl::rows::coriolis_matrix, cpp, c, cpp_batch, c_batch);
 }
@@ -577,8 +662,7 @@ TEST_CASE("coriolis_matrix: C++ and C, one state and batches, in float") {
   };
   const auto c_batch = [](faces::many<float> &s) {
     s.status = ksl_coriolis_matrix_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                          s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride,
-                                          s.threads);
+                                          s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride, s.threads);
   };
   faces::agree<float>(ksl::rows::coriolis_matrix, cpp, c, cpp_batch, c_batch);
 }
@@ -701,8 +785,8 @@ TEST_CASE("frame_acceleration: C++ and C, one state and batches, in double") {
   };
   const auto c_batch = [](faces::many<double> &s) {
     s.status = ksl_frame_acceleration_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                            s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.r.links[0],
-                                            s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride, s.threads);
+                                            s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.r.links[0], s.r.c_how,
+                                            s.batch.result[0].first, s.batch.result[0].stride, s.threads);
   };
   faces::agree<double>(ksl::rows::frame_acceleration, cpp, c, cpp_batch, c_batch);
 }
@@ -719,8 +803,8 @@ TEST_CASE("frame_acceleration: C++ and C, one state and batches, in float") {
   };
   const auto c_batch = [](faces::many<float> &s) {
     s.status = ksl_frame_acceleration_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                             s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.r.links[0],
-                                             s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride, s.threads);
+                                             s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.r.links[0], s.r.c_how,
+                                             s.batch.result[0].first, s.batch.result[0].stride, s.threads);
   };
   faces::agree<float>(ksl::rows::frame_acceleration, cpp, c, cpp_batch, c_batch);
 }
@@ -811,8 +895,8 @@ TEST_CASE("point_acceleration: C++ and C, one state and batches, in double") {
   };
   const auto c_batch = [](faces::many<double> &s) {
     s.status = ksl_point_acceleration_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                            s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.r.links[0],
-                                            s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride, s.threads);
+                                            s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.r.links[0], s.r.c_how,
+                                            s.batch.result[0].first, s.batch.result[0].stride, s.threads);
   };
   faces::agree<double>(ksl::rows::point_acceleration, cpp, c, cpp_batch, c_batch);
 }
@@ -829,8 +913,8 @@ TEST_CASE("point_acceleration: C++ and C, one state and batches, in float") {
   };
   const auto c_batch = [](faces::many<float> &s) {
     s.status = ksl_point_acceleration_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                             s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.r.links[0],
-                                             s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride, s.threads);
+                                             s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.r.links[0], s.r.c_how,
+                                             s.batch.result[0].first, s.batch.result[0].stride, s.threads);
   };
   faces::agree<float>(ksl::rows::point_acceleration, cpp, c, cpp_batch, c_batch);
 }
@@ -952,8 +1036,8 @@ TEST_CASE("relative_velocity: C++ and C, one state and batches, in double") {
   };
   const auto c_batch = [](faces::many<double> &s) {
     s.status = ksl_relative_velocity_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                           s.batch.v.stride, s.r.links[0], s.r.links[1], s.r.c_how,
-                                           s.batch.result[0].first, s.batch.result[0].stride, s.threads);
+                                           s.batch.v.stride, s.r.links[0], s.r.links[1], s.r.c_how, s.batch.result[0].first,
+                                           s.batch.result[0].stride, s.threads);
   };
   faces::agree<double>(ksl::rows::relative_velocity, cpp, c, cpp_batch, c_batch);
 }
@@ -988,9 +1072,8 @@ TEST_CASE("relative_jacobian: C++ and C, one state and batches, in double") {
     ksl::relative_jacobian_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    s.status = ksl_relative_jacobian_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.r.links[0],
-                                           s.r.links[1], s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride,
-                                           s.threads);
+    s.status = ksl_relative_jacobian_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.r.links[0], s.r.links[1],
+                                           s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride, s.threads);
   };
   faces::agree<double>(ksl::rows::relative_jacobian, cpp, c, cpp_batch, c_batch);
 }
@@ -1006,9 +1089,8 @@ TEST_CASE("relative_jacobian: C++ and C, one state and batches, in float") {
     ksl::relative_jacobian_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    s.status = ksl_relative_jacobian_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.r.links[0],
-                                            s.r.links[1], s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride,
-                                            s.threads);
+    s.status = ksl_relative_jacobian_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.r.links[0], s.r.links[1],
+                                            s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride, s.threads);
   };
   faces::agree<float>(ksl::rows::relative_jacobian, cpp, c, cpp_batch, c_batch);
 }
@@ -1063,10 +1145,9 @@ TEST_CASE("operational_space_inertia: C++ and C, one state and batches, in doubl
     ksl::operational_space_inertia_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    s.status = ksl_operational_space_inertia_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, 3,
-                                                   s.r.links.data(), s.r.c_how, s.batch.result[0].first,
-                                                   s.batch.result[0].stride, s.batch.result[1].first,
-                                                   s.batch.result[1].stride, s.threads);
+    s.status = ksl_operational_space_inertia_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, 3, s.r.links.data(),
+                                                   s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride,
+                                                   s.batch.result[1].first, s.batch.result[1].stride, s.threads);
   };
   faces::agree<double>(ksl::rows::operational_space_inertia, cpp, c, cpp_batch, c_batch);
 }
@@ -1104,12 +1185,19 @@ TEST_CASE("operational_space: C++ and C, one state and batches, in double") {
     ksl::operational_space_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    s.status = ksl_operational_space_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                                    s.batch.v.first, s.batch.v.stride, &s.external, 3, s.r.links.data(),
-                                                    s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride,
-                                                    s.batch.result[1].first, s.batch.result[1].stride,
-                                                    s.batch.result[2].first, s.batch.result[2].stride,
-                                                    s.batch.result[3].first, s.batch.result[3].stride, s.threads);
+    if (s.external.n == 0)
+      s.status = ksl_operational_space_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                             s.batch.v.stride, 3, s.r.links.data(), s.r.c_how, s.batch.result[0].first,
+                                             s.batch.result[0].stride, s.batch.result[1].first, s.batch.result[1].stride,
+                                             s.batch.result[2].first, s.batch.result[2].stride, s.batch.result[3].first,
+                                             s.batch.result[3].stride, s.threads);
+    else
+      s.status = ksl_operational_space_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                      s.batch.v.stride, &s.external, 3, s.r.links.data(), s.r.c_how,
+                                                      s.batch.result[0].first, s.batch.result[0].stride,
+                                                      s.batch.result[1].first, s.batch.result[1].stride,
+                                                      s.batch.result[2].first, s.batch.result[2].stride,
+                                                      s.batch.result[3].first, s.batch.result[3].stride, s.threads);
   };
   faces::agree<double>(ksl::rows::operational_space, cpp, c, cpp_batch, c_batch);
 }
@@ -1127,13 +1215,19 @@ TEST_CASE("operational_space: C++ and C, one state and batches, in float") {
     ksl::operational_space_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    s.status = ksl_operational_space_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                                     s.batch.v.first, s.batch.v.stride, &s.external, 3,
-                                                     s.r.links.data(), s.r.c_how, s.batch.result[0].first,
-                                                     s.batch.result[0].stride, s.batch.result[1].first,
-                                                     s.batch.result[1].stride, s.batch.result[2].first,
-                                                     s.batch.result[2].stride, s.batch.result[3].first,
-                                                     s.batch.result[3].stride, s.threads);
+    if (s.external.n == 0)
+      s.status = ksl_operational_space_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                              s.batch.v.stride, 3, s.r.links.data(), s.r.c_how, s.batch.result[0].first,
+                                              s.batch.result[0].stride, s.batch.result[1].first, s.batch.result[1].stride,
+                                              s.batch.result[2].first, s.batch.result[2].stride, s.batch.result[3].first,
+                                              s.batch.result[3].stride, s.threads);
+    else
+      s.status = ksl_operational_space_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                       s.batch.v.stride, &s.external, 3, s.r.links.data(), s.r.c_how,
+                                                       s.batch.result[0].first, s.batch.result[0].stride,
+                                                       s.batch.result[1].first, s.batch.result[1].stride,
+                                                       s.batch.result[2].first, s.batch.result[2].stride,
+                                                       s.batch.result[3].first, s.batch.result[3].stride, s.threads);
   };
   faces::agree<float>(ksl::rows::operational_space, cpp, c, cpp_batch, c_batch);
 }
@@ -1186,8 +1280,8 @@ TEST_CASE("external_power: C++ and C, one state and batches, in double") {
   };
   const auto c_batch = [](faces::many<double> &s) {
     s.status = ksl_external_power_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                        s.batch.v.stride, &s.external, s.batch.result[0].first,
-                                        s.batch.result[0].stride, s.threads);
+                                        s.batch.v.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride,
+                                        s.threads);
   };
   faces::agree<double>(ksl::rows::external_power, cpp, c, cpp_batch, c_batch);
 }
@@ -1204,8 +1298,8 @@ TEST_CASE("external_power: C++ and C, one state and batches, in float") {
   };
   const auto c_batch = [](faces::many<float> &s) {
     s.status = ksl_external_power_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                         s.batch.v.stride, &s.external, s.batch.result[0].first,
-                                         s.batch.result[0].stride, s.threads);
+                                         s.batch.v.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride,
+                                         s.threads);
   };
   faces::agree<float>(ksl::rows::external_power, cpp, c, cpp_batch, c_batch);
 }
@@ -1325,10 +1419,9 @@ TEST_CASE("center_of_mass_acceleration: C++ and C, one state and batches, in dou
     ksl::center_of_mass_acceleration_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    s.status = ksl_center_of_mass_acceleration_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                                     s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-                                                     s.batch.a.stride, s.batch.result[0].first,
-                                                     s.batch.result[0].stride, s.threads);
+    s.status = ksl_center_of_mass_acceleration_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                     s.batch.v.stride, s.batch.a.first, s.batch.a.stride,
+                                                     s.batch.result[0].first, s.batch.result[0].stride, s.threads);
   };
   faces::agree<double>(ksl::rows::center_of_mass_acceleration, cpp, c, cpp_batch, c_batch);
 }
@@ -1344,10 +1437,9 @@ TEST_CASE("center_of_mass_acceleration: C++ and C, one state and batches, in flo
     ksl::center_of_mass_acceleration_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    s.status = ksl_center_of_mass_acceleration_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                                      s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-                                                      s.batch.a.stride, s.batch.result[0].first,
-                                                      s.batch.result[0].stride, s.threads);
+    s.status = ksl_center_of_mass_acceleration_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                      s.batch.v.stride, s.batch.a.first, s.batch.a.stride,
+                                                      s.batch.result[0].first, s.batch.result[0].stride, s.threads);
   };
   faces::agree<float>(ksl::rows::center_of_mass_acceleration, cpp, c, cpp_batch, c_batch);
 }
@@ -1470,10 +1562,19 @@ TEST_CASE("inverse_dynamics_derivatives: C++ and C, one state and batches, in do
     ksl::inverse_dynamics_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    s.status = ksl_inverse_dynamics_derivatives_external_batch(
-        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-        s.batch.a.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
-        s.batch.result[1].stride, s.batch.result[2].first, s.batch.result[2].stride, s.threads);
+    if (s.external.n == 0)
+      s.status = ksl_inverse_dynamics_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                        s.batch.v.stride, s.batch.a.first, s.batch.a.stride,
+                                                        s.batch.result[0].first, s.batch.result[0].stride,
+                                                        s.batch.result[1].first, s.batch.result[1].stride,
+                                                        s.batch.result[2].first, s.batch.result[2].stride, s.threads);
+    else
+      s.status = ksl_inverse_dynamics_derivatives_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                                 s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+                                                                 s.batch.a.stride, &s.external, s.batch.result[0].first,
+                                                                 s.batch.result[0].stride, s.batch.result[1].first,
+                                                                 s.batch.result[1].stride, s.batch.result[2].first,
+                                                                 s.batch.result[2].stride, s.threads);
   };
   faces::agree<double>(ksl::rows::inverse_dynamics_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -1490,10 +1591,19 @@ TEST_CASE("inverse_dynamics_derivatives: C++ and C, one state and batches, in fl
     ksl::inverse_dynamics_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    s.status = ksl_inverse_dynamics_derivatives_external_batchf(
-        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-        s.batch.a.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
-        s.batch.result[1].stride, s.batch.result[2].first, s.batch.result[2].stride, s.threads);
+    if (s.external.n == 0)
+      s.status = ksl_inverse_dynamics_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                         s.batch.v.stride, s.batch.a.first, s.batch.a.stride,
+                                                         s.batch.result[0].first, s.batch.result[0].stride,
+                                                         s.batch.result[1].first, s.batch.result[1].stride,
+                                                         s.batch.result[2].first, s.batch.result[2].stride, s.threads);
+    else
+      s.status = ksl_inverse_dynamics_derivatives_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                                  s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+                                                                  s.batch.a.stride, &s.external, s.batch.result[0].first,
+                                                                  s.batch.result[0].stride, s.batch.result[1].first,
+                                                                  s.batch.result[1].stride, s.batch.result[2].first,
+                                                                  s.batch.result[2].stride, s.threads);
   };
   faces::agree<float>(ksl::rows::inverse_dynamics_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -1509,8 +1619,12 @@ TEST_CASE("stiffness: C++ and C, one state and batches, in double") {
     ksl::stiffness_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    s.status = ksl_stiffness_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, &s.external,
-                                            s.batch.result[0].first, s.batch.result[0].stride, s.threads);
+    if (s.external.n == 0)
+      s.status = ksl_stiffness_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                     s.batch.result[0].stride, s.threads);
+    else
+      s.status = ksl_stiffness_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, &s.external,
+                                              s.batch.result[0].first, s.batch.result[0].stride, s.threads);
   };
   faces::agree<double>(ksl::rows::stiffness, cpp, c, cpp_batch, c_batch);
 }
@@ -1526,8 +1640,12 @@ TEST_CASE("stiffness: C++ and C, one state and batches, in float") {
     ksl::stiffness_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    s.status = ksl_stiffness_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, &s.external,
-                                             s.batch.result[0].first, s.batch.result[0].stride, s.threads);
+    if (s.external.n == 0)
+      s.status = ksl_stiffness_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.result[0].first,
+                                      s.batch.result[0].stride, s.threads);
+    else
+      s.status = ksl_stiffness_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, &s.external,
+                                               s.batch.result[0].first, s.batch.result[0].stride, s.threads);
   };
   faces::agree<float>(ksl::rows::stiffness, cpp, c, cpp_batch, c_batch);
 }
@@ -1544,10 +1662,19 @@ TEST_CASE("forward_dynamics_derivatives: C++ and C, one state and batches, in do
     ksl::forward_dynamics_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    s.status = ksl_forward_dynamics_derivatives_external_batch(
-        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
-        s.batch.tau.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
-        s.batch.result[1].stride, s.batch.result[2].first, s.batch.result[2].stride, s.threads);
+    if (s.external.n == 0)
+      s.status = ksl_forward_dynamics_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                        s.batch.v.stride, s.batch.tau.first, s.batch.tau.stride,
+                                                        s.batch.result[0].first, s.batch.result[0].stride,
+                                                        s.batch.result[1].first, s.batch.result[1].stride,
+                                                        s.batch.result[2].first, s.batch.result[2].stride, s.threads);
+    else
+      s.status = ksl_forward_dynamics_derivatives_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                                 s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+                                                                 s.batch.tau.stride, &s.external, s.batch.result[0].first,
+                                                                 s.batch.result[0].stride, s.batch.result[1].first,
+                                                                 s.batch.result[1].stride, s.batch.result[2].first,
+                                                                 s.batch.result[2].stride, s.threads);
   };
   faces::agree<double>(ksl::rows::forward_dynamics_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -1564,10 +1691,19 @@ TEST_CASE("forward_dynamics_derivatives: C++ and C, one state and batches, in fl
     ksl::forward_dynamics_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    s.status = ksl_forward_dynamics_derivatives_external_batchf(
-        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
-        s.batch.tau.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
-        s.batch.result[1].stride, s.batch.result[2].first, s.batch.result[2].stride, s.threads);
+    if (s.external.n == 0)
+      s.status = ksl_forward_dynamics_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                         s.batch.v.stride, s.batch.tau.first, s.batch.tau.stride,
+                                                         s.batch.result[0].first, s.batch.result[0].stride,
+                                                         s.batch.result[1].first, s.batch.result[1].stride,
+                                                         s.batch.result[2].first, s.batch.result[2].stride, s.threads);
+    else
+      s.status = ksl_forward_dynamics_derivatives_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                                  s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+                                                                  s.batch.tau.stride, &s.external, s.batch.result[0].first,
+                                                                  s.batch.result[0].stride, s.batch.result[1].first,
+                                                                  s.batch.result[1].stride, s.batch.result[2].first,
+                                                                  s.batch.result[2].stride, s.threads);
   };
   faces::agree<float>(ksl::rows::forward_dynamics_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -1585,12 +1721,19 @@ TEST_CASE("reactions_derivatives: C++ and C, one state and batches, in double") 
     ksl::reactions_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    s.status = ksl_reactions_derivatives_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                                        s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-                                                        s.batch.a.stride, &s.external, s.r.request.n, s.r.joints.data(),
-                                                        nullptr, s.batch.result[0].first, s.batch.result[0].stride,
-                                                        s.batch.result[1].first, s.batch.result[1].stride,
-                                                        s.batch.result[2].first, s.batch.result[2].stride, s.threads);
+    if (s.external.n == 0)
+      s.status = ksl_reactions_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                 s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.r.request.n,
+                                                 s.r.joints.data(), nullptr, s.batch.result[0].first,
+                                                 s.batch.result[0].stride, s.batch.result[1].first, s.batch.result[1].stride,
+                                                 s.batch.result[2].first, s.batch.result[2].stride, s.threads);
+    else
+      s.status = ksl_reactions_derivatives_external_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                          s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+                                                          s.batch.a.stride, &s.external, s.r.request.n, s.r.joints.data(),
+                                                          nullptr, s.batch.result[0].first, s.batch.result[0].stride,
+                                                          s.batch.result[1].first, s.batch.result[1].stride,
+                                                          s.batch.result[2].first, s.batch.result[2].stride, s.threads);
   };
   faces::agree<double>(ksl::rows::reactions_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -1608,13 +1751,19 @@ TEST_CASE("reactions_derivatives: C++ and C, one state and batches, in float") {
     ksl::reactions_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    s.status = ksl_reactions_derivatives_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                                         s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-                                                         s.batch.a.stride, &s.external, s.r.request.n,
-                                                         s.r.joints.data(), nullptr, s.batch.result[0].first,
-                                                         s.batch.result[0].stride, s.batch.result[1].first,
-                                                         s.batch.result[1].stride, s.batch.result[2].first,
-                                                         s.batch.result[2].stride, s.threads);
+    if (s.external.n == 0)
+      s.status = ksl_reactions_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                  s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.r.request.n,
+                                                  s.r.joints.data(), nullptr, s.batch.result[0].first,
+                                                  s.batch.result[0].stride, s.batch.result[1].first, s.batch.result[1].stride,
+                                                  s.batch.result[2].first, s.batch.result[2].stride, s.threads);
+    else
+      s.status = ksl_reactions_derivatives_external_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                           s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+                                                           s.batch.a.stride, &s.external, s.r.request.n, s.r.joints.data(),
+                                                           nullptr, s.batch.result[0].first, s.batch.result[0].stride,
+                                                           s.batch.result[1].first, s.batch.result[1].stride,
+                                                           s.batch.result[2].first, s.batch.result[2].stride, s.threads);
   };
   faces::agree<float>(ksl::rows::reactions_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -1631,9 +1780,9 @@ TEST_CASE("reactions_external_derivatives: C++ and C, one state and batches, in 
     ksl::reactions_external_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    s.status = ksl_reactions_external_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                                        s.r.request.n, s.r.joints.data(), nullptr,
-                                                        s.batch.result[0].first, s.batch.result[0].stride, s.threads);
+    s.status = ksl_reactions_external_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.r.request.n,
+                                                        s.r.joints.data(), nullptr, s.batch.result[0].first,
+                                                        s.batch.result[0].stride, s.threads);
   };
   faces::agree<double>(ksl::rows::reactions_external_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -1650,9 +1799,9 @@ TEST_CASE("reactions_external_derivatives: C++ and C, one state and batches, in 
     ksl::reactions_external_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    s.status = ksl_reactions_external_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                                         s.r.request.n, s.r.joints.data(), nullptr,
-                                                         s.batch.result[0].first, s.batch.result[0].stride, s.threads);
+    s.status = ksl_reactions_external_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.r.request.n,
+                                                         s.r.joints.data(), nullptr, s.batch.result[0].first,
+                                                         s.batch.result[0].stride, s.threads);
   };
   faces::agree<float>(ksl::rows::reactions_external_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -1669,10 +1818,10 @@ TEST_CASE("frame_velocity_derivatives: C++ and C, one state and batches, in doub
     ksl::frame_velocity_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    s.status = ksl_frame_velocity_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                                    s.batch.v.first, s.batch.v.stride, s.r.links[0], s.r.c_how,
-                                                    s.batch.result[0].first, s.batch.result[0].stride,
-                                                    s.batch.result[1].first, s.batch.result[1].stride, s.threads);
+    s.status = ksl_frame_velocity_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                    s.batch.v.stride, s.r.links[0], s.r.c_how, s.batch.result[0].first,
+                                                    s.batch.result[0].stride, s.batch.result[1].first,
+                                                    s.batch.result[1].stride, s.threads);
   };
   faces::agree<double>(ksl::rows::frame_velocity_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -1689,10 +1838,10 @@ TEST_CASE("frame_velocity_derivatives: C++ and C, one state and batches, in floa
     ksl::frame_velocity_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    s.status = ksl_frame_velocity_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                                     s.batch.v.first, s.batch.v.stride, s.r.links[0], s.r.c_how,
-                                                     s.batch.result[0].first, s.batch.result[0].stride,
-                                                     s.batch.result[1].first, s.batch.result[1].stride, s.threads);
+    s.status = ksl_frame_velocity_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                     s.batch.v.stride, s.r.links[0], s.r.c_how, s.batch.result[0].first,
+                                                     s.batch.result[0].stride, s.batch.result[1].first,
+                                                     s.batch.result[1].stride, s.threads);
   };
   faces::agree<float>(ksl::rows::frame_velocity_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -1709,8 +1858,8 @@ TEST_CASE("frame_velocities_derivatives: C++ and C, one state and batches, in do
     ksl::frame_velocities_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    s.status = ksl_frame_velocities_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                                      s.batch.v.first, s.batch.v.stride, 3, s.r.links.data(), s.r.c_how,
+    s.status = ksl_frame_velocities_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                      s.batch.v.stride, 3, s.r.links.data(), s.r.c_how,
                                                       s.batch.result[0].first, s.batch.result[0].stride,
                                                       s.batch.result[1].first, s.batch.result[1].stride, s.threads);
   };
@@ -1729,9 +1878,9 @@ TEST_CASE("frame_velocities_derivatives: C++ and C, one state and batches, in fl
     ksl::frame_velocities_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    s.status = ksl_frame_velocities_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                                       s.batch.v.first, s.batch.v.stride, 3, s.r.links.data(),
-                                                       s.r.c_how, s.batch.result[0].first, s.batch.result[0].stride,
+    s.status = ksl_frame_velocities_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                       s.batch.v.stride, 3, s.r.links.data(), s.r.c_how,
+                                                       s.batch.result[0].first, s.batch.result[0].stride,
                                                        s.batch.result[1].first, s.batch.result[1].stride, s.threads);
   };
   faces::agree<float>(ksl::rows::frame_velocities_derivatives, cpp, c, cpp_batch, c_batch);
@@ -1752,10 +1901,10 @@ TEST_CASE("frame_acceleration_derivatives: C++ and C, one state and batches, in 
   const auto c_batch = [](faces::many<double> &s) {
     s.status = ksl_frame_acceleration_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
                                                         s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-                                                        s.batch.a.stride, s.r.links[0], s.r.c_how,
-                                                        s.batch.result[0].first, s.batch.result[0].stride,
-                                                        s.batch.result[1].first, s.batch.result[1].stride,
-                                                        s.batch.result[2].first, s.batch.result[2].stride, s.threads);
+                                                        s.batch.a.stride, s.r.links[0], s.r.c_how, s.batch.result[0].first,
+                                                        s.batch.result[0].stride, s.batch.result[1].first,
+                                                        s.batch.result[1].stride, s.batch.result[2].first,
+                                                        s.batch.result[2].stride, s.threads);
   };
   faces::agree<double>(ksl::rows::frame_acceleration_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -1775,10 +1924,10 @@ TEST_CASE("frame_acceleration_derivatives: C++ and C, one state and batches, in 
   const auto c_batch = [](faces::many<float> &s) {
     s.status = ksl_frame_acceleration_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
                                                          s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-                                                         s.batch.a.stride, s.r.links[0], s.r.c_how,
-                                                         s.batch.result[0].first, s.batch.result[0].stride,
-                                                         s.batch.result[1].first, s.batch.result[1].stride,
-                                                         s.batch.result[2].first, s.batch.result[2].stride, s.threads);
+                                                         s.batch.a.stride, s.r.links[0], s.r.c_how, s.batch.result[0].first,
+                                                         s.batch.result[0].stride, s.batch.result[1].first,
+                                                         s.batch.result[1].stride, s.batch.result[2].first,
+                                                         s.batch.result[2].stride, s.threads);
   };
   faces::agree<float>(ksl::rows::frame_acceleration_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -1920,10 +2069,12 @@ TEST_CASE("centroidal_momentum_rate_derivatives: C++ and C, one state and batche
     ksl::centroidal_momentum_rate_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    s.status = ksl_centroidal_momentum_rate_derivatives_batch(
-        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-        s.batch.a.stride, s.r.c_order(), s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
-        s.batch.result[1].stride, s.batch.result[2].first, s.batch.result[2].stride, s.threads);
+    s.status = ksl_centroidal_momentum_rate_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                              s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+                                                              s.batch.a.stride, s.r.c_order(), s.batch.result[0].first,
+                                                              s.batch.result[0].stride, s.batch.result[1].first,
+                                                              s.batch.result[1].stride, s.batch.result[2].first,
+                                                              s.batch.result[2].stride, s.threads);
   };
   faces::agree<double>(ksl::rows::centroidal_momentum_rate_derivatives, cpp, c, cpp_batch, c_batch, true);
 }
@@ -1941,10 +2092,12 @@ TEST_CASE("centroidal_momentum_rate_derivatives: C++ and C, one state and batche
     ksl::centroidal_momentum_rate_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    s.status = ksl_centroidal_momentum_rate_derivatives_batchf(
-        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-        s.batch.a.stride, s.r.c_order(), s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
-        s.batch.result[1].stride, s.batch.result[2].first, s.batch.result[2].stride, s.threads);
+    s.status = ksl_centroidal_momentum_rate_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                               s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+                                                               s.batch.a.stride, s.r.c_order(), s.batch.result[0].first,
+                                                               s.batch.result[0].stride, s.batch.result[1].first,
+                                                               s.batch.result[1].stride, s.batch.result[2].first,
+                                                               s.batch.result[2].stride, s.threads);
   };
   faces::agree<float>(ksl::rows::centroidal_momentum_rate_derivatives, cpp, c, cpp_batch, c_batch, true);
 }
@@ -1962,11 +2115,20 @@ TEST_CASE("inverse_dynamics_second_derivatives: C++ and C, one state and batches
     ksl::inverse_dynamics_second_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    s.status = ksl_inverse_dynamics_second_derivatives_external_batch(
-        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-        s.batch.a.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
-        s.batch.result[1].stride, s.batch.result[2].first, s.batch.result[2].stride, s.batch.result[3].first,
-        s.batch.result[3].stride, s.threads);
+    if (s.external.n == 0)
+      s.status = ksl_inverse_dynamics_second_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                               s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+                                                               s.batch.a.stride, s.batch.result[0].first,
+                                                               s.batch.result[0].stride, s.batch.result[1].first,
+                                                               s.batch.result[1].stride, s.batch.result[2].first,
+                                                               s.batch.result[2].stride, s.batch.result[3].first,
+                                                               s.batch.result[3].stride, s.threads);
+    else
+      s.status = ksl_inverse_dynamics_second_derivatives_external_batch(
+          s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+          s.batch.a.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
+          s.batch.result[1].stride, s.batch.result[2].first, s.batch.result[2].stride, s.batch.result[3].first,
+          s.batch.result[3].stride, s.threads);
   };
   faces::agree<double>(ksl::rows::inverse_dynamics_second_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -1984,11 +2146,20 @@ TEST_CASE("inverse_dynamics_second_derivatives: C++ and C, one state and batches
     ksl::inverse_dynamics_second_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    s.status = ksl_inverse_dynamics_second_derivatives_external_batchf(
-        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-        s.batch.a.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
-        s.batch.result[1].stride, s.batch.result[2].first, s.batch.result[2].stride, s.batch.result[3].first,
-        s.batch.result[3].stride, s.threads);
+    if (s.external.n == 0)
+      s.status = ksl_inverse_dynamics_second_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                                s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+                                                                s.batch.a.stride, s.batch.result[0].first,
+                                                                s.batch.result[0].stride, s.batch.result[1].first,
+                                                                s.batch.result[1].stride, s.batch.result[2].first,
+                                                                s.batch.result[2].stride, s.batch.result[3].first,
+                                                                s.batch.result[3].stride, s.threads);
+    else
+      s.status = ksl_inverse_dynamics_second_derivatives_external_batchf(
+          s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.a.first,
+          s.batch.a.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
+          s.batch.result[1].stride, s.batch.result[2].first, s.batch.result[2].stride, s.batch.result[3].first,
+          s.batch.result[3].stride, s.threads);
   };
   faces::agree<float>(ksl::rows::inverse_dynamics_second_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -2006,11 +2177,20 @@ TEST_CASE("forward_dynamics_second_derivatives: C++ and C, one state and batches
     ksl::forward_dynamics_second_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    s.status = ksl_forward_dynamics_second_derivatives_external_batch(
-        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
-        s.batch.tau.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
-        s.batch.result[1].stride, s.batch.result[2].first, s.batch.result[2].stride, s.batch.result[3].first,
-        s.batch.result[3].stride, s.threads);
+    if (s.external.n == 0)
+      s.status = ksl_forward_dynamics_second_derivatives_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                               s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+                                                               s.batch.tau.stride, s.batch.result[0].first,
+                                                               s.batch.result[0].stride, s.batch.result[1].first,
+                                                               s.batch.result[1].stride, s.batch.result[2].first,
+                                                               s.batch.result[2].stride, s.batch.result[3].first,
+                                                               s.batch.result[3].stride, s.threads);
+    else
+      s.status = ksl_forward_dynamics_second_derivatives_external_batch(
+          s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+          s.batch.tau.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
+          s.batch.result[1].stride, s.batch.result[2].first, s.batch.result[2].stride, s.batch.result[3].first,
+          s.batch.result[3].stride, s.threads);
   };
   faces::agree<double>(ksl::rows::forward_dynamics_second_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -2028,11 +2208,20 @@ TEST_CASE("forward_dynamics_second_derivatives: C++ and C, one state and batches
     ksl::forward_dynamics_second_derivatives_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    s.status = ksl_forward_dynamics_second_derivatives_external_batchf(
-        s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
-        s.batch.tau.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
-        s.batch.result[1].stride, s.batch.result[2].first, s.batch.result[2].stride, s.batch.result[3].first,
-        s.batch.result[3].stride, s.threads);
+    if (s.external.n == 0)
+      s.status = ksl_forward_dynamics_second_derivatives_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
+                                                                s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+                                                                s.batch.tau.stride, s.batch.result[0].first,
+                                                                s.batch.result[0].stride, s.batch.result[1].first,
+                                                                s.batch.result[1].stride, s.batch.result[2].first,
+                                                                s.batch.result[2].stride, s.batch.result[3].first,
+                                                                s.batch.result[3].stride, s.threads);
+    else
+      s.status = ksl_forward_dynamics_second_derivatives_external_batchf(
+          s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride, s.batch.tau.first,
+          s.batch.tau.stride, &s.external, s.batch.result[0].first, s.batch.result[0].stride, s.batch.result[1].first,
+          s.batch.result[1].stride, s.batch.result[2].first, s.batch.result[2].stride, s.batch.result[3].first,
+          s.batch.result[3].stride, s.threads);
   };
   faces::agree<float>(ksl::rows::forward_dynamics_second_derivatives, cpp, c, cpp_batch, c_batch);
 }
@@ -2048,10 +2237,10 @@ TEST_CASE("inverse_dynamics_regressor: C++ and C, one state and batches, in doub
     ksl::inverse_dynamics_regressor_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    s.status = ksl_inverse_dynamics_regressor_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                                    s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-                                                    s.batch.a.stride, 3, s.r.links.data(), s.batch.result[0].first,
-                                                    s.batch.result[0].stride, s.threads);
+    s.status = ksl_inverse_dynamics_regressor_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                    s.batch.v.stride, s.batch.a.first, s.batch.a.stride, 3,
+                                                    s.r.links.data(), s.batch.result[0].first, s.batch.result[0].stride,
+                                                    s.threads);
   };
   faces::agree<double>(ksl::rows::inverse_dynamics_regressor, cpp, c, cpp_batch, c_batch);
 }
@@ -2068,10 +2257,10 @@ TEST_CASE("inverse_dynamics_regressor: C++ and C, one state and batches, in floa
     ksl::inverse_dynamics_regressor_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    s.status = ksl_inverse_dynamics_regressor_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride,
-                                                     s.batch.v.first, s.batch.v.stride, s.batch.a.first,
-                                                     s.batch.a.stride, 3, s.r.links.data(), s.batch.result[0].first,
-                                                     s.batch.result[0].stride, s.threads);
+    s.status = ksl_inverse_dynamics_regressor_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
+                                                     s.batch.v.stride, s.batch.a.first, s.batch.a.stride, 3,
+                                                     s.r.links.data(), s.batch.result[0].first, s.batch.result[0].stride,
+                                                     s.threads);
   };
   faces::agree<float>(ksl::rows::inverse_dynamics_regressor, cpp, c, cpp_batch, c_batch);
 }
@@ -2087,9 +2276,8 @@ TEST_CASE("gravity_torque_regressor: C++ and C, one state and batches, in double
     ksl::gravity_torque_regressor_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    s.status = ksl_gravity_torque_regressor_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, 3,
-                                                  s.r.links.data(), s.batch.result[0].first, s.batch.result[0].stride,
-                                                  s.threads);
+    s.status = ksl_gravity_torque_regressor_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, 3, s.r.links.data(),
+                                                  s.batch.result[0].first, s.batch.result[0].stride, s.threads);
   };
   faces::agree<double>(ksl::rows::gravity_torque_regressor, cpp, c, cpp_batch, c_batch);
 }
@@ -2105,9 +2293,8 @@ TEST_CASE("gravity_torque_regressor: C++ and C, one state and batches, in float"
     ksl::gravity_torque_regressor_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    s.status = ksl_gravity_torque_regressor_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, 3,
-                                                   s.r.links.data(), s.batch.result[0].first, s.batch.result[0].stride,
-                                                   s.threads);
+    s.status = ksl_gravity_torque_regressor_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, 3, s.r.links.data(),
+                                                   s.batch.result[0].first, s.batch.result[0].stride, s.threads);
   };
   faces::agree<float>(ksl::rows::gravity_torque_regressor, cpp, c, cpp_batch, c_batch);
 }
@@ -2126,8 +2313,8 @@ TEST_CASE("reactions_regressor: C++ and C, one state and batches, in double") {
   const auto c_batch = [](faces::many<double> &s) {
     s.status = ksl_reactions_regressor_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
                                              s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.r.request.n,
-                                             s.r.joints.data(), nullptr, s.batch.result[0].first,
-                                             s.batch.result[0].stride, s.threads);
+                                             s.r.joints.data(), nullptr, s.batch.result[0].first, s.batch.result[0].stride,
+                                             s.threads);
   };
   faces::agree<double>(ksl::rows::reactions_regressor, cpp, c, cpp_batch, c_batch);
 }
@@ -2146,8 +2333,8 @@ TEST_CASE("reactions_regressor: C++ and C, one state and batches, in float") {
   const auto c_batch = [](faces::many<float> &s) {
     s.status = ksl_reactions_regressor_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
                                               s.batch.v.stride, s.batch.a.first, s.batch.a.stride, s.r.request.n,
-                                              s.r.joints.data(), nullptr, s.batch.result[0].first,
-                                              s.batch.result[0].stride, s.threads);
+                                              s.r.joints.data(), nullptr, s.batch.result[0].first, s.batch.result[0].stride,
+                                              s.threads);
   };
   faces::agree<float>(ksl::rows::reactions_regressor, cpp, c, cpp_batch, c_batch);
 }
@@ -2203,8 +2390,8 @@ TEST_CASE("momentum_regressor: C++ and C, one state and batches, in double") {
   };
   const auto c_batch = [](faces::many<double> &s) {
     s.status = ksl_momentum_regressor_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                            s.batch.v.stride, 3, s.r.links.data(), s.r.c_order(),
-                                            s.batch.result[0].first, s.batch.result[0].stride, s.threads);
+                                            s.batch.v.stride, 3, s.r.links.data(), s.r.c_order(), s.batch.result[0].first,
+                                            s.batch.result[0].stride, s.threads);
   };
   faces::agree<double>(ksl::rows::momentum_regressor, cpp, c, cpp_batch, c_batch, true);
 }
@@ -2222,8 +2409,8 @@ TEST_CASE("momentum_regressor: C++ and C, one state and batches, in float") {
   };
   const auto c_batch = [](faces::many<float> &s) {
     s.status = ksl_momentum_regressor_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                             s.batch.v.stride, 3, s.r.links.data(), s.r.c_order(),
-                                             s.batch.result[0].first, s.batch.result[0].stride, s.threads);
+                                             s.batch.v.stride, 3, s.r.links.data(), s.r.c_order(), s.batch.result[0].first,
+                                             s.batch.result[0].stride, s.threads);
   };
   faces::agree<float>(ksl::rows::momentum_regressor, cpp, c, cpp_batch, c_batch, true);
 }
@@ -2239,8 +2426,8 @@ TEST_CASE("integrate: C++ and C, one state and batches, in double") {
     ksl::integrate_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<double> &s) {
-    s.status = ksl_integrate_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                   s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride, s.threads);
+    s.status = ksl_integrate_batch(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
+                                   s.batch.result[0].first, s.batch.result[0].stride, s.threads);
   };
   faces::agree<double>(ksl::rows::integrate, cpp, c, cpp_batch, c_batch);
 }
@@ -2256,8 +2443,8 @@ TEST_CASE("integrate: C++ and C, one state and batches, in float") {
     ksl::integrate_batch(s.r.m, s.batch, s.threads);
   };
   const auto c_batch = [](faces::many<float> &s) {
-    s.status = ksl_integrate_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first,
-                                    s.batch.v.stride, s.batch.result[0].first, s.batch.result[0].stride, s.threads);
+    s.status = ksl_integrate_batchf(s.r.c_model, s.n, s.batch.q.first, s.batch.q.stride, s.batch.v.first, s.batch.v.stride,
+                                    s.batch.result[0].first, s.batch.result[0].stride, s.threads);
   };
   faces::agree<float>(ksl::rows::integrate, cpp, c, cpp_batch, c_batch);
 }

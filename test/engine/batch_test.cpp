@@ -298,6 +298,44 @@ template <class S> void leave_out_results(const ksl::model &m, std::size_t n) {
 
 } // namespace
 
+TEST_CASE("derivatives of a part of each reaction: a batch has the bits of each state, and parts add up to the whole") {
+  const ksl::model m = tree();
+  const std::size_t n = 5;
+  std::vector<int> links;
+  for (int j = 0; j < m.moving_joints(); ++j)
+    links.push_back(m.joints()[static_cast<std::size_t>(j)].link);
+  ksl::reaction_request request;
+  request.n = static_cast<int>(links.size()), request.link = links.data();
+  const std::size_t width = 6 * links.size() * static_cast<std::size_t>(m.nv());
+  states<double> s(m, n);
+  const auto derivatives = [&](ksl::wrench_part part, std::size_t first, std::size_t count) {
+    request.part = part;
+    std::array<std::vector<double>, 3> out;
+    ksl::batch_view<double> b = s.view(m, count, out[0], static_cast<int>(width));
+    out[1] = out[2] = out[0];
+    for (std::size_t r = 0; r < 3; ++r)
+      b.result[r] = {out[r].data(), static_cast<std::ptrdiff_t>(width)};
+    b.q = rows_from(b.q, first), b.v = rows_from(b.v, first), b.a = rows_from(b.a, first);
+    b.joints = &request;
+    ksl::reactions_derivatives_batch(m, b);
+    return out;
+  };
+  const auto whole = derivatives(ksl::wrench_part::total, 0, n), held = derivatives(ksl::wrench_part::constraint, 0, n),
+             driven = derivatives(ksl::wrench_part::actuation, 0, n);
+  for (std::size_t r = 0; r < 3; ++r) {
+    double error = 0, most = 1;
+    for (std::size_t i = 0; i < n * width; ++i)
+      error = std::fmax(error, std::fabs(held[r][i] + driven[r][i] - whole[r][i])), most = std::fmax(most, std::fabs(whole[r][i]));
+    CHECK(error <= 1e-13 * most);
+  }
+  for (std::size_t k = 0; k < n; ++k)
+    for (ksl::wrench_part part : {ksl::wrench_part::constraint, ksl::wrench_part::actuation}) {
+      const auto one = derivatives(part, k, 1);
+      for (std::size_t r = 0; r < 3; ++r)
+        CHECK(std::equal(one[r].begin(), one[r].end(), (part == ksl::wrench_part::constraint ? held : driven)[r].begin() + static_cast<long>(k * width)));
+    }
+}
+
 TEST_CASE("results without rows are not wanted") {
   const ksl::model m = tree();
   for (std::size_t n : {std::size_t(1), std::size_t(2), std::size_t(3), static_cast<std::size_t>(reach)}) {

@@ -177,8 +177,60 @@ TEST_CASE("builder: what a kind of joint needs and what it must not have") {
   check_refused(refused_joint(joint_kind::revolute, with([](options &o) { o.lower = 1, o.upper = 0; })),
                 {"lower limit 1 is above upper limit 0"});
   check_refused(refused_joint(joint_kind::revolute, with([](options &o) { o.friction = -1; })), {"-1"});
-  check_refused(refused_joint(joint_kind::fixed, with([](options &o) { o.axis.reset(), o.damping = 1; })),
-                {"neither damping"});
+  const auto losses = [&](joint_kind kind, auto change) {
+    return refused_joint(kind, with([&](options &o) {
+                           if (kind != joint_kind::revolute && kind != joint_kind::helical)
+                             o.axis.reset();
+                           change(o);
+                         }));
+  };
+  for (double options::*const each : {&options::damping, &options::friction, &options::armature, &options::rotor_inertia}) {
+    check_refused(losses(joint_kind::fixed, [&](options &o) { o.*each = 1; }), {"a fixed joint has neither damping nor friction"});
+    check_refused(losses(joint_kind::revolute, [&](options &o) { o.*each = std::numeric_limits<double>::infinity(); }), {"is inf", "finite"});
+  }
+  check_refused(losses(joint_kind::spherical, [](options &o) { o.spring_stiffness = 1; }),
+                {"only joints with one coordinate have springs", "a spherical joint hasn't one"});
+  const char *const sentence = "gear ratio and rest position must be finite, and a width of friction positive";
+  check_refused(losses(joint_kind::revolute, [](options &o) { o.gear_ratio = not_a_number; }), {sentence});
+  check_refused(losses(joint_kind::revolute, [](options &o) { o.spring_rest = not_a_number; }), {sentence});
+  check_refused(losses(joint_kind::revolute, [](options &o) { o.friction_width = 0; }), {sentence});
+  check_refused(losses(joint_kind::revolute, [](options &o) { o.friction_width = std::numeric_limits<double>::infinity(); }), {sentence});
+  CHECK(losses(joint_kind::revolute, [](options &o) { o.friction_width = 0.1; }) == "accepted");
+  check_refused(losses(joint_kind::helical, [](options &o) { o.pitch = not_a_number; }), {"its pitch is not finite"});
+  for (const auto &[multiplier, offset] : {std::pair{not_a_number, 0.0}, {1.0, not_a_number}}) {
+    ksl::builder b = two_links();
+    b.add_link("hand").add_joint("j", joint_kind::revolute, "ground", "arm", here, on_z);
+    const double m = multiplier, o = offset;
+    b.add_joint("k", joint_kind::revolute, "arm", "hand", here, with([m, o](options &follower) { follower.mimic = {"j", m, o, {}}; }));
+    check_refused(refusal([&] { b.build(); }), {"joint k", "multiplier and offset of its <mimic> must be finite"});
+  }
+}
+
+TEST_CASE("builder: gravity, where a description comes from, links without mass or with moments alone") {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::array<double, 3> gravity = {0, 0, -9.81};
+    gravity[axis] = not_a_number;
+    check_refused(refusal([&] { ksl::builder("moon", gravity); }), {"robot \"moon\"", "gravity is not finite"});
+  }
+  ksl::builder b("one link");
+  b.add_link("ground").read_from("arm.xml", {"a tendon (not used)"}, {"a doubt"});
+  CHECK((b.description().file == "arm.xml" && b.description().unused == std::vector<std::string>{"a tendon (not used)"}));
+  CHECK(b.description().warnings[0] == "a doubt");
+  for (std::size_t k = 0; k < 3; ++k) { // a rotor, say: moments about one axis and no mass
+    ksl::link_mass mass;
+    (k == 0 ? mass.inertia.m00 : k == 1 ? mass.inertia.m11 : mass.inertia.m22) = 0.5;
+    ksl::builder alone("rotor");
+    const ksl::link_description link = alone.add_link("rotor", mass).description().links[0];
+    CHECK((link.has_inertial && link.inertia.m == 0 && link.inertia.Ixx + link.inertia.Iyy + link.inertia.Izz == 0.5));
+  }
+  check_refused(refused_mass({1, {0, not_a_number, 0}, {}}), {"link odd", "not finite"});
+  check_refused(refused_mass({1, {0, 0, not_a_number}, {}}), {"link odd", "not finite"});
+  check_refused(refused_mass({1, {}, {not_a_number, 0, 0, 0, 1, 0, 0, 0, 1}}), {"link odd", "not finite"});
+  check_refused(refusal([] { ksl::builder("empty").add_joint("j", joint_kind::fixed, "ground", "arm", here); }),
+                {"parent link \"ground\" does not exist", "add that link before the joint"});
+  ksl::link_mass skewed = {1, {}, {1, 0.1, 0, 0.1 + 1e-9, 1, 0, 0, 0, 1}}; // to rounding: the mean is taken
+  ksl::builder almost("almost");
+  CHECK(almost.add_link("body", skewed).description().links[0].inertia.Ixy == doctest::Approx(0.1).epsilon(1e-8));
 }
 
 TEST_CASE("builder: poses are rigid") {
@@ -190,9 +242,11 @@ TEST_CASE("builder: poses are rigid") {
   pose.R.m00 = not_a_number;
   check_refused(refused_joint(joint_kind::fixed, {}, pose), {"not rigid"});
   pose = here;
-  pose.t.x = not_a_number;
-  check_refused(refused_joint(joint_kind::fixed, {}, pose), {"not finite"});
-  pose = here;
+  for (double ksl::vec3<double>::*const each : {&vector::x, &vector::y, &vector::z}) {
+    pose.t.*each = not_a_number;
+    check_refused(refused_joint(joint_kind::fixed, {}, pose), {"not finite"});
+    pose = here;
+  }
   pose.R.m00 = pose.R.m11 = std::cos(0.3f), pose.R.m10 = std::sin(0.3f),
   pose.R.m01 = -pose.R.m10; // in single precision
   ksl::builder b = two_links();
@@ -233,6 +287,12 @@ TEST_CASE("builder: Denavit–Hartenberg tables") {
     CHECK(found.t.z == doctest::Approx(end.t.z).epsilon(1e-14));
     CHECK(found.R.m10 == doctest::Approx(end.R.m10).epsilon(1e-14));
     CHECK(found.R.m21 == doctest::Approx(end.R.m21).epsilon(1e-14));
+    for (double ksl::dh_row::*const each : {&ksl::dh_row::a, &ksl::dh_row::alpha, &ksl::dh_row::d, &ksl::dh_row::theta}) {
+      std::vector<ksl::dh_row> wrong = rows;
+      wrong[1].*each = not_a_number;
+      check_refused(refusal([&] { ksl::builder("arm").add_link("base").add_dh_chain("base", wrong, convention); }),
+                    {"one of a, alpha, d, theta is not finite; mend the table"});
+    }
     CHECK(m.mass() == 2);
   }
   ksl::builder b("arm");

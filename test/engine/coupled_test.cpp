@@ -135,3 +135,19 @@ TEST_CASE("batches of any size refuse what mimic joints don't have") {
     CHECK_THROWS_AS(ksl::mass_matrix_factor_batch(m, b, 1), std::exception);
   }
 }
+
+TEST_CASE("a call may ask for a link more often than the workspace has room for") {
+  const ksl::model &m = robot();
+  const states s(1);
+  ksl::data d(m);
+  const std::size_t n = 500, width = 6 * s.nv;
+  const int last = m.view().links - 1;
+  const std::vector<int> links(n, last);
+  std::vector<double> by_q(n * width), by_v(n * width), one_q(width), one_v(width);
+  ksl::frame_velocities_derivatives(m, d, s.q.data(), s.x.data(), static_cast<int>(n), links.data(), {}, by_q.data(), by_v.data());
+  ksl::frame_velocities_derivatives(m, d, s.q.data(), s.x.data(), 1, &last, {}, one_q.data(), one_v.data());
+  for (std::size_t k = 0; k < n; ++k) {
+    REQUIRE(std::equal(one_q.begin(), one_q.end(), by_q.begin() + static_cast<long>(k * width)));
+    REQUIRE(std::equal(one_v.begin(), one_v.end(), by_v.begin() + static_cast<long>(k * width)));
+  }
+}

@@ -508,6 +508,15 @@ TEST_CASE("functions of a dual number") {
   }
 }
 
+TEST_CASE("operations on many numbers, which are called instead of inlined, and comparisons") {
+  using many = ksl::dual<20>;
+  const many x = many::variable(0.7, 19), y = many::variable(2, 0);
+  const many product = x * y, quotient = x / y;
+  CHECK((product.value == 1.4 && product.derivative[19] == 2 && product.derivative[0] == 0.7 && product.derivative[7] == 0));
+  CHECK((quotient.value == 0.35 && quotient.derivative[19] == 0.5 && quotient.derivative[0] == doctest::Approx(-0.175).epsilon(1e-15)));
+  CHECK((y >= x && x >= x && !(x >= y))); // by the values alone
+}
+
 TEST_CASE("the exponential of a screw at zero has the screw as its derivative") {
   const ksl::screw<first> s = {{first::variable(0, 0), first(0), first(0)}, {first(0), first(0), 2.0 * first::variable(0, 0)}};
   ksl::SE3<first> D;

@@ -140,6 +140,13 @@ TEST_CASE("what leads from one position to another leads there") {
   });
 }
 
+TEST_CASE("a fixed joint has no numbers: nothing is read or written") {
+  double untouched = 7;
+  ksl::joint<ksl::joint_kind::fixed>::integrate<double>(nullptr, nullptr, &untouched);
+  ksl::joint<ksl::joint_kind::fixed>::difference<double>(nullptr, nullptr, &untouched);
+  CHECK(untouched == 7);
+}
+
 TEST_CASE("the drives of a universal joint with axes at a right angle are those of its bases") {
   // the second body's z is the second axis, and theta = 0 makes its x normal to both; the bases have axes x and y
   std::mt19937_64 random(5);

@@ -28,8 +28,19 @@ numbers<double> random_numbers(int n, std::mt19937 &random) {
   return x;
 }
 
+/// Damping, friction, rotor and spring, each where the kind of joint can have it.
+void add_physics(ksl::joint_description &joint) {
+  const ksl::joint_kind_row row = ksl::row_of(joint.kind);
+  if (row.nv > 0)
+    joint.damping = 0.3, joint.friction = 0.7, joint.friction_width = 0.5;
+  if (row.nv > 0 && !row.is_free)
+    joint.armature = 0.2;
+  if (row.nv == 1)
+    joint.spring_stiffness = 2, joint.spring_rest = 0.1;
+}
+
 /// Every link has mass, so that every effort accelerates something.
-ksl::model heavy_tree(int bodies, std::mt19937 &random) {
+ksl::model heavy_tree(int bodies, std::mt19937 &random, bool physics) {
   const auto below = [&](int n) { return std::uniform_int_distribution<int>(0, n - 1)(random); };
   const auto vector = [&] {
     const numbers<double> x = random_numbers(3, random);
@@ -48,8 +59,12 @@ ksl::model heavy_tree(int bodies, std::mt19937 &random) {
     r.joints.back().pitch = 0.3;
     r.joints.back().axis2 = vector();
     ksl::algebra<double>::vec3_normalize(&r.joints.back().axis2);
+    if (physics)
+      add_physics(r.joints.back());
   }
   ksl::model_options options;
+  if (physics)
+    options.physics = ksl::physics_options{.damping = true, .friction = true, .armature = true, .spring = true};
   options.floating_base = below(2) == 0;
   return ksl::model(r, options);
 }
@@ -61,8 +76,8 @@ struct mechanism {
   numbers<int> pushed;
   std::size_t n;
 
-  mechanism(int bodies, std::mt19937 &random)
-      : m(heavy_tree(bodies, random)), q(random_numbers(m.nq(), random)), v(random_numbers(m.nv(), random)),
+  mechanism(int bodies, std::mt19937 &random, bool physics)
+      : m(heavy_tree(bodies, random, physics)), q(random_numbers(m.nq(), random)), v(random_numbers(m.nv(), random)),
         a(random_numbers(m.nv(), random)), tau(random_numbers(m.nv(), random)), push(random_numbers(12, random)),
         pushed{m.view().links - 1, m.view().links / 2}, n(static_cast<std::size_t>(m.nv())) {
     robots::normalize_quaternions(m, q.data());
@@ -187,11 +202,13 @@ numbers<double> derivatives(const numbers<dual> &x) {
   return out;
 }
 
-/// A step for each of some random trees.
-template <class Step> void for_trees(unsigned seed, int trees, Step step) {
+enum class joints_are { plain, physical_in_turn };
+
+/// A step for each of some random trees; every other one has the physics of joints if asked for.
+template <class Step> void for_trees(unsigned seed, int trees, Step step, joints_are joints = joints_are::plain) {
   std::mt19937 random(seed);
   for (int turn = 0; turn < trees; ++turn) {
-    const mechanism s(2 + turn % 16, random);
+    const mechanism s(2 + turn % 16, random, joints == joints_are::physical_in_turn && turn % 2 == 1);
     if (s.n > 0)
       step(s);
   }
@@ -294,7 +311,7 @@ TEST_CASE("forward and hybrid dynamics are the inverse of inverse dynamics") {
         CHECK((known[i] ? all_a[i] == s.a[i] : all_tau[i] == s.tau[i]));
       check_close(s.efforts(&s.v, &all_a, &s.push), all_tau, small);
     }
-  });
+  }, joints_are::physical_in_turn);
 }
 
 TEST_CASE("derivatives of forward dynamics are those of dual numbers") {
@@ -321,7 +338,7 @@ TEST_CASE("derivatives of forward dynamics are those of dual numbers") {
       }
     const numbers<double> W(D.begin() + static_cast<std::ptrdiff_t>(2 * n * n), D.end());
     check_close(D, expected, 1e-14 * condition(s.M(s.q), W, n));
-  });
+  }, joints_are::physical_in_turn);
 }
 
 TEST_CASE("mass and forward groups: dual numbers have the values of plain ones") {
@@ -334,12 +351,12 @@ TEST_CASE("mass and forward groups: dual numbers have the values of plain ones")
       CAPTURE(i);
       CHECK(duals[i].value == plain[i]);
     }
-  });
+  }, joints_are::physical_in_turn);
 }
 
 TEST_CASE("a joint that can move without moving any mass is found, and named") {
   ksl::robot_description r = robots::double_pendulum(1, 1, 1, 1);
-  CHECK(ksl::model(r).massless_joint() == -1);
+  CHECK((ksl::model(r).massless_joint() == -1 && ksl::model(r).massless_joint_text().empty()));
   r.links.push_back(robots::link("tool"));
   r.joints.push_back(robots::joint("wrist", ksl::joint_kind::revolute, static_cast<int>(r.links.size()) - 2, static_cast<int>(r.links.size()) - 1,
                                    {0.1, 0, 0}, {1, 0, 0}));
@@ -348,4 +365,9 @@ TEST_CASE("a joint that can move without moving any mass is found, and named") {
   CHECK(m.joints()[static_cast<std::size_t>(m.massless_joint())].name == "wrist");
   CHECK(m.massless_joint_text().find("joint wrist can move without moving any mass") == 0);
   CHECK(m.massless_joint_text().find("tool") != std::string::npos);
+  r.joints.back().kind = ksl::joint_kind::universal; // two bodies, of which the first is no link's
+  r.joints.back().axis2 = {0, 0, 1};
+  const ksl::model two(r);
+  REQUIRE(two.massless_joint() >= 0);
+  CHECK(two.joints()[static_cast<std::size_t>(two.massless_joint())].name == "wrist");
 }

@@ -174,6 +174,11 @@ TEST_CASE("what is off is listed, and values that no joint can have are refused"
   refused([](auto &j) { j.damping = -1; }, "joint \"elbow\": damping is -1; expected a number that is not negative");
   refused([](auto &j) { j.friction_width = 0; },
           "joint \"elbow\": friction_width is 0; expected the speed at which friction has 0.71 of its full strength");
+  for (const ksl::joint_kind kind : {ksl::joint_kind::fixed, ksl::joint_kind::floating})
+    for (double ksl::joint_description::*const each : {&ksl::joint_description::armature, &ksl::joint_description::rotor_inertia})
+      refused([&](auto &j) { j.kind = kind, j.spring_stiffness = 0, j.*each = 0.1; },
+              kind == ksl::joint_kind::fixed ? "joint \"elbow\": a rotor on a fixed joint; leave out armature and rotor_inertia"
+                                             : "joint \"elbow\": a rotor on a floating joint; leave out armature and rotor_inertia");
   refused([](auto &j) { j.kind = ksl::joint_kind::spherical; }, "joint \"elbow\": a spring on a spherical joint; only joints with one coordinate can have one");
 }
 
@@ -195,4 +200,22 @@ TEST_CASE("motor efforts may be written over any input") {
   ksl::forward_dynamics_by_mass_matrix(m, d, q, v, expected, found);
   CHECK(found[0] == doctest::Approx(a[0]).epsilon(1e-13));
   CHECK(found[1] == doctest::Approx(a[1]).epsilon(1e-13));
+}
+
+TEST_CASE("the operational-space inertia feels the rotors: its inverse is J M^-1 J^T") {
+  const ksl::model m(arm(), all_physics());
+  ksl::data d(m);
+  const int hand = m.find_link("second");
+  double J[12], inverse[4], found[36];
+  ksl::jacobian(m, d, q, hand, {}, J);
+  ksl::mass_matrix_inverse(m, d, q, inverse);
+  ksl::operational_space_inertia_inverse(m, d, q, 1, &hand, {}, found);
+  for (int r = 0; r < 6; ++r)
+    for (int c = 0; c < 6; ++c) {
+      double sum = 0;
+      for (int i = 0; i < 2; ++i)
+        for (int k = 0; k < 2; ++k)
+          sum += J[2 * r + i] * inverse[2 * i + k] * J[2 * c + k];
+      CHECK(found[6 * r + c] == doctest::Approx(sum).epsilon(1e-12));
+    }
 }

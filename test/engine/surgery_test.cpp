@@ -4,6 +4,8 @@
 #include "robots.hpp"
 #include "same_numbers.hpp"
 
+#include <algorithm>
+
 using namespace ksl::test;
 
 namespace {
@@ -89,6 +91,7 @@ TEST_CASE("surgery: frozen joints") {
         ksl::with_frozen_joints(described(), {{"socket", {0, 0, 0, 2}}});
       },
       {"joint socket", "length 2"});
+  check_refused([&] { ksl::with_frozen_joints(described(), {{"shoulder", {std::nan("")}}}); }, {"joint shoulder", "a position that is not finite"});
   check_refused(
       [&] {
         ksl::with_frozen_joints(described(), {{"floating_base", {1}}});
@@ -107,6 +110,15 @@ TEST_CASE("surgery: merged robots") {
   CHECK((swarm.nv() == 18 && swarm.find_joint("second_floating_base") >= 0));
   check_refused([&] { ksl::merged(arm, arm, "base_link", beside); },
                 {"both robots have a link named \"base_link\"", "give a prefix"});
+  ksl::robot_description renamed = arm;
+  for (ksl::link_description &link : renamed.links)
+    link.name = "second_" + link.name;
+  check_refused([&] { ksl::merged(arm, renamed, "base_link", beside); }, {"both robots have a joint named \"shoulder_pan\"", "give a prefix"});
+  ksl::robot_description doubtful = arm;
+  doubtful.warnings = {"a doubt"}, doubtful.unused = {"a tendon (not used)"};
+  const ksl::robot_description both = ksl::merged(ksl::merged(arm, doubtful, "base_link", beside, "b_"), doubtful, "base_link", beside, "c_");
+  CHECK(std::count(both.warnings.begin(), both.warnings.end(), arm.name + ": a doubt") == 1); // once, though both have it
+  CHECK(std::count(both.unused.begin(), both.unused.end(), arm.name + ": a tendon (not used)") == 1);
   flying.gravity = {0, 0, 0};
   check_refused([&] { ksl::merged(arm, flying, "base_link", beside, "x"); }, {"different gravity"});
 }
@@ -119,6 +131,13 @@ TEST_CASE("surgery: subtrees, frames, payloads") {
   CHECK((framed.find_link("camera") > 0 && framed.find_joint("camera_joint") > 0 &&
          framed.mass() == every_kind().mass()));
   check_refused([&] { ksl::with_frame(described(), "tool", "tool", beside); }, {"frame \"tool\"", "another"});
+  for (const char *name : {"", "a\nb"})
+    check_refused([&] { ksl::with_frame(described(), name, "tool", beside); }, {"give it a name without control characters"});
+  ksl::link_mass plate = {1, {}, {1, 0, 0, 0, 1, 0, 0, 0, 3}}; // no body has these moments: a warning, once
+  ksl::robot_description with_plates = ksl::with_payload(ksl::with_payload(described(), "tool", plate), "tool", plate);
+  CHECK(std::count_if(with_plates.warnings.begin(), with_plates.warnings.end(), [](const std::string &line) {
+          return line.find("payload on tool") != std::string::npos && line.find("exceeds the sum") != std::string::npos;
+        }) == 1);
   const ksl::model heavy(ksl::with_payload(described(), "tool", {2, {0.1, 0, 0}, {}}));
   ksl::model_options with_tool;
   with_tool.payloads = {{"tool", 2, {0.1, 0, 0}}};

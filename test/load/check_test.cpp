@@ -84,6 +84,8 @@ TEST_CASE("what is no tree is refused, without file and line where there are non
   check_message(refusal(robot_of(2, {{0, 1}, {1, 0}})), {"l0", "l1", "cycle", "j0", "j1"});
   check_message(refusal(robot_of(2, {{0, 7}})), {"joint j0", "number 7", "expected 0 to 1"});
   check_message(refusal(robot_of(2, {{-1, 1}})), {"joint j0", "number -1"});
+  check_message(refusal(robot_of(2, {{1, -1}})), {"joint j0", "its child number -1"});
+  check_message(refusal(robot_of(3, {})), {"links l0, l1, l2 have no parent"});
   CHECK(refusal(robot_of(4, {{1, 2}, {2, 3}, {3, 1}})).find("l0") == std::string::npos);
 }
 
@@ -99,6 +101,8 @@ TEST_CASE("names") {
   robot.joints[1].at.line = 9;
   robot.file = "r.urdf";
   check_message(refusal(robot), {"r.urdf:9: a second joint is named \"j0\"", "the first is in line 3", "rename"});
+  robot.file.clear();
+  check_message(refusal(robot), {"line 9: a second joint is named \"j0\""});
   // a link and a joint may share a name
   robot = robot_of(2, {{0, 1}});
   robot.joints[0].name = "l0";

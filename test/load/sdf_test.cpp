@@ -350,3 +350,83 @@ TEST_CASE("SDF files that are wrong") {
        {"<drake:joint> type \"ball\"", "planar"}},
   });
 }
+
+TEST_CASE("SDF: what has no effect is listed, with the joint that it is on") {
+  const auto of = [](const std::string &inside, const std::string &type) { return read(joint(inside, type)).unused; };
+  check_said(of(about_z, "fixed"), {"joint j: axis", "no effect on a fixed joint"});
+  check_said(of(about_z + "<thread_pitch>1</thread_pitch>", "revolute"), {"joint j: thread_pitch", "no effect on a revolute joint"});
+  check_said(of(about_z + "<axis2><xyz>1 0 0</xyz></axis2>", "revolute"), {"joint j: axis2", "no effect on a revolute joint"});
+  check_said(of("<axis><xyz>0 0 1</xyz><limit><stiffness>1</stiffness></limit></axis>", "revolute"), {"joint j: limit stiffness", "not used"});
+  check_said(of("<axis><xyz>0 0 1</xyz><limit><dissipation>1</dissipation></limit></axis>", "revolute"), {"joint j: limit dissipation", "not used"});
+  const auto two = [&](const std::string &first) { return "<axis><xyz>1 0 0</xyz>" + first + "</axis><axis2><xyz>0 1 0</xyz></axis2>"; };
+  for (const char *tag : {"effort", "velocity"})
+    check_said(of(two("<limit><" + std::string(tag) + ">3</" + tag + "></limit>"), "universal"), {"joint j: limit effort, velocity", "not used on a universal joint"});
+  check_said(of(two("<dynamics><spring_stiffness>3</spring_stiffness></dynamics>"), "universal"), {"spring_stiffness", "only joints with one coordinate have springs"});
+  for (const char *tag : {"lower", "upper"})
+    check_said(of("<axis><xyz>0 0 1</xyz><limit><" + std::string(tag) + ">1</" + tag + "></limit></axis>", "continuous"),
+               {"joint j: limit lower, upper", "no effect on a continuous joint"});
+  CHECK(of("<axis><xyz>0 0 1</xyz><limit><effort>1</effort></limit></axis>", "continuous").empty());
+  const auto friction = read(joint("<axis><xyz>1 0 0</xyz><dynamics><friction>1</friction></dynamics></axis><axis2><xyz>0 1 0</xyz><dynamics><friction>2</friction>"
+                                   "</dynamics></axis2>", "universal"));
+  check_said(friction.unused, {"joint j: dynamics", "differ"});
+  CHECK(joint_named(friction, "j").friction == 0);
+  check_said(read(model("<link name=\"a\"><inertial><mass>2</mass><fluid_added_mass/><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>")).unused,
+             {"fluid_added_mass"});
+}
+
+TEST_CASE("SDF: limits of the two axes of a universal joint") {
+  const auto limits = [](const std::string &lower, const std::string &upper) {
+    return joint("<axis><xyz>1 0 0</xyz><limit><lower>-1</lower><upper>2</upper></limit></axis><axis2><xyz>0 1 0</xyz><limit><lower>" + lower + "</lower><upper>" +
+                 upper + "</upper></limit></axis2>", "universal");
+  };
+  const auto j = joint_named(read(limits("-3", "4")), "j");
+  CHECK((*j.lower == -1 && *j.upper == 2 && *j.further[0].lower == -3 && *j.further[0].upper == 4));
+  check_message(refusal(limits("4", "-3")), {"joint j", "lower limit 4 is above upper limit -3"});
+}
+
+TEST_CASE("SDF: flags, poses, versions and worlds that are wrong, or unusual") {
+  check_message(refusal(model(link("a"), "static=\"maybe\"")), {"accepted"}); // static is an element
+  check_message(refusal(model("<link name=\"a\"><pose degrees=\"maybe\">0 0 0 0 0 90</pose></link>")), {"degrees of <pose> is \"maybe\"", "expected true or false"});
+  check_message(refusal(model("<link name=\"a\"><pose degrees=\"1\" rotation_format=\"quat_xyzw\">0 0 0 0 0 0 1</pose></link>")),
+                {"degrees and a quaternion", "remove degrees"});
+  check_message(refusal(model("<link name=\"a\"><inertial auto=\"true\"/></link>")), {"computed from its collision geometry"});
+  CHECK(refusal(model("<link name=\"a\"><inertial auto=\"0\"><mass>1</mass></inertial></link>")) == "accepted");
+  const auto turned = [](const std::string &p) { return joint_named(read(joint(about_z, "revolute", p)), "j").placement.R; };
+  CHECK(turned("<pose degrees=\"false\">0 0 0 0 0 1.5707963267948966</pose>").m10 == doctest::Approx(1));
+  CHECK(turned("<pose degrees=\"true\">0 0 0 0 0 90</pose>").m10 == doctest::Approx(1));
+  CHECK(turned("<pose>0 0 0 0 0.5 0</pose>").m20 == doctest::Approx(-std::sin(0.5)));
+  CHECK(turned("<pose/>").m00 == 1);
+  const auto strange = read(model("<link name=\"a\"><pose>1 2 3 0 0 0<x/></pose><inertial><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>"));
+  check_said(strange.unused, {"unknown element <x> in link a"});
+  check_said(strange.warnings, {"a (<mass>)"});
+  CHECK(turned("<pose>1 2 3 0 0 0</pose>").m00 == 1);
+  for (const char *version : {"1.11", "1.12"})
+    check_said(read(model(link("a"), "", version)).warnings, {"is newer than 1.10, and read as that"});
+  const auto world = [](const std::string &inside) {
+    return "<sdf version=\"1.10\"><world name=\"w\">" + inside + "<model name=\"m\">" + link("a") + "</model></world></sdf>";
+  };
+  for (const char *tag : {"include", "joint"})
+    check_message(refusal(world("<" + std::string(tag) + "/>")), {"in <world> is not read", "put the robot in a <model> of its own"});
+  CHECK((read(world("")).gravity[2] == -9.81 && read(world("<gravity>1 2 3</gravity>")).gravity[0] == 1));
+  const std::string nowhere = "<sdf version=\"1.10\"><world name=\"w\"/></sdf>";
+  check_message(refusal(nowhere, {false, false, false, "arm"}), {"no model \"arm\" in <world>", "there is none"});
+  check_message(refusal(nowhere), {"no <model> that moves in <world>"});
+  for (const char *name : {"world", "a::b", "__a__"})
+    check_message(refusal(model(link(name))), {"a name that SDF reserves"});
+  for (const char *name : {"__", "___", "__a", "a__"})
+    CHECK(refusal(model(link(name))) == "accepted");
+  check_message(refusal(model("<pose relative_to=\"a\">0 0 0 0 0 0</pose>" + link("a"))), {"its pose is relative to \"a\"", "give the pose in the world"});
+  CHECK(refusal(model("<pose relative_to=\"world\">0 0 1 0 0 0</pose>" + link("a"))) == "accepted");
+  check_message(refusal(model("<inertia/>")), {"no <link> in <model>"});
+}
+
+TEST_CASE("SDF: models of models, frames on the model's own frame") {
+  const auto nested = read(model("<model name=\"inner\"><pose relative_to=\"shifted\">0 0 2 0 0 0</pose>" + link("a") + "</model><frame name=\"shifted\">" +
+                                 pose("1 0 0 0 0 0") + "</frame>"));
+  CHECK(std::any_of(nested.links.begin(), nested.links.end(), [](const link_description &l) { return l.name == "inner::a"; }));
+  CHECK(read(model("<frame name=\"f\" attached_to=\"a\"/>" + link("a"), "placement_frame=\"__model__\"")).links.size() >= 1);
+  check_message(refusal(joint(about_z + "<screw_thread_pitch>0.02</screw_thread_pitch><thread_pitch>50</thread_pitch>", "screw")), {"disagree", "remove <thread_pitch>"});
+  CHECK(*joint_named(read(joint(about_z + "<screw_thread_pitch>0.02</screw_thread_pitch><thread_pitch>-314.1592653589793</thread_pitch>", "screw")), "j").pitch ==
+        doctest::Approx(0.02 / 6.283185307179586));
+  check_message(refusal(joint("<axis><xyz>0 0 1</xyz><mimic><multiplier>2</multiplier></mimic></axis>")), {"<mimic> names no joint", "write <mimic joint"});
+}

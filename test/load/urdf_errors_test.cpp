@@ -85,6 +85,11 @@ TEST_CASE("no URDF") {
       {"root", "<html/>", {"r.urdf:1:", "<html>, expected <robot>", "give a URDF or SDF file"}},
       {"MJCF", "\n<mujoco/>", {"r.urdf:2:", "<mujoco>, expected <robot>", "MJCF"}},
       {"SDF", "<sdf/>", {"r.urdf:1:", "<sdf>", "convert"}},
+      {"xacro's root", "<xacro:robot xmlns:xacro=\"x\"/>", {"r.urdf:1:", "<xacro:robot>", "run xacro first"}},
+      {"joint in capitals", "<robot>\n<link name=\"a\"/>\n<JOINT name=\"j\"/></robot>", {"r.urdf:3: <JOINT> is a joint that KSL doesn't know"}},
+      {"joint with a capital", "<robot>\n<link name=\"a\"/>\n<Joint name=\"j\"/></robot>", {"r.urdf:3: <Joint> is a joint that KSL doesn't know"}},
+      {"another word of five letters", "<robot>\n<link name=\"a\"/>\n<other/></robot>", {"accepted"}},
+      {"quaternion of three numbers", joint("<origin quat_xyzw=\"0 0 1\"/>"), {"needs 4 numbers, found 3", "quat_xyzw=\"0 0 0 1\""}},
       {"xacro",
        "<robot xmlns:xacro=\"x\">\n<link name=\"a\"/>\n<gazebo><xacro:macro/></gazebo></robot>",
        {"r.urdf:3: <xacro:macro> is not expanded", "run xacro first"}},
@@ -259,4 +264,38 @@ TEST_CASE("strict refuses the first inertias that no body can have") {
   check_message(message,
                 {"r.urdf: link l0 (line 2): mass 0", "link l2 (line 4)", "2 more such links", "without strict"});
   CHECK(message.find("l3") == std::string::npos);
+}
+
+TEST_CASE("limits of joints with several numbers, and rotors of transmissions") {
+  check_message(refusal(joint("<limit1 lower=\"1\" upper=\"-1\"/>", "cylindrical")), {"r.urdf:6: joint j: lower limit 1 is above upper limit -1"});
+  check_message(refusal(joint("<limit2 lower=\"1\" upper=\"-1\"/>", "cylindrical")), {"r.urdf:6: joint j: lower limit 1 is above upper limit -1"});
+  const auto driven = [](const std::string &type, const std::string &dynamics, const std::string &actuators) {
+    return "<robot>\n<link name=\"a\"/>\n<link name=\"b\"/>\n<joint name=\"j\" type=\"" + type + "\"><parent link=\"a\"/><child link=\"b\"/>" + dynamics +
+           "</joint>\n<transmission name=\"t\">" + actuators + "</transmission></robot>";
+  };
+  const std::string rotor = "<actuator name=\"m\"><drake:rotor_inertia value=\"0.02\"/><drake:gear_ratio value=\"30\"/></actuator>", of_j = "<joint name=\"j\"/>";
+  check_message(refusal(driven("revolute", "", of_j + rotor + rotor)), {"r.urdf:5:", "two actuators have rotors for joint \"j\"", "keep one"});
+  check_message(refusal(driven("revolute", "", rotor)), {"r.urdf:5:", "its joint \"\" does not exist", "name the joint"});
+  check_message(refusal(driven("revolute", "", "<joint name=\"k\"/>" + rotor)), {"its joint \"k\" does not exist"});
+  const auto read = [&](const std::string &text) { return read_urdf_text(text, "r.urdf"); };
+  const auto says = [](const robot_description &robot, const std::string &words) {
+    for (const std::string &line : robot.unused)
+      if (line.find(words) != line.npos)
+        return true;
+    return false;
+  };
+  const robot_description whole = read(driven("revolute", "", of_j + rotor));
+  CHECK((whole.joints[0].rotor_inertia == 0.02 && whole.joints[0].gear_ratio == 30));
+  const robot_description ratio = read(driven("revolute", "", of_j + "<actuator><drake:gear_ratio value=\"30\"/></actuator><actuator/>"));
+  CHECK((ratio.joints[0].rotor_inertia == 0 && ratio.joints[0].gear_ratio == 30));
+  const robot_description inertia = read(driven("revolute", "", of_j + "<actuator><drake:rotor_inertia value=\"0.02\"/></actuator>"));
+  CHECK((inertia.joints[0].rotor_inertia == 0.02 && inertia.joints[0].gear_ratio == 1));
+  for (const char *type : {"fixed", "floating"})
+    CHECK(says(read(driven(type, "", of_j + rotor)), "no effect on a " + std::string(type) + " joint"));
+  for (const char *other : {"rotor_inertia=\"0.01\" gear_ratio=\"30\"", "rotor_inertia=\"0.02\" gear_ratio=\"20\"", "gear_ratio=\"20\""}) {
+    const robot_description kept = read(driven("revolute", "<dynamics " + std::string(other) + "/>", of_j + rotor));
+    CHECK(says(kept, "differs from <dynamics>, which is used"));
+    CHECK(!(kept.joints[0].rotor_inertia == 0.02 && kept.joints[0].gear_ratio == 30));
+  }
+  CHECK(!says(read(driven("revolute", "<dynamics rotor_inertia=\"0.02\" gear_ratio=\"30\"/>", of_j + rotor)), "differs"));
 }

@@ -298,6 +298,25 @@ TEST_CASE("meshes are not looked for") {
                {"visual (1 link)"});
 }
 
+TEST_CASE("limits of joints with several numbers, where they have an effect") {
+  const joint_description j = joint_with("cylindrical", "<limit1 lower=\"-1\" upper=\"2\"/><limit2 upper=\"3\"/>");
+  CHECK((*j.lower == -1 && *j.upper == 2 && !j.further[0].lower && *j.further[0].upper == 3 && !j.further[1].upper));
+  check_unused(read(robot_with("revolute", "<limit1 lower=\"-1\" upper=\"2\"/>")), {"joint j: limit1 (no effect on a revolute joint)"});
+  check_unused(read(robot_with("continuous", "<limit upper=\"1\"/>")), {"joint j: limit upper (no effect on a continuous joint)"});
+  CHECK((*joint_with("revolute", "<limit lower=\"1\"/>").lower == 1 && !joint_with("revolute", "<limit lower=\"1\"/>").upper));
+}
+
+TEST_CASE("unknown attributes of one place are one line if they are as many; namespaces are no attributes") {
+  check_unused(read("<robot><link name=\"a\" D=\"1\" E=\"2\" F=\"3\"/>\n<link name=\"b\" E=\"1\"/>"
+                    "<joint name=\"j\" type=\"fixed\"><parent link=\"a\"/><child link=\"b\"/></joint></robot>"),
+               {"unknown attribute D, F of <link> in link a, line 1", "unknown attribute E of <link> in link a, line 1, and 1 more"});
+  check_unused(read("<robot xmlns=\"x\" xmlns:drake=\"y\"><link name=\"a\"/></robot>"), {});
+}
+
+TEST_CASE("meshes without a file, or outside of links") {
+  CHECK(read("<robot><link name=\"a\"/><mesh filename=\"x.stl\"/><mesh/></robot>").links.size() == 1);
+}
+
 TEST_CASE("line ends of every system count the same") {
   for (const char *end : {"\n", "\r\n", "\r"}) {
     const std::string e = end;

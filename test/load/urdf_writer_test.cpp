@@ -141,3 +141,31 @@ TEST_CASE("urdf: names, and what isn't written") {
           write_urdf(robot, "/nowhere/robot.urdf");
         }).find("/nowhere/robot.urdf: the robot can't be written") == 0);
 }
+
+TEST_CASE("urdf: what was changed after it was read is written as it is now") {
+  const std::string thread = "<joint name=\"j\" type=\"screw\"><parent link=\"a\"/><child link=\"b\"/><origin rpy=\"0.1 0.2 0.3\"/><axis xyz=\"0 3 4\"/>"
+                             "<screw_thread_pitch value=\"0.005\"/></joint>";
+  robot_description robot = read_urdf_text(robot_of("<mass value=\"1\"/><inertia ixx=\"1\" iyy=\"1\" izz=\"1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/>", thread), "r.urdf");
+  check_round_trip(robot);
+  joint_description &j = robot.joints[0];
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> number(0.001, 0.1);
+  for (int k = 0; k < 200; ++k) {
+    j.pitch = number(random); // not every number is read from some metres a revolution
+    CHECK(*read_urdf_text(urdf_text(robot), "again.urdf").joints[0].pitch == doctest::Approx(*j.pitch).epsilon(3e-16));
+  }
+  j.placement.R = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  j.axis = {0.6, 0.8, 0};
+  const joint_description again = read_urdf_text(urdf_text(robot), "again.urdf").joints[0];
+  CHECK(same_bits(&again.placement, &j.placement, sizeof j.placement));
+  CHECK((std::fabs(again.axis.x - 0.6) < 1e-15 && std::fabs(again.axis.y - 0.8) < 1e-15 && again.axis.z == 0));
+  CHECK(urdf_text(robot).find("rpy") == std::string::npos);
+}
+
+TEST_CASE("urdf: a quaternion of a joint alone asks for version 1.1; joints that follow others") {
+  const std::string ends = "<parent link=\"a\"/><child link=\"b\"/>";
+  const robot_description turned = read_urdf_text("<robot name=\"r\" version=\"1.1\"><link name=\"a\"/><link name=\"b\"/><joint name=\"j\" type=\"fixed\">" + ends +
+                                                  "<origin quat_xyzw=\"0 0 0.6 0.8\"/></joint></robot>", "r.urdf");
+  CHECK(urdf_text(turned).find("version=\"1.1\"") != std::string::npos);
+  check_round_trip(turned);
+}

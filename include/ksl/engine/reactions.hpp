@@ -56,8 +56,6 @@ void link_wrenches(const model_view<scalar_of<T>> &model, const reactions_worksp
   }
   for (int l = model.links - 1; l > 0; --l) {
     const link<scalar_of<T>> &child = model.link[l];
-    if (child.parent < 0)
-      continue;
     coscrew<T> f = w.link_wrench[l];
     const int parent_body = model.link[child.parent].body; // that of a welded link; two bodies up through a universal joint
     for (int i = child.body; i != parent_body; i = model.body[i].parent) {
@@ -79,13 +77,11 @@ template <class S> inline bool is_carried(const model_view<S> &model, int first,
   return l == first;
 }
 
-/// The requested part of a wrench in a body's canonical frame.  The actuation part is h* Sᵀ f, which is called coupling where the
-/// joint follows another; the constraint part is the rest (coscrews (7), (9)).  pose: a pose_workspace<T>, or what has such a
-/// function rotation.
+/// The requested part, not the total, of a wrench in a body's canonical frame.  The actuation part is h* Sᵀ f, called
+/// coupling where the joint follows another; the constraint part is the rest (coscrews (7), (9)).  pose: a
+/// pose_workspace<T>, or what has such a function rotation.
 template <joint_kind K, class T, class Poses>
 KSL_LANES coscrew<T> part_through(const body<scalar_of<T>> &b, const Poses &pose, wrench_part part, const coscrew<T> &f) {
-  if (part == wrench_part::total)
-    return f;
   if (part == (b.follows ? wrench_part::actuation : wrench_part::coupling))
     return {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
   T tau[joint<K>::nv];

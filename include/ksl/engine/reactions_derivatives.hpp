@@ -81,8 +81,6 @@ template <class T> void link_dynamics(const model_view<scalar_of<T>> &model, con
   }
   for (int l = model.links - 1; l > 0; --l) {
     const int parent = model.link[l].parent;
-    if (parent < 0)
-      continue;
     if (model.link[l].body > 0 && model.link[parent].body == 0) {
       const SE3<T> D = tree_pose(model, d, tree_of(model, model.link[l].body));
       coscrew<T> f;

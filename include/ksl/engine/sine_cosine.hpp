@@ -65,8 +65,6 @@ template <int W> KSL_LANES pack<float, W> difference(pack<float, W> x, pack<floa
 #if defined(__FMA__)
   if constexpr (W == 8)
     return _mm256_fnmadd_ps(k.lanes, pack<float, W>(p).lanes, x.lanes);
-  if constexpr (W == 4)
-    return _mm_fnmadd_ps(k.lanes, pack<float, W>(p).lanes, x.lanes);
 #endif
   using wide = typename vector_of<double, W>::type;
   const wide d = __builtin_convertvector(x.lanes, wide) - __builtin_convertvector(k.lanes, wide) * static_cast<double>(p);

@@ -16,8 +16,6 @@ template <class T, class S> KSL_LANES mat3x3<T> spread(const mat3x3<S> &R) {
 
 template <class T, class S> KSL_LANES SE3<T> spread(const SE3<S> &D) { return {spread<T>(D.R), spread<T>(D.t)}; }
 
-template <class T, class S> KSL_LANES coscrew<T> spread(const coscrew<S> &c) { return {spread<T>(c.lin), spread<T>(c.ang)}; }
-
 template <class T, class S> KSL_LANES spatial_inertia<T> spread(const spatial_inertia<S> &I) {
   return {T(I.m), spread<T>(I.h), T(I.Ixx), T(I.Iyy), T(I.Izz), T(I.Ixy), T(I.Iyz), T(I.Izx)};
 }

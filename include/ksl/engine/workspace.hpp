@@ -32,7 +32,6 @@ public:
     w.lay_out(*this, model);
     return w;
   }
-  bool counts() const { return !next_; }     ///< is there no memory
   std::size_t used() const { return used_; } ///< bytes taken so far
 
 private:

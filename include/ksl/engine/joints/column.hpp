@@ -81,15 +81,6 @@ template <bool turns, bool slides, class T> struct joint_column {
   }
 };
 
-/// Moves a wrench or momentum about `origin` to another point.
-template <class T> KSL_LANES coscrew<T> about_point(const vec3<T> &point, const vec3<T> &origin, const coscrew<T> &f) {
-  vec3<T> arm;
-  coscrew<T> there;
-  algebra<T>::subtract_vv(&origin, &point, &arm);
-  algebra<T>::product_CoAdtc(&arm, &f, &there);
-  return there;
-}
-
 /// Axis 0, 1 or 2 (x, y, z) of body i, from the rotations of all bodies.
 template <class T> KSL_LANES vec3<T> axis_of(const per_body<mat3x3, T> &rotation, int i, int axis = 2) {
   return {rotation.number(i, 3 * axis), rotation.number(i, 3 * axis + 1), rotation.number(i, 3 * axis + 2)};

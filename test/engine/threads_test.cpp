@@ -1,0 +1,100 @@
+// The pool of threads where things go wrong or end: the system gives no thread, calls end in another order than they began, and a
+// call while the program ends.  A program of its own, since it takes the place of pthread_create.
+#include "ksl/batch.hpp"
+#include "robots.hpp"
+
+#include "batch/threads.hpp"
+
+#include <doctest/doctest.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstdio>
+#include <dlfcn.h>
+#include <pthread.h>
+#include <thread>
+#include <unistd.h>
+#include <vector>
+
+namespace {
+
+std::atomic<bool> no_threads{false};
+std::atomic<int> refused{0};
+
+/// How often each of n items is computed, one in a part.
+std::vector<int> counts(std::size_t n, int threads) {
+  std::vector<std::atomic<int>> times(n);
+  ksl::partition parts(n, 1, 1, threads, 1);
+  parts.threads = static_cast<std::size_t>(threads), parts.items_each = 1, parts.parts = n; // whatever number of cores there is
+  ksl::on_threads(parts, [&](std::size_t first, std::size_t end, std::size_t seat) {
+    for (std::size_t k = first; k < end; ++k)
+      times[k] += seat < parts.threads ? 1 : 1000;
+  });
+  return {times.begin(), times.end()};
+}
+
+} // namespace
+
+extern "C" int pthread_create(pthread_t *thread, const pthread_attr_t *attributes, void *(*start)(void *), void *argument) {
+  if (no_threads) {
+    ++refused;
+    return EAGAIN;
+  }
+  using create = int (*)(pthread_t *, const pthread_attr_t *, void *(*)(void *), void *);
+  static const create of_the_system = reinterpret_cast<create>(dlsym(RTLD_NEXT, "pthread_create"));
+  return of_the_system(thread, attributes, start, argument);
+}
+
+TEST_CASE("where the system gives no thread, the caller computes all, with the same bits") {
+  const ksl::model m = ksl::load(KSL_EVERY_KIND);
+  const std::size_t n = 3000, nq = static_cast<std::size_t>(m.nq()), nv = static_cast<std::size_t>(m.nv());
+  std::vector<double> q(n * nq), v(n * nv, 0.3), alone(n * nv), many(n * nv);
+  for (std::size_t k = 0; k < n; ++k) {
+    for (std::size_t i = 0; i < nq; ++i)
+      q[k * nq + i] = 0.1 + std::sin(static_cast<double>(k + 7 * i));
+    robots::normalize_quaternions(m, &q[k * nq]);
+  }
+  ksl::batch_view<double> batch;
+  batch.n = n, batch.q = {q.data(), m.nq()}, batch.v = batch.a = {v.data(), m.nv()};
+  batch.result[0] = {alone.data(), m.nv()};
+  ksl::inverse_dynamics_batch(m, batch, 1);
+  no_threads = true;
+  batch.result[0] = {many.data(), m.nv()};
+  ksl::inverse_dynamics_batch(m, batch, 2);
+  CHECK(many == alone);
+  CHECK(counts(100, 7) == std::vector<int>(100, 1));
+  CHECK(refused > 0);
+  no_threads = false;
+  CHECK(counts(100, 7) == std::vector<int>(100, 1)); // and takes threads again where there are some
+}
+
+TEST_CASE("calls may end in another order than they began") {
+  std::atomic<bool> first_ended{false}, second_runs{false};
+  std::atomic<int> parts_of_second{0};
+  std::thread other;
+  ksl::partition parts(2, 1, 1, 2, 1);
+  ksl::on_threads(parts, [&](std::size_t first, std::size_t, std::size_t) {
+    if (first == 0)
+      other = std::thread([&] {
+        ksl::on_threads(parts, [&](std::size_t begin, std::size_t end, std::size_t) {
+          parts_of_second += static_cast<int>(end - begin);
+          second_runs = true;
+          while (!first_ended)
+            std::this_thread::yield();
+        });
+      });
+    while (!second_runs) // both parts end while the second call is open
+      std::this_thread::yield();
+  });
+  first_ended = true;
+  other.join();
+  CHECK(parts_of_second == 2);
+}
+
+/// After the library has ended its threads: the caller computes all.
+__attribute__((destructor)) static void call_at_the_end() {
+  if (counts(50, 4) != std::vector<int>(50, 1)) {
+    std::fputs("a call while the program ends lost parts\n", stderr);
+    _exit(1);
+  }
+}
