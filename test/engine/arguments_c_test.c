@@ -69,7 +69,12 @@ static void test_queries(const ksl_model_t *m) {
   CHECK_BAD(ksl_model_link_parameters(m, -1, parameters), "a link is out of range");
   CHECK(ksl_model_link_parameters(m, ksl_model_link(m, "bob"), parameters) == KSL_OK && parameters[0] == 1.3);
   CHECK_BAD(ksl_model_tree(NULL, NULL, NULL), "must not be null");
-  CHECK(ksl_model_tree(m, NULL, NULL) == KSL_OK); /* neither is wanted */
+  CHECK_BAD(ksl_model_tree(m, NULL, NULL), "load it with mimic_independent");
+  ksl_model_options_t options = ksl_model_options();
+  options.mimic_independent = true;
+  ksl_model_t *const independent = model_of(robot, &options);
+  CHECK(ksl_model_tree(independent, NULL, NULL) == KSL_OK); /* neither is wanted */
+  ksl_model_free(independent);
 }
 
 /* Positions: neutral ones, and those that numbers from 0 to 1 choose. */
@@ -84,7 +89,7 @@ static void test_positions(const ksl_model_t *m) {
   CHECK(ksl_random_position(m, uniform, q) == KSL_OK && ksl_random_positionf(m, uniformf, qf) == KSL_OK);
   CHECK(fabs(q[1] * q[1] + q[2] * q[2] + q[3] * q[3] + q[4] * q[4] - 1) < 1e-15);
   for (int i = 0; i < 5; ++i)
-    CHECK(fabs(q[i] - qf[i]) < 1e-6);
+    CHECK(fabs(q[i] - (double)qf[i]) < 1e-6);
   CHECK_BAD(ksl_random_position(NULL, uniform, q), "must not be null");
   CHECK_BAD(ksl_random_position(m, uniform, NULL), "must not be null");
   uniform[2] = 1;
@@ -116,7 +121,7 @@ static void test_reactions(const ksl_model_t *m, ksl_data_t *d) {
   CHECK_BAD(ksl_reactions(m, d, 1, &pin, &how, NULL, w), "at_link or axes_link is out of range");
   CHECK(ksl_inverse_dynamicsf(m, d, qf, vf, af, NULL, tauf) == KSL_OK && ksl_reactionsf(m, d, 1, &pin, NULL, NULL, wf) == KSL_OK);
   for (int i = 0; i < 6; ++i)
-    CHECK(fabs(w[i] - wf[i]) < 1e-4 * (1 + fabs(w[i])));
+    CHECK(fabs(w[i] - (double)wf[i]) < 1e-4 * (1 + fabs(w[i])));
   CHECK(ksl_reactionsf(m, d, 0, NULL, NULL, NULL, NULL) == KSL_OK); /* none */
 
   /* a batch has the bits of each state, with wrenches that push and without */
@@ -173,7 +178,7 @@ static void test_sections(const ksl_model_t *m, ksl_data_t *d) {
   CHECK(ksl_section_wrench(m, d, q, zero, zero, NULL, &s, w) == KSL_OK && ksl_section_wrenchf(m, d, qf, zerof, zerof, NULL, &s, wf) == KSL_OK);
   CHECK(ksl_inverse_dynamics(m, d, q, zero, zero, NULL, tau) == KSL_OK && ksl_reactions(m, d, 1, &pin, NULL, NULL, reaction) == KSL_OK);
   for (int i = 0; i < 6; ++i)
-    CHECK(fabs(fabs(w[i]) - fabs(reaction[i])) < 1e-12 * (1 + fabs(w[i])) && fabs(w[i] - wf[i]) < 1e-4 * (1 + fabs(w[i])));
+    CHECK(fabs(fabs(w[i]) - fabs(reaction[i])) < 1e-12 * (1 + fabs(w[i])) && fabs(w[i] - (double)wf[i]) < 1e-4 * (1 + fabs(w[i])));
   CHECK_BAD(ksl_section_wrench(m, d, q, zero, zero, NULL, &s, NULL), "wrench must not be null");
   CHECK_BAD(ksl_section_wrench(m, d, q, zero, zero, NULL, NULL, w), "section must not be null");
   s.normal[2] = 0;
@@ -222,7 +227,7 @@ static void test_inverse_kinematics(const ksl_model_t *m) {
   options.position_tolerance = options.orientation_tolerance = 1e-4;
   CHECK(ksl_inverse_kinematicsf(m, n, 1, &frame, targetf[0], 16, NULL, 0, &options, qf[0], 5, NULL, 0, NULL, NULL, NULL, 1) == KSL_OK);
   for (int k = 0; k < n; ++k)
-    CHECK(fabs(remainder(qf[k][0] - (k ? -0.5 : 0.5), 6.283185307179586)) < 1e-3);
+    CHECK(fabs(remainder((double)qf[k][0] - (k ? -0.5 : 0.5), 6.283185307179586)) < 1e-3);
   CHECK(ksl_inverse_kinematics(m, 0, 1, &frame, NULL, 16, NULL, 0, NULL, NULL, 5, NULL, 0, NULL, NULL, NULL, 1) == KSL_OK);
 
   const ksl_inverse_kinematics_options_t usual = ksl_inverse_kinematics_options();
@@ -383,7 +388,9 @@ int main(int argc, char **argv) {
   CHECK(ksl_data_create(m, &d) == KSL_OK);
   if (!m || !d)
     return 1;
-  CHECK_BAD(ksl_data_create(NULL, &d), "model and data must not be null");
+  ksl_data_t *none = d;
+  CHECK_BAD(ksl_data_create(NULL, &none), "model and data must not be null");
+  CHECK(none == NULL); /* what a call that fails would have made */
   CHECK_BAD(ksl_data_create(m, NULL), "model and data must not be null");
   test_nothing_of_nothing(m);
   test_queries(m);

@@ -57,7 +57,9 @@ static ksl_model_t *pendulum(void) {
   CHECK(ksl_builder_add_joint(b, "hinge", "revolute", "ceiling", "rod", NULL, &hinge) == KSL_OK);
   CHECK(ksl_builder_build(b, NULL, &m) == KSL_OK);
   ksl_builder_free(b);
-  CHECK_REFUSED(ksl_builder_build(NULL, NULL, &m), KSL_BAD_ARGUMENT, "null");
+  ksl_model_t *none = m;
+  CHECK_REFUSED(ksl_builder_build(NULL, NULL, &none), KSL_BAD_ARGUMENT, "null");
+  CHECK(none == NULL);
   return m;
 }
 
