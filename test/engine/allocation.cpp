@@ -42,6 +42,7 @@ long stop_failing_allocations() {
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#pragma GCC visibility push(default) // or shared libraries, as that of C++, would not call these
 extern "C" {
 void *__libc_malloc(std::size_t);
 void *__libc_calloc(std::size_t, std::size_t);
@@ -84,6 +85,7 @@ void *mmap(void *at, std::size_t n, int protection, int flags, int file, off_t o
   return reinterpret_cast<void *>(syscall(SYS_mmap, at, n, protection, flags, file, offset));
 }
 }
+#pragma GCC visibility pop
 #else
 // operator new as it is, besides that it counts; the forms that are not here call these.
 namespace {
