@@ -162,6 +162,8 @@ def main():
             if not outcome.ok:
                 missed = f": said nothing of {outcome.job.expected}" if outcome.job.expected else ""
                 print(f"---- {outcome.job.tool}: {outcome.job.name}{missed}\n{outcome.said}", flush=True)
+    if os.environ.get("LINT_TIMES"):
+        Path(os.environ["LINT_TIMES"]).write_text("".join(f"{o.seconds:.1f} {o.ok} {o.job.tool} {o.job.name}\n" for o in outcomes))
     for tool in given.tools:
         own = [outcome for outcome in outcomes if outcome.job.tool == tool]
         print(f"{tool}: {sum(o.ok for o in own)} of {len(own)} as they should be, {sum(o.seconds for o in own):.0f} s")
