@@ -141,7 +141,9 @@ TEST_CASE("hostile: the time is in proportion to the size") {
                                                 "\" placement_frame=\"l\"><link name=\"l\"/></model>";
                                        }))},
   };
-  for (const auto &[title, text] : texts) {
+  for (const auto &each : texts) {
+    const char *const title = each.first;
+    const std::string &text = each.second;
     CAPTURE(title);
     CAPTURE(text.size());
     // debug builds and busy machines take some times as long; what grows with the square takes a hundred times
