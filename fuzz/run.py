@@ -8,7 +8,8 @@ libFuzzer.  Its seeds are in fuzz/corpus/FORMAT, where NAME begins with FORMAT; 
 fuzz/FORMAT.dict, if there are any.  What a run finds new is kept in build/fuzz/corpus/NAME for the next, and a text that
 breaks a promise in build/fuzz/found/NAME.
 
-A program fuzz_NAME_with_FAULT has a fault that it must find.  Only --runs writes records, fuzz-NAME.json."""
+A program fuzz_NAME_with_FAULT has a fault that it must find; targets in Python have those of fuzz/python/target.py, which a
+variable of the environment plants.  With --runs these are run too, and records are written: fuzz-NAME.json."""
 
 import argparse
 import os
@@ -17,6 +18,7 @@ import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -24,19 +26,35 @@ BUILD = ROOT / "build/fuzz"
 PROGRAMS = BUILD / "fuzz"
 PATIENCE = 300
 """Seconds in which a fault that was planted must be found."""
+PROMISED = 10_000_000
+"""Executions of each target."""
 LONGEST = 1500
 """Bytes of a text.  Long ones take their time, and show little that short ones don't."""
 
 
+PYTHON_FAULTS = ("raw error", "control character", "slow", "not finite")
+"""Those of fuzz/python/target.py, which can be imported only where Atheris is."""
+
+
+@dataclass(frozen=True)
+class Target:
+    name: str
+    command: list[str]
+    fault: str = ""  # that was planted
+
+    @property
+    def environment(self):
+        return os.environ | ({"KSL_FUZZ_FAULT": self.fault} if self.fault in PYTHON_FAULTS else {})
+
+
 def targets():
-    """Name and command of each target; a fault that was planted comes after the name, or None."""
     found = []
     for program in sorted(PROGRAMS.glob("fuzz_*")):
         if program.is_file() and os.access(program, os.X_OK):
             name, _, fault = program.name.removeprefix("fuzz_").partition("_with_")
-            found.append((name, [str(program)], fault or None))
+            found.append(Target(name, [str(program)], fault.replace("_", " ")))
     for file in sorted((ROOT / "fuzz/python").glob("fuzz_*.py")):
-        found.append((file.stem.removeprefix("fuzz_"), [sys.executable, str(file)], None))
+        found += [Target(file.stem.removeprefix("fuzz_"), [sys.executable, str(file)], fault) for fault in ("", *PYTHON_FAULTS)]
     return found
 
 
@@ -63,9 +81,10 @@ def seeds_of(name):
     return [folder for folder in folders if folder.exists()]
 
 
-def run(name, command, fault, limits):
+def run(target, limits):
     """Executions, seconds, and what the target says at the end."""
-    kept = BUILD / "corpus" / (f"{name}_with_{fault}" if fault else name)
+    name = target.name
+    kept = BUILD / "corpus" / (f"{name} with {target.fault}".replace(" ", "_") if target.fault else name)
     found = BUILD / "found" / kept.name
     for folder in (kept, found):
         folder.mkdir(parents=True, exist_ok=True)
@@ -83,7 +102,8 @@ def run(name, command, fault, limits):
         arguments.append(f"-dict={words}")
     start = time.monotonic()
     done = subprocess.run(
-        [*command, *arguments, kept, *seeds_of(name)],
+        [*target.command, *arguments, kept, *seeds_of(name)],
+        env=target.environment,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
@@ -98,21 +118,21 @@ def run(name, command, fault, limits):
     }
 
 
-def faults_of(name, all_targets):
+def faults_of(target, all_targets):
     """{fault: was it found}.  A fault is found if the target ends with a report."""
     outcome = {}
-    for other, command, fault in all_targets:
-        if other == name and fault:
-            result = run(other, command, fault, [f"-max_total_time={PATIENCE}"])
+    for other in all_targets:
+        if other.name == target.name and other.fault:
+            result = run(other, [f"-max_total_time={PATIENCE}"])
             caught = not result["ok"] and re.search(r"ERROR: |broken promise: |runtime error: ", result["said"])
-            outcome[fault.replace("_", " ")] = "caught" if caught else "missed"
+            outcome[other.fault] = "caught" if caught else "missed"
     return outcome
 
 
 def record(name, results, faults):
     executions = sum(result["executions"] for result in results)
     seconds = sum(result["seconds"] for result in results)
-    kept = all(result["ok"] for result in results) and "missed" not in faults.values()
+    kept = executions >= PROMISED and all(result["ok"] for result in results) and "missed" not in faults.values()
     command = [
         sys.executable,
         ROOT / "scripts/trust/record.py",
@@ -133,14 +153,13 @@ def record(name, results, faults):
 
 
 def work(target, asked, all_targets):
-    name, command, _ = target
-    faults = faults_of(name, all_targets)
+    faults = faults_of(target, all_targets) if asked.runs else {}
     limits = [f"-max_total_time={asked.seconds}"] if asked.seconds else [f"-runs={asked.runs}"]
-    result = run(name, command, None, limits)
+    result = run(target, limits)
     if asked.runs:
-        record(name, [result], faults)
-    planted = "; ".join(f"{fault}: {outcome}" for fault, outcome in faults.items()) or "no fault planted"
-    print(f"fuzz-{name}: {result['executions']:,} executions in {result['seconds']:.0f} s; {planted}", flush=True)
+        record(target.name, [result], faults)
+    planted = "; ".join(f"{fault}: {outcome}" for fault, outcome in faults.items()) or "no planted fault was run"
+    print(f"fuzz-{target.name}: {result['executions']:,} executions in {result['seconds']:.0f} s; {planted}", flush=True)
     if not result["ok"]:
         print("\n".join(result["said"].splitlines()[-40:]), flush=True)
     return result["ok"] and "missed" not in faults.values()
@@ -154,11 +173,11 @@ def main():
     parser.add_argument("--only", nargs="*", default=[], metavar="NAME")
     asked = parser.parse_args()
     all_targets = targets()
-    chosen = [target for target in all_targets if target[2] is None and (not asked.only or target[0] in asked.only)]
+    chosen = [target for target in all_targets if not target.fault and (not asked.only or target.name in asked.only)]
     if not chosen:
         sys.exit("there is no such target; make fuzz-build makes them")
-    for name, _, _ in chosen:
-        seeds_of(name)
+    for target in chosen:
+        seeds_of(target.name)  # made before the targets share the machine
     with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
         ended = list(pool.map(lambda target: work(target, asked, all_targets), chosen))
     sys.exit(not all(ended))

@@ -67,7 +67,8 @@ void check_robot(faces::robot &r, const ksl::algorithm_row &row, Cpp cpp, C c, C
   without_memory<S>(faces, c, expected);
   for (std::vector<S> &x : expected.numbers)
     x.pop_back(); // the number that nobody writes
-  for (const auto &[count, threads] : {std::pair<std::size_t, int>{1, 1}, {n, 2}}) {
+  for (const auto &[states, threads] : {std::pair<std::size_t, int>{1, 1}, {n, 2}}) {
+    const std::size_t count = states;
     CAPTURE(count);
     first_batch<S>(faces, cpp_batch, count, threads, faces.first(expected, count));
     first_batch<S>(faces, c_batch, count, threads, faces.first(expected, count));

@@ -141,9 +141,9 @@ TEST_CASE("hostile: the time is in proportion to the size") {
                                                 "\" placement_frame=\"l\"><link name=\"l\"/></model>";
                                        }))},
   };
-  for (const auto &each : texts) {
-    const char *const title = each.first;
-    const std::string &text = each.second;
+  for (const auto &named : texts) {
+    const auto &title = named.first;
+    const auto &text = named.second;
     CAPTURE(title);
     CAPTURE(text.size());
     // debug builds and busy machines take some times as long; what grows with the square takes a hundred times
