@@ -5,7 +5,7 @@
 
 What a compiler or analyser says stands below the name of its job; the last lines are the counts.  --record writes
 test/trust/results/static-analysis.json.  --all reads what else would take longer than the tests allow: every kernel with clang-tidy, and
-every public header alone with gcc as C++ too."""
+every public header alone with gcc as C++ too.  The variable LINT_TIMES names a file for the seconds that each job took."""
 
 import argparse
 import concurrent.futures
@@ -78,11 +78,12 @@ def header_jobs(everything):
 
 
 def tidy_jobs(every, everything):
-    """Sources, with the headers that they include; kernels for one instruction set, and unless everything is wanted that group alone
-    which has most headers, the derivatives.  The static analyser, which follows paths, is off for
-    kernels: each is one long path of arithmetic, which takes it minutes.  Sanitizers see what the tests run of them.  Lanes of numbers
-    are counted there by sizeof(P) / sizeof(T), which are one type where a number has one lane.  It is off too for the generated calls of
-    all algorithms, which have one form and take minutes; calls.cpp has what they call."""
+    """Sources, with the headers that they include; kernels for one instruction set, and unless everything is wanted the derivatives alone,
+    which include most headers.
+
+    The static analyser, which follows paths, is off for kernels: each is one long path of arithmetic, which takes it minutes.  It is off
+    too for the generated calls of all algorithms, which have one form and take minutes together.  Sanitizers see what the tests run of
+    both.  Lanes of numbers in kernels are counted by sizeof(P) / sizeof(T), which are one type where a number has one lane."""
     for unit in every:
         if unit.is_test or unit.march not in ("", "-march=x86-64-v3"):
             continue
