@@ -35,6 +35,7 @@ struct leading_shape {
   leading_shape() = default;
   leading_shape(const npy_intp *lengths, int n) : axes(n) { std::copy_n(lengths, n, length); }
   leading_shape(const leading_shape &other) : leading_shape(other.length, other.axes) {}
+  // NOLINTNEXTLINE(bugprone-unhandled-self-assignment,cert-oop54-cpp): numbers that are copied onto themselves stay what they are
   leading_shape &operator=(const leading_shape &other) {
     axes = other.axes;
     std::copy_n(other.length, axes, length);
@@ -74,8 +75,9 @@ struct leading_shape {
 class row_array {
 public:
   row_array() = default;
-  row_array(nb::handle array, int columns, int row_axes)
-      : array_(array.is_none() ? nullptr : reinterpret_cast<PyArrayObject *>(array.ptr())), columns_(columns), row_axes_(row_axes) {}
+  row_array(PyArrayObject *array, int columns, int row_axes) : array_(array), columns_(columns), row_axes_(row_axes) {}
+  row_array(nb::handle array, int columns, int row_axes) // or None
+      : row_array(array.is_none() ? nullptr : reinterpret_cast<PyArrayObject *>(array.ptr()), columns, row_axes) {}
 
   bool none() const { return !array_; }
   int columns() const { return columns_; }

@@ -91,7 +91,7 @@ struct argument {
     const auto given = reinterpret_cast<PyArrayObject *>(object.ptr());
     return PyArray_NDIM(given) > 0 && std::strchr("fiubc", PyArray_DESCR(given)->kind) != nullptr;
   }
-  void read() { array = {object, columns, 1}; }
+  void read() { array = {reinterpret_cast<PyArrayObject *>(object.ptr()), columns, 1}; } // is_array(), or made one by Python
 };
 
 /// Numbers are checked and then computed in parts of this size, which stay in the inner caches in between.

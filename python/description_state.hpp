@@ -104,7 +104,7 @@ private:
     else
       get(std::move(from), x.emplace());
   }
-  template <class T> static void get(nb::object from, std::vector<T> &all) {
+  template <class T> static void get(const nb::object &from, std::vector<T> &all) {
     for (nb::handle each : nb::cast<nb::list>(from))
       get(nb::borrow(each), all.emplace_back());
   }

@@ -6,6 +6,8 @@
 #ifndef KSL_ENGINE_BUILDING_H
 #define KSL_ENGINE_BUILDING_H
 
+#include "ksl/engine.h"
+
 KSL_BEGIN_C
 
 /** Links and joints that are collected. */

@@ -50,7 +50,7 @@ def load(
     except TypeError:
         raise ValueError(f"path is {type(path).__name__}; expected the path of a robot file") from None
     except UnicodeEncodeError:
-        said = f"{ascii(path)} is no path, since no bytes stand for one of its characters; correct it"
+        said = f"{path!a} is no path, since no bytes stand for one of its characters; correct it"
         raise DescriptionError(said) from None
     if "<" in file and ">" in file:
         raise DescriptionError("the path of the file is the contents of one; ksl.load_string(text) reads these")

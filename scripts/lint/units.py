@@ -57,7 +57,7 @@ def units():
         for word in words:
             if word.startswith("-march="):
                 march = word
-            elif word.startswith(("-D", "-std=")):
+            elif word.startswith(("-D", "-U", "-std=", "-fvisibility")):
                 options.append(word)
             elif word.startswith("-I"):
                 folder = Path(word[2:])

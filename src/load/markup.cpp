@@ -157,12 +157,12 @@ std::string fault_of_attributes(pugi::xml_node node, const std::string &tag) {
   for (const pugi::xml_attribute attribute : node.attributes()) {
     const std::string_view name = attribute.name(), value = attribute.value();
     names.push_back(name);
-    if (const std::string fault = name_fault("the name of an attribute of " + tag, name); !fault.empty())
+    if (std::string fault = name_fault("the name of an attribute of " + tag, name); !fault.empty())
       return fault;
     if (value.size() > limits::value_bytes)
       return std::string(name) + " of " + tag + too_long(value.size());
     if (name == "name")
-      if (const std::string fault = name_fault("the name of " + tag, value); !fault.empty())
+      if (std::string fault = name_fault("the name of " + tag, value); !fault.empty())
         return fault;
   }
   if (names.size() > limits::attributes)
@@ -172,10 +172,10 @@ std::string fault_of_attributes(pugi::xml_node node, const std::string &tag) {
 
 /// What is wrong with one element, whatever is around it.
 std::string fault_of(pugi::xml_node node) {
-  if (const std::string fault = name_fault("the name of an element", node.name()); !fault.empty())
+  if (std::string fault = name_fault("the name of an element", node.name()); !fault.empty())
     return fault;
   const std::string tag = "<" + std::string(node.name()) + ">";
-  if (const std::string fault = fault_of_attributes(node, tag); !fault.empty())
+  if (std::string fault = fault_of_attributes(node, tag); !fault.empty())
     return fault;
   for (const pugi::xml_node child : node.children())
     if (const std::string_view text = child.value(); text.size() > limits::value_bytes)
@@ -205,7 +205,7 @@ std::optional<element_fault> fault_in_elements(const pugi::xml_document &documen
         return element_fault{node, "<" + shortened(node.name(), 100) + "> is in " + std::to_string(limits::depth) +
                                        " other elements; at most " + std::to_string(limits::depth) +
                                        " may be in each other"};
-      if (const std::string fault = fault_of(node); !fault.empty())
+      if (std::string fault = fault_of(node); !fault.empty())
         return element_fault{node, owner_of(node) + fault};
     }
     if (node.first_child()) {

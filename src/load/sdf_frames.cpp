@@ -19,6 +19,7 @@ SE3<double> inverse(const SE3<double> &a) {
   return out;
 }
 
+// NOLINTNEXTLINE(performance-unnecessary-value-param): try_emplace moves it, but leaves it as it is where the name is taken
 void frame_graph::add(const std::string &full_name, frame f) {
   if (full_name.size() > limits::name_bytes + own_frame.size())
     f.where.refuse("its name, with those of the models around it, has " + std::to_string(full_name.size()) +
@@ -143,7 +144,7 @@ std::string frame_graph::link_of(const std::string &full_name) const {
     name = found(f.scope, f.attached_to, f.where, role(f, f.attached_to, "attached_to"));
   }
   const auto known = links_.find(name);
-  const std::string link = known == links_.end() ? name : known->second;
+  std::string link = known == links_.end() ? name : known->second;
   for (const std::string &each : path)
     links_[each] = link;
   return link;

@@ -1,5 +1,8 @@
 // Bodies work on several states at once: a scalar of lanes whose comparisons are masks, which no `if` would accept, and
 // whose lanes take different sides of every choice.  And packs, the scalar of lanes that KSL itself uses.
+#ifdef __GNUC__ // packs wider than this build's registers are passed between functions of this file alone
+#pragma GCC diagnostic ignored "-Wpsabi"
+#endif
 #include "ksl/algebra.hpp"
 #include "ksl/pack.hpp"
 

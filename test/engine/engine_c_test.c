@@ -546,9 +546,10 @@ static void test_unknown_enumerators(const char *path) {
 
 /* What a call would have created is null where it fails, whatever the reason. */
 static void test_nothing_created(const char *path) {
-  ksl_model_t *const some_model = (ksl_model_t *)path, *m = some_model;
-  ksl_data_t *const some_data = (ksl_data_t *)path, *d = some_data;
-  ksl_builder_t *b = (ksl_builder_t *)path;
+  char some; /* anything with an address */
+  ksl_model_t *const some_model = (ksl_model_t *)(void *)&some, *m = some_model;
+  ksl_data_t *const some_data = (ksl_data_t *)(void *)&some, *d = some_data;
+  ksl_builder_t *b = (ksl_builder_t *)(void *)&some;
   CHECK(ksl_data_create(NULL, &d) == KSL_BAD_ARGUMENT && !d);
   CHECK(ksl_model_load(NULL, NULL, &m) == KSL_BAD_ARGUMENT && !m);
   m = some_model;

@@ -9,7 +9,7 @@ import sys
 from dataclasses import asdict
 from pathlib import Path
 
-from mutator import Mutant, Mutator
+from mutator import Mutator
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent

@@ -17,7 +17,6 @@ import sys
 import time
 import tomllib
 from collections import Counter
-from pathlib import Path
 
 from build import HERE, ROOT, Build, files
 

@@ -6,7 +6,6 @@ What differs is in DIFFERENT, with its reason; an entry that is no longer needed
 import importlib.util
 import re
 import warnings
-from pathlib import Path
 
 import numpy as np
 import pytest
