@@ -122,7 +122,9 @@ NB_MODULE(_core, module) {
       PyErr_SetString(error.ptr(), e.what());
     } catch (const ksl::result_error &e) {
       nb::object error = nb::module_::import_("ksl.errors").attr("ResultError");
-      PyErr_SetString(error.ptr(), e.what());
+      nb::object raised = error(e.what());
+      raised.attr("state") = e.state;
+      PyErr_SetObject(error.ptr(), raised.ptr());
     }
   });
 

@@ -22,7 +22,9 @@ class DescriptionError(_Sentence, ValueError):
 
 class ResultError(_Sentence, ValueError):
     """Finite arguments have a result that is not finite: numbers are too large for the precision, or a joint moves no mass at this
-    position.  Names the joint, or the first such number, and the state."""
+    position.  Names the joint, or the first such number, and the state, whose number in the batch is also in `state`."""
+
+    state: int
 
 
 class MotionError(_Sentence, ValueError):

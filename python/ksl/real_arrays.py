@@ -13,11 +13,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-_WORDS = {"M": "dates", "m": "durations", "S": "bytes", "U": "texts", "V": "records", "c": "complex numbers: .real takes the real parts"}
+_WORDS = {"M": "dates", "m": "durations", "S": "bytes", "U": "texts", "V": "records"}
 
 
 class _NotNumbers(ValueError):
     """What an array holds instead."""
+
+
+class _Complex(ValueError):
+    """Complex numbers, of this type."""
 
 
 def real_array(x: Any, what: str) -> NDArray[Any]:
@@ -28,6 +32,8 @@ def real_array(x: Any, what: str) -> NDArray[Any]:
     try:
         array = np.from_dlpack(x) if hasattr(x, "__dlpack__") and not hasattr(x, "__array__") else np.asarray(x)
         return _real(x, array)
+    except _Complex as e:
+        raise ValueError(f"{what} is complex ({e}); expected real numbers: .real takes the real parts") from None
     except _NotNumbers as e:
         raise ValueError(f"{what} holds {e}; expected numbers") from None
     except (TypeError, ValueError, BufferError, OverflowError, RecursionError):
@@ -50,6 +56,8 @@ def _real(x: Any, array: NDArray[Any]) -> NDArray[Any]:
         if others:
             raise _NotNumbers(f"objects ({others[0]})")
         return array.astype(float)
+    if array.dtype.kind == "c":
+        raise _Complex(array.dtype)
     raise _NotNumbers(_WORDS.get(array.dtype.kind, f"{array.dtype}"))
 
 

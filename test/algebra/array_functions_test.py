@@ -172,7 +172,8 @@ EDGES = """
 import ctypes, mmap, sys
 sys.path.insert(0, sys.argv[1])
 import numpy as np
-from array_functions_test import FUNCTIONS, WIDTHS, DTYPE, Library, call
+from array_functions_test import FUNCTIONS, WIDTHS, DTYPE, call
+from library import Library
 library, page = Library(), mmap.PAGESIZE
 libc = ctypes.CDLL(None, use_errno=True)
 
@@ -205,7 +206,8 @@ SCRIPT = """
 import sys
 sys.path.insert(0, sys.argv[1])
 import numpy as np
-from array_functions_test import FUNCTIONS, WIDTHS, DTYPE, Library, call, samples
+from array_functions_test import FUNCTIONS, WIDTHS, DTYPE, call, samples
+from library import Library
 library, all_results = Library(), []
 for name, (scalar, types, out) in FUNCTIONS.items():
     x = samples(name, 37, 5)

@@ -135,6 +135,7 @@ def test_json(file):
 def test_fix_on_the_command_line(file, tmp_path):
     path = file(changed(('axis xyz="0 1 0"', 'axis xyz="0 0 5"'), ('effort="80"', 'effort="0"')))
     out = tmp_path / "new" / "out.urdf"
+    out.parent.mkdir()
     done = run(path, "--fix", out)
     assert done.returncode == 1 and 'joint elbow: <axis> xyz: "0 0 5" is now "0 0 1" (axis-not-unit)' in " ".join(
         done.stdout.split()

@@ -10,6 +10,7 @@ import shutil
 import signal
 import sys
 from contextlib import contextmanager
+from collections.abc import Iterator
 from pathlib import Path
 
 import killing
@@ -406,12 +407,13 @@ def test_a_disk_that_is_full_for_names_leaves_the_earlier_set(tmp_path, monkeypa
 
 
 @pytest.fixture(scope="module")
-def work(tmp_path_factory) -> Path:
+def work(tmp_path_factory) -> Iterator[Path]:
     folder = tmp_path_factory.mktemp("writers")
-    writers.same_date()
-    writers.sweeps_in_this_process()
-    writers.export_a_small_page()
-    return folder
+    with writers.stand_ins_end():
+        writers.same_date()
+        writers.sweeps_in_this_process()
+        writers.export_a_small_page()
+        yield folder
 
 
 @pytest.fixture(scope="module")

@@ -215,7 +215,7 @@ def test_the_number_of_threads_is_checked(threads):
     for wrong in (-1, 5000):
         with pytest.raises(ValueError, match="0 for all cores"):
             threads(wrong)
-    with pytest.raises(TypeError):
+    with pytest.raises(ValueError, match="0 for all cores"):
         threads("2")
     assert threads(1) == 0
 

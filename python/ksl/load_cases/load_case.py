@@ -9,6 +9,7 @@ import numpy as np
 
 from ksl import _core
 from ksl.calls import Calls
+from ksl.errors import MotionError, ResultError
 from ksl.motions.motion import Motion
 from ksl.states import Array, Order, Point, Side
 
@@ -105,7 +106,14 @@ class LoadCase:
         wanted += [] if in_joint_axes else self._requests("total", "joint", "lin_ang")
         if self.model.follower_names:
             wanted.append(self.model._request("child", "joint", "joint", "lin_ang", "coupling", self.model.follower_names))
-        tau, *found = self.model._with_reactions(m.q[rows], m.v[rows], m.a[rows], external, tuple(wanted), threads)
+        try:
+            tau, *found = self.model._with_reactions(m.q[rows], m.v[rows], m.a[rows], external, tuple(wanted), threads)
+        except ResultError as e:
+            sample = (rows.start or 0) + e.state
+            raise MotionError(
+                f"{self.motion_file or self.name}: sample {sample + 1} (time {m.time[sample]:.9g}): {e}; "
+                "positions, rates, external wrenches or masses are too large: check their units (rad, m, s, N, N m, kg)"
+            ) from None
         coupling = self._coupling(found.pop()) if self.model.follower_names else np.empty((len(m.time[rows]), 0))
         each = 1 + len(p.points)
         total, constraint, *others = [self._merged(found[i : i + each]) for i in range(0, len(found), each)]

@@ -165,8 +165,11 @@ def wrench_table(
 
 def motion_of_arrays(model: Calls, time: ArrayLike, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None) -> Motion:
     """The motion of samples at `time` (n); what is None is differentiated.  Raises MotionError."""
-    t, positions = _real("time", time), _real("q", argument(q, "q", model.nq, model._core))
-    given = [None if x is None else _real(name, argument(x, name, model.nv, model._core)) for name, x in (("v", v), ("a", a))]
+    try:
+        t, positions = _real("time", time), _real("q", argument(q, "q", model.nq, model._core))
+        given = [None if x is None else _real(name, argument(x, name, model.nv, model._core)) for name, x in (("v", v), ("a", a))]
+    except ValueError as error:
+        raise MotionError(str(error)) from None
     given = [np.broadcast_to(x, (len(t), model.nv)) if x is not None and x.shape == (model.nv,) and t.ndim == 1 else x for x in given]
     if t.ndim != 1 or positions.shape != (len(t), model.nq) or any(x is not None and x.shape != (len(t), model.nv) for x in given):
         shapes = [None if x is None else x.shape for x in given]
