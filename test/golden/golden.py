@@ -31,7 +31,7 @@ STRICT = {"gcc": ["-ffp-contract=off", "-fno-tree-slp-vectorize"], "clang": ["-f
 ALGORITHMS = sorted((ROOT / "src/engine/algorithms").glob("*/*.cpp"))
 HOST = [
     *(f"engine/{name}.cpp" for name in ("coupled", "dynamics", "dynamics_calls", "canonical_axes", "examine", "data", "joint_physics", "model", "model_builder")),
-    "engine/dispatch.cpp", "batch/batch.cpp", "batch/batch_calls.cpp", "batch/threads.cpp",
+    "engine/dispatch.cpp", "batch/batch.cpp", "batch/batch_calls.cpp", "batch/cores.cpp", "batch/threads.cpp",
     *(f"load/{name}.cpp" for name in ("check", "mimic", "unused", "words")),
 ]  # fmt: skip
 
