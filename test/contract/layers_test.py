@@ -10,10 +10,10 @@ INCLUDE, SRC = ROOT / "include", ROOT / "src"
 
 LAYERS = [
     ("bodies and types", r"include/ksl/(detail/.*|config\.h|types\.h)"),
-    ("C algebra", r"include/ksl/(compat/|(?!engine\.h))[^/]*\.h"),
+    ("C algebra", r"include/ksl/(compat/|(?!engine(_\w+)?\.h))[^/]*\.h"),
     ("template algebra", r"include/ksl/(isa|algebra|pack|spatial)\.hpp"),
     ("engine", r"include/ksl/engine/.*\.hpp"),
-    ("owning model, dispatched calls, C ABI", r"include/ksl/([^/]*\.hpp|engine\.h)"),
+    ("owning model, dispatched calls, C ABI", r"include/ksl/([^/]*\.hpp|engine(_\w+)?\.h)"),
     ("library", r"src/.*"),
     ("Python module", r"python/.*"),
 ]

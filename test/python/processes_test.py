@@ -56,7 +56,7 @@ for _ in range(220):
     if child == 0:
         os._exit(0 if same() else 1)
     codes.add(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
-print(codes, same())
+print(codes, same(), flush=True)
 os._exit(0)
 """
     assert output(code.replace("import os,", "import faulthandler; faulthandler.dump_traceback_later(50, exit=True)\nimport os,", 1), examples) == "{0} True"
