@@ -336,7 +336,7 @@ def test_damaged_and_unknown_partitions(tmp_path):
 
 def test_a_folder_that_cannot_be_written(tmp_path):
     (tmp_path / "file").write_text("in the way")
-    with pytest.raises(OSError, match=r"can't be written there \(Not a directory\)"):
+    with pytest.raises(OSError, match="file: is no folder, so results can't be written there; move it away"):
         ksl.sweep(PANDA, described(SPEED), tmp_path / "file", workers=1)
     full = OSError(errno.ENOSPC, "No space left on device")
     with pytest.MonkeyPatch.context() as m, pytest.raises(OSError, match=r"can't be written there \(No space left on device\); free some space"):

@@ -13,10 +13,10 @@ from ksl.output.stage import stage_in
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """A path for the block to write to.  If it ends without an exception, that file is `path`, and otherwise nothing has changed.
+    """A path for the block to write to.  If the block ends without an exception, its file becomes `path`; otherwise nothing changes.
 
-    The folder must exist: only folders of results are made by themselves.  Of a symbolic link the file is replaced to which it leads.  Devices
-    and pipes are written to as they are.  Raises OutputError.
+    The folder must exist: only folders of results are made where they are missing.  Where `path` is a symbolic link, the file to which it
+    leads is replaced.  Devices and pipes are written to directly.  Raises OutputError, also for every OSError of the block.
     """
     place = Path(os.path.realpath(path)) if path.is_symlink() else path
     if not place.absolute().parent.is_dir():
