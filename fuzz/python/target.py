@@ -16,12 +16,13 @@ from pathlib import Path
 
 import atheris
 
+from ksl.limits import MESSAGE_LENGTH
+
 ROOT = Path(__file__).resolve().parents[2]
 SLOWEST = 2e-6
-"""s for each byte, twice the bound of 1 s/MB since coverage is counted while it runs …"""
+"""Seconds for each byte.  Twice the promised 1 s/MB, since counting coverage takes time as well."""
 LEAST = 0.5
-"""… and s that any text may take, on a machine that does other things as well."""
-LONGEST_MESSAGE = 4200
+"""Seconds that any text may take besides: other programs run on the same machine."""
 FAULT = "KSL_FUZZ_FAULT"
 """Names a fault that is planted into the readers: a run that does not find it shows nothing."""
 FAULTS = ("raw error", "control character", "slow", "not finite")
@@ -56,12 +57,14 @@ def kept(read: Callable[[bytes], object], errors: tuple[type[Exception], ...]) -
 
 
 def check_message(text: str) -> None:
-    if not text or len(text) > LONGEST_MESSAGE or any(c != "\u00a0" and not c.isprintable() for c in text if c not in ALLOWED):
+    if not text or len(text) > MESSAGE_LENGTH or any(not c.isprintable() for c in text if c not in ALLOWED):
         raise BrokenPromise(f"broken promise: a message of {len(text)} characters that can't be printed: {text[:400]!r}")
 
 
-ALLOWED = frozenset(chr(c) for c in range(0xA0, 0x110000) if not chr(c).isprintable() and not (0x2028 <= c <= 0x202E or 0x2060 <= c <= 0x206F or 0xD800 <= c <= 0xDFFF or c in (0x61C, 0x200B, 0x200E, 0x200F, 0xFEFF)))
-"""Blanks of other scripts, joiners of emoji, characters that Python's Unicode tables lack."""
+REPLACED = frozenset((0x61C, 0x200B, 0x200E, 0x200F, 0xFEFF, *range(0x2028, 0x202F), *range(0x2060, 0x2070), *range(0xD800, 0xE000)))
+"""Marks of direction, invisible characters and surrogates, which no message may hold."""
+ALLOWED = frozenset(chr(c) for c in range(0xA0, 0x110000) if not chr(c).isprintable() and c not in REPLACED)
+"""Characters that Python does not call printable, but that are: blanks of other scripts, joiners of emoji, and what its Unicode tables lack."""
 
 
 def finite(numbers: object, what: str) -> None:

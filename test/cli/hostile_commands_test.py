@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import ksl
+from ksl import limits
 from ksl.csv_cells import csv_table, csv_text, text_of_cell
 from ksl.printable import one_line, printable, sentence
 
@@ -60,7 +61,8 @@ def test_printable_text():
     assert printable("a\x1b[31m\u202eb\nc\td\x9b") == "a\\x1b[31m\\u202eb\nc\td\\u009b"
     assert one_line("a\nb\r\u2028") == "a\\x0ab\\x0d\\u2028"
     assert printable("Gelenk 关节 مفصل ü\u00a0é 👩\u200d🚀") == "Gelenk 关节 مفصل ü\u00a0é 👩\u200d🚀", "names in any script stay"
-    assert len(sentence("x" * 10_000_000)) < 4100
+    for unit in ("x", "\x1b", "\u202e"):  # which are six characters each when they are made visible
+        assert len(sentence(unit * 1_000_000)) <= limits.MESSAGE_LENGTH and sentence(f"{unit}{'y' * 5000}z").endswith("yyz")
     assert printable("\udcff") == "\\udcff", "a byte of a path that is not UTF-8"
 
 
