@@ -98,7 +98,6 @@ def _load(
         raise DescriptionError(f"{file}: this is MJCF, which is read by the package mujoco; install it with: pip install 'ksl[mjcf]'") from None
     if text is None and not _is_utf_8(file):
         readable = os.fsencode(file).decode("utf-8", "backslashreplace")
-        readable = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in readable)
         raise DescriptionError(f"{readable}: MuJoCo reads only paths in UTF-8; rename the file or its folder")
     said: list[str] = []
     handler = mujoco.get_mju_user_warning()
@@ -351,7 +350,7 @@ def _one_line(text: object) -> str:
 
 def _common_name(names: list[str]) -> str:
     """hip of hip_x and hip_y; a+b of names that have no word in common."""
-    common = os.path.commonprefix(names)
+    common = os.path.commonprefix(names)  # noqa: RUF071 - letters in common are meant, not folders
     word = common.rstrip("_-./ ")
     ends_there = common != word or all(re.fullmatch("[xyzXYZ0-9]?", name[len(common) :]) for name in names)
     return word if word and ends_there else "+".join(names)

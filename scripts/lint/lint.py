@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
-from units import BUILD, COMPILERS, ROOT, command, units  # noqa: E402
-from warning_options import options  # noqa: E402
+from units import BUILD, COMPILERS, ROOT, command, units
+from warning_options import options
 
 FAULTS = ROOT / "scripts/lint/faults"
 PYTHON = ["python", "scripts", "test", "bench", "examples", "docs", "fuzz"]

@@ -36,7 +36,7 @@ HOST = [
 ]  # fmt: skip
 
 sys.path.insert(0, str(HERE))
-from make_programs import algebra, libm, wrapped  # noqa: E402
+from make_programs import algebra, libm, wrapped
 
 WRAP = [f"-Wl,--wrap={name}" for name in wrapped()]
 

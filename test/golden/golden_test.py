@@ -12,7 +12,7 @@ import pytest
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
-import golden  # noqa: E402
+import golden
 
 
 def built(folder: Path, compiler: str, level: str, isa: str, *flags: str) -> golden.Build:

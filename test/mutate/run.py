@@ -105,7 +105,7 @@ def equivalent_mutants(scope, mutants):
         if entry["file"] in others:
             continue
         lines = sources.setdefault(entry["file"], (ROOT / entry["file"]).read_text().splitlines())
-        one_of = lambda value: value if isinstance(value, list) else [value]  # noqa: E731
+        one_of = lambda value: value if isinstance(value, list) else [value]
         fits = [
             m
             for m in mutants
