@@ -15,8 +15,8 @@ sys.path.insert(0, str(HERE))
 import golden
 
 
-def built(folder: Path, compiler: str, level: str, isa: str, *flags: str) -> golden.Build:
-    return golden.Build(folder, compiler, level, isa, list(flags))
+def built(folder: Path, compiler: str, level: str, isa: str) -> golden.Build:
+    return golden.Build(folder, compiler, level, isa, [])
 
 
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
@@ -34,10 +34,9 @@ def test_every_function_of_the_algebra_has_a_line():
     assert names <= set(golden.rows(golden.TABLE.read_text()))
 
 
-def test_a_planted_fault_is_seen(tmp_path):
-    """Contraction, which rounds once instead of twice, gives other hashes of many functions."""
-    build = built(tmp_path, "gcc", "2", "x86-64-v3", "-ffp-contract=fast")
-    assert len(golden.differences(golden.rows(build.algebra()), ["algebra"])) > 100
+def test_a_planted_fault_is_seen():
+    """Contraction, which rounds once instead of twice, changes the hashes of many functions."""
+    assert golden.planted() == "caught"
 
 
 def test_the_engine_is_that_of_the_table(tmp_path):
