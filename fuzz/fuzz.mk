@@ -1,6 +1,6 @@
-# Readers against texts that nobody wrote.  The long run also plants faults into each target, which must find them.
+# Readers get texts that a fuzzer makes.  The long run also plants faults into each target, which must find them.
 # make fuzz-short   20 s for each target
-# make fuzz         10,000,000 executions for each, about half an hour on two cores for each two; writes its records
+# make fuzz         10,000,000 executions of each target, and its record; two targets take about half an hour on two cores
 
 .PHONY: fuzz fuzz-short fuzz-build
 FUZZ_RUNS ?= 10000000

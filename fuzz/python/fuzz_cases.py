@@ -1,4 +1,4 @@
-"""Files of load cases.  Files that they name are refused here: a text must not make the target read what lies on this machine."""
+"""Files of load cases.  The files that they name are not read here: a text must not make the target read files of this machine."""
 
 import atheris
 

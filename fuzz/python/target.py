@@ -75,7 +75,7 @@ def finite(numbers: object, what: str) -> None:
 
 
 def plant(fault: str, data: bytes) -> None:
-    """The faults: each shows itself only for texts that hold a certain word, as faults of readers do."""
+    """Plants a fault.  It shows only for texts that hold a certain character, as faults of readers do."""
     if b"(" not in data:
         return
     if fault == "raw error":
