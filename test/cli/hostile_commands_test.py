@@ -139,14 +139,19 @@ def test_files_hold_no_formulas_and_read_back(hostile, tmp_path):
 # the last resort
 
 
-@pytest.mark.parametrize("kind", ["MemoryError", "RecursionError", "KeyError", "UnicodeEncodeError", "PermissionError", "AssertionError"])
+@pytest.mark.parametrize("kind", ["MemoryError", "RecursionError", "KeyError", "UnicodeEncodeError", "PermissionError", "OutputError", "AssertionError"])
 def test_every_command_ends_in_a_sentence(hostile, kind):
     """A fault is planted into what all commands call."""
-    how = {"UnicodeEncodeError": "UnicodeEncodeError('utf-8', 'a', 0, 1, 'b')", "PermissionError": "PermissionError(13, 'no', 'file')"}.get(kind, f"{kind}('x\\x1b')")
-    code = f"import ksl.loading, sys\ndef load(*a, **o): raise {how}\nksl.loading.load = load\nfrom ksl.__main__ import main\nmain()"
+    special = {
+        "UnicodeEncodeError": "UnicodeEncodeError('utf-8', 'a', 0, 1, 'b')",
+        "PermissionError": "PermissionError(13, 'no', 'file')",
+        "OutputError": "ksl.output.OutputError('folder: is full')",
+    }
+    how = special.get(kind, f"{kind}('x\\x1b')")
+    code = f"import ksl.loading, ksl.output, sys\ndef load(*a, **o): raise {how}\nksl.loading.load = load\nfrom ksl.__main__ import main\nmain()"
     p = subprocess.run([sys.executable, "-c", code, "info", hostile / "robot.urdf"], capture_output=True, timeout=60)
     said = is_sentence(p)
-    expected = {"MemoryError": "not enough memory", "PermissionError": "file: can't be read", "UnicodeEncodeError": "codec"}
+    expected = {"MemoryError": "not enough memory", "PermissionError": "file: can't be read", "UnicodeEncodeError": "codec", "OutputError": "ksl: folder: is full"}
     assert expected.get(kind, "KSL_TRACEBACK=1") in said
 
 
