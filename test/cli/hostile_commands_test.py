@@ -82,24 +82,24 @@ def test_cells_of_tables():
 
 
 @pytest.mark.parametrize(
-    "arguments",
+    ("arguments", "status"),
     [
-        ("info", "robot.urdf"),
-        ("info", "robot.urdf", "--json"),
-        ("check", "robot.urdf", "--all"),
-        ("check", "robot.urdf", "--json"),
-        ("loads", "robot.urdf", "motion.csv", "-o", "OUT", "--csv"),
-        ("hold", "robot.urdf"),
-        ("motion", "robot.urdf", "--kind", "minjerk", "-o", "OUT.csv"),
-        ("loads", "\x1b[31m.urdf", "\u202e.csv"),
-        ("\x1b[31m",),
-        ("info", "robot.urdf", "\x1b[31m"),
-        ("loads", "robot.urdf", "motion.csv", "--on", "\u202e"),
+        (("info", "robot.urdf"), 0),
+        (("check", "robot.urdf", "--all"), 1),
+        (("check", "robot.urdf", "--json"), 1),
+        (("loads", "robot.urdf", "motion.csv", "-o", "OUT", "--csv"), 0),
+        (("hold", "robot.urdf"), 0),
+        (("motion", "robot.urdf", "--kind", "minjerk", "-o", "OUT.csv"), 0),
+        (("loads", "\x1b[31m.urdf", "\u202e.csv"), 2),
+        (("\x1b[31m",), 2),
+        (("info", "robot.urdf", "\x1b[31m"), 2),
+        (("loads", "robot.urdf", "motion.csv", "--on", "\u202e"), 2),
     ],
-    ids=lambda a: a[0].strip("\x1b[") + str(len(a)) if isinstance(a, tuple) else None,
+    ids=["info", "check", "check --json", "loads", "hold", "motion", "names of files", "a command", "an argument", "an option"],
 )
-def test_nothing_but_printable_text_is_printed(hostile, tmp_path, arguments):
+def test_nothing_but_printable_text_is_printed(hostile, tmp_path, arguments, status):
     p = run(*(a.replace("OUT", str(tmp_path / "out")) for a in arguments), inside=hostile)
+    assert p.returncode == status and p.stdout + p.stderr, p.stderr.decode()
     for text in (p.stdout.decode(), p.stderr.decode()):
         assert not CONTROL.search(text), text
         assert "Traceback" not in text
