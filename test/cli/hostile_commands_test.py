@@ -151,7 +151,9 @@ def test_every_command_ends_in_a_sentence(hostile, kind):
     code = f"import ksl.loading, ksl.output, sys\ndef load(*a, **o): raise {how}\nksl.loading.load = load\nfrom ksl.__main__ import main\nmain()"
     p = subprocess.run([sys.executable, "-c", code, "info", hostile / "robot.urdf"], capture_output=True, timeout=60)
     said = is_sentence(p)
-    expected = {"MemoryError": "not enough memory", "PermissionError": "file: can't be read", "UnicodeEncodeError": "codec", "OutputError": "ksl: folder: is full"}
+    expected = {
+        "MemoryError": "not enough memory", "PermissionError": "file: can't be read", "UnicodeEncodeError": "codec", "OutputError": "ksl: folder: is full",
+    }  # fmt: skip
     assert expected.get(kind, "KSL_TRACEBACK=1") in said
 
 

@@ -111,7 +111,8 @@ def programs(kind, folder, log):
     if not kind.before:
         junit = folder / "ctest.xml"
         junit.unlink(missing_ok=True)
-        run(["ctest", "--test-dir", folder, "--output-on-failure", "--timeout", "3000", "-j2", "--output-junit", junit], env=environment(kind), stdout=log, stderr=log)
+        ctest = ["ctest", "--test-dir", folder, "--output-on-failure", "--timeout", "3000", "-j2", "--output-junit", junit]
+        run(ctest, env=environment(kind), stdout=log, stderr=log)
         return outcome_of(junit)
     tests = json.loads(said_by("ctest", "--test-dir", str(folder), "--show-only=json-v1"))["tests"]
     bad = [test["name"] for test in tests if run([*kind.before, *test["command"]], env=environment(kind), stdout=log, stderr=log).returncode]
