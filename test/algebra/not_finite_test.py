@@ -3,7 +3,7 @@
 A function that the table lacks, or whose row is not what happens, fails.  `python test/algebra/not_finite_test.py` writes the table.
 test/python/not_finite_calls_test.py tests the algorithms.
 
-NaN: "propagates": nan_test.py tests it for every number.  "documented": functions of dense equations, as docs/algebra.md says; not tested here.
+NaN: "propagates": nan_test.py tests it for every number.  "documented": functions of dense equations, as docs/algebra.md says; dense_not_finite_test.py tests it.
 "-": the function takes no numbers, or prints or allocates.
 Infinity, in each number of each argument in turn: "not finite" if all results that depend on the number are infinite or NaN; "some finite" if one
 can be finite, as those of atan2, of a quotient, or of a choice.

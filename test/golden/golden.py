@@ -123,8 +123,8 @@ def write_table(found: dict[str, tuple[str, str]]) -> None:
     TABLE.write_text("\n".join(lines) + "\n")
 
 
-PLANTED = "-ffp-contract=fast"
-"""A fault: products and sums that are rounded once instead of twice."""
+PLANTED = "-ffp-contract=on"
+"""A fault: products and sums that are rounded once instead of twice.  clang does that without optimisation too, which compiles faster."""
 NOTICED = 100
 """Functions at least whose hashes it must change."""
 
@@ -132,7 +132,7 @@ NOTICED = 100
 def planted() -> str:
     """Whether the table tells a build of the algebra with the fault."""
     with tempfile.TemporaryDirectory() as folder:
-        found = rows(Build(Path(folder), "gcc", "2", "x86-64-v3", [PLANTED]).algebra())
+        found = rows(Build(Path(folder), "clang", "0", "x86-64-v3", [PLANTED]).algebra())
     return "caught" if len(differences(found, ["algebra"])) > NOTICED else "missed"
 
 
