@@ -205,7 +205,7 @@ def table(result):
     ]
     for kind in ("sign", "index", "operator"):
         _, k, n = result.counts([m for m in result.chosen if result.mutants[m].kind == kind])
-        lines.append(f"| {kind} | {n} | {k / n:.1%} |")
+        lines.append(f"| {kind} | {n} | {f'{k / n:.1%}' if n else ''} |")
     lines += ["", "| file | mutants | noticed | not | not reached |", "|---|---|---|---|---|"]
     for file in sorted({m.file for m in result.mutants.values()}):
         fc, k, n = result.counts([m for m in result.chosen if result.mutants[m].file == file])
