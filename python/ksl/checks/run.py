@@ -157,7 +157,7 @@ def _rule_names(names: Iterable[str] | str, argument: str) -> list[str]:
 
 
 def findings_of_bytes(data: bytes, path: str = "robot.urdf") -> Findings:
-    """The findings of the contents of a file, which messages call by this path; what the loader says is left out."""
+    """The findings of all rules but `not-loaded`, in the contents of a file.  path: its name in messages.  The loader is not called."""
     from ksl.checks.xml_file import check_xml, parse_bytes
 
     robot = RobotFile(Path(path))

@@ -36,8 +36,8 @@ _OTHERS = {
     b"\xd0\xcf\x11\xe0": "an old Excel workbook; save the sheet as CSV",
     b"\x28\xb5\x2f\xfd": "compressed by zstd; unpack it, or compress it by gzip",
     b"ARROW1": "an Arrow file; save the motion as Parquet",
-    b"%PDF": "a PDF",
-    b"\x7fELF": "a program",
+    b"%PDF": "a PDF; give the table that it was made from",
+    b"\x7fELF": "a program; give a motion",
 }
 
 
