@@ -33,7 +33,7 @@ LONGEST = 1500
 """Bytes of a text.  Longer ones take more time and show little more."""
 
 
-PYTHON_FAULTS = ("raw error", "control character", "slow", "not finite")
+PYTHON_FAULTS = ("raw error", "control character", "slow", "not finite", "text that is taken")
 """Those of fuzz/python/target.py, which can't be imported where Atheris is not installed."""
 
 

@@ -6,26 +6,31 @@ characters, of bounded length, in time that is linear in the text.  Everything e
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
+import tempfile
 import time
 import traceback
 import warnings
 from collections.abc import Callable
-from pathlib import Path
 
 import atheris
+import guided
+import numpy as np
+from mutate import Mutator
 
 from ksl.limits import MESSAGE_LENGTH
 
-ROOT = Path(__file__).resolve().parents[2]
 SLOWEST = 2e-6
 """Seconds for each byte.  Twice the promised 1 s/MB, since counting coverage takes time as well."""
 LEAST = 0.5
 """Seconds that any text may take besides: other programs run on the same machine."""
 FAULT = "KSL_FUZZ_FAULT"
 """Names a fault that is planted into the readers: a run that does not find it shows nothing."""
-FAULTS = ("raw error", "control character", "slow", "not finite")
+TAKEN = "text that is taken"
+"""The fault that shows itself only for texts that the reader takes: the mutations must not break them all."""
+FAULTS = ("raw error", "control character", "slow", "not finite", TAKEN)
 
 
 class BrokenPromise(BaseException):
@@ -44,6 +49,8 @@ def kept(read: Callable[[bytes], object], errors: tuple[type[Exception], ...]) -
             if planted:
                 plant(planted, data)
             read(data)
+            if planted == TAKEN and b"(" in data:
+                raise KeyError("planted behind the reader")
         except errors as e:
             check_message(str(e))
         except Exception as e:  # whatever it is, it is a broken promise
@@ -57,19 +64,24 @@ def kept(read: Callable[[bytes], object], errors: tuple[type[Exception], ...]) -
 
 
 def check_message(text: str) -> None:
-    if not text or len(text) > MESSAGE_LENGTH or any(not c.isprintable() for c in text if c not in ALLOWED):
-        raise BrokenPromise(f"broken promise: a message of {len(text)} characters that can't be printed: {text[:400]!r}")
+    if not text or len(text) > MESSAGE_LENGTH:
+        raise BrokenPromise(f"broken promise: a message of {len(text)} characters: {text[:400]!r}")
+    check_characters(text)
 
 
-REPLACED = frozenset((0x61C, 0x200B, 0x200E, 0x200F, 0xFEFF, *range(0x2028, 0x202F), *range(0x2060, 0x2070), *range(0xD800, 0xE000)))
-"""Marks of direction, invisible characters and surrogates, which no message may hold."""
-ALLOWED = frozenset(chr(c) for c in range(0xA0, 0x110000) if not chr(c).isprintable() and c not in REPLACED)
-"""Characters that Python does not call printable, but that are: blanks of other scripts, joiners of emoji, and what its Unicode tables lack."""
+def check_characters(text: str) -> None:
+    if not (text.isprintable() or all(map(_may_be_printed, text))):
+        raise BrokenPromise(f"broken promise: text that can't be printed: {text[:400]!r}")
+
+
+def _may_be_printed(c: str) -> bool:
+    """Blanks of other scripts, joiners of emoji, and characters that Python's Unicode tables lack are no danger."""
+    code = ord(c)
+    turns = 0x2028 <= code <= 0x202E or 0x2060 <= code <= 0x206F or code in (0x61C, 0x200B, 0x200E, 0x200F, 0xFEFF)
+    return c.isprintable() or (code >= 0xA0 and not turns and not 0xD800 <= code <= 0xDFFF)
 
 
 def finite(numbers: object, what: str) -> None:
-    import numpy as np
-
     if not np.isfinite(np.asarray(numbers, dtype=float)).all():
         raise BrokenPromise(f"broken promise: {what} of a text that was taken are not finite")
 
@@ -91,8 +103,13 @@ def plant(fault: str, data: bytes) -> None:
         finite([float("nan")], "planted numbers")
 
 
-def run(read: Callable[[bytes], object], *errors: type[Exception]) -> None:
-    """Runs a target with the arguments of libFuzzer."""
+def run(read: Callable[[bytes], object], mutator: Mutator, *errors: type[Exception]) -> None:
+    """Runs a target with the arguments of libFuzzer.  errors: those that the reader may raise."""
     warnings.simplefilter("ignore")
-    atheris.Setup(sys.argv, kept(read, errors))
-    atheris.Fuzz()
+    guided.register()
+    gc.freeze()  # what was imported is no garbage, and need not be looked at again and again
+    with tempfile.NamedTemporaryFile(suffix=".dict") as words:
+        words.write(guided.dictionary())
+        words.flush()
+        atheris.Setup([*sys.argv, f"-dict={words.name}"], kept(read, errors), custom_mutator=mutator)
+        atheris.Fuzz()

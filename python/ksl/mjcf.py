@@ -130,11 +130,16 @@ def _model(
     masses: str | None,
     said: list[str],
 ) -> Model:
-    reader = _Reader(mj, independent)
-    reader.builder._core.read_from(file, reader.unused_lines(), said)
-    if floating_base and not (mj.jnt_type == FREE).any():
-        raise DescriptionError(f"{file}: a floating base is asked for, but no body has a <freejoint>; add one, or don't ask for that")
-    core = reader.builder._core.build(False, strict, gravity, given.payload_points(payloads), masses is not None)
+    try:
+        with np.errstate(all="ignore"):  # numbers beyond the range, which the builder refuses
+            reader = _Reader(mj, independent)
+            reader.builder._core.read_from(file, reader.unused_lines(), said)
+            if floating_base and not (mj.jnt_type == FREE).any():
+                raise DescriptionError("a floating base is asked for, but no body has a <freejoint>; add one, or don't ask for that")
+            core = reader.builder._core.build(False, strict, gravity, given.payload_points(payloads), masses is not None)
+    except ValueError as e:
+        sentence = "a name in it is not UTF-8; save the file in UTF-8, or give other names" if isinstance(e, UnicodeDecodeError) else str(e)
+        raise DescriptionError(sentence if not file or sentence.startswith(f"{file}:") else f"{file}: {sentence}") from None
     return Model(core, layout=reader.layout)
 
 

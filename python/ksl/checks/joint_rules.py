@@ -41,9 +41,11 @@ def axis_not_unit(robot: RobotFile) -> Iterator[Broken]:
     for joint in robot.joints:
         if joint.kind not in WITH_AXIS or joint.axis is None or not joint.axis.any():
             continue
-        length = float(np.linalg.norm(joint.axis))
+        largest = float(abs(joint.axis).max())
+        shape = joint.axis / largest  # the square of a large number may be beyond the range of numbers
+        length = largest * float(np.linalg.norm(shape))
         if abs(length - 1) > UNIT:
-            unit = " ".join(digits(x) for x in joint.axis / length)
+            unit = " ".join(digits(x) for x in shape / np.linalg.norm(shape))
             given = " ".join(shown(x) for x in joint.axis)
             fix = set_attribute(joint.axis_element, "xyz", unit) if robot.format == "urdf" else None
             yield Broken(
