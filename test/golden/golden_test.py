@@ -12,11 +12,11 @@ import pytest
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
-import golden  # noqa: E402
+import golden
 
 
-def built(folder: Path, compiler: str, level: str, isa: str, *flags: str) -> golden.Build:
-    return golden.Build(folder, compiler, level, isa, list(flags))
+def built(folder: Path, compiler: str, level: str, isa: str) -> golden.Build:
+    return golden.Build(folder, compiler, level, isa, [])
 
 
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
@@ -34,10 +34,9 @@ def test_every_function_of_the_algebra_has_a_line():
     assert names <= set(golden.rows(golden.TABLE.read_text()))
 
 
-def test_a_planted_fault_is_seen(tmp_path):
-    """Contraction, which rounds once instead of twice, gives other hashes of many functions.  clang contracts without optimisation, too."""
-    build = built(tmp_path, "clang", "0", "x86-64-v3", "-ffp-contract=on")
-    assert len(golden.differences(golden.rows(build.algebra()), ["algebra"])) > 100
+def test_a_planted_fault_is_seen():
+    """Contraction, which rounds once instead of twice, changes the hashes of many functions."""
+    assert golden.planted() == "caught"
 
 
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
