@@ -1,4 +1,4 @@
-// Threads that can't be created, and the cores that a process may use.
+// Threads that can't be created, the cores that a process may use, and programs that end while threads compute.
 #include "../engine/robots.hpp"
 #include "batch/cores.hpp"
 #include "batch/threads.hpp"
@@ -10,9 +10,14 @@
 
 #include <atomic>
 #include <cerrno>
+#include <chrono>
 #include <climits>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
 #include <dirent.h>
 #include <dlfcn.h>
+#include <new>
 #include <pthread.h>
 #include <sched.h>
 #include <sys/wait.h>
@@ -24,6 +29,8 @@ namespace {
 
 std::atomic<int> threads_allowed{INT_MAX}, threads_asked{0};
 
+std::atomic<bool> waits_for_late_batch{false}, key_is_deleted{false}, late_batch_is_done{false};
+
 } // namespace
 
 /// As many threads as allowed; then the system has no more.
@@ -32,6 +39,18 @@ extern "C" int pthread_create(pthread_t *thread, const pthread_attr_t *attribute
   static const function create = reinterpret_cast<function>(dlsym(RTLD_NEXT, "pthread_create"));
   ++threads_asked;
   return threads_allowed-- > 0 ? create(thread, attributes, begin, argument) : EAGAIN;
+}
+
+/// The library deletes its key while the program ends.  In one test it then waits for a thread's first batch, which needs memory.
+extern "C" int pthread_key_delete(pthread_key_t key) {
+  static const auto real = reinterpret_cast<int (*)(pthread_key_t)>(dlsym(RTLD_NEXT, "pthread_key_delete"));
+  const int status = real(key);
+  if (waits_for_late_batch.exchange(false)) {
+    key_is_deleted = true;
+    for (int tenths = 0; tenths < 300 && !late_batch_is_done; ++tenths)
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  return status;
 }
 
 namespace {
@@ -58,10 +77,11 @@ template <class Work> int in_child(Work work) {
 
 struct batch_of_states {
   ksl::model m = ksl::load(KSL_EVERY_KIND);
-  std::size_t n = 20'000;
+  std::size_t n;
   std::vector<double> q, v, expected;
 
-  batch_of_states() : q(n * static_cast<std::size_t>(m.nq())), v(n * static_cast<std::size_t>(m.nv())) {
+  explicit batch_of_states(std::size_t count)
+      : n(count), q(n * static_cast<std::size_t>(m.nq())), v(n * static_cast<std::size_t>(m.nv())) {
     for (std::size_t i = 0; i < q.size(); ++i)
       q[i] = static_cast<double>(i % 13) - 6.1;
     for (std::size_t i = 0; i < v.size(); ++i)
@@ -80,8 +100,24 @@ struct batch_of_states {
 };
 
 batch_of_states &states() {
-  static batch_of_states s;
+  static batch_of_states s(20'000);
   return s;
+}
+
+/// Others, which live on while the program ends and destroys its objects.
+batch_of_states &lasting_states() {
+  static batch_of_states &s = *new batch_of_states(2'000);
+  return s;
+}
+
+/// Runs it in a forked child that it ends by std::exit.  The child's status; −1 where it was killed, also after a minute.
+template <class Work> int exit_status(Work work) {
+  std::fflush(nullptr); // or the child would write what is left in buffers once more
+  return in_child([&] {
+    alarm(60);
+    work();
+    return 255; // it did not exit
+  });
 }
 
 } // namespace
@@ -113,6 +149,71 @@ TEST_CASE("it is not asked at each call") {
     return threads_asked.load();
   });
   CHECK(asked == 1);
+}
+
+TEST_CASE("exit while a thread runs batches on several threads: the program ends at once, with its status") {
+  lasting_states();
+  for (int round = 0; round < 40; ++round) {
+    CAPTURE(round);
+    const int found = exit_status([&] {
+      ksl::assume_cores(4);
+      static std::atomic<int> batches{0};
+      static std::atomic<bool> same{true};
+      std::thread([] {
+        for (;; ++batches)
+          if (lasting_states().found(4) != lasting_states().expected)
+            same = false;
+      }).detach();
+      while (batches < 2)
+        std::this_thread::yield();
+      std::this_thread::sleep_for(std::chrono::microseconds(97 * round)); // at another moment of a batch each time
+      std::exit(same ? 30 + round : 0);
+    });
+    CHECK(found == 30 + round);
+  }
+}
+
+TEST_CASE("exit while new threads make their first batches: none of them lacks memory") {
+  lasting_states();
+  for (int round = 0; round < 10; ++round) {
+    CAPTURE(round);
+    const int found = exit_status([&] {
+      ksl::assume_cores(3);
+      static std::atomic<int> threads{0};
+      for (int starter = 0; starter < 2; ++starter)
+        std::thread([] {
+          for (;; ++threads)
+            std::thread([] { lasting_states().found(3); }).join();
+        }).detach();
+      while (threads < 4)
+        std::this_thread::yield();
+      std::this_thread::sleep_for(std::chrono::microseconds(203 * round));
+      std::exit(50 + round);
+    });
+    CHECK(found == 50 + round);
+  }
+}
+
+TEST_CASE("a thread's first batch after the library has deleted the key of its memory") {
+  lasting_states();
+  const int found = exit_status([] {
+    static std::atomic<bool> refused{false};
+    std::thread([] {
+      while (!key_is_deleted)
+        std::this_thread::yield();
+      try {
+        refused = lasting_states().found(1) != lasting_states().expected;
+      } catch (const std::bad_alloc &) {
+        refused = true;
+      }
+      if (refused)
+        _exit(1);
+      late_batch_is_done = true;
+    }).detach();
+    waits_for_late_batch = true;
+    std::exit(7);
+  });
+  CHECK(found == 7);
 }
 
 TEST_CASE("no more threads than the process may use cores, whatever is asked for") {
