@@ -1,5 +1,7 @@
 /* Arguments of the C interface: what is wrong is refused in a sentence with its status, and what is absent gives nothing.  Single
    precision gives the numbers of double precision, rounded. */
+#include "c_checks.h"
+
 #include <ksl/engine.h>
 #include <ksl/ksl.h>
 
@@ -7,23 +9,8 @@
 #include <stdio.h>
 #include <string.h>
 
-static int failures;
-
-#define CHECK(condition)                                                                                               \
-  do {                                                                                                                 \
-    if (!(condition)) {                                                                                                \
-      ++failures;                                                                                                      \
-      printf("%s:%d: %s; last message: %s\n", __FILE__, __LINE__, #condition, ksl_error_message());                    \
-    }                                                                                                                  \
-  } while (0)
-
 /* The call is refused as a bad argument, in one line that has the words. */
-#define CHECK_BAD(call, words)                                                                                         \
-  do {                                                                                                                 \
-    CHECK((call) == KSL_BAD_ARGUMENT);                                                                                 \
-    CHECK(strstr(ksl_error_message(), words) != NULL);                                                                 \
-    CHECK(strchr(ksl_error_message(), '\n') == NULL);                                                                  \
-  } while (0)
+#define CHECK_BAD(call, words) CHECK_REFUSED(call, KSL_BAD_ARGUMENT, words)
 
 #define INERTIAL "<inertial><origin xyz='0 0 -0.7'/><mass value='1.3'/><inertia ixx='0.1' iyy='0.1' izz='0.1' ixy='0' ixz='0' iyz='0'/></inertial>"
 /* Two pendulums, the second of which follows the first, and a socket. */
@@ -405,5 +392,5 @@ int main(int argc, char **argv) {
   test_builders(argv[1]);
   ksl_data_free(d);
   ksl_model_free(m);
-  return failures;
+  return exit_status();
 }
