@@ -22,6 +22,7 @@ long long take_number(std::string_view &text) {
   return error == std::errc() ? number : -1;
 }
 
+/// Cores that a quota in each period comes to, rounded up; 0: no limit.
 std::size_t cores_of(long long quota, long long period) {
   if (quota <= 0 || period <= 0)
     return 0;
@@ -41,6 +42,12 @@ bool lists(std::string_view words, std::string_view word) {
 
 #if defined(__linux__)
 
+/// least = the smaller limit, where 0 is none.
+void lower(std::size_t &least, std::size_t limit) {
+  if (limit && (!least || limit < least))
+    least = limit;
+}
+
 /// The beginning of a file, or nothing where it can't be read.  A stream of the C library would allocate.
 template <std::size_t size> std::string_view contents(const char *path, char (&buffer)[size]) {
   const int file = open(path, O_RDONLY | O_CLOEXEC);
@@ -53,6 +60,7 @@ template <std::size_t size> std::string_view contents(const char *path, char (&b
   return {buffer, n};
 }
 
+/// What the quota of one group comes to; 0: none.  folder: where the hierarchy of that version is mounted.
 std::size_t cores_of_group(const char *folder, std::string_view path, bool version_2) {
   char name[4352], first[64], second[64];
   const auto file = [&](const char *last) {
@@ -70,8 +78,7 @@ std::size_t cores_of_group(const char *folder, std::string_view path, bool versi
 std::size_t least_quota(const char *folder, std::string_view path, bool version_2) {
   std::size_t least = 0;
   while (true) {
-    if (const std::size_t cores = cores_of_group(folder, path == "/" ? "" : path, version_2); cores && (!least || cores < least))
-      least = cores;
+    lower(least, cores_of_group(folder, path == "/" ? "" : path, version_2));
     if (path.empty() || path == "/")
       return least;
     path = path.substr(0, path.rfind('/'));
@@ -83,10 +90,8 @@ std::size_t quota_of_process() {
   const std::string_view groups = contents("/proc/self/cgroup", buffer);
   std::size_t least = 0;
   const auto limit = [&](const char *folder, std::string_view path, bool version_2) {
-    if (path.empty())
-      return;
-    if (const std::size_t cores = least_quota(folder, path, version_2); cores && (!least || cores < least))
-      least = cores;
+    if (!path.empty())
+      lower(least, least_quota(folder, path, version_2));
   };
   limit("/sys/fs/cgroup", path_of_group(groups, ""), true);
   limit("/sys/fs/cgroup/unified", path_of_group(groups, ""), true); // beside version 1
