@@ -75,10 +75,7 @@ inline int body_without_mass(const model_view<double> &model, const forward_dyna
 inline int joint_of_body(const model &m, int body) {
   while (m.view().body[body].link < 0) // inside a universal joint
     ++body;
-  for (std::size_t j = 0; j < m.joints().size(); ++j)
-    if (m.joints()[j].link == m.view().body[body].link)
-      return static_cast<int>(j);
-  return -1;
+  return m.joint_above(m.view().body[body].link);
 }
 
 /// The joint that has coordinate k of a user's v: an index into m.joints().

@@ -237,6 +237,21 @@ TEST_CASE("finite results: with mimic joints and hundreds of coordinates it is n
   CHECK_THROWS_WITH_AS(ksl::forward_dynamics_batch(m, x.batch, 1), doctest::Contains("forward_dynamics: a[0] is nan"), ksl::result_error);
 }
 
+TEST_CASE("finite results: a universal joint whose first axis passes through the mass is named") {
+  ksl::robot_description r = robots::pendulum(1, 1);
+  r.links[1].inertia = robots::solid(1, {1, 0, 0}); // on the first axis, x, unless the joint is turned about the second
+  r.joints[0].kind = ksl::joint_kind::universal, r.joints[0].axis = {1, 0, 0}, r.joints[0].axis2 = {0, 1, 0};
+  const ksl::model m(r);
+  CHECK(m.massless_joint() == -1);
+  ksl::data d(m);
+  const double q[2] = {0.3, 0}, turned[2] = {0.3, 0.4}, v[2] = {0, 0}, tau[2] = {1, 1};
+  double a[2];
+  CHECK_THROWS_WITH_AS(ksl::forward_dynamics(m, d, q, v, tau, a), doctest::Contains("joint shoulder, at this position"), ksl::result_error);
+  ksl::forward_dynamics(m, d, turned, v, tau, a);
+  const double lever = std::sin(0.4), weight = 9.81 * lever * std::sin(0.3); // about the first axis
+  CHECK(a[0] == doctest::Approx((1 - weight) / (lever * lever)).epsilon(1e-12));
+}
+
 TEST_CASE("finite results: a free joint that carries no inertia is named") {
   ksl::robot_description r = robots::pendulum(1, 1);
   r.links.push_back(robots::link("loose"));
