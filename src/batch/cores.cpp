@@ -87,16 +87,7 @@ std::size_t least_quota(const char *folder, std::string_view path, bool version_
 
 std::size_t quota_of_process() {
   char buffer[4096];
-  const std::string_view groups = contents("/proc/self/cgroup", buffer);
-  std::size_t least = 0;
-  const auto limit = [&](const char *folder, std::string_view path, bool version_2) {
-    if (!path.empty())
-      lower(least, least_quota(folder, path, version_2));
-  };
-  limit("/sys/fs/cgroup", path_of_group(groups, ""), true);
-  limit("/sys/fs/cgroup/unified", path_of_group(groups, ""), true); // beside version 1
-  limit("/sys/fs/cgroup/cpu", path_of_group(groups, "cpu"), false);
-  return least;
+  return quota_of_groups(contents("/proc/self/cgroup", buffer), "/sys/fs/cgroup");
 }
 
 /// How many cores the first thread of the process may run on, which others inherit; 0: unknown.  The calling thread may have been tied
@@ -127,6 +118,23 @@ std::size_t cores_of_cpu_max(std::string_view cpu_max) noexcept {
 
 std::size_t cores_of_quota(std::string_view quota, std::string_view period) noexcept {
   return cores_of(take_number(quota), take_number(period));
+}
+
+std::size_t quota_of_groups([[maybe_unused]] std::string_view groups, [[maybe_unused]] const char *mounted_at) noexcept {
+  std::size_t least = 0;
+#if defined(__linux__)
+  const auto limit = [&](const char *hierarchy, const char *controller) {
+    char folder[256];
+    std::snprintf(folder, sizeof folder, "%s%s", mounted_at, hierarchy);
+    const std::string_view path = path_of_group(groups, controller);
+    if (!path.empty())
+      lower(least, least_quota(folder, path, *controller == '\0'));
+  };
+  limit("", "");
+  limit("/unified", ""); // beside version 1
+  limit("/cpu", "cpu");
+#endif
+  return least;
 }
 
 std::string_view path_of_group(std::string_view groups, std::string_view controller) noexcept {

@@ -4,6 +4,7 @@
 #include "engine/massless_joint.hpp"
 #include "engine/thread_memory.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -52,15 +53,17 @@ template <class S> bool finite(const S *x, std::ptrdiff_t n) {
   return true;
 }
 
-/// An argument in whose place a result was written is taken as finite.
+/// Was a result written in place of an argument, which is then not known any more?
+template <class S> bool is_overwritten(const algorithm_row &row, const state_view<S> &s, const S *argument) {
+  return std::any_of(s.result, s.result + row.results, [&](const S *result) { return result == argument; });
+}
+
+/// An argument that is not known any more is taken as finite.
 template <class S> bool finite_arguments(const algorithm_row &row, const model &m, const state_view<S> &s) {
   bool well = finite(s.external.wrench, 6 * std::ptrdiff_t(s.external.n));
   for (int i = 0; i < row.inputs; ++i) {
     const S *const x = input_of(s, row.input_list[i]);
-    bool overwritten = false;
-    for (int r = 0; r < row.results; ++r)
-      overwritten = overwritten || x == s.result[r];
-    well = well && (overwritten || finite(x, length_of(row.input_list[i], m.nq(), m.nv())));
+    well = well && (is_overwritten(row, s, x) || finite(x, length_of(row.input_list[i], m.nq(), m.nv())));
   }
   return well;
 }
@@ -72,13 +75,12 @@ bool has_moving_mass(const model &m) {
   return false;
 }
 
-/// The joint that moves no mass at the position of a state, or −1.
-template <class S> int joint_without_mass(const model &m, const massless_joint_workspace &w, const S *q) {
-  if (m.massless_joint() >= 0)
+/// The joint that moves no mass at the position of a state, or −1, also where that position is not known any more.
+template <class S>
+int joint_without_mass(const algorithm_row &row, const model &m, const massless_joint_workspace &w, const state_view<S> &s) {
+  if (m.massless_joint() >= 0 || is_overwritten(row, s, s.q))
     return m.massless_joint();
-  if (!q || !finite(q, m.nq()))
-    return -1; // a result was written over it
-  return massless_joint_at(m, w, q);
+  return massless_joint_at(m, w, s.q);
 }
 
 /// How a message begins.  It is put together where there is an error only, since that allocates.
@@ -96,7 +98,7 @@ void examine(const algorithm_row &row, const model &m, const massless_joint_work
     return;
   if (row.nan_without_mass && !has_moving_mass(m))
     return;
-  if (const int joint = row.needs_mass ? joint_without_mass(m, w, s.q) : -1; joint >= 0)
+  if (const int joint = row.needs_mass ? joint_without_mass(row, m, w, s) : -1; joint >= 0)
     throw result_error(beginning(row, state, of_batch) + m.massless_joint_text(joint), state, joint);
   if (found.finite)
     return;

@@ -125,6 +125,17 @@ TEST_CASE("finite results: overflow is an error of one state and of batches, NaN
   ksl::inverse_dynamics_batch(m, b, 1);
 }
 
+TEST_CASE("finite results: an upper triangle, and a centre of mass, that single precision can't hold") {
+  const ksl::model m(robots::double_pendulum(1, 1e25, 1, 1e25)), far(robots::pendulum(1, 1e39));
+  const float q[4] = {0.3f, 0.4f, 0.3f, 0.4f};
+  float M[8], c[6];
+  ksl::batch_view<float> batch;
+  batch.n = 2, batch.q = {q, 2}, batch.result[0] = {M, 4};
+  CHECK_THROWS_WITH_AS(ksl::mass_matrix_upper_batch(m, batch, 1), doctest::Contains("mass_matrix_upper: state 0: M[0] is"), ksl::result_error);
+  batch.q = {q, 1}, batch.result[0] = {c, 3};
+  CHECK_THROWS_WITH_AS(ksl::center_of_mass_batch(far, batch, 1), doctest::Contains("too large for single precision"), ksl::result_error);
+}
+
 TEST_CASE("finite results: a joint that moves no mass at one position is named") {
   const ksl::model m = bars();
   ksl::data d(m);
@@ -139,8 +150,15 @@ TEST_CASE("finite results: a joint that moves no mass at one position is named")
       CHECK(m.joints()[static_cast<std::size_t>(e.joint)].name == "shoulder");
       CHECK(std::string(e.what()).find("joint shoulder, at this position, can move without moving any mass") != std::string::npos);
     }
-    double in_place[2] = {1, -1};
+    double in_place[2] = {1, -1}, position[2] = {q[0], q[1]};
     CHECK_THROWS_AS(ksl::forward_dynamics(m, d, q, v, in_place, in_place), ksl::result_error);
+    try { // the position is not known any more, so that no joint is named, and large numbers pass
+      ksl::forward_dynamics(m, d, position, v, tau, position);
+      CHECK(std::fabs(position[0]) > 1e10);
+    } catch (const ksl::result_error &e) {
+      CHECK(e.joint == -1);
+      CHECK_FALSE(std::isfinite(position[0]));
+    }
   }
   const double good[2] = {0.4, 1.2}, tau[2] = {1, -1};
   ksl::forward_dynamics(m, d, good, v, tau, a);

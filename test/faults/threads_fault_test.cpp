@@ -17,9 +17,12 @@
 #include <cstdlib>
 #include <dirent.h>
 #include <dlfcn.h>
+#include <filesystem>
+#include <fstream>
 #include <new>
 #include <pthread.h>
 #include <sched.h>
+#include <string>
 #include <sys/wait.h>
 #include <thread>
 #include <unistd.h>
@@ -29,6 +32,7 @@ namespace {
 
 std::atomic<int> threads_allowed{INT_MAX}, threads_asked{0};
 
+std::atomic<bool> affinity_is_known{true};
 std::atomic<bool> waits_for_late_batch{false}, key_is_deleted{false}, late_batch_is_done{false};
 
 } // namespace
@@ -39,6 +43,15 @@ extern "C" int pthread_create(pthread_t *thread, const pthread_attr_t *attribute
   static const function create = reinterpret_cast<function>(dlsym(RTLD_NEXT, "pthread_create"));
   ++threads_asked;
   return threads_allowed-- > 0 ? create(thread, attributes, begin, argument) : EAGAIN;
+}
+
+/// A kernel for more cores than a caller has bits for refuses the question.
+extern "C" int sched_getaffinity(pid_t process, std::size_t size, cpu_set_t *set) noexcept {
+  static const auto real = reinterpret_cast<int (*)(pid_t, std::size_t, cpu_set_t *)>(dlsym(RTLD_NEXT, "sched_getaffinity"));
+  if (affinity_is_known)
+    return real(process, size, set);
+  errno = EINVAL;
+  return -1;
 }
 
 /// The library deletes its key while the program ends.  In one test it then waits for a thread's first batch, which needs memory.
@@ -255,6 +268,45 @@ TEST_CASE("affinity counts: of the process, and not of the thread that calls") {
     on_bound_thread = ksl::cores_of_process();
   }).join();
   CHECK(on_bound_thread == ksl::cores_of_process());
+}
+
+TEST_CASE("where the affinity is not known, all cores of the machine are taken") {
+  affinity_is_known = false;
+  CHECK(ksl::cores_of_process() >= 1);
+  CHECK(ksl::cores_of_process() <= std::thread::hardware_concurrency());
+  affinity_is_known = true;
+}
+
+TEST_CASE("the least quota of a control group and of those that it is in") {
+  namespace fs = std::filesystem;
+  char folder[] = "/tmp/ksl_groups_XXXXXX";
+  REQUIRE(mkdtemp(folder));
+  const auto write = [&](const std::string &file, const char *text) {
+    const fs::path path = folder + file;
+    fs::create_directories(path.parent_path());
+    std::ofstream(path) << text;
+  };
+  CHECK(ksl::quota_of_groups("0::/a/b\n", folder) == 0);
+  write("/a/b/cpu.max", "max 100000\n");
+  CHECK(ksl::quota_of_groups("0::/a/b\n", folder) == 0);
+  write("/a/cpu.max", "350000 100000\n");
+  CHECK(ksl::quota_of_groups("0::/a/b\n", folder) == 4);
+  CHECK(ksl::quota_of_groups("0::/a\n", folder) == 4);
+  CHECK(ksl::quota_of_groups("0::/\n", folder) == 0);
+  write("/cpu.max", "200000 100000\n"); // as in a container, where the group's path is one of the machine outside
+  CHECK(ksl::quota_of_groups("0::/outside/of/here\n", folder) == 2);
+  CHECK(ksl::quota_of_groups("0::/a/b\n", folder) == 2);
+  write("/a/b/cpu.max", "50000 100000\n");
+  CHECK(ksl::quota_of_groups("0::/a/b\n", folder) == 1);
+  write("/cpu/d/cpu.cfs_quota_us", "-1\n");
+  write("/cpu/d/cpu.cfs_period_us", "100000\n");
+  CHECK(ksl::quota_of_groups("5:cpu,cpuacct:/d\n", folder) == 0);
+  write("/cpu/d/cpu.cfs_quota_us", "300000\n");
+  CHECK(ksl::quota_of_groups("5:cpu,cpuacct:/d\n", folder) == 3);
+  CHECK(ksl::quota_of_groups("5:cpu,cpuacct:/d\n0::/a\n", folder) == 2);
+  write("/unified/e/cpu.max", "100000 100000\n");
+  CHECK(ksl::quota_of_groups("5:cpu,cpuacct:/d\n0::/e\n", folder) == 1);
+  fs::remove_all(folder);
 }
 
 TEST_CASE("quotas of control groups, as files give them") {
