@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <string>
 
 using ksl::joint_kind;
@@ -136,6 +137,21 @@ TEST_CASE("finite numbers whose products are not are refused, with the link that
     CHECK(has(refusal(r), "link hand: its place, or the inertia"));
     r.links.pop_back(), r.joints.pop_back();
   }
+}
+
+TEST_CASE("a follower that stands still limits nothing, and one that moves limits its leader") {
+  ksl::robot_description r = robots::double_pendulum(1, 1, 1, 1);
+  r.links.push_back(robots::link("third", robots::solid(1, {0, 0, -1})));
+  r.joints.push_back(robots::joint("knee", joint_kind::revolute, 2, 3, {0, 0, -1}, {0, 1, 0}));
+  r.joints[2].lower = 0.2, r.joints[2].upper = 0.4;
+  const auto range_of_leader = [&](double multiplier) {
+    r.joints[2].mimic = ksl::mimic_description{"elbow", multiplier, 0.3, {}};
+    return ksl::model(r).position_ranges()[1];
+  };
+  const ksl::model::position_range moved = range_of_leader(-2), still = range_of_leader(0);
+  CHECK(moved.lower == doctest::Approx(-0.05).epsilon(1e-12)); // 0.3 − 2 q is between 0.2 and 0.4
+  CHECK(moved.upper == doctest::Approx(0.05).epsilon(1e-12));
+  CHECK((still.lower == -std::acos(-1.0) && still.upper == std::acos(-1.0)));
 }
 
 TEST_CASE("a model is copied and moved with its arrays") {

@@ -79,7 +79,7 @@ TEST_CASE("derivatives of the reaction of a single joint, whose numbers fill no 
   const float qf = 0.8f, vf = 2.1f, af = -1.7f;
   const int link = 1;
   ksl::reaction_request request;
-  request.n = 1, request.link = &link;
+  request.n = 1, request.link = &link, request.axes = ksl::wrench_frame::world;
   double by_q[6], by_v[6], by_a[6], above[6], below[6], tau;
   float by_qf[6], by_vf[6], by_af[6];
   ksl::reactions_derivatives(m, d, &q, &v, &a, request, by_q, by_v, by_a);

@@ -32,7 +32,7 @@ namespace {
 
 std::atomic<int> threads_allowed{INT_MAX}, threads_asked{0};
 
-std::atomic<bool> affinity_is_known{true};
+std::atomic<bool> affinity_is_known{true}, keys_have_room{true};
 std::atomic<bool> waits_for_late_batch{false}, key_is_deleted{false}, late_batch_is_done{false};
 
 } // namespace
@@ -52,6 +52,12 @@ extern "C" int sched_getaffinity(pid_t process, std::size_t size, cpu_set_t *set
     return real(process, size, set);
   errno = EINVAL;
   return -1;
+}
+
+/// The C library allocates for the value of a key in a thread, if the program has many keys.
+extern "C" int pthread_setspecific(pthread_key_t key, const void *value) noexcept {
+  static const auto real = reinterpret_cast<int (*)(pthread_key_t, const void *)>(dlsym(RTLD_NEXT, "pthread_setspecific"));
+  return keys_have_room ? real(key, value) : ENOMEM;
 }
 
 /// The library deletes its key while the program ends.  In one test it then waits for a thread's first batch, which needs memory.
@@ -205,6 +211,16 @@ TEST_CASE("exit while new threads make their first batches: none of them lacks m
     });
     CHECK(found == 50 + round);
   }
+}
+
+TEST_CASE("a thread whose memory could not be freed at its end gets none, and the error says so") {
+  lasting_states();
+  std::thread([] {
+    keys_have_room = false;
+    CHECK_THROWS_AS(lasting_states().found(1), std::bad_alloc);
+    keys_have_room = true;
+    CHECK(lasting_states().found(1) == lasting_states().expected);
+  }).join();
 }
 
 TEST_CASE("a thread's first batch after the library has deleted the key of its memory") {
