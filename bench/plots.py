@@ -8,9 +8,9 @@ from typing import Any
 import matplotlib
 
 matplotlib.use("svg")
-import matplotlib.pyplot as plt  # noqa: E402
+import matplotlib.pyplot as plt
 
-import tables  # noqa: E402
+import tables
 
 Results = dict[str, Any]
 plt.rcParams |= {"svg.hashsalt": "ksl", "font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "axes.spines.top": False, "axes.spines.right": False}

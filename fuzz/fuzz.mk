@@ -1,6 +1,6 @@
-# Readers against texts that nobody wrote.  The long run also plants faults into each target, which must find them.
+# Readers get texts that a fuzzer makes.  The long run also plants faults into each target, which must find them.
 # make fuzz-short   20 s for each target
-# make fuzz         10,000,000 executions for each, about half an hour on two cores for each two; writes its records
+# make fuzz         10,000,000 executions of each target, and its record; each takes an hour of one core or less
 
 .PHONY: fuzz fuzz-short fuzz-build
 FUZZ_RUNS ?= 10000000
@@ -14,6 +14,6 @@ fuzz: fuzz-build
 
 fuzz-build: $(VENV)/.tested
 	scripts/system_packages.sh fuzz
-	$(BIN)/python -c 'import atheris' 2>/dev/null || $(BIN)/python -m pip install -q atheris
+	$(BIN)/python -c 'import atheris' 2>/dev/null || $(BIN)/python -m pip install -q atheris==3.0.0 # its patcher of bytecode is used
 	CC=clang CXX=clang++ cmake -G Ninja -DCMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja -S . -B build/fuzz -DKSL_FUZZ=ON >/dev/null
 	cmake --build build/fuzz $(addprefix --target ,$(FUZZ_PROGRAMS)) -- --quiet

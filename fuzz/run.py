@@ -3,13 +3,14 @@
 
     run.py --seconds N | --runs N [--only NAME ...]
 
-A target is a program build/fuzz/fuzz/fuzz_NAME, or a file fuzz/python/fuzz_NAME.py, which takes the arguments of
-libFuzzer.  Its seeds are in fuzz/corpus/FORMAT, where NAME begins with FORMAT; words of the format are in
-fuzz/FORMAT.dict, if there are any.  What a run finds new is kept in build/fuzz/corpus/NAME for the next, and a text that
-breaks a promise in build/fuzz/found/NAME.
+A target is a program build/fuzz/fuzz/fuzz_NAME, or a file fuzz/python/fuzz_NAME.py; both take the arguments of libFuzzer.
+Its seeds are in fuzz/corpus/FORMAT, where NAME begins with FORMAT.  If there is a file fuzz/FORMAT.dict, it has words of the
+format.  Texts that run new code are kept in build/fuzz/corpus/NAME for the next run.  Texts that break a promise are kept in
+build/fuzz/found/NAME.
 
-A program fuzz_NAME_with_FAULT has a fault that it must find; targets in Python have those of fuzz/python/target.py, which a
-variable of the environment plants.  With --runs these are run too, and records are written: fuzz-NAME.json."""
+A program fuzz_NAME_with_FAULT has a planted fault, which it must find.  Targets in Python have the faults of
+fuzz/python/target.py, which a variable of the environment plants.  With --runs, targets with faults are run too, and records
+are written: fuzz-NAME.json."""
 
 import argparse
 import os
@@ -29,11 +30,11 @@ PATIENCE = 300
 PROMISED = 10_000_000
 """Executions of each target."""
 LONGEST = 1500
-"""Bytes of a text.  Long ones take their time, and show little that short ones don't."""
+"""Bytes of a text.  Longer ones take more time and show little more."""
 
 
-PYTHON_FAULTS = ("raw error", "control character", "slow", "not finite")
-"""Those of fuzz/python/target.py, which can be imported only where Atheris is."""
+PYTHON_FAULTS = ("raw error", "control character", "slow", "not finite", "text that is taken")
+"""Those of fuzz/python/target.py, which can't be imported where Atheris is not installed."""
 
 
 @dataclass(frozen=True)

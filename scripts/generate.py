@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
-from generator import c_calls, cpp_calls, kernels, python_calls, reference, tests  # noqa: E402
+from generator import c_calls, cpp_calls, kernels, python_calls, reference, tests
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDERS = ("src/engine/algorithms",)

@@ -82,7 +82,7 @@ def paragraphs(text):
     out = []
     for part in re.split(r"\n[ \t]*\n", text.strip()):
         lines = part.splitlines()
-        if len(lines) > 1 and any(re.match(r" {5}", line) for line in lines) or re.match(r" {5}", part):
+        if (len(lines) > 1 and any(re.match(r" {5}", line) for line in lines)) or re.match(r" {5}", part):
             out.append(textwrap.indent(textwrap.dedent(part), "    "))
         else:
             out.append(escape(one_line(part)))

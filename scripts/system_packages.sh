@@ -26,7 +26,6 @@ if [ "$1" = test ]; then
   need pkg-config command -v pkg-config
   need doctest-dev has_header doctest/doctest.h
   need qemu-user command -v qemu-x86_64
-  need g++-aarch64-linux-gnu command -v aarch64-linux-gnu-g++
   need binutils command -v nm
   need chromium has_browser
 fi

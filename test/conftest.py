@@ -1,6 +1,7 @@
 """What all Python tests share: one fixed profile for random examples, so that a run today is the run of tomorrow.
 
-`pytest --long` runs the tests marked `many_cases` alone, with ten times as many random cases; `make test-long` does."""
+`pytest --long` runs the tests marked `many_cases`, with ten times as many random cases, and those marked `long`, which no other run
+takes; `make test-long` does."""
 
 from pathlib import Path
 
@@ -16,7 +17,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 def pytest_addoption(parser):
-    parser.addoption("--long", action="store_true", help="run the tests marked many_cases alone, with 100,000 random cases instead of 10,000")
+    parser.addoption("--long", action="store_true", help="run the tests marked long, and those marked many_cases with 100,000 random cases instead of 10,000")
 
 
 def pytest_configure(config):
@@ -26,9 +27,11 @@ def pytest_configure(config):
 
 
 def pytest_collection_modifyitems(config, items):
-    if config.getoption("--long"):
-        left_out = [item for item in items if not item.get_closest_marker("many_cases")]
-        items[:] = [item for item in items if item.get_closest_marker("many_cases")]
+    marked = lambda item, *names: any(item.get_closest_marker(name) for name in names)
+    wanted = (lambda item: marked(item, "long", "many_cases")) if config.getoption("--long") else (lambda item: not marked(item, "long"))
+    left_out = [item for item in items if not wanted(item)]
+    if left_out:
+        items[:] = [item for item in items if wanted(item)]
         config.hook.pytest_deselected(items=left_out)
 
 

@@ -169,7 +169,7 @@ def write(path, names, times, positions):
     with open(path, "w", encoding="ascii", newline="\n") as out:
         out.write(",".join(["time"] + names) + "\n")
         for time, row in zip(times, positions):
-            out.write(",".join("%.9g" % value for value in (time, *row)) + "\n")
+            out.write(",".join(f"{value:.9g}" for value in (time, *row)) + "\n")
 
 
 def main():
@@ -179,9 +179,8 @@ def main():
         peak = check(motion, spans, length, lower, upper, speed)
         times = STEP * np.arange(round(length / STEP) + 1)
         write(os.path.join(HERE, motion["csv"]), names, times, sample(spans, times))
-        print("%s: %d samples, %.3f s; peak speed, %% of limit: %s" % (
-            motion["csv"], len(times), length,
-            ", ".join("%s %.0f" % pair for pair in zip(names, 100 * peak / speed))))
+        shares = ", ".join(f"{name} {share:.0f}" for name, share in zip(names, 100 * peak / speed))
+        print(f"{motion['csv']}: {len(times)} samples, {length:.3f} s; peak speed, % of limit: {shares}")
 
 
 if __name__ == "__main__":

@@ -1,18 +1,16 @@
-"""Files of load cases.  Files that they name are refused here: a text must not make the target read what lies on this machine."""
+"""Files of load cases.  The files that they name are not read here: a text must not make the target read files of this machine."""
 
-import atheris
+from guided import guide
 
-with atheris.instrument_imports(include=["ksl.load_cases.case_file", "ksl.load_cases.stops", "ksl.load_cases.wrenches_over_time", "ksl.toml_files", "tomllib"]):
-    from ksl.load_cases import case_file
-
-from target import finite, run
+guide("ksl.load_cases", "ksl.toml_files")
 
 import ksl
-from ksl.errors import CaseError, MotionError
-from ksl.load_cases import case_file as readers
-from ksl.motions.motion import Motion
-
 import numpy as np
+from ksl.errors import CaseError, MotionError
+from ksl.load_cases import case_file, poses  # noqa: F401  poses is imported late, where it is needed
+from ksl.motions.motion import Motion
+from mutate import of_text
+from target import finite, run
 
 ROBOT = ksl.load_string(
     '<robot name="leg"><link name="a"/><link name="b"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
@@ -32,8 +30,8 @@ def no_wrench(file: str) -> object:
     raise MotionError(f"{file}: can't be read")
 
 
-readers.read_motion, readers._read_wrench = no_motion, no_wrench
-readers.input_file = lambda role, file: None
+case_file.read_motion, case_file._read_wrench = no_motion, no_wrench
+case_file.input_file = lambda role, file: None
 
 
 def read(data: bytes) -> None:
@@ -44,4 +42,4 @@ def read(data: bytes) -> None:
 
 
 if __name__ == "__main__":
-    run(read, CaseError, MotionError)
+    run(read, of_text, CaseError, MotionError)

@@ -1,19 +1,26 @@
-"""`ksl check` of URDF and SDF texts, all rules, without the loader, which has targets of its own, and of MJCF up to MuJoCo's compiler."""
+"""What `ksl check` reads of URDF and SDF texts, however broken: encodings, tags that are not closed, links, joints, numbers."""
 
-import atheris
+from guided import guide
 
-with atheris.instrument_imports(include=["ksl.checks"]):
-    from ksl.checks import run as checks
+guide("ksl.checks")
 
-from target import check_message, run
-
+from ksl.checks import read_sdf, read_urdf, run as checks  # noqa: F401  the readers are imported late
 from ksl.errors import DescriptionError
+from ksl.printable import one_line
+from mutate import of_xml
+from target import check_message, finite, run
 
 
 def read(data: bytes) -> None:
-    for finding in checks.findings_of_bytes(data, "robot.urdf"):
-        check_message(" ".join(finding.rule.split()))
+    robot = checks.robot_of_bytes(data)
+    for note in (*robot.syntax, *robot.encoding, *robot.unreadable, *robot.repeated):
+        check_message(one_line(note.found))
+    for link in robot.links:
+        if link.inertial is not None:
+            finite([link.mass, *link.inertial.centroid], f"masses and centroids of {link.name}")
+    for joint in robot.joints:
+        finite([x for x in (joint.lower, joint.upper, joint.effort, joint.velocity) if x is not None], "limits")
 
 
 if __name__ == "__main__":
-    run(read, DescriptionError)
+    run(read, of_xml, DescriptionError)

@@ -1,13 +1,13 @@
 """Components files: catalogue numbers of bearings, gears, motors, bolts and shafts."""
 
-import atheris
+from guided import guide
 
-with atheris.instrument_imports(include=["ksl.sizing", "ksl.toml_files", "ksl.toml_lines", "tomllib"]):
-    from ksl.sizing import components
-
-from target import run
+guide("ksl.sizing", "ksl.toml_files", "ksl.toml_lines")
 
 from ksl.errors import SizingError
+from ksl.sizing import components
+from mutate import of_text
+from target import run
 
 
 def read(data: bytes) -> None:
@@ -15,4 +15,4 @@ def read(data: bytes) -> None:
 
 
 if __name__ == "__main__":
-    run(read, SizingError)
+    run(read, of_text, SizingError)

@@ -1,15 +1,15 @@
 """CSV motions: the form of a file, its columns by the names of joints, its numbers."""
 
-import atheris
+from guided import guide
 
-with atheris.instrument_imports(include=["ksl.motions", "ksl.csv_cells"]):
-    from ksl.motions import columns_used, csv_form, csv_table, reading, time_column  # noqa: F401
-
-from target import finite, run
+guide("ksl.motions", "ksl.csv_cells")
 
 import ksl
+from ksl.motions import clock_times, columns_used, csv_table, reading, time_column  # noqa: F401  clock_times is imported late
 from ksl.motions.column_map import ColumnMap
 from ksl.motions.recorded import check_finite
+from mutate import of_text
+from target import finite, run
 
 ROBOT = ksl.load_string(
     '<robot name="leg"><link name="a"/><link name="b"/><link name="c"/>'
@@ -30,4 +30,4 @@ def read(data: bytes) -> None:
 
 
 if __name__ == "__main__":
-    run(read, ksl.MotionError)
+    run(read, of_text, ksl.MotionError)

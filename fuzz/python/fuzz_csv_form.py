@@ -1,14 +1,14 @@
 """The form of a CSV file alone, in pure Python: many more texts a second than with the parser of its numbers."""
 
-import atheris
+from guided import guide
 
-with atheris.instrument_imports(include=["ksl.motions", "ksl.csv_cells"]):
-    from ksl.motions import csv_form, csv_table
-
-from target import BrokenPromise, run
+guide("ksl.motions", "ksl.csv_cells")
 
 from ksl.csv_cells import csv_text, text_of_cell
 from ksl.errors import MotionError
+from ksl.motions import csv_form, csv_table
+from mutate import of_text
+from target import BrokenPromise, run
 
 
 def read(data: bytes) -> None:
@@ -21,4 +21,4 @@ def read(data: bytes) -> None:
 
 
 if __name__ == "__main__":
-    run(read, MotionError)
+    run(read, of_text, MotionError)

@@ -1,13 +1,13 @@
 """Maps of columns, TOML or CSV."""
 
-import atheris
+from guided import guide
 
-with atheris.instrument_imports(include=["ksl.motions", "ksl.toml_files", "tomllib"]):
-    from ksl.motions import column_map
-
-from target import finite, run
+guide("ksl.motions", "ksl.csv_cells", "ksl.toml_files")
 
 from ksl.errors import MotionError
+from ksl.motions import column_map
+from mutate import of_text
+from target import finite, run
 
 
 def read(data: bytes) -> None:
@@ -17,4 +17,4 @@ def read(data: bytes) -> None:
 
 
 if __name__ == "__main__":
-    run(read, MotionError)
+    run(read, of_text, MotionError)

@@ -1,14 +1,14 @@
 """Files of sweeps."""
 
-import atheris
+from guided import guide
 
-with atheris.instrument_imports(include=["ksl.sweeps.description", "ksl.toml_files", "tomllib"]):
-    from ksl.sweeps import description
-
-from target import run
+guide("ksl.sweeps", "ksl.toml_files")
 
 from ksl.errors import SweepError
+from ksl.sweeps import description
 from ksl.toml_files import toml_of
+from mutate import of_text
+from target import run
 
 
 def read(data: bytes) -> None:
@@ -17,4 +17,4 @@ def read(data: bytes) -> None:
 
 
 if __name__ == "__main__":
-    run(read, SweepError)
+    run(read, of_text, SweepError)

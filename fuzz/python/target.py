@@ -6,25 +6,31 @@ characters, of bounded length, in time that is linear in the text.  Everything e
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
+import tempfile
 import time
 import traceback
 import warnings
 from collections.abc import Callable
-from pathlib import Path
 
 import atheris
+import guided
+import numpy as np
+from mutate import Mutator
 
-ROOT = Path(__file__).resolve().parents[2]
+from ksl.limits import MESSAGE_LENGTH
+
 SLOWEST = 2e-6
-"""s for each byte, twice the bound of 1 s/MB since coverage is counted while it runs …"""
+"""Seconds for each byte.  Twice the promised 1 s/MB, since counting coverage takes time as well."""
 LEAST = 0.5
-"""… and s that any text may take, on a machine that does other things as well."""
-LONGEST_MESSAGE = 4200
+"""Seconds that any text may take besides: other programs run on the same machine."""
 FAULT = "KSL_FUZZ_FAULT"
 """Names a fault that is planted into the readers: a run that does not find it shows nothing."""
-FAULTS = ("raw error", "control character", "slow", "not finite")
+TAKEN = "text that is taken"
+"""The fault that shows itself only for texts that the reader takes: the mutations must not break them all."""
+FAULTS = ("raw error", "control character", "slow", "not finite", TAKEN)
 
 
 class BrokenPromise(BaseException):
@@ -43,6 +49,8 @@ def kept(read: Callable[[bytes], object], errors: tuple[type[Exception], ...]) -
             if planted:
                 plant(planted, data)
             read(data)
+            if planted == TAKEN and b"(" in data:
+                raise KeyError("planted behind the reader")
         except errors as e:
             check_message(str(e))
         except Exception as e:  # whatever it is, it is a broken promise
@@ -56,23 +64,30 @@ def kept(read: Callable[[bytes], object], errors: tuple[type[Exception], ...]) -
 
 
 def check_message(text: str) -> None:
-    if not text or len(text) > LONGEST_MESSAGE or any(c != "\u00a0" and not c.isprintable() for c in text if c not in ALLOWED):
-        raise BrokenPromise(f"broken promise: a message of {len(text)} characters that can't be printed: {text[:400]!r}")
+    if not text or len(text) > MESSAGE_LENGTH:
+        raise BrokenPromise(f"broken promise: a message of {len(text)} characters: {text[:400]!r}")
+    check_characters(text)
 
 
-ALLOWED = frozenset(chr(c) for c in range(0xA0, 0x110000) if not chr(c).isprintable() and not (0x2028 <= c <= 0x202E or 0x2060 <= c <= 0x206F or 0xD800 <= c <= 0xDFFF or c in (0x61C, 0x200B, 0x200E, 0x200F, 0xFEFF)))
-"""Blanks of other scripts, joiners of emoji, characters that Python's Unicode tables lack."""
+def check_characters(text: str) -> None:
+    if not (text.isprintable() or all(map(_may_be_printed, text))):
+        raise BrokenPromise(f"broken promise: text that can't be printed: {text[:400]!r}")
+
+
+def _may_be_printed(c: str) -> bool:
+    """Blanks of other scripts, joiners of emoji, and characters that Python's Unicode tables lack are no danger."""
+    code = ord(c)
+    turns = 0x2028 <= code <= 0x202E or 0x2060 <= code <= 0x206F or code in (0x61C, 0x200B, 0x200E, 0x200F, 0xFEFF)
+    return c.isprintable() or (code >= 0xA0 and not turns and not 0xD800 <= code <= 0xDFFF)
 
 
 def finite(numbers: object, what: str) -> None:
-    import numpy as np
-
     if not np.isfinite(np.asarray(numbers, dtype=float)).all():
         raise BrokenPromise(f"broken promise: {what} of a text that was taken are not finite")
 
 
 def plant(fault: str, data: bytes) -> None:
-    """The faults: each shows itself only for texts that hold a certain word, as faults of readers do."""
+    """Plants a fault.  It shows only for texts that hold a certain character, as faults of readers do."""
     if b"(" not in data:
         return
     if fault == "raw error":
@@ -88,8 +103,13 @@ def plant(fault: str, data: bytes) -> None:
         finite([float("nan")], "planted numbers")
 
 
-def run(read: Callable[[bytes], object], *errors: type[Exception]) -> None:
-    """Runs a target with the arguments of libFuzzer."""
+def run(read: Callable[[bytes], object], mutator: Mutator, *errors: type[Exception]) -> None:
+    """Runs a target with the arguments of libFuzzer.  errors: those that the reader may raise."""
     warnings.simplefilter("ignore")
-    atheris.Setup(sys.argv, kept(read, errors))
-    atheris.Fuzz()
+    guided.register()
+    gc.freeze()  # what was imported is no garbage, and need not be looked at again and again
+    with tempfile.NamedTemporaryFile(suffix=".dict") as words:
+        words.write(guided.dictionary())
+        words.flush()
+        atheris.Setup([*sys.argv, f"-dict={words.name}"], kept(read, errors), custom_mutator=mutator)
+        atheris.Fuzz()

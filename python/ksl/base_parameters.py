@@ -97,6 +97,12 @@ def of_motion(
     return of_regressor(model.inverse_dynamics_regressor(q, v, a, links=names), names, tolerance)
 
 
+def check_tolerance(tolerance: float) -> None:
+    """ValueError if it is no number between 0 and 1."""
+    if not (isinstance(tolerance, (int, float, np.number)) and 0 < tolerance < 1):
+        raise ValueError(f"tolerance={tolerance!r}; expected a number between 0 and 1")
+
+
 def of_regressor(regressor: ArrayLike, links: Sequence[str], tolerance: float = TOLERANCE) -> BaseParameters:
     """From a regressor (…, links, 10) of any kind, with all its other axes stacked.
 
@@ -107,8 +113,7 @@ def of_regressor(regressor: ArrayLike, links: Sequence[str], tolerance: float = 
         raise ValueError(f"regressor: expected shape (…, {len(links)}, 10) for {len(links)} links, found {Y.shape}")
     if not np.isfinite(Y).all():
         raise ValueError("regressor: expected finite numbers; leave out states whose rows are not")
-    if not (isinstance(tolerance, (int, float, np.number)) and 0 < tolerance < 1):
-        raise ValueError(f"tolerance={tolerance!r}; expected a number between 0 and 1")
+    check_tolerance(tolerance)
     W = Y.reshape(Y.size // max(10 * len(links), 1), 10 * len(links))
     W = triangle(W) if len(W) > W.shape[1] else W
     length = np.linalg.norm(W, axis=0)

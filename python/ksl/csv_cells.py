@@ -1,9 +1,8 @@
-"""Text in cells of CSV files, which spreadsheets must not take for formulas.
+"""Text in cells of CSV files, which spreadsheets must not take for formulas (OWASP, CSV injection).
 
-A spreadsheet runs a cell that begins with one of `= + - @`, a tab or a carriage return, quoted or not.  Such texts, names of joints
-or load cases, are written with an apostrophe before them, by which spreadsheets know text; readers of KSL remove it again.
-A text that already has apostrophes before such a sign gets one more, so that every name reads back as it was.
-(OWASP, CSV injection.)  Numbers are written as they are.
+A spreadsheet runs a cell that begins with one of `= + - @`, a tab or a carriage return, quoted or not.  Names of joints and load cases
+that begin so are written with an apostrophe before them, which marks text for spreadsheets.  The readers of KSL remove it.  A name that
+already has apostrophes before such a sign gets one more, so that every name reads back as it was.  Numbers are written as they are.
 """
 
 from __future__ import annotations
@@ -22,11 +21,11 @@ _FORMULA = re.compile(f"'*[{_SIGNS}]")
 _GUARDED = re.compile(f"'+[{_SIGNS}]")
 
 _IN_COMMENT = re.compile(r"([,;|]\s*)(?=[=@\uff1d\uff20]|[-+\uff0b\uff0d](?!\d*\.?\d+(?:[eE][-+]?\d+)?\s*(?:[,;|\])}]|$)))")
-"""A separator, with a sign behind it that does not begin a plain number."""
+"""A separator before a sign that does not begin a plain number."""
 
 
 def csv_text(text: str) -> str:
-    """A text as it stands in a cell."""
+    """A text as it is written into a cell."""
     return f"'{text}" if _FORMULA.match(text) else text
 
 
@@ -36,17 +35,17 @@ def text_of_cell(cell: str) -> str:
 
 
 def csv_comment(text: str) -> str:
-    """A line of text above a table, which spreadsheets split at separators, too: what would be a formula behind one is guarded."""
+    """A comment above a table, as one line.  Spreadsheets split it at separators, so what follows one gets an apostrophe where it is a formula."""
     return _IN_COMMENT.sub(r"\1'", one_line(" ".join(text.split())))
 
 
 def csv_row(row: Mapping[str, Any]) -> dict[str, Any]:
-    """A row by names, for csv.DictWriter."""
+    """A row for csv.DictWriter: names of columns and texts as they are written into cells."""
     return {csv_text(name): csv_text(x) if isinstance(x, str) else x for name, x in row.items()}
 
 
 def csv_table(table: pa.Table) -> pa.Table:
-    """A table whose texts and names of columns are those of cells."""
+    """The table with its texts and names of columns as they are written into cells."""
     import pyarrow as pa
     import pyarrow.compute as pc
 

@@ -22,9 +22,10 @@ class DescriptionError(_Sentence, ValueError):
 
 class ResultError(_Sentence, ValueError):
     """Finite arguments have a result that is not finite: numbers are too large for the precision, or a joint moves no mass at this
-    position.  Names the joint, or the first such number, and the state, whose number in the batch is also in `state`."""
+    position.  Names the joint, or the first such number, and the state of a batch."""
 
-    state: int
+    state: int = 0
+    """Its number in the batch; 0 where there is one state."""
 
 
 class MotionError(_Sentence, ValueError):

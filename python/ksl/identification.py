@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ksl.base_parameters import BaseParameters, moving_links, of_regressor, triangle
+from ksl.base_parameters import BaseParameters, check_tolerance, moving_links, of_regressor, triangle
 from ksl.consistency import (
     Array,
     barrier,
@@ -105,6 +105,7 @@ def identify(
         raise ValueError(f"model is {type(model).__name__}; expected a ksl.Model")
     q, v, a, tau = (numbers(in_order(x, what, model._core), what) for x, what in ((q, "q"), (v, "v"), (a, "a"), (tau, "tau")))
     _check_motion(model, q, v, a, tau)
+    check_tolerance(tolerance)
     if links is not None and not isinstance(links, Iterable):
         raise ValueError(f"links={links!r}; expected names of links")
     names = tuple(_links_with_mass(model) if links is None else [links] if isinstance(links, str) else links)

@@ -25,7 +25,7 @@ def check_path(file: str) -> None:
 
 
 def is_descriptor(file: str) -> bool:
-    """Whether the shell has opened it already, as it does for `<(COMMAND)`."""
+    """Whether it is a file that the shell has opened, as it does for `<(COMMAND)`."""
     return _DESCRIPTOR.fullmatch(file) is not None
 
 
@@ -35,12 +35,12 @@ def check_regular(file: str) -> None:
 
 
 def opened(file: str, limit: int) -> BinaryIO:
-    """A regular file, opened for reading.  Raises Unreadable: also for a named pipe, which could block for ever.
+    """A regular file of at most `limit` bytes, opened for reading.  Raises Unreadable: also for a named pipe, which could block for ever.
 
-    What is judged is the file that was opened, so that no other one can take its place in between.
+    The file is judged after it was opened, so that nobody can replace it in between.
     """
     check_path(file)
-    try:  # without O_NONBLOCK a named pipe that nobody writes blocks here
+    try:  # without O_NONBLOCK, opening a named pipe waits for a writer
         handle = os.open(file, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0))
     except (OSError, ValueError) as e:
         raise Unreadable(f"can't be read ({what_os_says(e)})") from None
@@ -67,9 +67,9 @@ def _check_kind(file: str, mode: int) -> None:
             return
         raise Unreadable(f"is a pipe, which may never end; write it to a file, or where a motion is read give it as standard input: - < {file}")
     if os.path.realpath(file) == os.path.realpath(os.devnull):
-        return  # it is empty, and that is what is then said
+        return  # readers say that it is empty
     if is_descriptor(file) and stat.S_ISCHR(mode) and os.path.realpath(file).startswith(("/dev/pts/", "/dev/tty")):
-        return  # a person types
+        return  # a terminal: a person types
     raise Unreadable("is a device, not a file")
 
 
@@ -87,7 +87,7 @@ def standard_input(limit: int) -> bytes:
 
 
 def bounded(source: BinaryIO, limit: int, what: str = "is") -> bytes:
-    """What is left of a stream.  Raises Unreadable if that is more than the limit: files can grow, and some have no size."""
+    """The rest of a stream.  Raises Unreadable if that is more than the limit: files can grow, and pipes have no size."""
     try:
         data = source.read(limit + 1)
     except MemoryError:

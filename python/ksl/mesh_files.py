@@ -60,7 +60,14 @@ def _package_folders(
         for path in map(Path, filter(None, value.split(os.pathsep))):
             candidates += [path / below / package] + ([path] if path.name == package else [])
     candidates += package_paths  # a folder that is named is the package where nothing better is
-    return [folder for folder in dict.fromkeys(candidates) if folder.is_dir()] if package else []
+    return [folder for folder in dict.fromkeys(candidates) if _is_folder(folder)] if package else []
+
+
+def _is_folder(path: Path) -> bool:
+    try:
+        return path.is_dir()
+    except OSError:  # a name too long
+        return False
 
 
 @lru_cache(maxsize=1024)
@@ -94,18 +101,17 @@ def same_but_for_capitals(missing: Path) -> Path | None:
     """A file of this name in other capitals, in folders that may have other capitals too; None if there isn't exactly
     one way."""
     there = Path(missing.anchor)
-    for part in missing.parts[1:]:
-        if (there / part).exists():
+    try:
+        for part in missing.parts[1:]:
+            if not (there / part).exists():
+                near = [name for name in os.listdir(there) if name.lower() == part.lower()]
+                if len(near) != 1:
+                    return None
+                part = near[0]
             there = there / part
-            continue
-        try:
-            near = [name for name in os.listdir(there) if name.lower() == part.lower()]
-        except OSError:
-            return None
-        if len(near) != 1:
-            return None
-        there = there / near[0]
-    return there
+        return there if there != missing and there.is_file() else None
+    except (OSError, ValueError):  # a name too long, or with a zero byte
+        return None
 
 
 @lru_cache(maxsize=4096)

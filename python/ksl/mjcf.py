@@ -98,7 +98,6 @@ def _load(
         raise DescriptionError(f"{file}: this is MJCF, which is read by the package mujoco; install it with: pip install 'ksl[mjcf]'") from None
     if text is None and not _is_utf_8(file):
         readable = os.fsencode(file).decode("utf-8", "backslashreplace")
-        readable = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in readable)
         raise DescriptionError(f"{readable}: MuJoCo reads only paths in UTF-8; rename the file or its folder")
     said: list[str] = []
     handler = mujoco.get_mju_user_warning()
@@ -131,11 +130,16 @@ def _model(
     masses: str | None,
     said: list[str],
 ) -> Model:
-    reader = _Reader(mj, independent)
-    reader.builder._core.read_from(file, reader.unused_lines(), said)
-    if floating_base and not (mj.jnt_type == FREE).any():
-        raise DescriptionError(f"{file}: a floating base is asked for, but no body has a <freejoint>; add one, or don't ask for that")
-    core = reader.builder._core.build(False, strict, gravity, given.payload_points(payloads), masses is not None)
+    try:
+        with np.errstate(all="ignore"):  # numbers beyond the range, which the builder refuses
+            reader = _Reader(mj, independent)
+            reader.builder._core.read_from(file, reader.unused_lines(), said)
+            if floating_base and not (mj.jnt_type == FREE).any():
+                raise DescriptionError("a floating base is asked for, but no body has a <freejoint>; add one, or don't ask for that")
+            core = reader.builder._core.build(False, strict, gravity, given.payload_points(payloads), masses is not None)
+    except ValueError as e:
+        sentence = "a name in it is not UTF-8; save the file in UTF-8, or give other names" if isinstance(e, UnicodeDecodeError) else str(e)
+        raise DescriptionError(sentence if not file or sentence.startswith(f"{file}:") else f"{file}: {sentence}") from None
     return Model(core, layout=reader.layout)
 
 
@@ -351,7 +355,7 @@ def _one_line(text: object) -> str:
 
 def _common_name(names: list[str]) -> str:
     """hip of hip_x and hip_y; a+b of names that have no word in common."""
-    common = os.path.commonprefix(names)
+    common = os.path.commonprefix(names)  # noqa: RUF071 - letters in common are meant, not folders
     word = common.rstrip("_-./ ")
     ends_there = common != word or all(re.fullmatch("[xyzXYZ0-9]?", name[len(common) :]) for name in names)
     return word if word and ends_there else "+".join(names)

@@ -63,7 +63,7 @@ def _joint_row(j: Joint, physics: Sequence[str]) -> list[str]:
         axis += ", " + " ".join(f"{x:.4g}" for x in j.axis2)
     if j.pitch:
         axis += f", {j.pitch:.4g} m/rad"
-    of_physics = [_number((name != "gear_ratio" or j.rotor_inertia) and getattr(j, name) or None) for name in physics]
+    of_physics = [_number(((name != "gear_ratio" or j.rotor_inertia) and getattr(j, name)) or None) for name in physics]
     place = [_span(j.q_index, j.nq) or _following(j), _span(j.v_index, j.nv), axis]
     limits = [*(_limits(j, side) for side in (0, 1)), _number(j.effort), _number(j.velocity)]
     return [j.name, j.kind, f"{j.parent or 'ground'} → {j.child}", *place, *limits, *of_physics]

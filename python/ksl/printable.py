@@ -1,9 +1,9 @@
 """Text of files on a terminal: names must not move the cursor, change colours, or turn the direction of reading.
 
 What is replaced: the control characters of ASCII and C1, separators of lines and paragraphs, marks and overrides of the
-direction (U+202E and its like, see Unicode Technical Report 36), invisible characters, and halves of pairs of UTF-16, with
-which Python keeps bytes of paths that are not UTF-8.  Each becomes its number, `\\x1b` or `\\u202e`: the second form, of characters
-that JSON and TOML leave as they are, means the same there.
+direction (U+202E and its like, see Unicode Technical Report 36), invisible characters, and surrogates, by which Python represents
+bytes of paths that are not UTF-8.  Each becomes its number, `\\x1b` or `\\u202e`.  The second form stands for the same character in
+JSON and TOML, which `ksl` prints too.
 """
 
 from __future__ import annotations
@@ -24,25 +24,27 @@ def _number(found: re.Match[str]) -> str:
 
 
 def printable(text: str) -> str:
-    """The text for a terminal; ends of lines and tabs stay.  O(length)."""
+    """The text for a terminal.  Line ends and tabs stay.  O(length)."""
     return _UNSAFE.sub(_number, text)
 
 
 def one_line(text: str) -> str:
-    """The text for a terminal in one line."""
+    """The text for a terminal, as one line: line ends and tabs become numbers, too."""
     return _UNSAFE_IN_LINE.sub(_number, text)
 
 
 def sentence(text: str) -> str:
-    """An error: as :func:`printable`, and of a length that a person can read, whatever names a file has."""
-    if len(text) > MESSAGE_LENGTH:
-        head, tail = MESSAGE_LENGTH * 3 // 4, MESSAGE_LENGTH // 4
-        text = f"{text[:head]} … ({len(text) - head - tail:,} characters) … {text[-tail:]}"
-    return one_line(text)
+    """A message: as :func:`one_line`, and of at most `MESSAGE_LENGTH` characters, whatever names it holds.  O(length)."""
+    line = one_line(text)
+    if len(line) <= MESSAGE_LENGTH:
+        return line
+    tail = MESSAGE_LENGTH // 4
+    head = MESSAGE_LENGTH - tail - 50  # for the words between them
+    return f"{line[:head]} … ({len(line) - head - tail:,} characters) … {line[-tail:]}"
 
 
 class PrintableStream:
-    """A stream of text on which nothing but printable text can be written.  Rich, which writes colours, finds the stream itself."""
+    """A stream of text that makes all that is written to it printable.  Rich, which writes colours, uses the stream behind it."""
 
     def __init__(self, stream: Any) -> None:
         self.rich_proxied_file = stream

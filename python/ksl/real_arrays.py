@@ -1,7 +1,7 @@
-"""What counts as numbers where a function takes an array: one place, so that all functions refuse the same.
+"""What counts as numbers where a function takes an array.  In one place, so that all functions refuse the same.
 
-NumPy converts a great deal to floats without a word: dates to nanoseconds, texts to what they spell, complex numbers to their real
-parts, and masked arrays to what lies below the mask.  None of these is a number that somebody meant.
+NumPy silently converts much to floats: dates to nanoseconds, texts to the numbers that they spell, complex numbers to their real
+parts, and masked arrays to the numbers below the mask.  None of these were meant as numbers.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ class _Complex(ValueError):
 
 
 def real_array(x: Any, what: str) -> NDArray[Any]:
-    """An array of bool, integer or floating type.  Raises ValueError, which calls it `what`.
+    """An array of bool, integer or floating type, of any shape.  Raises ValueError for all else; what: its name in the message.
 
-    Lists, tuples, arrays of any library that speaks DLPack or NumPy's protocol; objects only if each is a real number (Decimal, Fraction).
+    Taken are lists, tuples, and arrays of any library with DLPack or NumPy's protocol; objects if each is a real number (Decimal, Fraction).
     """
     try:
         array = np.from_dlpack(x) if hasattr(x, "__dlpack__") and not hasattr(x, "__array__") else np.asarray(x)

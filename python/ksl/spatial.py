@@ -434,7 +434,7 @@ class Pose(_Value):
     Raises ValueError for other shapes, other last rows, an R with det R < 0 or |RᵀR − 1| > 1e-6 in any element.
     """
 
-    __slots__ = ("_to", "_of")
+    __slots__ = ("_of", "_to")
     _fixed = 2
     _doors = ".matrix, .columns, .R and .t"
 

@@ -63,6 +63,8 @@ __all__ = [
     "cross_ss",
     "dot_cs",
     "inertia_toSpatialInertia",
+    "matrices",
+    "poses",
     "product_Adinvs",
     "product_Adrinvs",
     "product_Adrs",
@@ -85,11 +87,9 @@ __all__ = [
     "product_drinvv",
     "product_drv",
     "product_dv",
+    "set_threads",
     "spatial_inertia_toInertia",
     "spatial_inertia_transformed",
-    "matrices",
-    "poses",
-    "set_threads",
 ]
 
 

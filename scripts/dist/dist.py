@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Build the wheel twice, in folders, time zones and languages that differ, and compare the two byte by byte; write wheel, source
-archive and list of parts (SBOM) to build/dist.  Packages that build it are those of requirements.txt, with their hashes.
+"""Build the wheel twice, in different folders, time zones and languages, and compare the two byte by byte.  Write wheel, source
+archive and list of parts (SBOM) to build/dist.  The packages that build it are those of requirements.txt, with their hashes.
 
     scripts/dist/dist.py [--sets x86_64_v3]     fewer instruction sets take a third of the time; the record says so"""
 
@@ -61,7 +61,7 @@ def differing(first, second):
 
 
 def with_a_date(wheel):
-    """The wheel as a build would make it that writes the time into a file: the fault that is planted."""
+    """The planted fault: the wheel of a build that writes the time into a file."""
     copy = wheel.with_name("planted.whl")
     shutil.copy(wheel, copy)
     with zipfile.ZipFile(copy, "a") as archive:
@@ -81,10 +81,13 @@ def main():
     for file in (wheel, source):
         shutil.copy(file, OUT)
     (OUT / wheel.name.replace(".whl", ".cdx.json")).write_text(parts + "\n", encoding="utf-8")
-    figures = [("wheel, SHA-256 of both builds" if not differ else "files that differ", ", ".join(differ) or digest(wheel)), ("source archive, SHA-256", digest(source)),
-               ("instruction sets", sets or "all"), ("list of parts", "CycloneDX 1.5, valid by its schema")]
+    figures = [("wheel, SHA-256 of both builds" if not differ else "files that differ", ", ".join(differ) or digest(wheel)),
+               ("source archive, SHA-256", digest(source)), ("instruction sets", sets or "all"), ("list of parts", "CycloneDX 1.5, valid by its schema")]
     record.write("supply-chain", "make dist", not differ and caught, figures, [("a file with the time of the build", "caught" if caught else "missed")])
-    sys.exit(0 if not differ and caught else f"the builds differ: {', '.join(differ)}")
+    if differ:
+        sys.exit(f"the builds differ: {', '.join(differ)}")
+    if not caught:
+        sys.exit("the planted fault, a file with the time of the build, was not seen")
 
 
 if __name__ == "__main__":

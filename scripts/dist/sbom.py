@@ -29,7 +29,8 @@ def macro(header, name):
 
 def component(name, version, licence, kind="generic", **more):
     url = PackageURL(kind, None, name.lower(), version)
-    return Component(name=name, version=version, type=ComponentType.LIBRARY, purl=url, bom_ref=str(url), licenses=[DisjunctiveLicense(id=licence)] if licence else (), **more)
+    licences = [DisjunctiveLicense(id=licence)]
+    return Component(name=name, version=version, type=ComponentType.LIBRARY, purl=url, bom_ref=str(url), licenses=licences, **more)
 
 
 def compiled_in():
@@ -50,7 +51,9 @@ def needed(requirements):
         if wanted.name == "ksl" or wanted.marker and 'extra == "test"' in str(wanted.marker):
             continue
         scope = ComponentScope.OPTIONAL if wanted.marker and "extra" in str(wanted.marker) else ComponentScope.REQUIRED
-        properties = [Property(name="ksl:versions", value=str(wanted.specifier) or "any"), *([Property(name="ksl:when", value=str(wanted.marker))] if wanted.marker else [])]
+        properties = [Property(name="ksl:versions", value=str(wanted.specifier) or "any")]
+        if wanted.marker:
+            properties.append(Property(name="ksl:when", value=str(wanted.marker)))
         url = PackageURL("pypi", None, wanted.name.lower())
         yield Component(name=wanted.name, type=ComponentType.LIBRARY, scope=scope, purl=url, bom_ref=line, properties=properties)
 

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Compilers and analysers over all of C, C++ and Python: whatever they say is an error.  Each also has to find a fault of faults/.
+"""Run compilers and analysers over all of C, C++ and Python.  Whatever they say is an error.  Each must also find a fault in faults/.
 
     scripts/lint/lint.py [--record] [--all] [TOOL…]        gcc clang headers clang-tidy cppcheck analyzer ruff mypy; without a name all
 
-What a compiler or analyser says stands below the name of its job; the last lines are the counts.  --record writes
-test/trust/results/static-analysis.json.  --all reads what else would take longer than the tests allow: every kernel with clang-tidy, and
-every public header alone with gcc as C++ too.  The variable LINT_TIMES names a file for the seconds that each job took."""
+What a compiler or analyser says is printed below the name of its job; the last lines are the counts.  --record writes
+test/trust/results/static-analysis.json.  --all also reads what takes too long for the tests: every kernel with clang-tidy, and
+every public header alone with gcc as C++.  The variable LINT_TIMES names a file for the seconds that each job took."""
 
 import argparse
 import concurrent.futures
@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
-from units import BUILD, COMPILERS, ROOT, command, units  # noqa: E402
-from warning_options import options  # noqa: E402
+from units import BUILD, COMPILERS, ROOT, command, units
+from warning_options import options
 
 FAULTS = ROOT / "scripts/lint/faults"
 PYTHON = ["python", "scripts", "test", "bench", "examples", "docs", "fuzz"]
@@ -92,7 +92,8 @@ def tidy_jobs(every, everything):
         left_out = "-clang-analyzer-*,-bugprone-sizeof-expression" if unit.is_kernel else "-clang-analyzer-*" if unit.file.name in GENERATED else ""
         checks = [f"--checks={left_out}"] if left_out else []
         flags = [*unit.options, *([unit.march] if unit.march else [])]
-        yield Job("clang-tidy", unit.name, ["clang-tidy", "--quiet", *checks, f"--header-filter=^{ROOT}/(include/ksl|src|python)/", str(unit.file), "--", *flags])
+        headers = f"--header-filter=^{ROOT}/(include/ksl|src|python)/"
+        yield Job("clang-tidy", unit.name, ["clang-tidy", "--quiet", *checks, headers, str(unit.file), "--", *flags])
 
 
 def cppcheck_jobs():
@@ -117,11 +118,12 @@ def python_jobs():
 
 
 def fault_jobs():
-    """(tool, file, what is to be said of it)."""
-    for family in COMPILERS:
-        yield Job(family, "faults/conversion.c", [family, *options(family, "c"), "-Werror", "-fsyntax-only", str(FAULTS / "conversion.c")], "float-conversion")
-        yield Job(family, "faults/shadow.cpp", [COMPILERS[family]["c++"], *options(family, "c++"), "-Werror", "-fsyntax-only", str(FAULTS / "shadow.cpp")], "shadow]")
-    yield Job("headers", "faults/user.c", ["gcc", "-std=c11", "-fsyntax-only", *options("gcc", "c"), "-Werror", f"-I{FAULTS}", str(FAULTS / "user.c")], "fault.h")
+    """Of each tool, files with a fault, and a word of what it has to say."""
+    strictly = ["-Werror", "-fsyntax-only"]
+    for family, compilers in COMPILERS.items():
+        yield Job(family, "faults/conversion.c", [family, *options(family, "c"), *strictly, str(FAULTS / "conversion.c")], "float-conversion")
+        yield Job(family, "faults/shadow.cpp", [compilers["c++"], *options(family, "c++"), *strictly, str(FAULTS / "shadow.cpp")], "shadow]")
+    yield Job("headers", "faults/user.c", ["gcc", "-std=c11", *options("gcc", "c"), *strictly, f"-I{FAULTS}", str(FAULTS / "user.c")], "fault.h")
     for check in ("bugprone-use-after-move", "clang-analyzer-core.NullDereference"):
         yield Job("clang-tidy", f"faults/tidy.cpp, {check}", ["clang-tidy", "--quiet", str(FAULTS / "tidy.cpp"), "--", "-std=c++20"], check)
     yield Job("cppcheck", "faults/cppcheck.c", [*CPPCHECK, str(FAULTS / "cppcheck.c")], "out of bounds")
@@ -142,7 +144,8 @@ def run(job):
 
 def jobs(tools, everything=False):
     every = units() if {"gcc", "clang", "clang-tidy", "analyzer"} & set(tools) else []
-    all_jobs = [*tidy_jobs(every, everything), *python_jobs(), *cppcheck_jobs(), *compile_jobs(every), *header_jobs(everything), *analyzer_jobs(every), *fault_jobs()]
+    slow_first = [*tidy_jobs(every, everything), *python_jobs(), *cppcheck_jobs()]
+    all_jobs = [*slow_first, *compile_jobs(every), *header_jobs(everything), *analyzer_jobs(every), *fault_jobs()]
     return [job for job in all_jobs if job.tool in tools]
 
 

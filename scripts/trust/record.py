@@ -20,7 +20,7 @@ RESULTS = run_facts.ROOT / "test/trust/results"
 
 
 def pair(text):
-    """What stands left and right of the last "="."""
+    """The texts before and after the last "="."""
     name, equals, value = text.rpartition("=")
     if not equals or not name or not value:
         raise argparse.ArgumentTypeError(f"{text!r} is not of the form NAME=VALUE")
@@ -28,7 +28,7 @@ def pair(text):
 
 
 def write(name, command, kept, figures, planted=(), notes=(), results=RESULTS):
-    """The record as a file, which appears complete or not at all.  figures: (name, value); planted: (fault, what became of it)."""
+    """Write a record: the whole file or nothing.  figures: (name, value); planted: (fault, whether it was caught)."""
     record = {
         "name": name,
         "kept": kept,
@@ -58,7 +58,8 @@ def main(arguments):
     kept.add_argument("--kept", action="store_true", help="the promise is kept")
     kept.add_argument("--broken", action="store_true", help="it is not; the figures say by how much")
     parser.add_argument("--figure", action="append", type=pair, default=[], metavar="NAME=VALUE")
-    parser.add_argument("--planted", action="append", type=pair, default=[], metavar="FAULT=OUTCOME", help="a fault that was planted, and whether the check caught it")
+    planted = "a fault that was planted, and whether the check caught it"
+    parser.add_argument("--planted", action="append", type=pair, default=[], metavar="FAULT=OUTCOME", help=planted)
     parser.add_argument("--note", action="append", default=[], help="a sentence for the page")
     parser.add_argument("--results", default=RESULTS, help=argparse.SUPPRESS)
     given = parser.parse_args(arguments)

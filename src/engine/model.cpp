@@ -5,6 +5,7 @@
 
 #include "engine/joint_physics.hpp"
 #include "engine/model_builder.hpp"
+#include "load/characters.hpp"
 #include "load/check.hpp"
 #include "load/words.hpp"
 
@@ -156,8 +157,9 @@ std::string model::massless_joint_text() const {
 
 std::string model::massless_joint_text(int index) const {
   const joint_row &joint = joints_[static_cast<std::size_t>(index)];
-  return "joint " + joint.name + (index == massless_joint_ ? "" : ", at this position,") + " can move without moving any mass, so that its acceleration is not determined; give link " +
-         links_[static_cast<std::size_t>(joint.link)].name + " or a link beyond it mass and inertia, or fix the joint";
+  return load::printable("joint " + joint.name + (index == massless_joint_ ? "" : ", at this position,") +
+                         " can move without moving any mass, so that its acceleration is not determined; give link " +
+                         links_[static_cast<std::size_t>(joint.link)].name + " or a link beyond it mass and inertia, or fix the joint");
 }
 
 std::string model::exact_friction_text() {

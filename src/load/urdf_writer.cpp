@@ -5,14 +5,13 @@
 #include "ksl/engine/joints.hpp"
 #include "load/check.hpp"
 #include "load/given.hpp"
+#include "load/whole_file.hpp"
 #include "load/words.hpp"
 
 #include <pugixml.hpp>
 
-#include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <new>
 #include <utility>
 
@@ -253,16 +252,7 @@ private:
 std::string urdf_text(const robot_description &robot) { return urdf_writer(robot).text(); }
 
 void write_urdf(const robot_description &robot, const std::string &path) {
-  const std::string text = urdf_text(robot);
-  errno = 0;
-  std::FILE *const file = std::fopen(path.c_str(), "wb");
-  if (!file && errno == ENOMEM)
-    throw std::bad_alloc();
-  if (file)
-    std::setvbuf(file, nullptr, _IONBF, 0); // so that nothing more is allocated once the file is open
-  const bool is_written = file && std::fwrite(text.data(), 1, text.size(), file) == text.size();
-  const bool is_closed = file && std::fclose(file) == 0;
-  if (!is_written || !is_closed)
+  if (!load::write_whole_file(path, urdf_text(robot)))
     load::refuse(path, 0, "the robot can't be written there; give a file in a folder that can be written");
 }
 

@@ -1085,7 +1085,7 @@ def worst_error(name, got, expected, scalar):
         error = ref.distance(got[:, start:end], value)
         start = end
         inexact = error > 0
-        assert not np.any(inexact & (scale == 0)) or scalar == "float" and name == "ksl_SE3_toMat4x4f"
+        assert not np.any(inexact & (scale == 0)) or (scalar == "float" and name == "ksl_SE3_toMat4x4f")
         if name == "ksl_SE3_toMat4x4f":
             scale = norm(value)
         inexact &= scale > 0

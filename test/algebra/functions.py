@@ -118,7 +118,7 @@ def emitted_headers():
 def lane_files():
     """The .inc files that algebra.hpp includes, in its order."""
     text = (INCLUDE / "ksl" / "algebra.hpp").read_text()
-    return [f for f in re.findall(r'"ksl/detail/(\w+\.inc)"', text)]
+    return list(re.findall(r'"ksl/detail/(\w+\.inc)"', text))
 
 
 def _parse(path):

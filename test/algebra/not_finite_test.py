@@ -1,13 +1,13 @@
 """api/not_finite.tsv says of every function of the algebra and of every algorithm what NaN, infinities and subnormal numbers give.
 
-A function that the table lacks, or whose row says something else than what happens, fails.  `python test/algebra/not_finite_test.py` writes
-the table.  Algorithms: test/python/not_finite_calls_test.py.
+A function that the table lacks, or whose row is not what happens, fails.  `python test/algebra/not_finite_test.py` writes the table.
+test/python/not_finite_calls_test.py tests the algorithms.
 
-NaN: "propagates", tested for every number by nan_test.py; "documented" of dense equations (docs/algebra.md); "-" where the function takes no numbers,
-or is no function of numbers alone: printing and memory.
-Infinity, for every number of every argument: "not finite" if the results that depend on it are infinite or NaN; "some finite" where a finite number can
-come out, as of atan2, of a quotient, or of a choice.
-Subnormal: "kept" if a small power of two, scaled, comes back from the subnormal range; "computed" where results are not proportional to arguments."""
+NaN: "propagates": nan_test.py tests it for every number.  "documented": functions of dense equations, as docs/algebra.md says; dense_not_finite_test.py tests it.
+"-": the function takes no numbers, or prints or allocates.
+Infinity, in each number of each argument in turn: "not finite" if all results that depend on the number are infinite or NaN; "some finite" if one
+can be finite, as those of atan2, of a quotient, or of a choice.
+Subnormal: "kept" if a subnormal argument comes back as a result; "computed" where results are not proportional to arguments."""
 
 import sys
 import zlib
@@ -56,7 +56,7 @@ def of_infinity(ksl, f) -> str:
 
 
 def of_subnormals(ksl, f) -> str:
-    """One number of all arguments at a time is not zero: it is exact in the subnormal range, and so are its multiples by 0 and ±1."""
+    """All numbers of the arguments but one are zero, and that one is subnormal: products of it with 0 and ±1 are exact."""
     args = arguments(f, np.random.default_rng(3))
     zeros = [np.zeros_like(x) if is_number(t) else x for t, x in zip(f.args, args)]
     for one in numbers(ksl, f, zeros):

@@ -110,7 +110,7 @@ def test_a_chain_of_mimic_joints_keeps_its_motion(written, tmp_path):
             link("b"),
             hinge("j2", "fore", "a", '<mimic joint="elbow" multiplier="-2" offset="0.3"/>'),
             hinge("j3", "a", "b", '<mimic joint="j2" multiplier="0.5" offset="0.1"/>'),
-        )  # fmt: skip
+        )
     )
     out = fix(path, tmp_path / "out.urdf")
     assert not out.left

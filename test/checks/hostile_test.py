@@ -1,11 +1,12 @@
 """Files that are no robots, cut short or meant to do harm end in findings or one sentence, never in a traceback."""
 
+import json
 import random
 import subprocess
 import sys
 
 import pytest
-from files import ARM, END, changed
+from files import ARM, END, changed, hinge, link, more
 
 import ksl
 from ksl.errors import DescriptionError
@@ -162,3 +163,33 @@ def test_loops_of_followers_are_told_once_each(check):
     text = '<robot name="r"><link name="base"/>' + loop("d", "a") + loop("a", "b") + loop("b", "c") + loop("c", "a") + loop("x", "x") + "</robot>"
     found = [f.found for f in check(text) if f.rule == "mimic-loop"]
     assert found == ["it mimics a → b → c → a: no joint leads", "it mimics x: no joint leads"]
+
+
+@pytest.mark.parametrize("uri", ["a" * 300 + ".stl", f"package://{'p' * 300}/hand.stl", "/dev/null", "file:///dev/null", "/", ".."])
+def test_names_of_meshes_that_no_file_has(check, uri):
+    """Too long for the system, or of a device or a folder."""
+    mesh = f'<visual><geometry><mesh filename="{uri}"/></geometry></visual>'
+    findings = check(more(link("hand", inside=mesh), hinge("wrist", "fore", "hand")))
+    assert {"mesh-missing", "package-missing"} & set(findings.rules)
+
+
+@pytest.mark.filterwarnings("error")
+def test_numbers_near_the_end_of_their_range(check):
+    """No infinite values, which JSON lacks, no warnings of numpy, and no axis that its repair makes zero."""
+    moments = ('ixx="0.0283" iyy', 'ixx="1e308" iyy'), ('iyy="0.0084"', 'iyy="-1e308"')
+    lengths = ('xyz="0 0 0.15"', 'xyz="1e308 1e308 0"'), ('size="0.1 0.1 0.4"', 'size="1e308 1e308 1e308"')
+    findings = check(changed(('axis xyz="0 0 1"', 'axis xyz="1.7e308 -1.7e308 0"'), *moments, *lengths))
+    json.dumps(findings.as_dict(), allow_nan=False)
+    (axis,) = [f for f in findings if f.rule == "axis-not-unit"]
+    assert axis.value is None and '"0.707106781187 -0.707106781187 0"' in axis._fix()
+
+
+def test_geometry_without_thickness(check):
+    """The centroid lies in the direction in which the geometry has no length, by which its moments are compared."""
+    assert "inertia-too-large" in check(changed(('size="0.1 0.1 0.4"', 'size="0.1 0.1 0"'))).rules
+
+
+def test_masses_of_two_sides_that_are_not_positive(check):
+    """One negative, one zero: the larger one was divided by."""
+    sides = [link("left_hand", mass=-1), link("right_hand", mass=0), hinge("l", "fore", "left_hand"), hinge("r", "fore", "right_hand")]
+    assert {"mass-negative", "symmetry-mass"} <= set(check(more(*sides)).rules)

@@ -10,7 +10,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
-import check_page  # noqa: E402
+import check_page
 
 PAGE = (ROOT / "docs" / "check.md").read_text(encoding="utf-8")
 

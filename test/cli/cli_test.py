@@ -437,7 +437,7 @@ def test_a_run_that_is_ended_leaves_nothing(tmp_path, two, name):
     robot, motion = two
     motion.write_text("time,slide\n" + "".join(f"{k / 1000},{math.sin(k / 1000)}\n" for k in range(400_000)))
     heard = functools.partial(signal.signal, getattr(signal, name), signal.SIG_DFL)  # tests that nohup or a shell has started in the background ignore some
-    process = subprocess.Popen([command(), "loads", robot, motion, "-o", tmp_path / "q", "--csv"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=heard)
+    process = subprocess.Popen([command(), "loads", robot, motion, "-o", tmp_path / "q", "--csv"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=heard)  # noqa: PLW1509 - it calls signal.signal and no more
     deadline = time.monotonic() + 60
     while process.poll() is None and time.monotonic() < deadline and not list(tmp_path.glob("q/.*/new/wrenches.csv")):
         time.sleep(0.002)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import ksl
+from ksl import limits
 from ksl.csv_cells import csv_table, csv_text, text_of_cell
 from ksl.printable import one_line, printable, sentence
 
@@ -60,7 +61,8 @@ def test_printable_text():
     assert printable("a\x1b[31m\u202eb\nc\td\x9b") == "a\\x1b[31m\\u202eb\nc\td\\u009b"
     assert one_line("a\nb\r\u2028") == "a\\x0ab\\x0d\\u2028"
     assert printable("Gelenk 关节 مفصل ü\u00a0é 👩\u200d🚀") == "Gelenk 关节 مفصل ü\u00a0é 👩\u200d🚀", "names in any script stay"
-    assert len(sentence("x" * 10_000_000)) < 4100
+    for unit in ("x", "\x1b", "\u202e"):  # which are six characters each when they are made visible
+        assert len(sentence(unit * 1_000_000)) <= limits.MESSAGE_LENGTH and sentence(f"{unit}{'y' * 5000}z").endswith("yyz")
     assert printable("\udcff") == "\\udcff", "a byte of a path that is not UTF-8"
 
 
@@ -80,24 +82,24 @@ def test_cells_of_tables():
 
 
 @pytest.mark.parametrize(
-    "arguments",
+    ("arguments", "status"),
     [
-        ("info", "robot.urdf"),
-        ("info", "robot.urdf", "--json"),
-        ("check", "robot.urdf", "--all"),
-        ("check", "robot.urdf", "--json"),
-        ("loads", "robot.urdf", "motion.csv", "-o", "OUT", "--csv"),
-        ("hold", "robot.urdf"),
-        ("motion", "robot.urdf", "--kind", "minjerk", "-o", "OUT.csv"),
-        ("loads", "\x1b[31m.urdf", "\u202e.csv"),
-        ("\x1b[31m",),
-        ("info", "robot.urdf", "\x1b[31m"),
-        ("loads", "robot.urdf", "motion.csv", "--on", "\u202e"),
+        (("info", "robot.urdf"), 0),
+        (("check", "robot.urdf", "--all"), 1),
+        (("check", "robot.urdf", "--json"), 1),
+        (("loads", "robot.urdf", "motion.csv", "-o", "OUT", "--csv"), 0),
+        (("hold", "robot.urdf"), 0),
+        (("motion", "robot.urdf", "--kind", "minjerk", "-o", "OUT.csv"), 0),
+        (("loads", "\x1b[31m.urdf", "\u202e.csv"), 2),
+        (("\x1b[31m",), 2),
+        (("info", "robot.urdf", "\x1b[31m"), 2),
+        (("loads", "robot.urdf", "motion.csv", "--on", "\u202e"), 2),
     ],
-    ids=lambda a: a[0].strip("\x1b[") + str(len(a)) if isinstance(a, tuple) else None,
+    ids=["info", "check", "check --json", "loads", "hold", "motion", "names of files", "a command", "an argument", "an option"],
 )
-def test_nothing_but_printable_text_is_printed(hostile, tmp_path, arguments):
+def test_nothing_but_printable_text_is_printed(hostile, tmp_path, arguments, status):
     p = run(*(a.replace("OUT", str(tmp_path / "out")) for a in arguments), inside=hostile)
+    assert p.returncode == status and p.stdout + p.stderr, p.stderr.decode()
     for text in (p.stdout.decode(), p.stderr.decode()):
         assert not CONTROL.search(text), text
         assert "Traceback" not in text
@@ -137,14 +139,21 @@ def test_files_hold_no_formulas_and_read_back(hostile, tmp_path):
 # the last resort
 
 
-@pytest.mark.parametrize("kind", ["MemoryError", "RecursionError", "KeyError", "UnicodeEncodeError", "PermissionError", "AssertionError"])
+@pytest.mark.parametrize("kind", ["MemoryError", "RecursionError", "KeyError", "UnicodeEncodeError", "PermissionError", "OutputError", "AssertionError"])
 def test_every_command_ends_in_a_sentence(hostile, kind):
     """A fault is planted into what all commands call."""
-    how = {"UnicodeEncodeError": "UnicodeEncodeError('utf-8', 'a', 0, 1, 'b')", "PermissionError": "PermissionError(13, 'no', 'file')"}.get(kind, f"{kind}('x\\x1b')")
-    code = f"import ksl.loading, sys\ndef load(*a, **o): raise {how}\nksl.loading.load = load\nfrom ksl.__main__ import main\nmain()"
+    special = {
+        "UnicodeEncodeError": "UnicodeEncodeError('utf-8', 'a', 0, 1, 'b')",
+        "PermissionError": "PermissionError(13, 'no', 'file')",
+        "OutputError": "ksl.output.OutputError('folder: is full')",
+    }
+    how = special.get(kind, f"{kind}('x\\x1b')")
+    code = f"import ksl.loading, ksl.output, sys\ndef load(*a, **o): raise {how}\nksl.loading.load = load\nfrom ksl.__main__ import main\nmain()"
     p = subprocess.run([sys.executable, "-c", code, "info", hostile / "robot.urdf"], capture_output=True, timeout=60)
     said = is_sentence(p)
-    expected = {"MemoryError": "not enough memory", "PermissionError": "file: can't be read", "UnicodeEncodeError": "codec"}
+    expected = {
+        "MemoryError": "not enough memory", "PermissionError": "file: can't be read", "UnicodeEncodeError": "codec", "OutputError": "ksl: folder: is full",
+    }  # fmt: skip
     assert expected.get(kind, "KSL_TRACEBACK=1") in said
 
 

@@ -32,7 +32,7 @@ def test_what_breaks_must_be_announced():
 
 
 def test_the_version_is_one():
-    """In the package, in both change logs, and not below the interface on record."""
+    """In the package, in both change logs, and not below the interface on record.  Headers: compat_test.py."""
     version = version_of_project()
     assert f'\nversion = "{version}"\n' in (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     assert re.search(rf"^## {re.escape(version)}\b", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE)

@@ -101,7 +101,7 @@ ALL = PUBLISHED_HEADERS - {"memory", "trig"}
 CONTENTS = {"print": declared(ALL), "ksl": declared(ALL), "pub_types": TYPES + MATRIX, "version": GIT}
 CONTENTS |= {h: declared({"vec3"}) for h in ("axis", "eulerangles", "vec4")}
 CONTENTS |= {h: declared({"vec3"}) + MATRIX for h in ("SE3", "mat3x3", "mat4x4", "matrix")}
-CONTENTS |= {"linalg": MATRIX} | {h: STANDARD for h in ("array", "memory", "trig")}
+CONTENTS |= {"linalg": MATRIX} | dict.fromkeys(("array", "memory", "trig"), STANDARD)
 
 
 @pytest.mark.parametrize("header", CONTENTS)

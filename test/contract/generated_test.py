@@ -6,9 +6,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
-import generate  # noqa: E402
-import pytest  # noqa: E402
-from generator.rows import ALGORITHMS, DEFAULTS  # noqa: E402
+import generate
+import pytest
+from generator.rows import ALGORITHMS, DEFAULTS
 
 
 def test_generated_files_are_what_the_rows_give():

@@ -43,7 +43,7 @@ def test_no_public_function_is_hidden_by_a_module():
 
 def test_unknown_name():
     with pytest.raises(AttributeError, match="no attribute 'Modle'; did you mean 'Model'"):
-        ksl.Modle  # noqa: B018
+        _ = ksl.Modle
     assert not hasattr(ksl, "__wrapped__")
     with pytest.raises(ImportError, match="laod"):
         exec("from ksl import laod")

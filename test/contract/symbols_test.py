@@ -67,8 +67,8 @@ def strong_symbols(found: list[tuple[str, str]]) -> list[str]:
 
 
 def test_every_build_is_looked_at(kernels):
-    """`make test` builds two sets with gcc, and one with clang."""
-    assert len(kernels["gcc"]) > 2 and len(kernels["clang"]) > 1
+    """`make test` builds two sets with each compiler."""
+    assert len(kernels["gcc"]) > 2 and len(kernels["clang"]) > 2
 
 
 @pytest.mark.parametrize("build", BUILDS)

@@ -10,8 +10,8 @@ import pytest
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
-import gate  # noqa: E402
-import source_text  # noqa: E402
+import gate
+import source_text
 
 HEADER = """#pragma once
 // A template with two instantiations: each runs one of the branches that its argument selects.

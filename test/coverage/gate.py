@@ -59,7 +59,7 @@ class Count:
 
 
 def count_file(path, text, file):
-    """The Count of one file; file is None if no program holds code of it."""
+    """The Count of one file.  file: what ran of it; None if it is in no program."""
     file = file or regions.File()
     code, starts = source_text.code_lines(text), file.starts
     begun = {line for line, _ in starts}
@@ -91,7 +91,7 @@ def read_exclusions(path):
 
 
 def exclude(counts, exclusions, root):
-    """Takes what is excluded out of the counts (path → Count).  Returns what is wrong with the exclusions."""
+    """Remove what is excluded from the counts (path → Count).  Returns what is wrong with the exclusions."""
     wrong = []
     if len(exclusions) > MOST_EXCLUSIONS:
         wrong.append(f"{len(exclusions)} exclusions, expected at most {MOST_EXCLUSIONS}")

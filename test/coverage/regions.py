@@ -47,7 +47,7 @@ class File:
 
 
 def innermost(regions, line, column):
-    """How often the innermost of a function's regions that holds a place ran."""
+    """How often the innermost region of a function around a place ran."""
     best, count = None, 0
     for ls, cs, le, ce, runs, gap in regions:
         if not gap and (ls, cs) <= (line, column) < (le, ce) and (best is None or (ls, cs) >= best):
@@ -56,9 +56,9 @@ def innermost(regions, line, column):
 
 
 def run_lines(own):
-    """Line → how often it ran, of one instantiation's regions in a file.  As in llvm-cov, a line on which regions begin ran as often
-    as the one of them that ran most, or as what goes on from the line before.  A gap between statements ends where a region begins;
-    otherwise what surrounds it goes on."""
+    """Line → how often it ran, for the regions of one instantiation in a file.  As in llvm-cov: where regions begin on a line, the one that ran
+    most counts, or the region that goes on from the line before.  A gap between statements ends where a region begins; otherwise the
+    region around it goes on."""
     inherited, begun, starts = {}, defaultdict(int), {r[:2] for r in own if not r[5]}
     for ls, _, le, ce, count, gap in sorted(own, key=lambda r: (r[0], r[1], -r[2], -r[3])):  # the innermost comes last and wins
         for line in range(ls + 1, le if gap and (le, ce) not in starts else le + 1):
@@ -69,8 +69,8 @@ def run_lines(own):
 
 
 def add_lines(own, file, blocks):
-    """Adds one instantiation.  A block without a region in it is not its own: it is that of a lambda, or discarded by `if constexpr`.
-    What surrounds it says nothing about it."""
+    """Add one instantiation.  A block in which no region begins is not part of it: it belongs to a lambda, or `if constexpr` discards it.
+    The counts of the region around the block say nothing about it."""
     starts = {r[:2] for r in own if not r[5]}
     first, last = min(r[0] for r in own), max(r[2] for r in own)
     foreign = {line for (begin, column), end in blocks.items() if first <= begin <= last and (begin, column) not in starts

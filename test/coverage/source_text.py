@@ -1,7 +1,7 @@
 """What the text of a C or C++ file says: which lines hold code, and where blocks of statements begin.
 
-Compilers count nothing in a template that is never instantiated, or in the branch of an `if constexpr` that every instantiation
-discards.  So the text says which blocks there are, and a block at which no compiled function has a region never ran."""
+Compilers count nothing in a template that is never instantiated, nor in a branch of an `if constexpr` that every instantiation
+discards.  So the blocks are found in the text.  A block at which no compiled function has a region never ran."""
 
 import re
 
@@ -18,8 +18,8 @@ def blanked(text):
 
 
 def code_lines(text):
-    """Numbers of the lines that hold more than blanks, comments, preprocessor, brackets and words between blocks.  What says that
-    it can't be reached is no code either."""
+    """Numbers of the lines with code: more than blanks, comments, preprocessor lines, brackets, `else`, `do` and `try`.
+    __builtin_unreachable() is no code either."""
     return {number for number, line in enumerate(blanked(text).split("\n"), 1)
             if not re.fullmatch(r"[\s{}();,]*(else|do|try|__builtin_unreachable\(\))?[\s{}();,]*", line)}
 
@@ -96,8 +96,8 @@ def opening(all_tokens, closed):
 
 
 def opens_body(all_tokens, i):
-    """Does the brace at an index open the body of a function or lambda, or a statement with a condition?  That is: does it follow
-    the parentheses of parameters or of a condition?"""
+    """Whether the brace at an index opens the body of a function, a lambda or a statement with a condition: it follows the
+    parentheses of parameters or of a condition."""
     k = i - 1
     while k >= 0 and all_tokens[k][0] in QUALIFIERS:
         k -= 1

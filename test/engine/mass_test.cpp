@@ -365,6 +365,9 @@ TEST_CASE("a joint that can move without moving any mass is found, and named") {
   CHECK(m.joints()[static_cast<std::size_t>(m.massless_joint())].name == "wrist");
   CHECK(m.massless_joint_text().find("joint wrist can move without moving any mass") == 0);
   CHECK(m.massless_joint_text().find("tool") != std::string::npos);
+  r.joints.back().name = "wr\x1b[2Jist"; // which would clear a terminal
+  CHECK(ksl::model(r).massless_joint_text().find("joint wr\\x1b[2Jist can") == 0);
+  r.joints.back().name = "wrist";
   r.joints.back().kind = ksl::joint_kind::universal; // two bodies, of which the first is no link's
   r.joints.back().axis2 = {0, 0, 1};
   const ksl::model two(r);

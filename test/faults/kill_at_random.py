@@ -1,6 +1,6 @@
 """Kills every command that writes at random moments and before each of its changes, interrupts it, and fills its disk.
 
-    python test/faults/kill_at_random.py [--moments 100] [--sizes 20] [--only NAME] [--seed 1]
+    python test/faults/kill_at_random.py [--moments 100] [--sizes 20] [--only NAME] [--seed 1] [--no-record]
 
 Prints what is amiss and the figures, and writes the record of the promise `results-files`.  About ten minutes."""
 
@@ -17,6 +17,8 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
@@ -100,7 +102,8 @@ def on_full_disks(writer: writers.Writer, out: Path, sizes: int, answer: Path) -
                 expected = later
             else:
                 expected, full = earlier, full + 1
-                if "Traceback" in said.replace("OutputError", "") and writer.name not in ("to_urdf", "Run.report") or "No space left on device" not in said:
+                raw = "Traceback" in said and writer.name not in ("to_urdf", "Run.report")  # of these two, which are Python, it is right
+                if raw or "No space left on device" not in said:
                     faults.append(f"{writer.name}: {space} bytes: status {status}, says {said[-300:]!r}")
             if found != expected or killing.everything(out) != set(found):
                 faults.append(f"{writer.name}: {space} bytes: status {status}, leaves {sorted(killing.everything(out))}")
@@ -194,67 +197,102 @@ def planted(work: Path) -> str:
     return "caught" if any("torn" in fault for fault in found) else "NOT CAUGHT"
 
 
+@dataclass
+class Found:
+    """What is amiss, how many runs were stopped, and why no disk could be filled."""
+
+    faults: list[str] = field(default_factory=list)
+    killed: int = 0
+    interrupted: int = 0
+    full: int = 0
+    notes: list[str] = field(default_factory=list)
+
+
+def of_one(writer: writers.Writer, work: Path, moments: list[float], sizes: int) -> Found:
+    """One command: killed and interrupted at moments, killed before each of its changes, on full disks."""
+    faults, killed = killed_at_moments(writer, work / "out", moments)
+    more, ended = interrupted(writer, work / "out", moments)
+    found = Found([*faults, *more, *writers.killed_at_changes(writer, work / "out")], killed, ended)
+    answer, log = work / "answer", work / "log"
+    answer.unlink(missing_ok=True)
+    status, _ = killing.in_a_copy(lambda: on_full_disks(writer, work / "disk", sizes, answer), output=log)
+    if status:
+        found.notes.append("No file system could be mounted, so that no disk was filled: " + log.read_text().strip().splitlines()[-1])
+    else:
+        said = json.loads(answer.read_text())
+        found.faults += said["faults"]
+        found.full = said["full"]
+    print(f"{writer.name}: {killed} killed, {ended} interrupted, {found.full} disks full; {len(found.faults)} faults", flush=True)
+    return found
+
+
+def of_sweeps(work: Path, moments: Callable[[int], list[float]], count: int) -> list[str]:
+    """What is amiss with sweeps that are killed, into an empty folder and over another sweep."""
+    killing.in_this_process(writers.sweep_of(work, "b")(work / "undisturbed"))
+    swept, faults = killing.visible(work / "undisturbed"), []
+    for force in (False, True):
+        faults += writers.sweep_killed_at_changes(work, swept, force)
+        faults += writers.sweep_killed_at_moments(work, swept, force, moments(count))
+    return faults
+
+
+def prepared(work: Path, only: str) -> list[writers.Writer]:
+    """The writers whose names hold `only`, with all modules imported, so that the time of a run is that of its work."""
+    writers.same_date()
+    writers.sweeps_in_this_process()
+    writers.export_a_small_page()
+    chosen = [w for w in writers.prepare(work) if only in w.name]
+    for writer in chosen:
+        (work / "warm" / writer.name).mkdir(parents=True)
+        killing.in_this_process(writer.later(work / "warm" / writer.name))
+    return chosen
+
+
+def record(figures: dict[str, int], kept: bool, seen: str, notes: list[str]) -> None:
+    command = [sys.executable, str(ROOT / "scripts/trust/record.py"), "results-files", "--command", "make test-faults", "--kept" if kept else "--broken"]
+    command += [part for name, value in figures.items() for part in ("--figure", f"{name}={value}")]
+    command += ["--planted", f"results replaced one file after the other={seen}", *(part for note in notes for part in ("--note", note))]
+    subprocess.run(command, check=True)
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--moments", type=int, default=100)
-    parser.add_argument("--sizes", type=int, default=20)
-    parser.add_argument("--only", default="")
-    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--moments", type=int, default=100, help="of each command, at random")
+    parser.add_argument("--sizes", type=int, default=20, help="of disks, for each command")
+    parser.add_argument("--only", default="", metavar="NAME", help="the writers whose names hold this, and no sweeps; nothing is recorded")
+    parser.add_argument("--seed", type=int, default=1, help="of the random moments")
     parser.add_argument("--no-record", action="store_true")
     given = parser.parse_args()
     draw = random.Random(given.seed)
+
+    def moments(count: int, first: float = 0.0) -> list[float]:
+        return [draw.uniform(first, 1.05) for _ in range(count)]
+
     with tempfile.TemporaryDirectory(prefix="ksl-faults-") as folder:
         work = Path(folder)
-        writers.same_date()
-        writers.sweeps_in_this_process()
-        writers.export_a_small_page()
-        every = [w for w in writers.prepare(work) if given.only in w.name]
-        for writer in every:
-            (work / "warm" / writer.name).mkdir(parents=True)
-            killing.in_this_process(writer.later(work / "warm" / writer.name))
-        faults: list[str] = []
-        figures, notes = {}, []
-        count = {"killed": 0, "interrupted": 0, "full": 0}
-        for writer in every:
-            moments = [draw.uniform(0, 1.05) for _ in range(given.moments)]
-            found, killed = killed_at_moments(writer, work / "out", moments)
-            more, ended = interrupted(writer, work / "out", moments)
-            each = writers.killed_at_changes(writer, work / "out")
-            status, _ = killing.in_a_copy(lambda w=writer: on_full_disks(w, work / "disk", given.sizes, work / "answer"), output=work / "log")
-            answer = json.loads((work / "answer").read_text()) if status == 0 else {"faults": [], "full": 0}
-            if status:
-                notes = ["No file system could be mounted, so that no disk was filled: " + (work / "log").read_text().strip().splitlines()[-1]]
-            (work / "answer").unlink(missing_ok=True)
-            faults += [*found, *more, *each, *answer["faults"]]
-            count = {"killed": count["killed"] + killed, "interrupted": count["interrupted"] + ended, "full": count["full"] + answer["full"]}
-            print(f"{writer.name}: {killed} killed, {ended} interrupted, {answer['full']} disks full; {len(found + more + each + answer['faults'])} faults", flush=True)
+        every = prepared(work, given.only)
+        results = [of_one(writer, work, moments(given.moments), given.sizes) for writer in every]
         if not given.only:
-            found, killed = real_processes_killed(work, [draw.uniform(0.2, 1.05) for _ in range(given.moments)])
-            faults, count["killed"] = faults + found, count["killed"] + killed
-            killing.in_this_process(writers.sweep_of(work, "b")(work / "undisturbed"))
-            swept = killing.visible(work / "undisturbed")
-            for force in (False, True):
-                faults += writers.sweep_killed_at_changes(work, swept, force)
-                faults += writers.sweep_killed_at_moments(work, swept, force, [draw.uniform(0, 1.05) for _ in range(given.moments // 2)])
+            faults, killed = real_processes_killed(work, moments(given.moments, 0.2))
+            results += [Found(faults, killed), Found(of_sweeps(work, moments, given.moments // 2))]
         seen = planted(work)
+    faults = [fault for found in results for fault in found.faults]
+    notes = [note for found in results for note in found.notes][:1]
     for fault in faults:
         print(fault)
     figures = {
-        "commands and functions that write": len(every) + 1,
+        "commands and functions that write": len(every) + (not given.only),
         "random moments of kill -9, each": given.moments,
-        "runs that kill -9 met": count["killed"],
-        "runs ended by SIGINT or SIGTERM": count["interrupted"],
+        "runs that kill -9 met": sum(found.killed for found in results),
+        "runs ended by SIGINT or SIGTERM": sum(found.interrupted for found in results),
         "disk sizes, each": 0 if notes else given.sizes,
-        "runs that met a full disk": count["full"],
+        "runs that met a full disk": sum(found.full for found in results),
         "torn or left behind": len(faults),
     }
     kept = not faults and seen == "caught" and not notes
-    record = [sys.executable, str(ROOT / "scripts/trust/record.py"), "results-files", "--command", "make test-faults", "--kept" if kept else "--broken"]
-    record += [part for name, value in figures.items() for part in ("--figure", f"{name}={value}")]
-    record += ["--planted", f"results replaced one file after the other={seen}", *(part for note in notes for part in ("--note", note))]
     print(figures, seen, notes)
-    if not given.no_record:
-        subprocess.run(record, check=True)
+    if not given.no_record and not given.only:
+        record(figures, kept, seen, notes)
     return 0 if kept else 1
 
 

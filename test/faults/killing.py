@@ -19,7 +19,14 @@ WAITING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 WRITES = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC
 
 
-def in_a_copy(action: Callable[[], object], *, kill_at: int = 0, before: Callable[[], object] = lambda: None, output: Path | None = None, end: tuple[int, float] | None = None) -> tuple[int, int]:
+def in_a_copy(
+    action: Callable[[], object],
+    *,
+    kill_at: int = 0,
+    before: Callable[[], object] = lambda: None,
+    output: Path | None = None,
+    end: tuple[int, float] | None = None,
+) -> tuple[int, int]:
     """Runs `action` in a copy of this process.  Returns its status, negative for the signal that ended it, and how many changes it made.
 
     kill_at: it kills itself before the change of this number, counted from 1.  before: runs in the copy first.  output: gets what it prints.

@@ -33,7 +33,7 @@ class Writer:
 
 @contextmanager
 def stand_ins_end() -> Iterator[None]:
-    """What the functions below replace is as it was after the block: other tests run in the same process."""
+    """After the block, what the functions below have replaced is put back: other tests run in the same process."""
     from ksl.load_cases import provenance
     from ksl.sizing import run
     from ksl.sweeps import local
@@ -48,7 +48,7 @@ def stand_ins_end() -> Iterator[None]:
 
 
 def same_date() -> None:
-    """Results say when they were made; two runs shall be the same to the byte."""
+    """Gives all results the same date, so that two runs write the same bytes."""
     from ksl.load_cases import provenance
     from ksl.sizing import run
 
@@ -61,7 +61,7 @@ def same_date() -> None:
 
 
 def sweeps_in_this_process() -> None:
-    """A process for each worker would take a second to start."""
+    """Computes sweeps in this process: one for each worker would take a second to start."""
     from ksl.sweeps import local
     from ksl.sweeps.evaluate import Evaluator
 
@@ -74,7 +74,7 @@ def sweeps_in_this_process() -> None:
 
 
 def export_a_small_page() -> None:
-    """The page of the viewer takes a second; how it gets into its file does not depend on what it shows."""
+    """Replaces the page of the viewer, which takes a second to make, by a small one: writing the file does not depend on what the page shows."""
     from ksl.viewer import export
 
     export._html = lambda scene, shown: f"<html><body>{shown.selected} {len(scene.time)}</body></html>" * 2000

@@ -218,7 +218,7 @@ def test_many_processes_into_one_folder_do_not_mix(tmp_path):
         if not copies[-1]:
             try:
                 for k in range(15):
-                    write_set(tmp_path, {name: f"{tag}{k}" for name in RESULTS[: 2 + k % 3]})
+                    write_set(tmp_path, dict.fromkeys(RESULTS[: 2 + k % 3], f"{tag}{k}"))
                 os._exit(0)
             finally:
                 os._exit(1)

@@ -5,6 +5,7 @@
 GOLDEN := $(if $(wildcard $(VENV)/bin/python),$(VENV)/bin/python,python3) test/golden/golden.py
 
 golden:
+	scripts/system_packages.sh trust
 	$(GOLDEN) --record
 golden-algebra:
 	$(GOLDEN) --parts algebra

@@ -1,9 +1,9 @@
 """Write algebra.c and libm.c of the golden programs.
 
-algebra.c calls every function of the C algebra, in double and in float, on numbers made by integer arithmetic, and prints a hash of what it
-returns and writes.  libm.c replaces the functions of the C library whose last bits differ between C libraries (--wrap of the
-linker): by arithmetic that is none of theirs, but the same everywhere.  So the hashes prove that KSL's own operations are the same,
-and the table says which functions depend on the C library, and on which of its functions.
+algebra.c calls every function of the C algebra, in double and in float, with numbers made by integer arithmetic, and prints a hash of what it
+returns and writes.  The last bits of sin, exp and others differ between C libraries.  So libm.c replaces these functions (--wrap of the
+linker) by other arithmetic, which is the same everywhere.  The hashes then prove that KSL's own operations are the same.
+The table says which functions depend on the C library, and on which of its functions.
 
 usage: make_programs.py OUTPUT_FOLDER"""
 
@@ -178,7 +178,8 @@ def dense_functions() -> dict[str, str]:
 def algebra() -> str:
     calls = [f for f in everything().values() if f.name not in LEFT_OUT and not f.name.endswith("_alloc")]
     texts = {f.name: function(f) for f in calls} | dense_functions()
-    headers = sorted(p.name for p in (Path(__file__).parents[2] / "include/ksl").glob("*.h") if p.name not in ("engine.h", "engine_building.h", "engine_calls.h"))
+    engine = ("engine.h", "engine_building.h", "engine_calls.h")
+    headers = sorted(p.name for p in (Path(__file__).parents[2] / "include/ksl").glob("*.h") if p.name not in engine)
     includes = "".join(f'#include "ksl/{h}"\n' for h in headers)
     main = "".join(f"  call_{name}();\n" for name, text in texts.items() if text)
     return PROGRAM % (includes, "\n".join(text for text in texts.values() if text), main)

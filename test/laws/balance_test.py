@@ -28,7 +28,7 @@ def test_every_body_is_in_balance(seed, bodies, floating):
     reactions = dict(zip(c.names, np.moveaxis(c.all_reactions(order="ang_lin"), 1, 0)))
     carrier = {j.child: j for j in c.m.joints}
     in_world = {link: apply(coadjoint(c.witness.pose[link]), reactions[j.name]) for link, j in carrier.items()}
-    scale = max(1.0, max(np.abs(w).max() for w in in_world.values()))
+    scale = max(1.0, *(np.abs(w).max() for w in in_world.values()))
     for link in c.m.link_names:
         exerted = in_world[link] - sum((in_world[j.child] for j in c.m.joints if j.parent == link), np.zeros(6))
         exerted = exerted + c.witness.external[link] + c.witness.weight[link]

@@ -9,7 +9,7 @@ from projection import Projection, close, random_projection
 from random_tree import random_external, random_states
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "api"))
-from algorithms import ALGORITHMS, Algorithm  # noqa: E402
+from algorithms import ALGORITHMS, Algorithm
 
 ROWS = {row.name: row for row in ALGORITHMS if "python" in row.faces}
 STATES = 3
@@ -253,13 +253,13 @@ def test_derivatives_are_limits_of_differences(seed):
     *_, by_q_and_tau = p.m.forward_dynamics_second_derivatives(q, v, tau, external)
     check(by_q_and_tau.swapaxes(1, 2), difference_quotients(p, lambda x: p.m.mass_matrix_inverse(x), q), 1e-9 * max(cond, 100))
     by_qq, by_vv, by_qv, _ = p.m.forward_dynamics_second_derivatives(q, v, tau, external)
-    first = lambda x, y: p.m.forward_dynamics_derivatives(x, y, tau, external)  # noqa: E731
+    first = lambda x, y: p.m.forward_dynamics_derivatives(x, y, tau, external)
     check(by_qq, difference_quotients(p, lambda x: first(x, v)[0], q), 1e-9 * max(cond, 1000))
     quotients = [np.stack([(first(q, v + e)[k] - first(q, v - e)[k]) / 2e-4 for e in step], -1) for k in (0, 1)]
     check(by_qv, quotients[0], 1e-11 * max(cond, 1000))
     check(by_vv, quotients[1], 1e-11 * max(cond, 1000))
     for part in PARTS:
-        of = lambda x: p.m.reactions(x, v, a, external, joints=case.joints, part=part)  # noqa: B023, E731
+        of = lambda x: p.m.reactions(x, v, a, external, joints=case.joints, part=part)
         by_q, *_ = p.m.reactions_derivatives(q, v, a, external, joints=case.joints, part=part)
         check(by_q, difference_quotients(p, of, q), 1e-7)
 

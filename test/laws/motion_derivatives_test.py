@@ -172,7 +172,7 @@ def test_derivatives_of_forward_dynamics_by_parameters(seed):
     Y = m.inverse_dynamics_regressor(q, v, m.forward_dynamics(q, v, tau))
     by_parameters = -np.einsum("ij,jlp->ilp", m.mass_matrix_inverse(q), Y)
     change = m.parameters * rng.uniform(-1, 1, (len(m.link_names), 1))  # which a body can have, too
-    at = lambda s: m.with_parameters({name: x for name, x in zip(m.link_names, m.parameters + s * change)}).forward_dynamics(q, v, tau)
+    at = lambda s: m.with_parameters(dict(zip(m.link_names, m.parameters + s * change))).forward_dynamics(q, v, tau)
     difference = (at(STEP) - at(-STEP)) / (2 * STEP)
     assert np.abs(difference - np.einsum("ilp,lp->i", by_parameters, change)).max() <= 1e-5 * max(1, np.abs(difference).max())
 

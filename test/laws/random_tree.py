@@ -131,7 +131,7 @@ class Case:
     @property
     def load(self) -> float:
         """The largest number in any wrench: what errors are measured by."""
-        return max(1.0, max(float(np.abs(self.witness.in_joint_frame(j.child)).max()) for j in self.m.joints))
+        return max(1.0, *(float(np.abs(self.witness.in_joint_frame(j.child)).max()) for j in self.m.joints))
 
 
 def random_poses(rng: np.random.Generator, n: int) -> np.ndarray:

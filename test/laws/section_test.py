@@ -47,7 +47,7 @@ def test_a_section_carries_what_a_weld_in_its_place_does(floating):
     assert set(cut.joint_names) == set(whole.joint_names)
     rng = np.random.default_rng(1)
     q, v, a = random_states(cut, rng, 6)
-    order = [n for n in whole.joint_names]
+    order = list(whole.joint_names)
     columns = lambda m, size, start: np.concatenate([np.arange(getattr(m.joint(n), start), getattr(m.joint(n), start) + getattr(m.joint(n), size)) for n in order])
     to_q, to_v = np.empty_like(q), [np.empty_like(v), np.empty_like(a)]
     to_q[:, columns(whole, "nq", "q_index")] = q[:, columns(cut, "nq", "q_index")]

@@ -5,9 +5,15 @@
 #include "ksl/urdf.hpp"
 
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <random>
+#include <sys/resource.h>
+#include <unistd.h>
 
 using namespace ksl;
 
@@ -140,6 +146,39 @@ TEST_CASE("urdf: names, and what isn't written") {
   CHECK(test::refusal_of([&] {
           write_urdf(robot, "/nowhere/robot.urdf");
         }).find("/nowhere/robot.urdf: the robot can't be written") == 0);
+}
+
+TEST_CASE("urdf: a file appears complete or not at all") {
+  const std::filesystem::path folder = std::filesystem::temp_directory_path() / ("ksl_urdf_" + std::to_string(getpid()));
+  const std::filesystem::path file = folder / "robot.urdf", link = folder / "link.urdf";
+  const auto text = [&] {
+    std::ifstream in(file);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  const auto files = [&] { return std::distance(std::filesystem::directory_iterator(folder), {}); };
+  std::filesystem::create_directory(folder);
+  std::ofstream(file) << "the old one";
+  std::filesystem::create_symlink(file, link);
+  const robot_description robot = read_urdf_text("<robot name='r'><link name='a'/></robot>", "r.urdf");
+
+  // a disk that is full after 20 bytes
+  rlimit before{}, few{};
+  REQUIRE(getrlimit(RLIMIT_FSIZE, &before) == 0);
+  few = before;
+  few.rlim_cur = 20;
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  REQUIRE(setrlimit(RLIMIT_FSIZE, &few) == 0);
+  const std::string said = test::refusal_of([&] { write_urdf(robot, file.string()); });
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+  CHECK(said.find("the robot can't be written") != said.npos);
+  CHECK((text() == "the old one" && files() == 2));
+
+  write_urdf(robot, link.string());
+  CHECK((text() == urdf_text(robot) && files() == 2 && std::filesystem::is_symlink(link)));
+  write_urdf(robot, "/dev/null");
+  CHECK(std::filesystem::is_character_file("/dev/null"));
+  std::filesystem::remove_all(folder);
 }
 
 TEST_CASE("urdf: what was changed after it was read is written as it is now") {

@@ -319,7 +319,7 @@ def test_other_programs_read_the_data_set(example, examples):
         importlib.import_module(program)
         (line,) = [line for line in text.splitlines() if line.startswith(f"import {program}")]
         names: dict[str, object] = {}
-        exec(line.replace("out/ur5/", f"{example[1]}/"), names)  # noqa: S102
+        exec(line.replace("out/ur5/", f"{example[1]}/"), names)
         found = {str(case): float(value) for case, value in names["peaks"].items()} if program == "pandas" else dict(names["peaks"])
         expected = expected or found
         assert found == pytest.approx(expected) and len(found) == 8, program

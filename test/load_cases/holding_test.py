@@ -135,3 +135,17 @@ def test_a_pose_has_no_time(arm):
 def test_a_pose_in_degrees_is_suspected(tmp_path, examples):
     p = run(examples / "robots/ur5.urdf", "--pose", "elbow=90")
     assert p.stdout.startswith("verdict: RED") and "are these degrees?" in p.stdout.splitlines()[1] and "90deg" in p.stdout.splitlines()[1]
+
+
+def test_efforts_that_overflow_and_payloads_that_are_none(arm):
+    with pytest.raises(ksl.MotionError, match=r"pose: sample 1 .*tau\[\d\] is .*check the units of .* gravity"):
+        ksl.hold(arm.with_gravity((1e308, 0, -1e308)), {"shoulder": 2.0})
+    with pytest.raises(ValueError, match="payloads only describe what the model carries already"):
+        ksl.hold(arm, payloads={"lower": (1.0, (0, 0, 0))})
+
+
+def test_a_pose_in_a_file_that_is_not_there(arm, tmp_path):
+    from ksl.load_cases.holding import read_pose
+
+    with pytest.raises(ksl.MotionError, match="pose: there is no such file; give a TOML file of positions by names, or a motion"):
+        read_pose(arm, tmp_path / "pose")

@@ -192,6 +192,14 @@ def test_what_loads_refuses(flange):
         ksl.loads(flange, held(flange), joints=["flnage"])
     with pytest.raises(ValueError, match="no link named 'tol'|at='tol'"):
         ksl.loads(flange, held(flange), at="tol")
+    with pytest.raises(ksl.MotionError, match="reading is int; expected a mapping"):
+        ksl.loads(flange, held(flange), reading=3)
+    with pytest.raises(ksl.MotionError, match="cases: expected a file of load cases, or a list"):
+        ksl.loads(flange, cases=[3])
+
+
+def test_one_joint_by_its_name(flange):
+    assert ksl.loads(flange, held(flange), joints="pin").wrenches.equals(ksl.loads(flange, held(flange), joints=["pin"]).wrenches)
 
 
 NARROW = 80

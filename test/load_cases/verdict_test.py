@@ -120,7 +120,7 @@ def test_degrees_taken_as_radians_are_red_and_fail(tmp_path):
     assert p.returncode == 3 and (tmp_path / "out/report.html").exists()
     first, *rest = p.stdout.splitlines()
     assert first.startswith("verdict: RED: pin uses ") and re.search(r"\d\d,\d{3} % of its", first)
-    assert [line for line in rest if line.startswith("note: ")][0].startswith("note: pin: position -57.29 rad is beyond the lower limit -1 rad")
+    assert next(line for line in rest if line.startswith("note: ")).startswith("note: pin: position -57.29 rad is beyond the lower limit -1 rad")
     assert run(tmp_path, q).returncode == 0
 
 

@@ -3,10 +3,12 @@
 import gzip
 import io
 import os
+import re
 import subprocess
 import sys
 import time
 import zipfile
+from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
@@ -140,6 +142,25 @@ def test_a_field_of_a_map_that_is_too_long(tmp_path):
     (tmp_path / "map.csv").write_text(f"from,to\na,{'x' * 200_000}\n")
     with pytest.raises(MotionError, match="line 2|:2:"):
         read_map(tmp_path / "map.csv")
+
+
+def test_the_limits_of_the_page_are_those_of_the_readers():
+    section = (Path(__file__).parents[2] / "docs/motions.md").read_text(encoding="utf-8").split("\n## Limits\n")[1]
+    said = re.findall(r"^\| .* \| ([\d,]+)(?: (GiB|MiB))?(?: characters)? \|$", section, re.MULTILINE)
+    numbers = [int(number.replace(",", "")) << {"GiB": 30, "MiB": 20, "": 0}[unit] for number, unit in said]
+    readers = (limits.MOTION_BYTES, limits.MOTION_NUMBERS, limits.COLUMNS, limits.LINE_BYTES, limits.NAME_LENGTH, limits.TOML_BYTES, limits.TOML_DEPTH)
+    assert numbers == [*readers, limits.ROBOT_BYTES]
+    assert f"at most {limits.MESSAGE_LENGTH:,} characters" in section
+
+
+def test_names_in_a_key(tmp_path):
+    """As many as the page says, and not one more."""
+    path = tmp_path / "map.toml"
+    path.write_text("[columns]\n" + ".".join("a" * limits.TOML_DEPTH) + ' = "hip"\n')
+    assert [rule.to for rule in read_map(path).rules.values()] == ["hip"]
+    path.write_text("[columns]\n" + ".".join("a" * (limits.TOML_DEPTH + 1)) + ' = "hip"\n')
+    with pytest.raises(MotionError, match="map.toml:2: a key of more than 32 names"):
+        read_map(path)
 
 
 # line ends

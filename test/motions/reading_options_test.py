@@ -284,3 +284,8 @@ def test_values_that_no_option_has(tmp_path, options, words):
     """From programs and from files of load cases and sweeps, which hold anything."""
     with pytest.raises(ksl.MotionError, match=words):
         ksl.read_motion(None, tmp_path / "none.csv", **options)
+
+
+def test_the_model_comes_first(leg, written):
+    with pytest.raises(ValueError, match="model is str; expected a model"):
+        read_motion(leg.file, written("time,hip,slide\n"))

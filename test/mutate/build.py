@@ -202,7 +202,7 @@ class Build:
                 for place in {here} if here else waiting:
                     places.add((place, missing and missing[1]))
                 waiting = set()
-        wrong = lambda m, place, member: (m.file, m.line) == place and (not member or m.change.endswith(f"→ .{member}"))  # noqa: E731
+        wrong = lambda m, place, member: (m.file, m.line) == place and (not member or m.change.endswith(f"→ .{member}"))
         old = {tuple(d) for d in json.loads(self.dropped_file.read_text())} if self.dropped_file.exists() else set()
         by_file = {}
         for place, member in places:

@@ -117,7 +117,7 @@ class Mutant:
 
 def readable(text: bytes) -> bytes:
     """The same text, as long, with names in place of the project's macros, which the grammar can't know."""
-    blank = lambda found: b" " * len(found[0])  # noqa: E731
+    blank = lambda found: b" " * len(found[0])
     text = re.sub(rb"\bKSL_(FN|HELPER|LANES|VALUE)\b", lambda found: b"inline".ljust(len(found[0])), text)
     text = re.sub(rb"\bKSL_INLINED\b", blank, text)
     text = re.sub(rb"\breal\b", b"long", text)

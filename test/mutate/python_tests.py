@@ -18,8 +18,8 @@ from pathlib import Path
 import pytest
 
 SETTINGS = json.loads(os.environ["KSL_MUTATE"])
-ROOM = 20002
-FEW = 20
+ROOM = 20002  # numbers of mutants, as in numbers.cpp
+FEW = 20  # random cases of a test, where it takes thousands elsewhere
 # Tests that compile programs from the sources, which are not mutated, or that compare declarations.
 LEFT_OUT = ("exports_test", "headers_test", "print_test", "array_functions_test", "nan_test")
 
@@ -36,7 +36,7 @@ def without_programs(*_, **__):
 
 
 def pytest_collection_modifyitems(config, items):
-    """A mutant shows in few cases: a test takes FEW where it takes thousands elsewhere."""
+    """Tests take FEW random cases: most mutants show in any of them."""
     for module in {i.module for i in items} | {m for n, m in sys.modules.items() if n in ("cases", "random_cases")}:
         for name in ("CASES", "MANY", "WITNESSED", "FEW", "N"):
             if isinstance(getattr(module, name, None), int) and getattr(module, name) > (FEW if name != "N" else 1000):
@@ -110,55 +110,62 @@ def kill(session, mutated, number, order, seconds, killer):
     return 0
 
 
+def tests_by_time(session, mutated):
+    """(row of the record, test) of all tests that pass without a mutant, the shortest first."""
+    if not SETTINGS.get("reuse"):
+        os.waitpid(in_child(record, session, mutated, SETTINGS["reached"]), 0)
+    rows = json.loads(Path(SETTINGS["reached"]).read_text())
+    bad = [r["test"] for r in rows if r["failed"]]  # some tests need the number of cases that they were written for
+    if len(bad) > 0.01 * len(rows):
+        raise SystemExit(f"tests fail without a mutant: {bad}")
+    print(f"{len(bad)} of {len(rows)} tests fail with {FEW} cases, and are left out: {bad}", file=sys.stderr)
+    return sorted(((r, i) for r, i in zip(rows, session.items) if not r["failed"]), key=lambda pair: pair[0]["seconds"])
+
+
+class Children:
+    """Processes that run tests with a mutant each, some at a time."""
+
+    def __init__(self, out):
+        self.out = out  # gets a line for each mutant: number, what became of it, seconds, the test that noticed it
+        self.running = {}  # process → number, start, order of its tests
+        self.killer = mmap.mmap(-1, 4 * ROOM)  # shared: of each mutant, the place of the test that is running
+
+    def start(self, session, mutated, number, order):
+        while len(self.running) >= SETTINGS["jobs"]:
+            self.wait()
+        process = in_child(kill, session, mutated, number, order, SETTINGS["seconds"], self.killer)
+        self.running[process] = number, time.perf_counter(), order
+
+    def wait(self):
+        process, status = os.wait()
+        number, start, order = self.running.pop(process)
+        place = int.from_bytes(self.killer[4 * number : 4 * number + 4], "little")
+        code = os.waitstatus_to_exitcode(status)
+        timed_out = -code in (signal.SIGXCPU, signal.SIGALRM, signal.SIGKILL)
+        how = {0: "survived", 1: "failed"}.get(code) or ("timeout" if timed_out else "crashed")
+        name = "" if code == 0 else order[place][0]["test"]
+        self.out.write(f"{number}\t{how}\t{time.perf_counter() - start:.3f}\t{name}\n")
+        self.out.flush()
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtestloop(session):
     mutated = Mutated()
     if "library" in sys.modules:  # the algebra's: helpers are symbols of the mutated library
         sys.modules["library"].Library.helpers = property(lambda self: mutated.dll)
-    path = SETTINGS["reached"]
-    if not SETTINGS.get("reuse"):
-        os.waitpid(in_child(record, session, mutated, path), 0)
-    rows = json.loads(Path(path).read_text())
-    # Some tests need the number of cases that they were written for.
-    bad = [r["test"] for r in rows if r["failed"]]
-    if len(bad) > 0.01 * len(rows):
-        raise SystemExit(f"tests fail without a mutant: {bad}")
-    print(f"{len(bad)} of {len(rows)} tests fail with {FEW} cases, and are left out: {bad}", file=sys.stderr)
-    ordered = sorted(
-        ((r, i) for r, i in zip(rows, session.items) if not r["failed"]), key=lambda pair: pair[0]["seconds"]
-    )
+    ordered = tests_by_time(session, mutated)
     reaching = {}
     for row, item in ordered:
         for number in row["reached"]:
             reaching.setdefault(number, []).append((row, item))
-    killer = mmap.mmap(-1, 4 * ROOM)
-    running = {}
     with open(SETTINGS["results"], "w") as out:
-
-        def wait():
-            process, status = os.wait()
-            number, start = running.pop(process)
-            order = reaching.get(number, ordered)
-            place = int.from_bytes(killer[4 * number : 4 * number + 4], "little")
-            code = os.waitstatus_to_exitcode(status)
-            how = {0: "survived", 1: "failed"}.get(code) or (
-                "timeout" if -code in (signal.SIGXCPU, signal.SIGALRM, signal.SIGKILL) else "crashed"
-            )
-            name = "" if code == 0 else order[place][0]["test"]
-            out.write(f"{number}\t{how}\t{time.perf_counter() - start:.3f}\t{name}\n")
-            out.flush()
-
+        children = Children(out)
         for number in SETTINGS["mutants"]:
-            order = ordered if number == 0 else reaching.get(number)
-            if not order:
+            order = ordered if number == 0 else reaching.get(number)  # 0: no mutant
+            if order:
+                children.start(session, mutated, number, order)
+            else:
                 out.write(f"{number}\tunreached\t0\t\n")
-                continue
-            while len(running) >= SETTINGS["jobs"]:
-                wait()
-            running[in_child(kill, session, mutated, number, order, SETTINGS["seconds"], killer)] = (
-                number,
-                time.perf_counter(),
-            )
-        while running:
-            wait()
+        while children.running:
+            children.wait()
     return True

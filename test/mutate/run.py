@@ -17,10 +17,11 @@ import sys
 import time
 import tomllib
 from collections import Counter
+from dataclasses import dataclass
 
 from build import HERE, ROOT, Build, files
 
-SECONDS = 10  # a mutant may take ten times as long as the tests take without it, and this
+SECONDS = 10  # a run with a mutant may take ten times as long as the tests take without it, and so many seconds more
 # Mutants that are wrong beyond doubt, by file, code and change.
 KNOWN = {
     "algebra": [("include/ksl/detail/vec3.inc", "a.y * b.z - a.z * b.y", "- → +")],
@@ -28,6 +29,7 @@ KNOWN = {
 }
 PROGRAMS = ("engine_test", "interfaces_test")
 NOTICED = ("failed", "crashed", "timeout")
+PROMISED = 0.95  # of the mutants of each scope
 
 
 def engine_tests(build, program, numbers, jobs, reuse):
@@ -103,7 +105,7 @@ def equivalent_mutants(scope, mutants):
         if entry["file"] in others:
             continue
         lines = sources.setdefault(entry["file"], (ROOT / entry["file"]).read_text().splitlines())
-        one_of = lambda value: value if isinstance(value, list) else [value]  # noqa: E731
+        one_of = lambda value: value if isinstance(value, list) else [value]
         fits = [
             m
             for m in mutants
@@ -118,17 +120,54 @@ def equivalent_mutants(scope, mutants):
     return found, stale
 
 
-def run(scope, fraction, seed, jobs, reuse=False, laws=True):
-    start = time.time()
-    build = Build(scope)
-    build.write_tree()
-    if reuse:
-        pass
-    elif scope == "engine":
+@dataclass
+class Result:
+    """What became of the mutants of one scope."""
+
+    scope: str
+    mutants: dict  # number → mutant, of the whole scope
+    chosen: list  # numbers of those that were run
+    results: dict  # number → (how, seconds, test)
+    equivalent: dict  # number → reason
+    known: list  # the mutants that had to be noticed
+    dropped: int  # that did not compile
+    faults: int  # entries of equivalent.toml that are wrong
+    fraction: float
+    compiled: float  # seconds
+    seconds: float
+
+    def counts(self, numbers):
+        """How often each outcome came, how many mutants were noticed, and of how many: all but equivalent ones."""
+        outcomes = Counter("equivalent" if n in self.equivalent else self.results[n][0] for n in numbers)
+        return outcomes, sum(outcomes[how] for how in NOTICED), len(numbers) - outcomes["equivalent"]
+
+    def not_noticed(self):
+        return [n for n in self.chosen if self.results[n][0] not in NOTICED and n not in self.equivalent]
+
+
+def compile_all(build, laws):
+    if build.scope == "engine":
         build.configure()
         build.compile(*PROGRAMS, *(["_core"] if laws else []))
     else:
         build.compile_algebra()
+
+
+def is_no_mutant(n, mutants, results, reached):
+    """The boundary of a comparison is moved between integers alone.  So a moved boundary that no test reaches, beside a comparison that tests
+    do reach, is one of real numbers."""
+    m, before = mutants[n], mutants.get(n - 1)
+    same_place = before is not None and n - 1 in reached and (before.code, before.line) == (m.code, m.line)
+    return results[n][0] == "unreached" and same_place and m.change[0] in "<>"
+
+
+def run(scope, fraction, seed, jobs, reuse=False, laws=True):
+    """The Result of one scope.  Ends the program if a mutant that is known to be wrong is not noticed."""
+    start = time.time()
+    build = Build(scope)
+    build.write_tree()
+    if not reuse:
+        compile_all(build, laws)
     compiled = time.time() - start
     mutants = {m.number: m for m in build.mutants}
     known = [next(m.number for m in build.mutants if (m.file, m.code, m.change) == k) for k in KNOWN[scope]]
@@ -139,20 +178,7 @@ def run(scope, fraction, seed, jobs, reuse=False, laws=True):
     for n in known:
         if results[n][0] not in NOTICED:
             sys.exit(f"{scope}: a mutant that is known to be wrong was not noticed: {mutants[n].text()}")
-    # The boundary of a comparison of real numbers is not moved; where the comparison was reached, it was one of these.
-    chosen = [
-        n
-        for n in chosen
-        if not (
-            results[n][0] == "unreached"
-            and "moved" not in mutants[n].change
-            and n - 1 in mutants
-            and n - 1 in reached
-            and mutants[n - 1].code == mutants[n].code
-            and mutants[n - 1].line == mutants[n].line
-            and mutants[n].change[0] in "<>"
-        )
-    ]
+    chosen = [n for n in chosen if not is_no_mutant(n, mutants, results, reached)]
     equal, stale = equivalent_mutants(scope, build.mutants)
     for entry in stale:
         print(f"equivalent.toml: fits no mutant: {entry}")
@@ -160,51 +186,48 @@ def run(scope, fraction, seed, jobs, reuse=False, laws=True):
     for m in wrong:
         print(f"equivalent.toml: is noticed, so not equivalent: {m.text()}")
     dropped = len(json.loads(build.dropped_file.read_text())) if build.dropped_file.exists() else 0
-    return {
-        "scope": scope,
-        "mutants": mutants,
-        "chosen": chosen,
-        "results": results,
-        "equivalent": equal,
-        "dropped": dropped,
-        "faults": len(stale) + len(wrong),
-        "compiled": compiled,
-        "seconds": time.time() - start,
-        "fraction": fraction,
-        "known": [mutants[n] for n in known],
-    }
-
-
-def counts(result, numbers):
-    c = Counter(result["results"][n][0] if n not in result["equivalent"] else "equivalent" for n in numbers)
-    noticed = sum(c[k] for k in NOTICED)
-    counted = len(numbers) - c["equivalent"]
-    return c, noticed, counted
+    faults = len(stale) + len(wrong)
+    return Result(scope, mutants, chosen, results, equal, [mutants[n] for n in known], dropped, faults, fraction, compiled, time.time() - start)
 
 
 def table(result):
-    c, noticed, counted = counts(result, result["chosen"])
-    part = "all" if result["fraction"] == 1 else f"a random {result['fraction']:.0%} of all"
+    c, noticed, counted = result.counts(result.chosen)
+    part = "all" if result.fraction == 1 else f"a random {result.fraction:.0%} of all"
     lines = [
-        f"## {result['scope'].capitalize()}: {noticed / counted:.1%} noticed",
+        f"## {result.scope.capitalize()}: {noticed / counted:.1%} noticed",
         "",
-        f"{counted} mutants, {part} {len(result['mutants'])}: {noticed} noticed ({c['failed']} by a failed test, {c['crashed']} by a "
+        f"{counted} mutants, {part} {len(result.mutants)}: {noticed} noticed ({c['failed']} by a failed test, {c['crashed']} by a "
         f"crash, {c['timeout']} by a time-out), {c['survived']} not, {c['unreached']} not reached by any of these tests.  "
-        f"Besides: {c['equivalent']} equivalent ones; {result['dropped']} did not compile and were left out.",
+        f"Besides: {c['equivalent']} equivalent ones; {result.dropped} did not compile and were left out.",
         "",
         "| kind | mutants | noticed |",
         "|---|---|---|",
     ]
     for kind in ("sign", "index", "operator"):
-        _, k, n = counts(result, [m for m in result["chosen"] if result["mutants"][m].kind == kind])
-        lines.append(f"| {kind} | {n} | {k / n:.1%} |")
+        _, k, n = result.counts([m for m in result.chosen if result.mutants[m].kind == kind])
+        lines.append(f"| {kind} | {n} | {f'{k / n:.1%}' if n else ''} |")
     lines += ["", "| file | mutants | noticed | not | not reached |", "|---|---|---|---|---|"]
-    for file in sorted({m.file for m in result["mutants"].values()}):
-        numbers = [n for n in result["chosen"] if result["mutants"][n].file == file]
-        fc, k, n = counts(result, numbers)
+    for file in sorted({m.file for m in result.mutants.values()}):
+        fc, k, n = result.counts([m for m in result.chosen if result.mutants[m].file == file])
         if n:
             lines.append(f"| `{file}` | {n} | {k / n:.0%} | {fc['survived'] or ''} | {fc['unreached'] or ''} |")
     return lines
+
+
+def write(results, figures, kept):
+    """results.md, and the record of the promise."""
+    head = [
+        "# Mutants: faults planted in the code, and how many the tests notice",
+        "",
+        "Written by `make mutate`.  [README.md](README.md) says what a mutant is and how they are run.",
+        "",
+    ]
+    pages = [line for result in results for line in [*table(result), ""]]
+    (HERE / "results.md").write_text("\n".join(head + pages).rstrip() + "\n")
+    planted = [f"{m.text()}=caught" for result in results for m in result.known]
+    arguments = [a for f in figures for a in ("--figure", f)] + [a for p in planted for a in ("--planted", p)]
+    record = [sys.executable, ROOT / "scripts/trust/record.py", "mutation", "--command", "make mutate", "--kept" if kept else "--broken"]
+    subprocess.run([*record, *arguments], check=True)
 
 
 def main():
@@ -214,57 +237,24 @@ def main():
     parser.add_argument("--seed", type=int, default=11)
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--cpp", action="store_true", help="of the engine, the C++ tests alone")
-    parser.add_argument(
-        "--reuse",
-        action="store_true",
-        help="what was compiled, and which tests reach which mutants, is taken from the last run",
-    )
+    parser.add_argument("--reuse", action="store_true", help="take what was compiled, and which tests reach which mutants, from the last run")
     parser.add_argument("--list", action="store_true", help="print the mutants that were not noticed")
     parser.add_argument("--write", action="store_true", help="write results.md and the record")
     options = parser.parse_args()
-    results = [
-        run(scope, options.fraction, options.seed, options.jobs, options.reuse, not options.cpp)
-        for scope in options.scopes
-    ]
-    page, figures, kept = [], [], True
+    results = [run(scope, options.fraction, options.seed, options.jobs, options.reuse, not options.cpp) for scope in options.scopes]
+    figures, kept = [], True
     for result in results:
-        c, noticed, counted = counts(result, result["chosen"])
-        kept &= noticed >= 0.95 * counted and not result["faults"]
-        of = "" if result["fraction"] == 1 else f", a random {result['fraction']:.0%} of all"
-        figures.append(f"noticed, {result['scope']}={noticed / counted:.1%} of {counted} mutants{of}")
-        print(
-            f"{result['scope']}: {figures[-1]}; {dict(c)}; compiled in {result['compiled']:.0f} s, {result['seconds']:.0f} s in all"
-        )
-        page += table(result) + [""]
-        if options.list:
-            for n in result["chosen"]:
-                if result["results"][n][0] not in NOTICED and n not in result["equivalent"]:
-                    print(f"{result['results'][n][0]:9} {result['mutants'][n].text()}")
+        outcomes, noticed, counted = result.counts(result.chosen)
+        kept &= noticed >= PROMISED * counted and not result.faults
+        of = "" if result.fraction == 1 else f", a random {result.fraction:.0%} of all"
+        figures.append(f"noticed, {result.scope}={noticed / counted:.1%} of {counted} mutants{of}")
+        print(f"{figures[-1]}; {dict(outcomes)}; compiled in {result.compiled:.0f} s, {result.seconds:.0f} s in all")
+        for n in result.not_noticed() if options.list else ():
+            print(f"{result.results[n][0]:9} {result.mutants[n].text()}")
     if options.write and set(options.scopes) != set(KNOWN):
         print("not written: the promise is of algebra and engine")
     elif options.write:
-        head = [
-            "# Mutants: faults planted in the code, and how many the tests notice",
-            "",
-            "Written by `make mutate`.  [README.md](README.md) says what a mutant is and how they are run.",
-            "",
-        ]
-        (HERE / "results.md").write_text("\n".join(head + page).rstrip() + "\n")
-        planted = [f"{m.text()}=caught" for r in results for m in r["known"]]
-        record = ROOT / "scripts/trust/record.py"
-        arguments = [a for f in figures for a in ("--figure", f)] + [a for p in planted for a in ("--planted", p)]
-        subprocess.run(
-            [
-                sys.executable,
-                record,
-                "mutation",
-                "--command",
-                "make mutate",
-                "--kept" if kept else "--broken",
-                *arguments,
-            ],
-            check=True,
-        )
+        write(results, figures, kept)
     return 0 if kept else 1
 
 

@@ -19,7 +19,7 @@ from random_states import random_states
 import ksl
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "api"))
-from algorithms import ALGORITHMS  # noqa: E402
+from algorithms import ALGORITHMS
 
 ROWS = [row for row in ALGORITHMS if "python" in row.faces]
 C_ROWS = [row for row in ROWS if "c" in row.faces or "c batch" in row.faces]

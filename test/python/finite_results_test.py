@@ -38,6 +38,7 @@ def test_overflow_is_an_error_that_names_result_and_state(examples, n, dtype):
         m.inverse_dynamics(q, bad, v)
     if n and n > 1:
         assert f"state {n - 1}: " in str(caught.value)
+    assert caught.value.state == (n or 1) - 1
     assert isinstance(caught.value, ValueError)
     assert np.isfinite(m.inverse_dynamics(q, v, v)).all()
 

@@ -228,3 +228,21 @@ def test_options_that_other_formats_have(tmp_path):
     assert ksl.load(path, friction_width=0.5).friction_width == 0.5
     with pytest.raises(ksl.DescriptionError, match="friction_width is -1"):
         ksl.load(path, friction_width=-1)
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+@pytest.mark.parametrize(
+    "inside, said",
+    [
+        ('<body name="\xe9"><joint/><geom size="1"/></body>', "a name in it is not UTF-8"),
+        ('<body name="a" pos="inf 0 0"><joint name="h" ref="nan"/><geom size=".1"/></body>', "joint h: its pose"),
+        ('<body name="a"><body pos="1e308 0 0"><joint name="h" pos="1e308 0 0"/><geom size="1"/></body></body>', "joint h: its pose"),
+        ('<body name="a"><joint name="h&#27;"/><geom size="1"/></body>', "control character"),
+    ],
+)  # fmt: skip
+def test_names_and_numbers_that_mujoco_takes_are_refused_with_the_file(tmp_path, inside, said):
+    path = tmp_path / "robot.xml"
+    path.write_bytes(f'<mujoco model="m"><worldbody>{inside}</worldbody></mujoco>'.encode("latin-1"))
+    with pytest.raises(ksl.DescriptionError, match=said) as refusal:
+        ksl.load(path)
+    assert str(refusal.value).startswith(f"{path}: ")

@@ -80,6 +80,26 @@ def test_a_mode_that_the_caller_sets_stays_and_ordinary_results_are_the_same_bit
         assert np.array_equal(x, np.where(np.abs(y) < np.finfo(y.dtype).tiny, 0, y))
 
 
+THREADS_AND_MODES = """
+import ctypes, sys
+import numpy as np, ksl
+m = ksl.load(sys.argv[1], gravity=(0, 0, 0))
+libm, environment = ctypes.CDLL("libm.so.6"), (ctypes.c_uint32 * 8)()
+libm.fegetenv(environment)
+environment[7] |= 0x8040
+libm.fesetenv(environment)
+zero = np.zeros((20000, m.nv))
+print(np.count_nonzero(m.inverse_dynamics(zero, zero, zero + 1e-310, threads=2)))
+"""
+
+
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="MXCSR is a register of x86-64")
+def test_threads_of_batches_have_the_mode_of_the_thread_that_starts_them(examples):
+    """In a process of its own, whose first batch is called in the mode: no thread computes with subnormal numbers."""
+    done = subprocess.run([sys.executable, "-c", THREADS_AND_MODES, examples / "robots/panda.urdf"], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (0, "0\n"), done.stderr
+
+
 @pytest.fixture(scope="module")
 def with_commas(tmp_path_factory):
     """The environment of a process whose locale has decimal commas."""

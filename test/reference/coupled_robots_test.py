@@ -12,7 +12,7 @@ from robots import all_robots
 import ksl
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "laws"))
-from projection import Projection, check_projection  # noqa: E402
+from projection import Projection, check_projection
 
 
 def followers(path: Path) -> dict[str, str]:
@@ -70,7 +70,7 @@ def test_derivatives_of_coupled_robots_are_limits_of_differences(name):
 
     check(m.inverse_dynamics_derivatives(q, v, a)[0], lambda x: m.inverse_dynamics(x, v, a))
     for part in ("total", "actuation", "coupling"):
-        check(m.reactions_derivatives(q, v, a, joints=joints, part=part)[0], lambda x: m.reactions(x, v, a, joints=joints, part=part))  # noqa: B023
+        check(m.reactions_derivatives(q, v, a, joints=joints, part=part)[0], lambda x: m.reactions(x, v, a, joints=joints, part=part))
 
 
 def test_a_leader_that_does_not_exist_is_named():

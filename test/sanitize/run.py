@@ -39,17 +39,17 @@ class Kind:
 
 
 KINDS = {
-    # What Python itself keeps to its end is no leak of ours; programs in C and C++ are searched for leaks.
-    # Left out: tests that compile, start browsers, or look at builds; none of them runs more code of ours than the others.
+    # Only programs in C and C++ are searched for leaks: Python itself keeps memory until its end.
+    # Left out: tests that compile, start browsers or look at builds.  They run no code of ours that other tests don't.
     "address": Kind(
         ("heap", "leak", "shift", "truncation", "float-cast"),
         {"ASAN_OPTIONS": "detect_leaks=1:allocator_may_return_null=1", "UBSAN_OPTIONS": "print_stacktrace=1"},
         ("test",), ("test/contract", "test/viewer", "test/cli", "test/trust"), "libclang_rt.asan-x86_64.so"),
-    # Packages without instrumentation would be reported where they are right: the tests of batches and threads alone.
+    # The tests of batches and threads alone: code without instrumentation, as in other packages, is reported where it is right.
     "thread": Kind(
         ("race",), {"TSAN_OPTIONS": f"exitcode=66:suppressions={HERE / 'thread.supp'}"},
         ("test/python/threads_test.py", "test/python/batch_test.py"), (), "libclang_rt.tsan-x86_64.so"),
-    # It knows no AVX-512.
+    # valgrind can't run AVX-512.
     "valgrind": Kind(("heap", "uninitialised", "leak"), {"KSL_ISA": "x86-64-v3"}, before=VALGRIND),
 }
 
@@ -111,7 +111,8 @@ def programs(kind, folder, log):
     if not kind.before:
         junit = folder / "ctest.xml"
         junit.unlink(missing_ok=True)
-        run(["ctest", "--test-dir", folder, "--output-on-failure", "--timeout", "3000", "-j2", "--output-junit", junit], env=environment(kind), stdout=log, stderr=log)
+        ctest = ["ctest", "--test-dir", folder, "--output-on-failure", "--timeout", "3000", "-j2", "--output-junit", junit]
+        run(ctest, env=environment(kind), stdout=log, stderr=log)
         return outcome_of(junit)
     tests = json.loads(said_by("ctest", "--test-dir", str(folder), "--show-only=json-v1"))["tests"]
     bad = [test["name"] for test in tests if run([*kind.before, *test["command"]], env=environment(kind), stdout=log, stderr=log).returncode]

@@ -268,7 +268,7 @@ def test_rainflow():
     e = example("rainflow")
     found, o = fatigue.rainflow_cycles(e["inputs"]["series"]), e["outputs"]
     assert [list(x) for x in fatigue.range_counts(found)] == o["range_counts"]
-    key = lambda c: (c["range"], c["mean"], c["count"])  # noqa: E731
+    key = lambda c: (c["range"], c["mean"], c["count"])
     assert sorted(zip(*(x.tolist() for x in found), strict=True)) == sorted(map(key, o["cycles"]))
 
 

@@ -334,9 +334,15 @@ def test_damaged_and_unknown_partitions(tmp_path):
         ksl.sweep(PANDA, described(PAYLOAD), tmp_path, workers=1)
 
 
+@pytest.mark.parametrize("workers", [0, -1, "2", 1.5])
+def test_a_number_of_processes_that_is_none(tmp_path, workers):
+    with pytest.raises(ksl.SweepError, match="expected a number of processes, at least 1"):
+        ksl.sweep(PANDA, described(SPEED), tmp_path / "out", workers=workers)
+
+
 def test_a_folder_that_cannot_be_written(tmp_path):
     (tmp_path / "file").write_text("in the way")
-    with pytest.raises(OSError, match=r"can't be written there \(Not a directory\)"):
+    with pytest.raises(OSError, match="file: is no folder, so results can't be written there; move it away"):
         ksl.sweep(PANDA, described(SPEED), tmp_path / "file", workers=1)
     full = OSError(errno.ENOSPC, "No space left on device")
     with pytest.MonkeyPatch.context() as m, pytest.raises(OSError, match=r"can't be written there \(No space left on device\); free some space"):

@@ -81,6 +81,9 @@ def _fits(robot: RobotFile) -> list[Fit]:
             if inertial is None or box is None or (box[1] - box[0]).max() <= MARKER:
                 continue
             size = box[1] - box[0]
+            moments = inertial.in_link_axes
+            if moments is None or not (np.isfinite(size).all() and np.isfinite(moments).all()):
+                continue  # beyond the range of numbers
             margin = max(MARGIN * float(np.linalg.norm(size)), ROOM)
             cached.append(Fit(link, inertial, box + [[-margin], [margin]], size))
         robot.__dict__["_fits"] = cached
@@ -108,18 +111,21 @@ def about_origin(fit: Fit) -> Array | None:
         return None
     u = c / away
     length = float(abs(u) @ fit.size)  # of the box, along the line
-    uniform = length**2 / 12
+    uniform = length * length / 12
     along = float(np.trace(I) / 2 - u @ I @ u) / m
     if (
-        away < NEAR * length
+        uniform == 0
+        or away < NEAR * length
         or along < ABOUT_END * uniform
-        or not ORDINARY[0] < (along - away**2) / uniform < ORDINARY[1]
+        or not ORDINARY[0] < (along - away * away) / uniform < ORDINARY[1]
     ):
         return None
     moved = I - m * (c @ c * np.eye(3) - np.outer(c, c))
+    if not np.isfinite(moved).all():
+        return None
     low, middle, high = principal_moments(moved)
     possible = low >= -TOLERANCE * high and high <= (middle + low) * (1 + 1e-3) and high > 0
-    return moved if possible and m * away**2 > CHANGES * np.diag(I).max() else None
+    return moved if possible and m * away * away > CHANGES * np.diag(I).max() else None
 
 
 def _of_size(size: Array) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
@@ -40,9 +41,11 @@ def axis_not_unit(robot: RobotFile) -> Iterator[Broken]:
     for joint in robot.joints:
         if joint.kind not in WITH_AXIS or joint.axis is None or not joint.axis.any():
             continue
-        length = float(np.linalg.norm(joint.axis))
+        largest = float(abs(joint.axis).max())
+        shape = joint.axis / largest  # the square of a large number may be beyond the range of numbers
+        length = largest * float(np.linalg.norm(shape))
         if abs(length - 1) > UNIT:
-            unit = " ".join(digits(x) for x in joint.axis / length)
+            unit = " ".join(digits(x) for x in shape / np.linalg.norm(shape))
             given = " ".join(shown(x) for x in joint.axis)
             fix = set_attribute(joint.axis_element, "xyz", unit) if robot.format == "urdf" else None
             yield Broken(
@@ -86,7 +89,17 @@ def _with_axis(joint: Joint) -> Repair:
 
 
 SHOWN = 8
-"""Joints of a chain that are named: the first ones and the last."""
+"""Joints of a chain that a message names: the first ones and the last."""
+
+
+class Chain(NamedTuple):
+    """What a mimic joint follows at the end: its position is multiplier · that of `lead` + offset."""
+
+    lead: Joint
+    multiplier: float
+    offset: float
+    length: int
+    """Joints of the chain, with both ends."""
 
 
 def _followed(robot: RobotFile, joint: Joint) -> Joint | None:
@@ -94,17 +107,17 @@ def _followed(robot: RobotFile, joint: Joint) -> Joint | None:
 
 
 def _arrows(names: list[str], count: int | None = None) -> str:
-    """a → b → c; of long chains the first joints, how many are between, and the last.  count: how many there are, if not all are given."""
+    """a → b → c; of long chains the first joints, how many are left out, and the last.  count: of the whole chain, if `names` are not all."""
     more = (len(names) if count is None else count) - SHOWN
     return " → ".join(names) if more <= 0 else " → ".join([*names[: SHOWN - 1], f"… ({more} more)", names[-1]])
 
 
-def _ends(robot: RobotFile) -> dict[int, tuple[Joint, float, float, int]]:
-    """{id of a mimic joint: the joint that leads its chain, q = multiplier · leader's + offset, joints of the chain}.
+def _chains(robot: RobotFile) -> dict[int, Chain]:
+    """{id of a mimic joint: its chain}, without joints of loops and of chains that end at a joint that is missing.
 
-    Those of loops, and of chains that end at a joint that is missing, are left out.  O(joints): each joint is visited once.
+    O(joints): each joint is visited once.
     """
-    ends: dict[int, tuple[Joint, float, float, int]] = {}
+    chains: dict[int, Chain] = {}
     done: set[int] = set()
     for start in robot.joints:
         path: list[Joint] = []
@@ -115,13 +128,12 @@ def _ends(robot: RobotFile) -> dict[int, tuple[Joint, float, float, int]]:
             joint = _followed(robot, joint)
         if joint is None:
             continue
-        found = (joint, 1.0, 0.0, 1) if joint.mimic is None else ends.get(id(joint))
-        for each in reversed(path) if found else ():  # q = m (m' q' + o') + o
-            assert found and each.mimic
-            lead, multiplier, offset, count = found
-            found = lead, each.mimic.multiplier * multiplier, each.mimic.offset + each.mimic.multiplier * offset, count + 1
-            ends[id(each)] = found
-    return ends
+        chain = Chain(joint, 1.0, 0.0, 1) if joint.mimic is None else chains.get(id(joint))
+        for each in reversed(path) if chain else ():  # q = m (m' q' + o') + o
+            assert chain and each.mimic
+            m, o = each.mimic.multiplier, each.mimic.offset
+            chain = chains[id(each)] = Chain(chain.lead, m * chain.multiplier, o + m * chain.offset, chain.length + 1)
+    return chains
 
 
 @rule(
@@ -269,11 +281,11 @@ def _leader(joint: Joint) -> str:
     formats=("urdf", "sdf"),
 )
 def mimic_chain(robot: RobotFile) -> Iterator[Broken]:
-    ends = _ends(robot)
+    chains = _chains(robot)
     for joint in robot.joints:
-        if joint.mimic is None or id(joint) not in ends or ends[id(joint)][3] < 3:
+        if joint.mimic is None or id(joint) not in chains or chains[id(joint)].length < 3:
             continue
-        lead, multiplier, offset, count = ends[id(joint)]
+        lead, multiplier, offset, count = chains[id(joint)]
         direct = Mimic(joint.mimic.line, joint.mimic.element, lead.name, multiplier, offset)
         first: list[str] = []
         at = _followed(robot, joint)

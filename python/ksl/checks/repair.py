@@ -64,11 +64,11 @@ def suggest(name: str, known: Iterable[str]) -> str | None:
 
 
 MISSPELT = 50
-"""So many names of a file are compared with all known ones; a file with more such faults has another cause than slips of a letter."""
+"""Unknown names of a file that are compared with all known ones.  Where there are more, the cause is not that each is misspelt."""
 
 
 class Names:
-    """Known names of a file, which are searched for each one that is misspelt.  O(1) each, but for the first `MISSPELT` O(names)."""
+    """The known names of a file, in which unknown ones are looked up.  O(names) for each of the first `MISSPELT`, then O(1)."""
 
     def __init__(self, known: Iterable[str]) -> None:
         self._known = list(known)
@@ -78,7 +78,7 @@ class Names:
         self._left = MISSPELT
 
     def same(self, name: str) -> list[str]:
-        """Those that differ by capitals or spaces at their ends only."""
+        """Known names that differ from this one only by capitals, or by spaces at their ends."""
         return self._folded.get(name.strip().lower(), [])
 
     def suggest(self, name: str) -> str | None:

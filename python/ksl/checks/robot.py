@@ -286,7 +286,7 @@ class RobotFile:
         these change no result.
         """
         heaviest, largest = self._largest_of_bodies[self.welded.get(link.name, link.name)]
-        return link.mass >= NEGLIGIBLE * heaviest and heaviest > 0 or link.largest_moment > NEGLIGIBLE * largest
+        return (link.mass >= NEGLIGIBLE * heaviest and heaviest > 0) or link.largest_moment > NEGLIGIBLE * largest
 
     @cached_property
     def _largest_of_bodies(self) -> dict[str, tuple[float, float]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
@@ -63,7 +64,7 @@ class Rule:
                 self.condition,
                 b.cause or self.cause,
                 b.repair or self.repair,
-                b.value,
+                b.value if b.value is None or math.isfinite(b.value) else None,  # JSON has no infinite numbers
                 b.fix is not None,
                 b.fix is None and b.guess is not None,
                 b.fix or b.guess,

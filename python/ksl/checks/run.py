@@ -9,6 +9,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from ksl.checks import (
     file_rules,
     fit_rules,
@@ -157,14 +159,19 @@ def _rule_names(names: Iterable[str] | str, argument: str) -> list[str]:
 
 
 def findings_of_bytes(data: bytes, path: str = "robot.urdf") -> Findings:
-    """The findings of the contents of a file, which messages call by this path; what the loader says is left out."""
+    """The findings of all rules but `not-loaded`, in the contents of a file.  path: its name in messages.  The loader is not called."""
+    return _findings(robot_of_bytes(data, path), [])
+
+
+def robot_of_bytes(data: bytes, path: str = "robot.urdf") -> RobotFile:
+    """The contents of a file as the rules see them, without what the loader says.  Raises DescriptionError."""
     from ksl.checks.xml_file import check_xml, parse_bytes
 
     robot = RobotFile(Path(path))
     check_xml(data, robot.path)
     parse_bytes(robot, data)
     _fill(robot, load=False)
-    return _findings(robot, [])
+    return robot
 
 
 def _fill(robot: RobotFile, load: bool = True) -> None:
@@ -214,7 +221,8 @@ def _findings(robot: RobotFile, left_out: Sequence[str]) -> Findings:
             f"what may stand behind the end of the file: {', '.join(rule.name for rule in asked if rule.whole)}"
         )
         asked = [rule for rule in asked if not rule.whole]
-    found = [finding for rule in asked for finding in rule.findings(robot)]
+    with np.errstate(all="ignore"):  # numbers at the ends of their range; what comes of them is compared, not computed with
+        found = [finding for rule in asked for finding in rule.findings(robot)]
     if "not-loaded" not in left_out and not robot.syntax:
         found += [f for f in RULES["not-loaded"].findings(robot) if not any(_explains(other, f) for other in found)]
     return Findings(str(robot.path), found, robot.not_checked, left_out)

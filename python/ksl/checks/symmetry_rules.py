@@ -79,9 +79,10 @@ def symmetry_mass(robot: RobotFile) -> Iterator[Broken]:
         masses = [(robot.link_of[name].mass, robot.link_of[paired[name]].mass, name) for name in limb]
         on_left, on_right = sum(m[0] for m in masses), sum(m[1] for m in masses)
         difference = abs(on_left - on_right)
-        if difference > LIGHT and difference > robot.symmetry * max(on_left, on_right):
+        larger = max(abs(on_left), abs(on_right))  # a mass that is negative is another rule's
+        if difference > LIGHT and difference > robot.symmetry * larger:
             worst = max(masses, key=lambda m: abs(m[0] - m[1]))
-            share = difference / max(on_left, on_right)
+            share = difference / larger
             most = (
                 f"; most of it {worst[2]}, {shown(worst[0])} kg, and {paired[worst[2]]}, {shown(worst[1])} kg"
                 if len(limb) > 1

@@ -29,15 +29,15 @@ def contents(path: Path) -> bytes:
     try:
         if path.is_dir():
             raise DescriptionError(f"{path}: is a folder; name the robot file in it")
-        if path.exists() and not path.is_file():
+        if path.exists() and not path.is_file():  # not even a pipe that the shell has opened: the loader reads it once more
             raise DescriptionError(f"{path}: is a pipe or device; write the robot to a file first")
         data = input_files.contents(str(path), limits.ROBOT_BYTES)
     except input_files.Unreadable as e:
-        raise DescriptionError(f"{path}: {e}; name an existing robot file") from None
+        raise DescriptionError(f"{path}: {e}; give a robot file: URDF, SDF or MJCF") from None
     except DescriptionError:
         raise
-    except (OSError, ValueError) as e:
-        raise DescriptionError(f"{path}: can't be read ({input_files.what_os_says(e)}); name an existing robot file") from None
+    except (OSError, ValueError) as e:  # of path.exists(): links in a circle, null characters
+        raise DescriptionError(f"{path}: can't be read ({input_files.what_os_says(e)}); give a robot file: URDF, SDF or MJCF") from None
     check_xml(data, path)
     return data
 
@@ -46,11 +46,8 @@ def check_xml(data: bytes, path: Path) -> None:
     """Raises DescriptionError for contents that are no XML."""
     if not data.strip():
         raise DescriptionError(f"{path}: is empty; expected a URDF, SDF or MJCF file")
-    if (
-        b"<" not in data
-        or b"\0" in data.replace(b"\xff\xfe", b"", 1)[:2000:2]
-        and not data.startswith((b"\xff\xfe", b"\xfe\xff"))
-    ):
+    is_utf_16 = data.startswith((b"\xff\xfe", b"\xfe\xff"))
+    if b"<" not in data or (not is_utf_16 and b"\0" in data[:2000:2]):
         raise DescriptionError(f"{path}: is no XML file; expected URDF, SDF or MJCF")
 
 

@@ -9,30 +9,32 @@ import sys
 import traceback
 from collections.abc import Iterable
 from types import FrameType
-from typing import Annotated, Any, NoReturn
+from typing import Annotated, Any, NoReturn, cast
 
 import typer
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
 from typer.core import TyperGroup
 
-from ksl.printable import PrintableStream, one_line, printable
-from ksl.printable import sentence as shortened
+from ksl.printable import PrintableStream, printable, sentence
+
+TRACEBACK = "KSL_TRACEBACK"
+"""Variable of the environment with which faults of KSL print where they happened."""
 
 
 class SafeConsole(Console):
-    """Prints names of files as they are: they are no markup of rich, and what they hold of control characters is made visible."""
+    """Prints text as it is: it is no markup of rich, and control characters in it are made visible."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(highlight=False, markup=False, emoji=False, **options)
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
-        for segment in super().render(renderable, options):  # all that is printed passes here, before rich adds its colours
+        for segment in super().render(renderable, options):  # here text has no colours yet, which are control characters too
             yield segment if segment.control else Segment(printable(segment.text), segment.style)
 
 
 class Commands(TyperGroup):
-    """The commands: they print nothing that a terminal obeys, end on signals, and end in a sentence whatever happens."""
+    """The commands.  They print no control characters, end on signals, and end with a sentence whatever happens."""
 
     def invoke(self, ctx: Any) -> Any:
         end_on_signals()
@@ -66,24 +68,32 @@ class Commands(TyperGroup):
         except Exception as e:
             if os.environ.get(TRACEBACK):
                 raise
-            errors.print(f"ksl: {one_line(_last_resort(e))}")
-            if isinstance(e, OSError) and e.filename is None:  # of standard output
+            errors.print(f"ksl: {sentence(_last_resort(e))}")
+            if _is_of_standard_output(e):
                 discard_output()
             sys.exit(2)
+
+
+def _is_of_standard_output(e: Exception) -> bool:
+    from ksl.output import OutputError
+
+    return isinstance(e, OSError) and e.filename is None and not isinstance(e, OutputError)
 
 
 def _last_resort(e: Exception) -> str:
     """A sentence for errors that no command expects."""
     if isinstance(e, MemoryError):
         return "there is not enough memory for this; give smaller files, or a part of the motion"
+    if _is_of_standard_output(e):
+        return unwritable(cast("OSError", e))
     if isinstance(e, OSError):
-        return unwritable(e) if e.filename is None else f"{e.filename}: can't be read or written ({os.strerror(e.errno) if e.errno else e})"
+        of_file = f"{e.filename}: can't be read or written ({os.strerror(e.errno) if e.errno else e}); check the path and its rights"
+        return of_file if e.filename is not None else str(e)
     where = traceback.extract_tb(e.__traceback__)[-1]
     what = f"{type(e).__name__} in {os.path.basename(where.filename)}:{where.lineno}"
-    return f"a fault in KSL: {what}: {shortened(str(e))[:300]}; please report it with its files; {TRACEBACK}=1 in the environment prints where it happened"
+    return f"a fault in KSL: {what}: {sentence(str(e))[:300]}; please report it with its files; {TRACEBACK}=1 in the environment prints where it happened"
 
 
-TRACEBACK = "KSL_TRACEBACK"
 app = typer.Typer(cls=Commands, pretty_exceptions_enable=False, no_args_is_help=True, rich_markup_mode=None, help="Every wrench in a mechanism.")
 errors = SafeConsole(stderr=True, soft_wrap=True)
 
@@ -103,7 +113,7 @@ def console(width: int) -> Console:
 
 def fail(said: object) -> NoReturn:
     """Ends the command with status 2.  By SystemExit: typer.Exit is a RuntimeError, which handlers of commands would say once more."""
-    errors.print(f"ksl: {shortened(str(said))}")
+    errors.print(f"ksl: {sentence(str(said))}")
     raise SystemExit(2)
 
 

@@ -7,6 +7,7 @@ import os
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, cast
 
@@ -269,7 +270,7 @@ class _Case:
             time, wrench = np.zeros(1), np.array([_numbers(f"{where}: wrench", given["wrench"], 6)])
         elif "steps" in given:
             rows = [_numbers(f"{where}: step {k + 1} (time and six numbers)", row, 7) for k, row in enumerate(_list(f"{where}: steps", given["steps"]))]
-            if not rows or any(b[0] <= a[0] for a, b in zip(rows, rows[1:], strict=False)):
+            if not rows or any(b[0] <= a[0] for a, b in pairwise(rows)):
                 raise CaseError(f"{where}: steps need increasing times")
             time, wrench = np.array(rows)[:, 0], np.array(rows)[:, 1:]
         else:

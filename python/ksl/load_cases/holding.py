@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from ksl.errors import MotionError, unknown_name
+from ksl.input_files import STANDARD_INPUT
 from ksl.load_cases.limits import limits_of
 from ksl.load_cases.load_case import LoadCase, Payload, Placement
 from ksl.load_cases.poses import held_still, neutral, pose_of
@@ -58,7 +59,7 @@ def hold(
     limits of all joints with one coordinate that `pose` doesn't name (angles without limits: a whole turn; slides without limits stay).
     quantity: "effort"; a component fx … tz of the wrench as expressed by on, at and axes; or, of its joint's axis, "axial_force",
     "radial_force", "axial_moment", "bending_moment"; or "force", "moment", magnitudes.
-    payloads: what the model carries already, for the record.  on, at, axes, order: as in :meth:`Model.reactions`.
+    payloads: what the model carries already, for the provenance; nothing is added to the model.  on, at, axes, order: as in :meth:`Model.reactions`.
 
     The search tries 4096 random poses of that seed at once, and refines the 12 best by a quasi-Newton method within bounds (L-BFGS-B);
     it is reproducible, and finds the largest value unless that has a very narrow peak.  The pose is `run.cases[0].motion.q[0]`.
@@ -66,6 +67,9 @@ def hold(
     """
     from ksl.loading import load
 
+    if isinstance(payloads, Mapping) or not all(isinstance(p, Payload) for p in payloads):
+        said = "payloads only describe what the model carries already, each as a ksl.load_cases.load_case.Payload"
+        raise ValueError(f"{said}; to add some, give {{link: (mass, point)}} to ksl.load, or use Model.with_payload")
     robot = model if isinstance(model, Model) else load(model)
     placement = checked(robot, Placement(on, at, axes, order))
     named = isinstance(pose, Mapping)
@@ -191,6 +195,8 @@ def read_pose(model: Model, path: str | os.PathLike[str], time: float | None = N
         table = read_toml(file, MotionError, "a pose: JOINT = POSITION, rad or m")
         pose_of(model, table)
         return table
+    if file != STANDARD_INPUT and not os.path.exists(file):
+        raise MotionError(f"{file}: there is no such file; give a TOML file of positions by names, or a motion")
     motion = read_motion(model, file)
     if time is not None and not motion.time[0] <= time <= motion.time[-1]:
         raise MotionError(f"{file}: no sample at {time:g} s; its times are {motion.time[0]:g} s to {motion.time[-1]:g} s")

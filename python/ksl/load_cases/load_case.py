@@ -112,7 +112,7 @@ class LoadCase:
             sample = (rows.start or 0) + e.state
             raise MotionError(
                 f"{self.motion_file or self.name}: sample {sample + 1} (time {m.time[sample]:.9g}): {e}; "
-                "positions, rates, external wrenches or masses are too large: check their units (rad, m, s, N, N m, kg)"
+                "check the units of positions, rates, external wrenches, masses and gravity (rad, m, s, N, N m, kg)"
             ) from None
         coupling = self._coupling(found.pop()) if self.model.follower_names else np.empty((len(m.time[rows]), 0))
         each = 1 + len(p.points)

@@ -225,7 +225,7 @@ def loads(
     at: Point | Mapping[str, Sequence[float]] = "joint",
     axes: str = "joint",
     order: Order = "lin_ang",
-    joints: Sequence[str] = (),
+    joints: str | Sequence[str] = (),
     reading: Mapping[str, Any] | None = None,
 ) -> Run:
     """Every wrench of a robot along a motion, or in several load cases, as one object: what `ksl loads` does.
@@ -236,17 +236,20 @@ def loads(
     payloads: {link: (mass in kg, point in the link's frame in m)}, point masses beside what the model carries; for one motion.
     external: {link: (n, 6), or (6) for all samples}: wrenches of the environment, at the link's origin, in its axes; for one motion.
     on, at, axes, order: as in :meth:`Model.reactions`; `at` may also be {joint: (x, y, z)}: points of single joints, others
-    have theirs at "joint".  joints: whose wrenches are wanted; all by default.
+    have theirs at "joint".  joints: one or several, whose wrenches are wanted; all by default.
     reading: arguments of :func:`ksl.read_motion`, for example {"degrees": True, "smooth": 20}.
     Raises MotionError, DescriptionError or ValueError, and says how to mend it.  Needs the extra `ksl[loads]`.
     """
     from ksl.loading import load
 
     robot = model if isinstance(model, Model) else load(model)
+    if reading is not None and not isinstance(reading, Mapping):
+        raise MotionError(f"reading is {type(reading).__name__}; expected a mapping with arguments of ksl.read_motion")
     check_options("reading", reading or {})
+    joints = (joints,) if isinstance(joints, str) else tuple(joints)
     common: Point = at if not isinstance(at, Mapping) else "joint"
     points = {joint: tuple(float(x) for x in point) for joint, point in at.items()} if isinstance(at, Mapping) else {}
-    placement = checked(robot, Placement(on, common, axes, order, points, tuple(joints)))
+    placement = checked(robot, Placement(on, common, axes, order, points, joints))
     inputs = [input_file("robot", robot.file)] if robot.file and os.path.exists(robot.file) else []
     if cases is None:
         if motion is None:
@@ -257,8 +260,10 @@ def loads(
         from ksl.load_cases.case_file import read_cases
 
         found, more = read_cases(robot, cases, placement, motion if isinstance(motion, (str, os.PathLike)) else None, reading=reading)
-    else:
+    elif all(isinstance(case, LoadCase) for case in cases):
         found, more = [replace(case, placement=placement) for case in cases], []
+    else:
+        raise MotionError("cases: expected a file of load cases, or a list of ksl.load_cases.load_case.LoadCase")
     if not found:
         raise MotionError("loads: no load cases")
     run = Run(found, provenance_of(found, [*inputs, *more], {"on": on, "at": _shown(at), "axes": axes, "order": order, "joints": list(joints), **(reading or {})}))

@@ -1,4 +1,4 @@
-"""Bytes as Arrow's own memory."""
+"""Memory that Arrow allocates itself."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ if TYPE_CHECKING:
 
 
 def own_memory(data: bytes) -> pa.BufferReader:
-    """A reader of memory that is Arrow's own.
+    """A reader of a copy of the bytes, in memory that Arrow allocates.
 
-    Threads of Arrow may still hold it when the interpreter ends, as it does at once where a motion is refused: they could not release
-    an object of Python any more, and the process would abort.
+    When a motion is refused the interpreter may end while threads of Arrow still use the memory.  They could not release an object of
+    Python then, and the process would abort.
     """
     import pyarrow as pa
 

@@ -19,7 +19,6 @@ SNIFFED_ROWS = 20
 """Rows of numbers that are looked at for their separator and their decimal point."""
 COMMENTS_KEPT = 1000
 """Comments before the numbers in which names of columns are looked for."""
-LINE_BYTES = 64 << 20
 _SAID = {"sep=", *(f"sep={s}" for s in SEPARATORS)}
 _LINE_END = re.compile(rb"\r\n|\n|\r")
 _COMMA_NUMBER = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?|[-+]?\d+,")
@@ -113,9 +112,9 @@ def _lines(file: str, data: bytes, encoding: str) -> Iterator[_Line]:
     """Lines of a file, whichever line ends it has.  Not all of it is split, since few are looked at."""
     position, number = 0, 1
     while position < len(data):
-        end = _LINE_END.search(data, position, position + LINE_BYTES)
-        if end is None and len(data) - position > LINE_BYTES:
-            raise MotionError(f"{file}:{number}: a line of more than {LINE_BYTES >> 20} MB; {MEND}")
+        end = _LINE_END.search(data, position, position + limits.LINE_BYTES)
+        if end is None and len(data) - position > limits.LINE_BYTES:
+            raise MotionError(f"{file}:{number}: a line of more than {limits.LINE_BYTES >> 20} MB; {MEND}")
         stop, following = (end.start(), end.end()) if end else (len(data), len(data))
         yield _Line(number, data[position:stop].decode(encoding, "replace").removeprefix("\ufeff"))
         position, number = following, number + 1

@@ -60,11 +60,13 @@ def read_motion(
     smooth: Hz, at which positions and given rates are low-passed without delay, after resampling; see docs/measured.md.
 
     What is missing is differentiated from a quintic spline; what is given is compared with it.  `Motion.source` says what was done.
-    Raises MotionError with file, line or column, fault and mend.  100,000 samples of 7 joints take about 50 ms, and half a second to differentiate.
+    Raises MotionError with file, line or column, fault and mend; ValueError for what is no model.  100,000 samples of 7 joints take about 50 ms, and half a second to differentiate.
     """
     numbers = {"resample": resample, "start": start, "stop": stop, "smooth": smooth}
     flags = {"degrees": degrees, "ignore_extra": ignore_extra, "positions_only": positions_only}
     check_options(os.fspath(path), {"map": map, "time_unit": time_unit, "topic": topic, **flags, **numbers})
+    if not isinstance(model, Mechanism):
+        raise ValueError(f"model is {type(model).__name__}; expected a model, which ksl.load(file) makes")
     table = open_table(path, topic, positions_only)
     if isinstance(table, NpzTable):
         table = with_matrices(table, model)

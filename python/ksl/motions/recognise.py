@@ -36,8 +36,8 @@ _OTHERS = {
     b"\xd0\xcf\x11\xe0": "an old Excel workbook; save the sheet as CSV",
     b"\x28\xb5\x2f\xfd": "compressed by zstd; unpack it, or compress it by gzip",
     b"ARROW1": "an Arrow file; save the motion as Parquet",
-    b"%PDF": "a PDF",
-    b"\x7fELF": "a program",
+    b"%PDF": "a PDF; give the table that it was made from",
+    b"\x7fELF": "a program; give a motion",
 }
 
 
@@ -120,7 +120,7 @@ def _opened(content: Content, head: bytes, topic: str | None, positions_only: bo
         from ksl.motions.parquet_table import ParquetTable
 
         return ParquetTable(file, content.bytes() if content.path is None else content.path)
-    if head.startswith(b"PK\x03\x04") or head.startswith(b"PK\x05\x06"):
+    if head.startswith((b"PK\x03\x04", b"PK\x05\x06")):
         return _opened_zip(content)
     if head.startswith((b"\x89MCAP0", b"#ROSBAG", b"SQLite format 3")):
         from ksl.motions import bags

@@ -24,7 +24,7 @@ class Unit:
 _TIMES = {"s": 1.0, "sec": 1.0, "secs": 1.0, "second": 1.0, "seconds": 1.0, "min": 60.0, "h": 3600.0}
 _TIMES |= {"ms": 1e-3, "msec": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6, "ns": 1e-9, "nsec": 1e-9}
 _ANGLES = {"rad": 1.0, "rads": 1.0, "radian": 1.0, "radians": 1.0, "mrad": 1e-3, "rev": TURN, "turn": TURN, "turns": TURN}
-_ANGLES |= {name: DEGREE for name in ("deg", "degs", "degree", "degrees", "°")}
+_ANGLES |= dict.fromkeys(("deg", "degs", "degree", "degrees", "°"), DEGREE)
 _LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "in": 0.0254, "inch": 0.0254}
 _RATES = {name: Unit("angle", 1, TURN / 60) for name in ("rpm", "1/min", "u/min", "r/min")}
 _PLAIN = ("-", "1", "none", "")

@@ -2,6 +2,6 @@
 
 from ksl.output.errors import OutputError, cannot_write
 from ksl.output.stage import flush_early, staged
-from ksl.output.whole_file import whole_file
+from ksl.output.whole_file import place_of, whole_file
 
-__all__ = ["OutputError", "cannot_write", "flush_early", "staged", "whole_file"]
+__all__ = ["OutputError", "cannot_write", "flush_early", "place_of", "staged", "whole_file"]

@@ -1,4 +1,4 @@
-"""Why results can't be written, in one sentence."""
+"""Errors about results that can't be written, and their words."""
 
 from __future__ import annotations
 
@@ -23,7 +23,10 @@ def what(error: OSError) -> str:
 
 
 def mend(error: OSError, writable: str, other: str) -> str:
-    """What to do about it.  writable, other: what else may be given where there are no rights, and where there is no space."""
+    """What the user can do about an error.
+
+    writable: what to give instead where there are no rights to write.  other: what to give instead where there is no space.
+    """
     if error.errno in FULL:
         return f"free some space, or give another {other}"
     if error.errno == errno.EFBIG:

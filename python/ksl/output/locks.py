@@ -16,7 +16,7 @@ except ModuleNotFoundError:  # Windows
     fcntl = None
 
 WITHOUT_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL)
-"""What file systems answer that have no locks."""
+"""Errors of file systems that have no locks."""
 
 
 class LockedError(Exception):
@@ -30,7 +30,7 @@ class Lock:
         self.path, self._handle = path, handle
 
     def release(self) -> None:
-        """Removes the file and gives the lock free."""
+        """Removes the file and releases the lock."""
         if self._handle < 0:
             return
         with contextlib.suppress(OSError):  # its folder may be gone
@@ -39,17 +39,18 @@ class Lock:
         self.abandon()
 
     def abandon(self) -> None:
-        """Gives the lock free; the file stays."""
+        """Releases the lock; the file stays."""
         handle, self._handle = self._handle, -1
         if handle >= 0:
             os.close(handle)
 
 
 def lock(path: Path) -> Lock | None:
-    """Holds the lock whose file is `path`, which is made; None where the file system has no locks.
+    """Takes the lock whose file is `path`, and makes that file.  None where the file system, or Windows, has no locks.
 
-    Does not wait: raises LockedError where it is held, and OSError where the file can't be made.  Locks of flock(2): they end with
-    the process, which a number of a process in a file would not, and hold between containers and, on NFS, between machines.
+    Does not wait: raises LockedError where the lock is held, and OSError where the file can't be made.  The locks are those of flock(2).
+    The system releases them when their process ends, which it would not do for a process number in a file.  They also work between
+    containers and, on NFS, between machines.
     """
     if fcntl is None:
         return None
@@ -69,14 +70,14 @@ def lock(path: Path) -> Lock | None:
             if e.errno in WITHOUT_LOCKS:
                 return None
             raise
-        os.close(handle)  # the holder has removed the file meanwhile
+        os.close(handle)  # the holder removed the file before the lock was taken: once more, with a new file
 
 
 def _opened(path: Path) -> int:
     flags = os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
     try:
         return os.open(path, os.O_RDWR | flags, 0o666)
-    except PermissionError:  # of another user, which may be locked nevertheless
+    except PermissionError:  # another user's file: locking needs no right to write
         return os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0))
 
 
@@ -88,7 +89,7 @@ def _is_file_of(path: Path, handle: int) -> bool:
 
 
 def _sign(handle: int) -> None:
-    """For the sentence that others get.  Without space on the disk the lock holds without it."""
+    """Writes which process holds the lock, for the messages of others.  On a full disk the lock is held without it."""
     with contextlib.suppress(OSError):
         os.ftruncate(handle, 0)
         os.pwrite(handle, f"process {os.getpid()} on {platform.node()}\n".encode(), 0)

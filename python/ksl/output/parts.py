@@ -1,4 +1,4 @@
-"""Files of a folder that one process at a time writes into, since it holds a lock."""
+"""Single files in a folder whose lock the process already holds, so that no other process writes there."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ENDING = ".part"
 def write_part(path: Path, contents: bytes) -> None:
     """Writes a file that is there completely or not at all.  Raises OutputError.
 
-    Without the locks and the stage of `whole_file`: those list the folder, which may hold thousands of files by then.
+    `whole_file` would also do.  But it takes a lock and lists the folder each time, and a sweep has thousands of files there.
     """
     part = path.with_name(f".{path.name}{ENDING}")
     try:
@@ -32,6 +32,6 @@ def write_part(path: Path, contents: bytes) -> None:
 
 
 def remove_parts(folder: Path) -> None:
-    """Removes what a process that was killed has left of such files."""
+    """Removes unfinished files that a killed process has left."""
     for part in folder.glob(f".*{ENDING}"):
         part.unlink(missing_ok=True)

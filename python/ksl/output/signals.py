@@ -10,26 +10,27 @@ from types import FrameType
 from typing import Any
 
 NAMES = ("SIGINT", "SIGTERM", "SIGHUP")
-"""What ends a command by an exception, which could be raised at any line."""
+"""Signals whose handlers end a command by an exception.  It may be raised at any line."""
 
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Handlers of SIGINT, SIGTERM and SIGHUP are called at the end of the block, and not within it.
+    """Delays the handlers of SIGINT, SIGTERM and SIGHUP to the end of the block.
 
-    For some milliseconds of work that must not be left half done.  Signals that end the process without a handler still do.
-    Masks of the system would not help: a signal that another thread receives is handled by the main thread, too.
+    For work of some milliseconds that must not be left half done.  Signals without a handler in Python still end the process at once.
+    Blocking them with pthread_sigmask would not help: another thread may receive the signal, and Python calls the handler in the main
+    thread all the same.
     """
     if threading.current_thread() is not threading.main_thread():  # handlers run in the main thread only
         yield
         return
-    came: list[int] = []
+    received: list[int] = []
     inside = True
     handlers: dict[int, Callable[[int, FrameType | None], Any]] = {}
 
     def note(number: int, frame: FrameType | None) -> None:
         if inside:
-            came.append(number)
+            received.append(number)
         else:  # while the handlers are put back
             handlers[number](number, frame)
 
@@ -44,5 +45,5 @@ def uninterrupted() -> Iterator[None]:
         for number, handler in handlers.items():
             signal.signal(number, handler)
         inside = False
-        if came:
-            signal.raise_signal(came[0])
+        if received:
+            signal.raise_signal(received[0])

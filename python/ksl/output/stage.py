@@ -1,4 +1,4 @@
-"""A hidden folder in which results are written, and from which they get into their places in one step."""
+"""Stages: hidden folders in which results are written, and from which they are moved to their places in one step."""
 
 from __future__ import annotations
 
@@ -15,25 +15,27 @@ from pathlib import Path
 
 from ksl.output import swap
 from ksl.output.errors import OutputError, cannot_write
+from ksl.output.folders import MadeFolders
 from ksl.output.locks import Lock, LockedError, lock
 from ksl.output.signals import uninterrupted
 
 PREFIX = ".ksl-stage-"
 LOCK = ".ksl-lock"
-"""Held for some milliseconds: while a stage is made, and while results are put into their places."""
+"""Lock of a folder.  Held for some milliseconds: while a stage is made, and while results are moved to their places."""
 PATIENCE = 60.0
-"""Seconds after which a run gives up that waits for this lock."""
+"""Seconds that a run waits for this lock."""
 
 
 @contextmanager
 def staged(directory: Path, results: Collection[str] = ()) -> Iterator[Path]:
-    """A folder for the block to write files into.  If the block ends without an exception, they replace those of `directory` in one step.
+    """A folder for the block to write files into.  If the block ends without an exception, its files replace those of `directory` in one step.
 
-    Files of the names `results` that the block did not write are then removed: they would be those of an earlier run.
-    `directory` is made if it is missing.  What fails on the way, or a signal, leaves it as it was, absent if it was absent; what a process
-    leaves behind that is killed, the next one that writes there settles and removes.  Of two processes that write at the same time
-    the files of the later one stay, all of them.  Raises OutputError: before the block where `directory` can't hold
-    files, and for every OSError of the block.
+    results: names of files that are removed if the block did not write them, since they are those of an earlier run.
+    `directory` is made if it is missing.  After an error or a signal it is as it was before, absent if it was absent.  What a killed process
+    leaves behind is settled and removed by the next process that writes there.  Where two processes write at the same time, all
+    files are those of the one that ends later.
+
+    Raises OutputError: before the block where `directory` can't hold files, and for every OSError of the block.
     """
     try:
         with stage_in(directory, results) as files:
@@ -46,7 +48,7 @@ def staged(directory: Path, results: Collection[str] = ()) -> Iterator[Path]:
 
 @contextmanager
 def stage_in(directory: Path, results: Collection[str] = ()) -> Iterator[Path]:
-    """As `staged`, but errors of the system are those of the system."""
+    """As `staged`, but an OSError is raised as it is, for callers that name a file in their message."""
     stage = _Stage(directory.absolute())
     try:
         stage.make(results)
@@ -61,24 +63,24 @@ def stage_in(directory: Path, results: Collection[str] = ()) -> Iterator[Path]:
 
 
 def flush_early(file: Path) -> None:
-    """Begins to write a file of a stage to the disk, beside what is computed meanwhile.  For files of many megabytes."""
+    """Begins to flush a file of a stage to the disk, in another thread.  For files of many megabytes: the swap then waits less."""
 
     def begin() -> None:
-        with contextlib.suppress(OSError):  # the swap does it again, and says what fails
+        with contextlib.suppress(OSError):  # the swap flushes it once more, and reports errors
             swap.flush(file)
 
     threading.Thread(target=begin, daemon=True).start()
 
 
 class _Stage:
-    """A stage, the lock of its folder while that is needed, and the folders that were made for it."""
+    """A stage, its locks, and the folders that were made for it."""
 
     def __init__(self, directory: Path) -> None:
         self.path: Path | None = None
-        self._directory, self._made = directory, list[Path]()
-        self._alone: Lock | None = None  # in the folder
-        self._alive: Lock | None = None  # says to others that the stage is in use
-        self._process = os.getpid()  # a copy of it, which forked, must not touch the stage
+        self._directory, self._made = directory, MadeFolders()
+        self._folder_lock: Lock | None = None  # while files of the folder change
+        self._stage_lock: Lock | None = None  # as long as the stage is in use
+        self._process = os.getpid()  # a fork of this process must not remove the stage
 
     @property
     def files(self) -> Path:
@@ -92,76 +94,64 @@ class _Stage:
     def make(self, results: Collection[str]) -> None:
         _open_stages.add(self)
         with uninterrupted():
-            self._make_folders()
+            self._made.make(self._directory)
         for name in results:
             if (self._directory / name).is_dir():
                 raise OutputError(f"{self._directory / name}: a folder where a result file belongs; move it away, or give another folder with -o")
-        self._wait()
+        self._lock_folder()
         with uninterrupted():
             settle_stale(self._directory)
             path = self._directory / f"{PREFIX}{os.urandom(4).hex()}"
-            path.mkdir()  # by its mode others may read it: for some microseconds results are read through it
+            path.mkdir()  # readable as other folders are: during the swap, readers of results follow links into it
             self.path = path
-            self._alive = lock(path / "lock")
+            self._stage_lock = lock(path / "lock")
             self.files.mkdir()
-            self._give_way()
+            self._release_folder()
 
     def put(self, results: Collection[str]) -> None:
-        """The files into their places."""
-        self._wait()
+        """Moves the files to their places."""
+        self._lock_folder()
         with uninterrupted():
             assert self.path is not None
             swap.swap(self.path, results)
-            self._made.clear()
+            self._made.keep()
             self._remove()
-            self._give_way()
+            self._release_folder()
 
     def end(self) -> None:
-        """Removes what is left, in whatever state it is."""
+        """Removes what is left of the stage, however far it got."""
         if self._process != os.getpid():
             return
         with uninterrupted():
             self._remove()
-            self._give_way()
-            for folder in reversed(self._made):
-                try:
-                    folder.rmdir()
-                except OSError:  # somebody else has put something there
-                    break
-            self._made.clear()
+            self._release_folder()
+            self._made.remove_empty()
             _open_stages.discard(self)
 
-    def _make_folders(self) -> None:
-        for folder in (*reversed(self._directory.parents), self._directory):
-            if not os.path.lexists(folder):
-                folder.mkdir()
-                self._made.append(folder)
-            elif not folder.is_dir():
-                raise OutputError(f"{folder}: is no folder, so results can't be written there; move it away, or give another folder with -o")
-
-    def _wait(self) -> None:
-        """Until no other process makes a stage here, or puts results into their places."""
+    def _lock_folder(self) -> None:
+        """Waits while another process makes a stage here or moves results.  Raises OutputError after `PATIENCE` seconds."""
         until = time.monotonic() + PATIENCE
         while True:
             try:
                 with uninterrupted():
-                    self._alone = lock(self._directory / LOCK)
+                    self._folder_lock = lock(self._directory / LOCK)
                 return
             except LockedError as e:
                 if time.monotonic() > until:
-                    raise OutputError(f"{self._directory}: {e} has been putting its results there for {PATIENCE:g} s; wait for its end, or give another folder with -o") from None
+                    said = f"{e} has been putting its results there for {PATIENCE:g} s; wait for its end, or give another folder with -o"
+                    raise OutputError(f"{self._directory}: {said}") from None
             time.sleep(0.005)
 
-    def _give_way(self) -> None:
-        if self._alone is not None:
-            self._alone.release()
-            self._alone = None
+    def _release_folder(self) -> None:
+        if self._folder_lock is not None:
+            self._folder_lock.release()
+            self._folder_lock = None
 
     def _remove(self) -> None:
-        """Also after a swap that failed: then the folder is as it was, or all is new.  A stage that can't be settled is left to the next run."""
-        if self._alive is not None:
-            self._alive.abandon()
-            self._alive = None
+        """Removes the stage, after a swap that failed too: `settle` first makes links of the folder plain files.  If that fails, the next run does it."""
+        if self._stage_lock is not None:
+            self._stage_lock.abandon()
+            self._stage_lock = None
         if self.path is not None:
             with contextlib.suppress(OSError):
                 swap.settle(self.path)
@@ -174,20 +164,20 @@ _open_stages: set[_Stage] = set()
 
 @atexit.register
 def _end_open_stages() -> None:
-    """Of blocks that were never entered, since a signal came when their stage had just been made."""
+    """Ends stages whose blocks were never entered, since a signal came just after they had been made."""
     for stage in list(_open_stages):
         stage.end()
 
 
 def settle_stale(directory: Path) -> None:
-    """Ends the swaps and removes the stages of processes that are dead.
+    """Ends the swaps of dead processes, and removes their stages.
 
-    A stage that is locked is in use.  Where there are no locks nothing can be told, and nothing is removed.  Nor are stages of other users,
-    who could otherwise have files removed that are not theirs.
+    A stage that is locked is in use.  Without locks nobody can tell, so nothing is removed.  Stages of other users stay as well: their
+    list of files to be removed could name files of this user.
     """
     try:
         stages = [Path(entry) for entry in os.scandir(directory) if entry.name.startswith(PREFIX)]
-    except PermissionError:  # files may be made there, but not listed
+    except PermissionError:  # files may be made in this folder, but not listed
         return
     for stage in stages:
         with contextlib.suppress(OSError, LockedError):

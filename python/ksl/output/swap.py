@@ -7,11 +7,12 @@ A stage is a hidden folder in the folder of the results:
     old/    the files of the earlier run that will be replaced or removed, as hard links
     now     a link to `old` or `new`
 
-Each name in the folder becomes a link to STAGE/now/NAME, which still is the earlier file.  Then `now` is turned from `old` to `new`: the
-step in which all names change.  Then each name becomes a plain file again.  Whatever stops this on the way, every name leads to the earlier
-files or every name to the new ones, and `settle` makes them plain files.
+First each name in the folder becomes a link to STAGE/now/NAME, which is still the earlier file.  Then `now` is changed from `old` to
+`new`: in this one step all names change.  Then each name becomes a plain file again.  Wherever this is stopped, either all names lead to
+the earlier files or all lead to the new ones.  `settle` then makes them plain files.
 
-Where the file system has no links, a list of what is to be done is written first, and `settle` does what is left of it.
+Where the file system has no links, the list of files to be removed is written first.  Then each new file is renamed.  If this is stopped,
+`settle` does the rest.
 """
 
 from __future__ import annotations
@@ -26,20 +27,20 @@ from pathlib import Path
 NEW, OLD, NOW, TODO = "new", "old", "now", "todo.json"
 
 WITHOUT_LINKS = (errno.EPERM, errno.EACCES, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP, errno.EINVAL, errno.EMLINK, errno.EXDEV)
-"""What file systems answer that have no links; Linux also for hard links to files of other users."""
+"""Errors of file systems that have no links.  Linux also refuses hard links to files of other users with them."""
 
 
 def swap(stage: Path, results: Collection[str]) -> None:
-    """Puts the files in STAGE/new into the folder of the stage, and removes those of `results` that are not among them.
+    """Moves the files in STAGE/new into the folder of the stage, and removes those of `results` that are not among them.
 
-    Where it raises an OSError, the folder is as it was, or `settle` can still bring all new files into their places.
+    Raises OSError.  The folder is then as it was, or `settle` can still move all new files.
     """
     folder = stage.parent
     written = sorted(entry.name for entry in os.scandir(stage / NEW) if entry.is_file(follow_symlinks=False))
     removed = sorted(name for name in set(results).difference(written) if os.path.lexists(folder / name))
     for name in written:
         flush(stage / NEW / name)
-    if len(written) + len(removed) == 1:  # one step anyway
+    if len(written) + len(removed) == 1:  # a single rename is one step
         _put(stage / NEW / (written or removed)[0], folder / (written or removed)[0])
     else:
         try:
@@ -66,7 +67,7 @@ def settle(stage: Path) -> None:
 
 
 def _link(stage: Path, names: list[str]) -> None:
-    """Names of the folder become links to what they were; those of files that were not there lead nowhere yet."""
+    """Replaces the names in the folder by links to their earlier files.  Links of files that were not there lead nowhere yet."""
     folder = stage.parent
     (stage / OLD).mkdir()
     for name in names:
@@ -81,14 +82,14 @@ def _link(stage: Path, names: list[str]) -> None:
 
 
 def _point(stage: Path, to: str) -> None:
-    """Turns `now`, in one step."""
+    """Makes `now` lead to `to`, in one step."""
     os.symlink(to, stage / "next")
     os.replace(stage / "next", stage / NOW)
     flush_folder(stage)
 
 
 def _put_linked(stage: Path, names: list[str]) -> None:
-    """Names of the folder that are links into the stage become the files to which they lead; those that lead nowhere go."""
+    """Replaces links into the stage by the files to which they lead.  Links that lead nowhere are removed."""
     folder = stage.parent
     for name in names:
         try:
@@ -104,7 +105,7 @@ def _linked(stage: Path, name: str) -> str:
 
 
 def _put(source: Path, place: Path) -> None:
-    """The file gets another place; where there is none, what is there goes."""
+    """Moves a file to its place.  If there is no such file, removes what is at the place."""
     if os.path.lexists(source):
         os.replace(source, place)
     else:
@@ -112,6 +113,7 @@ def _put(source: Path, place: Path) -> None:
 
 
 def _plan(stage: Path, removed: list[str]) -> None:
+    """Writes the list of files to be removed, in one step: from then on `settle` ends the swap."""
     (stage / "plan").write_text(json.dumps(removed), encoding="utf-8")
     flush(stage / "plan")
     flush_folder(stage / NEW)
@@ -120,6 +122,7 @@ def _plan(stage: Path, removed: list[str]) -> None:
 
 
 def _do_what_is_planned(stage: Path) -> None:
+    """Renames the new files, and removes those of the list.  Can be repeated after it was stopped."""
     folder = stage.parent
     removed = json.loads((stage / TODO).read_text(encoding="utf-8"))
     for name in os.listdir(stage / NEW):
@@ -130,7 +133,7 @@ def _do_what_is_planned(stage: Path) -> None:
 
 
 def flush(file: Path) -> None:
-    """Waits until a file is on the disk.  A full disk that was not noticed before is noticed here."""
+    """Waits until a file is on the disk.  Raises OSError: some file systems report a full disk only here."""
     handle = os.open(file, os.O_RDWR if os.name == "nt" else os.O_RDONLY)
     try:
         os.fsync(handle)

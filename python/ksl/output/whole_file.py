@@ -11,18 +11,24 @@ from ksl.output.errors import OutputError, mend, what
 from ksl.output.stage import stage_in
 
 
-@contextmanager
-def whole_file(path: Path) -> Iterator[Path]:
-    """A path for the block to write to.  If it ends without an exception, that file is `path`, and otherwise nothing has changed.
-
-    The folder must exist: only folders of results are made by themselves.  Of a symbolic link the file is replaced to which it leads.  Devices
-    and pipes are written to as they are.  Raises OutputError.
-    """
+def place_of(path: Path) -> Path:
+    """Where a file is written: at `path`, or at the end of a symbolic link.  Raises OutputError where that is a folder, or where its folder is missing."""
     place = Path(os.path.realpath(path)) if path.is_symlink() else path
     if not place.absolute().parent.is_dir():
         raise OutputError(f"{path}: there is no folder {path.parent}; make it, or give a file in a folder that exists")
     if place.is_dir():
         raise OutputError(f"{path}: can't be written, since it is a folder; give the name of a file")
+    return place
+
+
+@contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """A path for the block to write to.  If the block ends without an exception, its file becomes `path`; otherwise nothing changes.
+
+    The folder must exist: only folders of results are made where they are missing.  Where `path` is a symbolic link, the file to which it
+    leads is replaced.  Devices and pipes are written to directly.  Raises OutputError, also for every OSError of the block.
+    """
+    place = place_of(path)
     try:
         if place.exists() and not place.is_file():
             yield place

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import sys
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -26,6 +27,8 @@ NEEDS = {"payload": ("link",), "tilt": ("axis",), "center": ("link", "axis")}
 TAKES = {"payload": ("link", "center"), "speed": (), "tilt": ("axis",), "mass": ("link",), "center": ("link", "axis"), "motion": ()}
 AT_MOST = 10_000_000
 """Cases of one sweep."""
+LARGEST = sys.float_info.max
+"""Python's whole numbers may be larger, which `math.isfinite` doesn't take."""
 TAKEN = ("case", "joint", "kind", "quantity", "value", "unit")
 """Columns of the results that are no parameters."""
 OF_BASE = ("motion", "reading", "components", "gravity", "physics", "friction_width", "floating_base", "mimic", "model")
@@ -150,12 +153,15 @@ def described(sweep: Sweep) -> list[dict[str, Any]]:
 def _parameter(given: Mapping[str, Any], number: int, latin: bool, file: str) -> Parameter:
     where = f"{file}: [[vary]] {number}"
     kind = given.get("kind")
-    if kind not in KINDS:
+    if not isinstance(kind, str) or kind not in KINDS:
         raise SweepError(f"{where}: kind = {kind!r}; {near_names(kind, KINDS)}expected one of {', '.join(KINDS)}")
     _known(given, ("kind", "name", "values", "from", "to", "steps", *TAKES[kind]), where, "")
     for key in NEEDS.get(kind, ()):
         if key not in given:
             raise SweepError(f"{where}: `{key}` is missing; {kind} is the {KINDS[kind][1]}")
+    link = given.get("link")
+    if link is not None and not isinstance(link, str):
+        raise SweepError(f"{where}: link = {link!r}; expected the name of a link")
     name = given.get("name", kind if not given.get("link") else f"{kind}_{given['link']}")
     if not isinstance(name, str) or not name or name in TAKEN:
         raise SweepError(f"{where}: name = {name!r}; expected a name for its column, other than {', '.join(TAKEN)}")
@@ -198,7 +204,7 @@ def _values(given: Mapping[str, Any], kind: str, latin: bool, where: str) -> tup
 
 
 def _number(x: Any, kind: str, key: str, where: str) -> float:
-    if isinstance(x, bool) or not isinstance(x, (int, float)) or not math.isfinite(x):
+    if isinstance(x, bool) or not isinstance(x, (int, float)) or not abs(x) <= LARGEST:
         raise SweepError(f"{where}: {key} has {x!r}; expected finite numbers")
     if kind == "speed" and x <= 0:
         raise SweepError(f"{where}: {key} has the speed factor {x:g}; expected more than 0")
@@ -210,7 +216,7 @@ def _number(x: Any, kind: str, key: str, where: str) -> float:
 def _vector(given: Mapping[str, Any], key: str, where: str) -> tuple[float, float, float]:
     x = given.get(key, [0.0, 0.0, 0.0])
     numbers: Sequence[Any] = x if isinstance(x, list) else ()
-    if len(numbers) != 3 or any(isinstance(c, bool) or not isinstance(c, (int, float)) or not math.isfinite(c) for c in numbers):
+    if len(numbers) != 3 or any(isinstance(c, bool) or not isinstance(c, (int, float)) or not abs(c) <= LARGEST for c in numbers):
         raise SweepError(f"{where}: {key} = {x!r}; expected three finite numbers")
     return (float(numbers[0]), float(numbers[1]), float(numbers[2]))
 

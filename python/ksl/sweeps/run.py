@@ -91,8 +91,8 @@ def sweep(
     if engine not in ("local", "ray"):
         raise SweepError(f"engine={engine!r}; expected 'local' or 'ray'")
     count = usable_cores() if workers is None else workers
-    if count < 1:
-        raise SweepError(f"workers={workers!r}; expected at least 1")
+    if not isinstance(count, int) or count < 1:
+        raise SweepError(f"workers={workers!r}; expected a number of processes, at least 1")
     start = time.perf_counter()
     plan, joints = _plan(os.path.abspath(robot), given, wrenches)
     with Store(Path(directory), plan, force) as store:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import atexit
-import contextlib
 import csv
-import errno
 import hashlib
 import json
 import os
@@ -24,6 +22,7 @@ from ksl.load_cases.provenance import InputFile, input_file
 from ksl.load_cases.quantities import unit
 from ksl.mechanism import Joint
 from ksl.output import OutputError, cannot_write
+from ksl.output.folders import MadeFolders
 from ksl.output.locks import Lock, LockedError, lock
 from ksl.output.parts import remove_parts, write_part
 from ksl.output.signals import uninterrupted
@@ -41,13 +40,13 @@ OF_WORST = ("_peak", "_rms", "_share", "utilisation")
 
 
 class Store:
-    """Partitions in DIR/cases (and DIR/wrenches), as DIR/sweep.json describes them.  A context: one process at a time may write into it."""
+    """Partitions in DIR/cases (and DIR/wrenches), as DIR/sweep.json describes them.  A context manager: one process at a time may write into DIR."""
 
     def __init__(self, directory: Path, plan: Plan, force: bool = False) -> None:
-        """force: a folder that holds another sweep is emptied of it."""
+        """force: if the folder holds another sweep, it is removed from it."""
         self.directory, self.plan, self._force = directory, plan, force
         self._lock: Lock | None = None
-        self._made: list[Path] = []
+        self._made = MadeFolders()
 
     def __enter__(self) -> Store:
         """Opens the folder; what an earlier run of the same sweep has computed stays.
@@ -59,7 +58,7 @@ class Store:
         try:
             try:
                 with uninterrupted():
-                    self._make("")
+                    self._made.make(self.directory)
                     self._lock = lock(self.directory / LOCK)
                 self._open(manifest)
             except BaseException:
@@ -90,29 +89,17 @@ class Store:
             remove_parts(self.directory / name)  # of a run that was killed
         for name in self._data_sets():
             with uninterrupted():
-                self._make(name)
+                self._made.make(self.directory / name)
         if found is None:
             write_part(self.directory / MANIFEST, json.dumps(manifest, indent=1).encode())
 
-    def _make(self, name: str) -> None:
-        """A folder, and what is missing above it."""
-        whole = self.directory / name
-        for folder in [f for f in (*reversed(whole.parents), whole) if not os.path.lexists(f)]:
-            folder.mkdir()
-            self._made.append(folder)
-        if not whole.is_dir():
-            raise NotADirectoryError(errno.ENOTDIR, "is a file", str(whole))
-
     def _close(self) -> None:
-        """Gives the folder free.  Folders that were made and are empty go: a sweep that was refused leaves nothing."""
+        """Releases the folder.  Folders that were made and are still empty are removed: a sweep that was refused leaves nothing."""
         with uninterrupted():
             if self._lock is not None:
                 self._lock.release()
                 self._lock = None
-            for folder in reversed(self._made):
-                with contextlib.suppress(OSError):
-                    folder.rmdir()
-            self._made.clear()
+            self._made.remove_empty()
             atexit.unregister(self._close)
 
     def _refuse_unknown(self) -> None:
@@ -245,7 +232,7 @@ def _difference(found: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
 
 
 def _remove(directory: Path) -> None:
-    """The description goes last: what is left by a process that is killed meanwhile is still described by it."""
+    """Removes a sweep.  Its description is removed last: it still describes what a process leaves that is killed on the way."""
     (directory / "worst.csv").unlink(missing_ok=True)
     for name in DATA_SETS:
         shutil.rmtree(directory / name, ignore_errors=True)

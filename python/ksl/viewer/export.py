@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ksl._core import __version__
 from ksl.errors import ViewerError
-from ksl.output import OutputError, whole_file
+from ksl.output import OutputError, place_of, whole_file
 from ksl.states import Array
 from ksl.viewer.scene import Scene
 from ksl.viewer.stage import Shown, Stage, legend
@@ -34,13 +34,12 @@ def export(scene: Scene, path: str | os.PathLike[str], *, joint: str | None = No
     and the states need.  Written completely or not at all; ViewerError where that fails, or the extra ksl[view] is missing.
     """
     target = Path(path)
-    if target.is_dir() or not target.absolute().parent.is_dir():
-        raise ViewerError(f"{target}: can't be written, since {'it is' if target.is_dir() else 'there is no such'} folder; give the name of a file in a folder that exists")
-    selected = joint if joint is not None else scene.worst_joint()
-    scene.joint_index(selected)
-    html = _html(scene, Shown(selected=selected, recorded=True))
-    head, end, tail = html.rpartition("</body>")
     try:
+        place_of(target)  # before the page is made, which takes seconds
+        selected = joint if joint is not None else scene.worst_joint()
+        scene.joint_index(selected)
+        html = _html(scene, Shown(selected=selected, recorded=True))
+        head, end, tail = html.rpartition("</body>")
         with whole_file(target) as part:
             part.write_text(head + OVERLAY.format(_legend(scene, subtitle)) + end + tail, encoding="utf-8")
     except OutputError as e:

@@ -1,0 +1,45 @@
+"""MJCF texts: what KSL makes of the model that MuJoCo's compiler makes, and of what it says.
+
+MuJoCo is a program of others, without coverage.  Texts that name files, or ask for many elements or large images by a few
+words, are left out: the first would be read, and the second take the memory that they ask for."""
+
+from guided import guide
+
+guide("ksl.mjcf", "ksl.builder", "ksl.given", "ksl.loading")
+
+import re
+from zlib import crc32
+
+from ksl import loading, mjcf
+from ksl.errors import DescriptionError
+from mutate import of_xml
+from target import BrokenPromise, check_message, finite, run
+
+LEFT_OUT = re.compile(
+    rb"file|dir|include|plugin|mesh|skin|texture|hfield|replicate|composite|flex|size\s*=[^>]*\d{4}|n(user|key)|memory|numeric|tuple"
+)
+
+
+def read(data: bytes) -> None:
+    if LEFT_OUT.search(data):
+        return
+    bits = crc32(data)  # options follow from the text itself, so that each text always takes the same way
+    options = loading._Options(bits % 8 == 0, "independent" if bits & 8 else "coupled", bits & 48 == 0, None, None, "optional", None, None, 0.01)
+    if loading._root_element(data) != "mujoco":
+        return
+    model = loading._loaded("robot.xml", data, options)
+    for line in [*model.warnings, *model.unused]:
+        check_message(line)
+    for names in (model.link_names, model.joint_names):
+        if len(set(names)) < len(names) or not all(names):
+            raise BrokenPromise(f"broken promise: names of {len(names)} links or joints are not unique")
+    finite([link.mass for link in model.links], "masses")
+    neutral = model.neutral()
+    there = mjcf.to_mujoco(model, neutral)
+    finite(there.q, "positions")
+    if abs(mjcf.from_mujoco(model, there.q).q - neutral).max(initial=0.0) > 1e-9:
+        raise BrokenPromise("broken promise: positions in MuJoCo's layout come back as others")
+
+
+if __name__ == "__main__":
+    run(read, of_xml, DescriptionError)

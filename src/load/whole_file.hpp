@@ -1,0 +1,12 @@
+// KSL: files that appear complete or not at all.
+#pragma once
+
+#include <string>
+
+namespace ksl::load {
+
+/// Writes text to a file: beside it first, and then in its place, so that a full disk or a crash leaves the old one.  What is there and is no
+/// regular file, as /dev/stdout, is written to directly.  Returns whether that succeeded; throws std::bad_alloc before anything is written.
+bool write_whole_file(const std::string &path, const std::string &text);
+
+} // namespace ksl::load
