@@ -120,7 +120,8 @@ std::size_t cores_of_quota(std::string_view quota, std::string_view period) noex
   return cores_of(take_number(quota), take_number(period));
 }
 
-std::size_t quota_of_groups([[maybe_unused]] std::string_view groups, [[maybe_unused]] const char *mounted_at) noexcept {
+std::size_t quota_of_groups([[maybe_unused]] std::string_view groups,
+                            [[maybe_unused]] const char *mounted_at) noexcept {
   std::size_t least = 0;
 #if defined(__linux__)
   const auto limit = [&](const char *hierarchy, const char *controller) {

@@ -76,8 +76,8 @@ bool has_moving_mass(const model &m) {
 }
 
 /// The joint that moves no mass at the position of a state, or −1, also where that position is not known any more.
-template <class S>
-int joint_without_mass(const algorithm_row &row, const model &m, const massless_joint_workspace &w, const state_view<S> &s) {
+template <class S> int joint_without_mass(const algorithm_row &row, const model &m, const massless_joint_workspace &w,
+                                          const state_view<S> &s) {
   if (m.massless_joint() >= 0 || is_overwritten(row, s, s.q))
     return m.massless_joint();
   return massless_joint_at(m, w, s.q);
@@ -88,9 +88,8 @@ std::string beginning(const algorithm_row &row, std::size_t state, bool of_batch
   return std::string(row.name) + ": " + (of_batch ? "state " + std::to_string(state) + ": " : "");
 }
 
-template <class S>
-void examine(const algorithm_row &row, const model &m, const massless_joint_workspace &w, const state_view<S> &s, std::size_t state,
-             bool of_batch, arguments_are given) {
+template <class S> void examine(const algorithm_row &row, const model &m, const massless_joint_workspace &w,
+                                const state_view<S> &s, std::size_t state, bool of_batch, arguments_are given) {
   const found_number found = look_at_results(row, m, s);
   if (!found.name || (found.finite && !row.needs_mass))
     return;
@@ -156,8 +155,8 @@ template <class S> std::size_t examination_bytes(const algorithm_row &row, const
   return measure.used();
 }
 
-template <class S>
-void examine_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s, arguments_are given) {
+template <class S> void examine_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s,
+                                      arguments_are given) {
   arena pieces(memory);
   examine(row, m, pieces.take_workspace<massless_joint_workspace>(m), s, 0, false, given);
 }
@@ -223,7 +222,8 @@ bool ordinary_results(const algorithm_row &row, const model &m, const batch_view
 #define KSL_INSTANTIATE(S)                                                                                             \
   template std::size_t examination_bytes(const algorithm_row &, const model &, const batch_view<S> &);                 \
   template void examine_state(const algorithm_row &, const model &, void *, const state_view<S> &, arguments_are);     \
-  template void examine_states(const algorithm_row &, const model &, const batch_view<S> &, std::size_t, std::size_t, arguments_are); \
+  template void examine_states(const algorithm_row &, const model &, const batch_view<S> &, std::size_t, std::size_t,  \
+                               arguments_are);                                                                         \
   template bool ordinary_results(const algorithm_row &, const model &, const state_view<S> &);                         \
   template bool ordinary_results(const algorithm_row &, const model &, const batch_view<S> &, std::size_t, std::size_t);
 KSL_INSTANTIATE(double)

@@ -1,5 +1,6 @@
-// Which joint can move without moving any mass: by the structure of a mechanism, found once for each model, at its construction; or at
-// one position, found when results are not finite.  The search takes the memory that it is given, since calls must not allocate.
+// Which joint can move without moving any mass: by the structure of a mechanism, found once for each model, at its
+// construction; or at one position, found when results are not finite.  The search takes the memory that it is given,
+// since calls must not allocate.
 #pragma once
 
 #include "ksl/engine/mass_matrix.hpp"
@@ -19,16 +20,19 @@ constexpr int most_coordinates_factored = 500;
 /// Arrays of the search, laid out for a model.  All are in double precision, whatever that of the call.
 struct massless_joint_workspace {
   forward_dynamics_workspace<double> dynamics;
-  double *q, *expanded_q, *no_effort; ///< (nq), (expanded nq), (expanded nv)
+  double *q, *expanded_q, *no_effort;    ///< (nq), (expanded nq), (expanded nv)
   mass_matrix_workspace<double> inertia; ///< with mimic joints only, as what follows
   double *M, *own;                       ///< (expanded nv, expanded nv), (nv)
 
-  static bool factors_mass_matrix(const model &m) { return m.followers() > 0 && m.view().nv <= most_coordinates_factored; }
+  static bool factors_mass_matrix(const model &m) {
+    return m.followers() > 0 && m.view().nv <= most_coordinates_factored;
+  }
 
   void lay_out(arena &memory, const model &m) {
     const model_view<double> view = m.view();
     dynamics.lay_out(memory, view);
-    q = memory.take<double>(m.nq()), expanded_q = memory.take<double>(view.nq), no_effort = memory.take<double>(view.nv);
+    q = memory.take<double>(m.nq()), expanded_q = memory.take<double>(view.nq),
+    no_effort = memory.take<double>(view.nv);
     if (!factors_mass_matrix(m))
       return;
     inertia.lay_out(memory, view);
@@ -86,8 +90,9 @@ inline int joint_of_coordinate(const model &m, int k) {
   return found;
 }
 
-/// The first coordinate whose pivot of Gᵀ M̂ G = L D Lᵀ is zero but for rounding, or −1: the mass matrix of a mechanism with mimic
-/// joints, at the position w.expanded_q.  A follower without mass moves that of its leader, and the other way round.  O(nv³).
+/// The first coordinate whose pivot of Gᵀ M̂ G = L D Lᵀ is zero but for rounding, or −1: the mass matrix of a mechanism
+/// with mimic joints, at the position w.expanded_q.  A follower without mass moves that of its leader, and the other
+/// way round.  O(nv³).
 inline int coordinate_without_mass(const model &m, const massless_joint_workspace &w) {
   const model_view<double> view = m.view();
   const std::size_t n = static_cast<std::size_t>(m.nv());
@@ -107,8 +112,8 @@ inline int coordinate_without_mass(const model &m, const massless_joint_workspac
   return -1;
 }
 
-/// The joint that moves no mass at a position, q (nq), an index into m.joints(), or −1: by the articulated-body algorithm.  Also −1
-/// with mimic joints and more than most_coordinates_factored coordinates, where it is not known.
+/// The joint that moves no mass at a position, q (nq), an index into m.joints(), or −1: by the articulated-body
+/// algorithm.  Also −1 with mimic joints and more than most_coordinates_factored coordinates, where it is not known.
 template <class S> int massless_joint_at(const model &m, const massless_joint_workspace &w, const S *q) {
   for (int i = 0; i < m.nq(); ++i)
     w.q[i] = static_cast<double>(q[i]);
@@ -118,7 +123,8 @@ template <class S> int massless_joint_at(const model &m, const massless_joint_wo
     return body == 0 ? -1 : joint_of_body(m, body);
   }
   expand_position(m.coupling_in<double>(), w.q, w.expanded_q);
-  if (body_without_mass(m.view(), w.dynamics, w.expanded_q, w.no_effort) == 0 || !massless_joint_workspace::factors_mass_matrix(m))
+  if (body_without_mass(m.view(), w.dynamics, w.expanded_q, w.no_effort) == 0 ||
+      !massless_joint_workspace::factors_mass_matrix(m))
     return -1;
   const int coordinate = coordinate_without_mass(m, w);
   return coordinate < 0 ? -1 : joint_of_coordinate(m, coordinate);

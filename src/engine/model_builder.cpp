@@ -370,11 +370,13 @@ void model_builder::check_finite() const {
                       are_finite(bodies_at<double, double>{static_cast<int>(i)}.get<spatial_inertia>(d.inertia.data()));
     if (fine)
       continue;
-    const int link = b.link < 0 ? d.bodies[i + 1].link : b.link; // inside a universal joint: the link is that of the next body
-    load::refuse(m_.description_.file, 0,
-                 "link " + m_.links_[static_cast<std::size_t>(link)].name +
-                     ": its place, or the inertia of it and of what it carries, is not finite, since some numbers are too "
-                     "large for their products; correct masses, inertias and lengths");
+    const int link =
+        b.link < 0 ? d.bodies[i + 1].link : b.link; // inside a universal joint: the link is that of the next body
+    load::refuse(
+        m_.description_.file, 0,
+        "link " + m_.links_[static_cast<std::size_t>(link)].name +
+            ": its place, or the inertia of it and of what it carries, is not finite, since some numbers are too "
+            "large for their products; correct masses, inertias and lengths");
   }
 }
 

@@ -27,8 +27,8 @@ void free_blocks(void *of) {
   b = {};
 }
 
-/// The key that all threads share.  A program has about a thousand; where none is left, and where the library has deleted it, a
-/// thread's blocks are lost when it ends.
+/// The key that all threads share.  A program has about a thousand; where none is left, and where the library has
+/// deleted it, a thread's blocks are lost when it ends.
 pthread_key_t key;
 std::atomic<bool> has_key{false};
 const struct lifetime {

@@ -34,7 +34,8 @@ struct element_fault {
   std::string what;
 };
 
-/// The first element that is too deep or too long, or that has too many attributes or one of them twice.  Linear in the document.
+/// The first element that is too deep or too long, or that has too many attributes or one of them twice.  Linear in the
+/// document.
 std::optional<element_fault> fault_in_elements(const pugi::xml_document &document);
 
 } // namespace ksl::load

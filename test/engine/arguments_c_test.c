@@ -219,8 +219,10 @@ static void test_inverse_kinematics(const ksl_model_t *m) {
     CHECK(fabs(remainder((double)qf[k][0] - (k ? -0.5 : 0.5), 6.283185307179586)) < 1e-3);
   CHECK(ksl_inverse_kinematics(m, 0, 1, &frame, NULL, 16, NULL, 0, NULL, NULL, 5, NULL, 0, NULL, NULL, NULL, 1) == KSL_OK);
   /* Rows that are not there, and rows of no states, may be as far apart as can be. */
-  CHECK(ksl_inverse_kinematics(m, 0, 1, &frame, target[0], PTRDIFF_MAX, NULL, PTRDIFF_MIN, NULL, q[0], PTRDIFF_MAX, NULL, 0, NULL, NULL, NULL, 1) == KSL_OK);
-  CHECK(ksl_inverse_kinematics(m, 1, 1, &frame, target[0], 16, NULL, PTRDIFF_MAX, NULL, alone[0], 5, NULL, PTRDIFF_MIN, NULL, NULL, NULL, 1) == KSL_OK);
+  CHECK(ksl_inverse_kinematics(m, 0, 1, &frame, target[0], PTRDIFF_MAX, NULL, PTRDIFF_MIN, NULL, q[0], PTRDIFF_MAX,
+                               NULL, 0, NULL, NULL, NULL, 1) == KSL_OK);
+  CHECK(ksl_inverse_kinematics(m, 1, 1, &frame, target[0], 16, NULL, PTRDIFF_MAX, NULL, alone[0], 5, NULL, PTRDIFF_MIN,
+                               NULL, NULL, NULL, 1) == KSL_OK);
 
   const ksl_inverse_kinematics_options_t usual = ksl_inverse_kinematics_options();
 #define SOLVE(model, frames_n, frames, targets, options, q)                                                             \
@@ -318,14 +320,17 @@ static void test_numbers_beyond_int(void) {
   double by_q = -7, by_v = -7;
   int *const ground = calloc(links, sizeof *ground);
   if (ground) {
-    CHECK_BAD(ksl_frame_velocities_derivatives(m, d, x, x, links, ground, NULL, &by_q, &by_v), "by_q would have more than 2^31 - 1 numbers");
-    CHECK_BAD(ksl_frame_velocities_derivatives_batch(m, 1, x, joints, x, joints, links, ground, NULL, &by_q, 0, &by_v, 0, 1),
+    CHECK_BAD(ksl_frame_velocities_derivatives(m, d, x, x, links, ground, NULL, &by_q, &by_v),
               "by_q would have more than 2^31 - 1 numbers");
+    CHECK_BAD(
+        ksl_frame_velocities_derivatives_batch(m, 1, x, joints, x, joints, links, ground, NULL, &by_q, 0, &by_v, 0, 1),
+        "by_q would have more than 2^31 - 1 numbers");
   }
   CHECK(by_q == -7 && by_v == -7);
   free(ground);
   ksl_model_t *none = m; /* more bytes than a text can have */
-  CHECK(ksl_model_load_memory("x", SIZE_MAX, NULL, &none) == KSL_FAILED && none == NULL && !strcmp(ksl_error_message(), "out of memory"));
+  CHECK(ksl_model_load_memory("x", SIZE_MAX, NULL, &none) == KSL_FAILED && none == NULL &&
+        !strcmp(ksl_error_message(), "out of memory"));
   ksl_data_free(d);
   ksl_model_free(m);
   ksl_builder_free(b);

@@ -1,5 +1,5 @@
-/* Models that a C program describes, and models made from them.  Argument: a folder to write in.  Returns 1 if a check fails,
-   otherwise 0. */
+/* Models that a C program describes, and models made from them.  Argument: a folder to write in.  Returns 1 if a check
+   fails, otherwise 0. */
 #include "c_checks.h"
 
 #include <ksl/engine.h>

@@ -117,18 +117,21 @@ std::vector<ksl::mat3x3<double>> rotations_of_cube() {
   return found;
 }
 
-/// The link's pose and permutation after the choice of axes, on a body that carries no further joint: its axes stay as they are.
+/// The link's pose and permutation after the choice of axes, on a body that carries no further joint: its axes stay as
+/// they are.
 ksl::link<double> link_turned(const ksl::mat3x3<double> &R, bool carried_by_moving_joint) {
   std::vector<ksl::body<double>> bodies = chain({ksl::identity.R});
   std::vector<ksl::link<double>> links(1);
-  links[0].body = 1, links[0].carried_by_moving_joint = carried_by_moving_joint, links[0].axis_aligned = false, links[0].pose = {R, {0, 0, 0}};
+  links[0].body = 1, links[0].carried_by_moving_joint = carried_by_moving_joint, links[0].axis_aligned = false,
+  links[0].pose = {R, {0, 0, 0}};
   ksl::choose_canonical_axes(bodies, links);
   return links[0];
 }
 
 } // namespace
 
-TEST_CASE("a link along whose axes its joint lies takes wrenches by a permutation: the numbers that the full rotation gives") {
+TEST_CASE("a link along whose axes its joint lies takes wrenches by a permutation: the numbers that the full rotation "
+          "gives") {
   REQUIRE(rotations_of_cube().size() == 24);
   const double f[6] = {0.3, -1.1, 2.7, 5.2, -0.4, 7.9};
   for (const ksl::mat3x3<double> &aligned : rotations_of_cube())

@@ -48,18 +48,22 @@ struct states {
       robots::normalize_quaternions(robot(), &q[k * nq]);
   }
 
-  /// Result number `which` of a row for all states, `width` numbers each; the other results are not asked for.  v, a and tau are x.
-  std::vector<double> results(const ksl::algorithm_row &row, std::size_t width, double before = 0, int which = 0) const {
+  /// Result number `which` of a row for all states, `width` numbers each; the other results are not asked for.  v, a
+  /// and tau are x.
+  std::vector<double> results(const ksl::algorithm_row &row, std::size_t width, double before = 0,
+                              int which = 0) const {
     std::vector<double> out(n * width, before);
     ksl::batch_view<double> batch;
     batch.n = n;
-    batch.q = {q.data(), static_cast<std::ptrdiff_t>(nq)}, batch.v = batch.a = batch.tau = {x.data(), static_cast<std::ptrdiff_t>(nv)};
+    batch.q = {q.data(), static_cast<std::ptrdiff_t>(nq)},
+    batch.v = batch.a = batch.tau = {x.data(), static_cast<std::ptrdiff_t>(nv)};
     batch.result[which] = {out.data(), static_cast<std::ptrdiff_t>(width)};
     ksl::compute_batch(row, robot(), batch, 1);
     for (std::size_t k = 0; k < n; ++k) { // one state has the same bits
       std::vector<double> alone(width, before);
       batch.n = 1;
-      batch.q.first = &q[k * nq], batch.v.first = batch.a.first = batch.tau.first = &x[k * nv], batch.result[which].first = alone.data();
+      batch.q.first = &q[k * nq], batch.v.first = batch.a.first = batch.tau.first = &x[k * nv],
+      batch.result[which].first = alone.data();
       ksl::compute_batch(row, robot(), batch, 1);
       CHECK(alone == std::vector<double>(out.begin() + static_cast<std::ptrdiff_t>(k * width), out.begin() + static_cast<std::ptrdiff_t>((k + 1) * width)));
     }
@@ -102,7 +106,8 @@ TEST_CASE("coupled: accelerations of each state of a batch solve its own equatio
   const std::vector<double> a = s.results(ksl::rows::forward_dynamics, nv); // the efforts are x
   for (std::size_t k = 0; k < s.n; ++k)
     for (std::size_t i = 0; i < nv; ++i) {
-      double missing = s.x[k * nv + i] - bias[k * nv + i], size = std::fabs(s.x[k * nv + i]) + std::fabs(bias[k * nv + i]);
+      double missing = s.x[k * nv + i] - bias[k * nv + i],
+             size = std::fabs(s.x[k * nv + i]) + std::fabs(bias[k * nv + i]);
       for (std::size_t j = 0; j < nv; ++j) {
         const double term = M[(k * nv + i) * nv + j] * a[k * nv + j];
         missing -= term, size += std::fabs(term);
@@ -116,9 +121,12 @@ TEST_CASE("coupled: a batch may ask for one of several results, reduced or not")
   const states s(70);
   const std::size_t nv = s.nv;
   ksl::data d(m);
-  const std::vector<double> kinetic = s.results(ksl::rows::energy, 1), potential = s.results(ksl::rows::energy, 1, 0, 1);
-  const std::vector<double> by_q = s.results(ksl::rows::inverse_dynamics_derivatives, nv * nv), by_v = s.results(ksl::rows::inverse_dynamics_derivatives, nv * nv, 0, 1);
-  std::vector<double> both[3] = {std::vector<double>(nv * nv), std::vector<double>(nv * nv), std::vector<double>(nv * nv)};
+  const std::vector<double> kinetic = s.results(ksl::rows::energy, 1),
+                            potential = s.results(ksl::rows::energy, 1, 0, 1);
+  const std::vector<double> by_q = s.results(ksl::rows::inverse_dynamics_derivatives, nv * nv),
+                            by_v = s.results(ksl::rows::inverse_dynamics_derivatives, nv * nv, 0, 1);
+  std::vector<double> both[3] = {std::vector<double>(nv * nv), std::vector<double>(nv * nv),
+                                 std::vector<double>(nv * nv)};
   for (std::size_t k = 0; k < s.n; ++k) {
     double one_kinetic, one_potential;
     ksl::energy(m, d, &s.q[k * s.nq], &s.x[k * nv], &one_kinetic, &one_potential);

@@ -26,10 +26,13 @@ constexpr double pi = 3.14159265358979323846;
 
 /// A palm on a wrist, and a finger on each side of it; the right one mimics the left one, with factor −1.
 ksl::robot_description hand(double left_mass, double right_mass) {
-  const auto finger = [](const char *name, double m) { return m > 0 ? robots::link(name, robots::solid(m, {0, 0, 0.1}, 0.1, 0.1, 0.1)) : robots::link(name); };
+  const auto finger = [](const char *name, double m) {
+    return m > 0 ? robots::link(name, robots::solid(m, {0, 0, 0.1}, 0.1, 0.1, 0.1)) : robots::link(name);
+  };
   ksl::robot_description r;
   r.name = "hand";
-  r.links = {robots::link("ground"), robots::link("palm", robots::solid(1, {0.1, 0, 0}, 1, 1, 1)), finger("left", left_mass), finger("right", right_mass)};
+  r.links = {robots::link("ground"), robots::link("palm", robots::solid(1, {0.1, 0, 0}, 1, 1, 1)),
+             finger("left", left_mass), finger("right", right_mass)};
   r.joints = {robots::joint("wrist", ksl::joint_kind::continuous, 0, 1, {0, 0, 0}, {0, 1, 0}),
               robots::joint("finger", ksl::joint_kind::continuous, 1, 2, {0, 0.1, 0.2}, {1, 0, 0}),
               robots::joint("other", ksl::joint_kind::continuous, 1, 3, {0, -0.1, 0.2}, {1, 0, 0})};
@@ -37,7 +40,9 @@ ksl::robot_description hand(double left_mass, double right_mass) {
   return r;
 }
 
-const std::string &name_of_joint(const ksl::model &m, int joint) { return m.joints()[static_cast<std::size_t>(joint)].name; }
+const std::string &name_of_joint(const ksl::model &m, int joint) {
+  return m.joints()[static_cast<std::size_t>(joint)].name;
+}
 
 /// Arguments of any algorithm for n states of a robot whose q and v have the same length, and room for its results.
 template <class S> struct any_batch {
@@ -48,24 +53,28 @@ template <class S> struct any_batch {
   ksl::batch_view<S> batch;
 
   any_batch(const ksl::algorithm_row &row, const ksl::model &m, std::size_t n, int of_link)
-      : q(n * static_cast<std::size_t>(m.nq()), S(0.3)), v(n * static_cast<std::size_t>(m.nv()), S(0.2)), wrench(6 * n, S(1)), link(of_link),
-        external{of_link, {wrench.data(), 6}} {
+      : q(n * static_cast<std::size_t>(m.nq()), S(0.3)), v(n * static_cast<std::size_t>(m.nv()), S(0.2)),
+        wrench(6 * n, S(1)), link(of_link), external{of_link, {wrench.data(), 6}} {
     batch.n = n, batch.q = {q.data(), m.nq()}, batch.v = batch.a = batch.tau = {v.data(), m.nv()};
     batch.external_n = 1, batch.external = &external;
     batch.links = {1, &link};
     for (int r = 0; r < row.results; ++r) {
-      const std::ptrdiff_t width = ksl::numbers_of(row.result[r], {m.nq(), m.nv(), 1, 0, m.tree_elements(), static_cast<int>(m.links().size())});
+      const std::ptrdiff_t width =
+          ksl::numbers_of(row.result[r], {m.nq(), m.nv(), 1, 0, m.tree_elements(), static_cast<int>(m.links().size())});
       result.emplace_back(n * static_cast<std::size_t>(width));
       batch.result[r] = {result.back().data(), width};
     }
   }
   bool has_nan() const {
-    return std::any_of(result.begin(), result.end(), [](const std::vector<S> &x) { return std::any_of(x.begin(), x.end(), [](S y) { return std::isnan(y); }); });
+    return std::any_of(result.begin(), result.end(), [](const std::vector<S> &x) {
+      return std::any_of(x.begin(), x.end(), [](S y) { return std::isnan(y); });
+    });
   }
 };
 
 /// The joint that the error of a batch names, or −2 where there is no error.
-template <class S> int joint_of_error(const ksl::algorithm_row &row, const ksl::model &m, const ksl::batch_view<S> &batch) {
+template <class S>
+int joint_of_error(const ksl::algorithm_row &row, const ksl::model &m, const ksl::batch_view<S> &batch) {
   try {
     ksl::compute_batch(row, m, batch, 1);
   } catch (const ksl::result_error &e) {
@@ -131,9 +140,11 @@ TEST_CASE("finite results: an upper triangle, and a centre of mass, that single 
   float M[8], c[6];
   ksl::batch_view<float> batch;
   batch.n = 2, batch.q = {q, 2}, batch.result[0] = {M, 4};
-  CHECK_THROWS_WITH_AS(ksl::mass_matrix_upper_batch(m, batch, 1), doctest::Contains("mass_matrix_upper: state 0: M[0] is"), ksl::result_error);
+  CHECK_THROWS_WITH_AS(ksl::mass_matrix_upper_batch(m, batch, 1),
+                       doctest::Contains("mass_matrix_upper: state 0: M[0] is"), ksl::result_error);
   batch.q = {q, 1}, batch.result[0] = {c, 3};
-  CHECK_THROWS_WITH_AS(ksl::center_of_mass_batch(far, batch, 1), doctest::Contains("too large for single precision"), ksl::result_error);
+  CHECK_THROWS_WITH_AS(ksl::center_of_mass_batch(far, batch, 1), doctest::Contains("too large for single precision"),
+                       ksl::result_error);
 }
 
 TEST_CASE("finite results: a joint that moves no mass at one position is named") {
@@ -179,7 +190,8 @@ TEST_CASE("finite results: a mechanism with a joint that moves no mass is refuse
   CHECK_THROWS_WITH_AS(ksl::forward_dynamics(m, d, q, zero, zero, a), doctest::Contains("joint wrist can move without moving any mass"), ksl::result_error);
 }
 
-TEST_CASE("finite results: fingers without mass that move together leave nothing determined: NaN, and an error that names the leader") {
+TEST_CASE("finite results: fingers without mass that move together leave nothing determined: NaN, and an error that "
+          "names the leader") {
   const ksl::model m(hand(0, 0));
   REQUIRE(m.massless_joint() == m.find_joint("finger"));
   expect_undetermined<double>(m);
@@ -226,7 +238,8 @@ TEST_CASE("finite results: with mimic joints, too, a joint that moves no mass at
     const ksl::model m(r);
     CHECK(m.massless_joint() == -1);
     REQUIRE(m.nv() == 3);
-    for (const double angle : {0.0, pi}) { // stretched, turns of 1 and −2 leave the point where it is; folded, it lies on the shoulder
+    for (const double angle :
+         {0.0, pi}) { // stretched, turns of 1 and −2 leave the point where it is; folded, it lies on the shoulder
       CAPTURE(length);
       CAPTURE(angle);
       any_batch<double> x(ksl::rows::forward_dynamics, m, 9, 0);
@@ -239,20 +252,23 @@ TEST_CASE("finite results: with mimic joints, too, a joint that moves no mass at
   }
 }
 
-TEST_CASE("finite results: with mimic joints and hundreds of coordinates it is not known which joint moves no mass; the number is named") {
+TEST_CASE("finite results: with mimic joints and hundreds of coordinates it is not known which joint moves no mass; "
+          "the number is named") {
   ksl::robot_description r = hand(0, 0);
   std::vector<std::string> names;
   for (int k = 0; k < 500; ++k)
     names.push_back("beside" + std::to_string(k));
   for (const std::string &name : names) {
     r.links.push_back(robots::link(name.c_str(), robots::solid(1, {0.1, 0, 0}, 1, 1, 1)));
-    r.joints.push_back(robots::joint(("to_" + name).c_str(), ksl::joint_kind::continuous, 0, static_cast<int>(r.links.size()) - 1, {0, 0, 0}, {0, 0, 1}));
+    r.joints.push_back(robots::joint(("to_" + name).c_str(), ksl::joint_kind::continuous, 0,
+                                     static_cast<int>(r.links.size()) - 1, {0, 0, 0}, {0, 0, 1}));
   }
   const ksl::model m(r);
   CHECK(m.massless_joint() == -1);
   any_batch<double> x(ksl::rows::forward_dynamics, m, 1, 0);
   x.batch.external_n = 0;
-  CHECK_THROWS_WITH_AS(ksl::forward_dynamics_batch(m, x.batch, 1), doctest::Contains("forward_dynamics: a[0] is nan"), ksl::result_error);
+  CHECK_THROWS_WITH_AS(ksl::forward_dynamics_batch(m, x.batch, 1), doctest::Contains("forward_dynamics: a[0] is nan"),
+                       ksl::result_error);
 }
 
 TEST_CASE("finite results: a universal joint whose first axis passes through the mass is named") {
@@ -264,7 +280,8 @@ TEST_CASE("finite results: a universal joint whose first axis passes through the
   ksl::data d(m);
   const double q[2] = {0.3, 0}, turned[2] = {0.3, 0.4}, v[2] = {0, 0}, tau[2] = {1, 1};
   double a[2];
-  CHECK_THROWS_WITH_AS(ksl::forward_dynamics(m, d, q, v, tau, a), doctest::Contains("joint shoulder, at this position"), ksl::result_error);
+  CHECK_THROWS_WITH_AS(ksl::forward_dynamics(m, d, q, v, tau, a), doctest::Contains("joint shoulder, at this position"),
+                       ksl::result_error);
   ksl::forward_dynamics(m, d, turned, v, tau, a);
   const double lever = std::sin(0.4), weight = 9.81 * lever * std::sin(0.3); // about the first axis
   CHECK(a[0] == doctest::Approx((1 - weight) / (lever * lever)).epsilon(1e-12));
@@ -298,12 +315,14 @@ template <class S> void expect_no_allocation(const ksl::model &m, std::size_t n,
   const long before = allocations;
   accelerations();
   CHECK(allocations == before);
-  CHECK(std::any_of(x.result[0].begin(), x.result[0].end(), [](S a) { return std::fabs(a) > S(1e11); })); // they were examined
+  CHECK(std::any_of(x.result[0].begin(), x.result[0].end(),
+                    [](S a) { return std::fabs(a) > S(1e11); })); // they were examined
 }
 
 template <class S> void expect_no_allocation_of_one_state(const ksl::model &m) {
   ksl::data d(m);
-  std::vector<S> q(static_cast<std::size_t>(m.nq()), S(0.3)), v(static_cast<std::size_t>(m.nv())), tau(v.size(), S(1e15)), a(v.size());
+  std::vector<S> q(static_cast<std::size_t>(m.nq()), S(0.3)), v(static_cast<std::size_t>(m.nv())),
+      tau(v.size(), S(1e15)), a(v.size());
   const long before = allocations;
   ksl::forward_dynamics(m, d, q.data(), v.data(), tau.data(), a.data());
   CHECK(allocations == before);
@@ -322,7 +341,8 @@ TEST_CASE("finite results: large results are examined, and NaN passes, without a
         expect_no_allocation<float>(*m, n, threads);
         expect_no_allocation_of_one_state<double>(*m);
         expect_no_allocation_of_one_state<float>(*m);
-      }).join();
+      })
+          .join();
 
   std::thread([&] { // arguments of C++ calls are not checked
     any_batch<double> x(ksl::rows::inverse_dynamics_with_reactions, straight, 9, 2);
@@ -339,7 +359,8 @@ TEST_CASE("finite results: large results are examined, and NaN passes, without a
     CHECK(allocations == before);
     CHECK(std::isnan(wrenches[7 * 12]));
     CHECK(std::isfinite(wrenches[6 * 12]));
-  }).join();
+  })
+      .join();
   ksl::assume_cores(0);
 }
 #endif

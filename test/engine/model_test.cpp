@@ -130,7 +130,8 @@ TEST_CASE("finite numbers whose products are not are refused, with the link that
   r = robots::double_pendulum(1, 1, 1, 1);
   r.links.push_back(robots::link("plate"));
   r.joints.push_back(robots::joint("weld", joint_kind::fixed, 1, 3, {1.2e308, 0, 0}, {}));
-  for (const joint_kind kind : {joint_kind::revolute, joint_kind::universal}) { // a universal joint has a body of its own inside
+  for (const joint_kind kind :
+       {joint_kind::revolute, joint_kind::universal}) { // a universal joint has a body of its own inside
     r.links.push_back(robots::link("hand", robots::solid(1, {0, 0, 0}, 1, 1, 1)));
     r.joints.push_back(robots::joint("wrist", kind, 3, 4, {1.2e308, 0, 0}, {0, 1, 0}));
     r.joints.back().axis2 = {1, 0, 0};

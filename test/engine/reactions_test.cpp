@@ -71,7 +71,8 @@ TEST_CASE("reactions at once: moving joints, all joints, any order, parts, sides
     }
 }
 
-TEST_CASE("derivatives of the reaction of a single joint, whose numbers fill no register: single precision and double") {
+TEST_CASE(
+    "derivatives of the reaction of a single joint, whose numbers fill no register: single precision and double") {
   // the smallest array of zeros that the kernel writes: 6 numbers of floats, for each of q, v and a
   const ksl::model m(robots::pendulum(1.3, 0.7));
   ksl::data d(m);

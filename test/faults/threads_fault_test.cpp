@@ -47,7 +47,8 @@ extern "C" int pthread_create(pthread_t *thread, const pthread_attr_t *attribute
 
 /// A kernel for more cores than a caller has bits for refuses the question.
 extern "C" int sched_getaffinity(pid_t process, std::size_t size, cpu_set_t *set) noexcept {
-  static const auto real = reinterpret_cast<int (*)(pid_t, std::size_t, cpu_set_t *)>(dlsym(RTLD_NEXT, "sched_getaffinity"));
+  static const auto real =
+      reinterpret_cast<int (*)(pid_t, std::size_t, cpu_set_t *)>(dlsym(RTLD_NEXT, "sched_getaffinity"));
   if (affinity_is_known)
     return real(process, size, set);
   errno = EINVAL;
@@ -56,11 +57,13 @@ extern "C" int sched_getaffinity(pid_t process, std::size_t size, cpu_set_t *set
 
 /// The C library allocates for the value of a key in a thread, if the program has many keys.
 extern "C" int pthread_setspecific(pthread_key_t key, const void *value) noexcept {
-  static const auto real = reinterpret_cast<int (*)(pthread_key_t, const void *)>(dlsym(RTLD_NEXT, "pthread_setspecific"));
+  static const auto real =
+      reinterpret_cast<int (*)(pthread_key_t, const void *)>(dlsym(RTLD_NEXT, "pthread_setspecific"));
   return keys_have_room ? real(key, value) : ENOMEM;
 }
 
-/// The library deletes its key while the program ends.  In one test it then waits for a thread's first batch, which needs memory.
+/// The library deletes its key while the program ends.  In one test it then waits for a thread's first batch, which
+/// needs memory.
 extern "C" int pthread_key_delete(pthread_key_t key) {
   static const auto real = reinterpret_cast<int (*)(pthread_key_t)>(dlsym(RTLD_NEXT, "pthread_key_delete"));
   const int status = real(key);
@@ -129,7 +132,8 @@ batch_of_states &lasting_states() {
   return s;
 }
 
-/// Runs it in a forked child that it ends by std::exit.  The child's status; −1 where it was killed, also after a minute.
+/// Runs it in a forked child that it ends by std::exit.  The child's status; −1 where it was killed, also after a
+/// minute.
 template <class Work> int exit_status(Work work) {
   std::fflush(nullptr); // or the child would write what is left in buffers once more
   return in_child([&] {

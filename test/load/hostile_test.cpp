@@ -265,7 +265,8 @@ TEST_CASE("hostile: only regular files are read") {
   REQUIRE(setrlimit(RLIMIT_NOFILE, &none) == 0);
   const std::string without_descriptors = refusal_of_file(whole);
   REQUIRE(setrlimit(RLIMIT_NOFILE, &usual) == 0);
-  check_message(without_descriptors, {"whole.urdf: the file can't be read (", "files", "check its path and its permissions"});
+  check_message(without_descriptors,
+                {"whole.urdf: the file can't be read (", "files", "check its path and its permissions"});
   close(socket);
   fs::remove_all(folder);
 }

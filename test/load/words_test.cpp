@@ -94,7 +94,10 @@ TEST_CASE("words, lists and quotes") {
   CHECK(printable("\xc3\xa9 \xf0\x9f\xa4\x96 \xe2\x82\xac") == "\xc3\xa9 \xf0\x9f\xa4\x96 \xe2\x82\xac");
   CHECK(shortened_in_middle("abcdefgh", 8) == "abcdefgh");
   CHECK(shortened_in_middle("abcdefghi", 8) == "abcd...fghi");
-  CHECK(shortened_in_middle("abc\xc3\xa9" "fgh\xc3\xa9" "jkl", 8) == "abc...jkl"); // characters of two bytes stay whole
+  CHECK(shortened_in_middle("abc\xc3\xa9"
+                            "fgh\xc3\xa9"
+                            "jkl",
+                            8) == "abc...jkl"); // characters of two bytes stay whole
   CHECK(quoted("a\nb") == "\"a b\"");
   CHECK(quoted(std::string(100, 'x')) == '"' + std::string(60, 'x') + "...\"");
   // é is two bytes, of which the second would be the 61st
