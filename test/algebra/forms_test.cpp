@@ -3,6 +3,7 @@
 
 #include "forms.h"
 
+#include <array>
 #include <cstddef>
 #include <cstring>
 #include <random>
@@ -36,8 +37,8 @@ struct call {
 /// Arguments from random numbers; equal generators give equal calls.
 call make_call(const form_row &row, std::mt19937_64 random) {
   std::uniform_real_distribution<double> real(-2, 2);
-  const int indices[] = {1, 2, 7}; // row, column, stride; n of alloc
-  int index = 0;
+  const std::array indices = {1, 2, 7, 5}; // row, column, stride; n of alloc; the four of a vec4i
+  std::size_t index = 0;
   call c;
   std::memset(&c, 0, sizeof c);
   std::memset(&c.result, 0xaa, sizeof c.result);
@@ -52,7 +53,7 @@ call make_call(const form_row &row, std::mt19937_64 random) {
       }
     }
     if (row.arguments[k] == 'n')
-      s.i[0] = indices[index++];
+      s.i[0] = indices.at(index++);
     if (row.arguments[k] == 'p')
       s.p = 3;
   }

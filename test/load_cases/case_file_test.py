@@ -282,6 +282,12 @@ def test_bad_files_are_one_sentence_with_the_case(arm, what):
     assert str(e.value).startswith(str(arm[1] / "cases.toml"))
 
 
+@pytest.mark.parametrize("time", ["5e-324", "1.7e308"])
+def test_a_stop_at_once_or_without_end(spinning, time):
+    with pytest.raises(ValueError, match="stop: time .* s; from 3.99996 rad/s or m/s that is a deceleration or a way beyond all numbers"):
+        cases(spinning, f"[cases.a]\nmotion = 'm.csv'\nstop = {{ time = {time}, law = 'linear', by = 'brakes' }}")
+
+
 # the command, and the example
 
 

@@ -23,7 +23,9 @@ public:
 
   KSL_LANES void lay_out(arena &memory, int n) {
     stride_ = is_number<T> ? before + padded(n + native_lanes_of) : n;
-    first_ = memory.take<T>(numbers * stride_) + (is_number<T> ? before : 0);
+    first_ = memory.take<T>(numbers * stride_);
+    if (is_number<T> && first_) // null is not moved: the arena only counts
+      first_ += before;
   }
 
   /// The V of coordinate k, or with packs P of the coordinates k, k + 1, ...  Lanes beyond the last coordinate are undefined.

@@ -325,6 +325,9 @@ class _Case:
         duration = _number(f"{where}: time", given.get("time"))
         if duration <= 0:
             raise CaseError(f"{where}: time {duration:g}; expected the seconds until all is at rest, more than 0")
+        fastest = float(np.abs(motion.v).max(initial=0.0))
+        if not (math.isfinite(1.5 * fastest / duration) and math.isfinite(fastest * duration)):
+            raise CaseError(f"{where}: time {duration:g} s; from {fastest:.6g} rad/s or m/s that is a deceleration or a way beyond all numbers")
         law, by = given.get("law", "cubic"), given.get("by", "drives")
         for key, value, known in (("law", law, ("cubic", "linear")), ("by", by, ("drives", "brakes"))):
             if value not in known:
