@@ -105,6 +105,7 @@ void *allocated(std::size_t n, std::size_t alignment) {
 
 } // namespace
 
+#pragma GCC visibility push(default) // clang declares no sized forms in <new>, and would hide them from the library of C++
 void *operator new(std::size_t n) { return allocated(n, 1); }
 void *operator new[](std::size_t n) { return allocated(n, 1); }
 void *operator new(std::size_t n, std::align_val_t alignment) { return allocated(n, static_cast<std::size_t>(alignment)); }
@@ -131,4 +132,5 @@ void operator delete(void *p, std::align_val_t) noexcept { std::free(p); }
 void operator delete[](void *p, std::align_val_t) noexcept { std::free(p); }
 void operator delete(void *p, std::size_t, std::align_val_t) noexcept { std::free(p); }
 void operator delete[](void *p, std::size_t, std::align_val_t) noexcept { std::free(p); }
+#pragma GCC visibility pop
 #endif
