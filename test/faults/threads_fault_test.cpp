@@ -209,6 +209,7 @@ TEST_CASE("exit while a thread runs batches on several threads: the program ends
   }
 }
 
+#ifndef KSL_TEST_THREAD_SANITIZER // under it a program was seen not to end that exits while threads begin
 TEST_CASE("exit while new threads make their first batches: none of them lacks memory") {
   lasting_states();
   for (int round = 0; round < 10; ++round) {
@@ -229,6 +230,7 @@ TEST_CASE("exit while new threads make their first batches: none of them lacks m
     CHECK(found == 50 + round);
   }
 }
+#endif
 
 #ifndef KSL_TEST_SANITIZER
 TEST_CASE("a thread whose memory could not be freed at its end gets none, and the error says so") {
