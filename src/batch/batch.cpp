@@ -64,6 +64,8 @@ bool compute_states(const algorithm_row &row, const model &m, const batch_view<S
 
 template <class S>
 void compute_batch(const algorithm_row &row, const model &m, const batch_view<S> &given, int threads, arguments_are arguments) {
+  if (given.n > 0) // now, or the first call whose results are looked at would allocate
+    thread_memory(kept_for::workspace, examination_bytes(row, m, given));
   if (given.n < 2) {
     if (!compute_states(row, m, given, 0, given.n))
       examine_states(row, m, given, 0, given.n, arguments);

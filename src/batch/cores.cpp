@@ -22,6 +22,7 @@ long long take_number(std::string_view &text) {
   return error == std::errc() ? number : -1;
 }
 
+/// Cores that a quota in each period comes to, rounded up; 0: no limit.
 std::size_t cores_of(long long quota, long long period) {
   if (quota <= 0 || period <= 0)
     return 0;
@@ -41,6 +42,12 @@ bool lists(std::string_view words, std::string_view word) {
 
 #if defined(__linux__)
 
+/// least = the smaller limit, where 0 is none.
+void lower(std::size_t &least, std::size_t limit) {
+  if (limit && (!least || limit < least))
+    least = limit;
+}
+
 /// The beginning of a file, or nothing where it can't be read.  A stream of the C library would allocate.
 template <std::size_t size> std::string_view contents(const char *path, char (&buffer)[size]) {
   const int file = open(path, O_RDONLY | O_CLOEXEC);
@@ -53,6 +60,7 @@ template <std::size_t size> std::string_view contents(const char *path, char (&b
   return {buffer, n};
 }
 
+/// What the quota of one group comes to; 0: none.  folder: where the hierarchy of that version is mounted.
 std::size_t cores_of_group(const char *folder, std::string_view path, bool version_2) {
   char name[4352], first[64], second[64];
   const auto file = [&](const char *last) {
@@ -70,8 +78,7 @@ std::size_t cores_of_group(const char *folder, std::string_view path, bool versi
 std::size_t least_quota(const char *folder, std::string_view path, bool version_2) {
   std::size_t least = 0;
   while (true) {
-    if (const std::size_t cores = cores_of_group(folder, path == "/" ? "" : path, version_2); cores && (!least || cores < least))
-      least = cores;
+    lower(least, cores_of_group(folder, path == "/" ? "" : path, version_2));
     if (path.empty() || path == "/")
       return least;
     path = path.substr(0, path.rfind('/'));
@@ -80,18 +87,7 @@ std::size_t least_quota(const char *folder, std::string_view path, bool version_
 
 std::size_t quota_of_process() {
   char buffer[4096];
-  const std::string_view groups = contents("/proc/self/cgroup", buffer);
-  std::size_t least = 0;
-  const auto limit = [&](const char *folder, std::string_view path, bool version_2) {
-    if (path.empty())
-      return;
-    if (const std::size_t cores = least_quota(folder, path, version_2); cores && (!least || cores < least))
-      least = cores;
-  };
-  limit("/sys/fs/cgroup", path_of_group(groups, ""), true);
-  limit("/sys/fs/cgroup/unified", path_of_group(groups, ""), true); // beside version 1
-  limit("/sys/fs/cgroup/cpu", path_of_group(groups, "cpu"), false);
-  return least;
+  return quota_of_groups(contents("/proc/self/cgroup", buffer), "/sys/fs/cgroup");
 }
 
 /// How many cores the first thread of the process may run on, which others inherit; 0: unknown.  The calling thread may have been tied
@@ -122,6 +118,24 @@ std::size_t cores_of_cpu_max(std::string_view cpu_max) noexcept {
 
 std::size_t cores_of_quota(std::string_view quota, std::string_view period) noexcept {
   return cores_of(take_number(quota), take_number(period));
+}
+
+std::size_t quota_of_groups([[maybe_unused]] std::string_view groups,
+                            [[maybe_unused]] const char *mounted_at) noexcept {
+  std::size_t least = 0;
+#if defined(__linux__)
+  const auto limit = [&](const char *hierarchy, const char *controller) {
+    char folder[256];
+    std::snprintf(folder, sizeof folder, "%s%s", mounted_at, hierarchy);
+    const std::string_view path = path_of_group(groups, controller);
+    if (!path.empty())
+      lower(least, least_quota(folder, path, *controller == '\0'));
+  };
+  limit("", "");
+  limit("/unified", ""); // beside version 1
+  limit("/cpu", "cpu");
+#endif
+  return least;
 }
 
 std::string_view path_of_group(std::string_view groups, std::string_view controller) noexcept {

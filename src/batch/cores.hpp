@@ -19,4 +19,8 @@ std::size_t cores_of_quota(std::string_view quota, std::string_view period) noex
 /// version 1, with "" that of version 2.  Empty: none.
 std::string_view path_of_group(std::string_view groups, std::string_view controller) noexcept;
 
+/// The least quota of the groups in such contents, and of those that they are in, in cores; 0: none.  Their files are
+/// read from the hierarchies in the folder mounted_at, as /sys/fs/cgroup.
+std::size_t quota_of_groups(std::string_view groups, const char *mounted_at) noexcept;
+
 } // namespace ksl

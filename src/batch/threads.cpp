@@ -49,7 +49,8 @@ template <class Done> void look_out(Done done) {
     std::this_thread::yield();
 }
 
-constexpr std::size_t calls_after_refusal = 100; ///< of a thread, that go on with those there are
+/// Where the system refuses a thread, how many calls go on with the threads that there are before it is asked again.
+constexpr std::size_t calls_after_refusal = 100;
 
 /// The calling thread works too and can compute all parts alone.  So a call also completes if no threads can be created, if
 /// all of them are busy with other calls, or if a part makes a call of its own.

@@ -20,8 +20,9 @@ struct partition {
   std::size_t parts = 0;
   std::size_t threads = 1; ///< at most this many work on it
 
-  /// threads 0: all cores; more than there are cores are as many as cores.  A thread gets at least `least` items, about ten microseconds of work, which is what waking it
-  /// costs.  There are several parts for each thread, so that the others can take over from a thread that is descheduled.
+  /// n items in blocks of `block`.  threads: the most to use; 0, or more than all_cores(), is all cores.  A thread gets
+  /// at least `least` items, about ten microseconds of work, which is what waking it costs.  There are `parts_each`
+  /// parts for each thread, so that the others can take over from a thread that is descheduled.
   partition(std::size_t n, std::size_t block, std::size_t least, int threads, std::size_t parts_each = 4);
 };
 

@@ -176,7 +176,7 @@ ksl_status_t batch_call(const algorithm_row &row, const ksl_model_t *m, batch_vi
     require(!links_are_few(row) || batch.links.n <= ksl_model_links(m), "links: at most as many as the model has");
     require(threads >= 0, "threads must not be negative; 0 is all cores that the process may use");
     const bool any = batch.n > 0;
-    if (external)
+    if (external) // an empty batch needs no wrenches: anything but null stands for them
       require_external(m, external->n, external->link, any ? static_cast<const void *>(external->wrench) : "");
     batch_arguments<S> arguments;
     const bool of_joints = row.request == request_kind::joints || row.request == request_kind::reactions;

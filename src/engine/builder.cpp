@@ -141,7 +141,7 @@ void set_axes(const std::string &who, const joint_kind_row &row, const joint_opt
     to.axis2 = load::direction_of(to.given.axis2);
 }
 
-/// Both or, where memory runs out, neither.
+/// Adds an item to the list and to the index of names; where memory runs out, to neither.
 template <class Item> void append(std::vector<Item> &items, Item item, std::map<std::string, int> &index) {
   items.push_back(std::move(item));
   try {
@@ -152,7 +152,7 @@ template <class Item> void append(std::vector<Item> &items, Item item, std::map<
   }
 }
 
-/// The last items away, until there are n.
+/// Removes the last items from the list and from the index, until n are left.
 template <class Item> void cut(std::vector<Item> &items, std::size_t n, std::map<std::string, int> &index) {
   for (; items.size() > n; items.pop_back())
     index.erase(items.back().name);

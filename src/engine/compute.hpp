@@ -46,7 +46,7 @@ template <class S>
 void compute(const algorithm_row &row, const model &m, data &d, const state_view<S> &s, arguments_are given = arguments_are::unchecked) {
   const bool ordinary = compute_ordinary<S>(row, m, d, s);
   if (!ordinary || (given == arguments_are::finite && !row.needs_mass && !ordinary_results(row, m, s)))
-    examine_state(row, m, s, given);
+    examine_state(row, m, d.memory(), s, given);
 }
 
 } // namespace ksl

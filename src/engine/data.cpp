@@ -3,6 +3,7 @@
 
 #include "engine/algorithm_rows.hpp"
 #include "engine/coupled.hpp"
+#include "engine/examine.hpp"
 #include "engine/largest_workspace.hpp"
 
 #include <algorithm>
@@ -41,7 +42,7 @@ std::size_t coupled_bytes(const model &m) {
 } // namespace
 
 data::data(const model &m)
-    : bytes_(std::max(largest_workspace(m.view()), coupled_bytes(m)) + unread_bytes(m)),
+    : bytes_(std::max({largest_workspace(m.view()), coupled_bytes(m), examination_bytes(m)}) + unread_bytes(m)),
       memory_(::operator new(bytes_, alignment)), zero_(static_cast<std::size_t>(m.nv())), zero_single_(zero_.size()) {
 #ifndef NDEBUG
   std::fill_n(static_cast<double *>(memory_.get()), bytes_ / sizeof(double), std::numeric_limits<double>::quiet_NaN());

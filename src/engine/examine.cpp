@@ -2,10 +2,11 @@
 
 #include "engine/coupled.hpp"
 #include "engine/massless_joint.hpp"
+#include "engine/thread_memory.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
-#include <vector>
 
 namespace ksl {
 namespace {
@@ -52,15 +53,17 @@ template <class S> bool finite(const S *x, std::ptrdiff_t n) {
   return true;
 }
 
-/// An argument in whose place a result was written is taken as finite.
+/// Was a result written in place of an argument, which is then not known any more?
+template <class S> bool is_overwritten(const algorithm_row &row, const state_view<S> &s, const S *argument) {
+  return std::any_of(s.result, s.result + row.results, [&](const S *result) { return result == argument; });
+}
+
+/// An argument that is not known any more is taken as finite.
 template <class S> bool finite_arguments(const algorithm_row &row, const model &m, const state_view<S> &s) {
   bool well = finite(s.external.wrench, 6 * std::ptrdiff_t(s.external.n));
   for (int i = 0; i < row.inputs; ++i) {
     const S *const x = input_of(s, row.input_list[i]);
-    bool overwritten = false;
-    for (int r = 0; r < row.results; ++r)
-      overwritten = overwritten || x == s.result[r];
-    well = well && (overwritten || finite(x, length_of(row.input_list[i], m.nq(), m.nv())));
+    well = well && (is_overwritten(row, s, x) || finite(x, length_of(row.input_list[i], m.nq(), m.nv())));
   }
   return well;
 }
@@ -72,17 +75,21 @@ bool has_moving_mass(const model &m) {
   return false;
 }
 
-/// The joint that moves no mass at the position of a state, or −1.
-template <class S> int joint_without_mass(const model &m, const S *q) {
-  if (m.massless_joint() >= 0)
+/// The joint that moves no mass at the position of a state, or −1, also where that position is not known any more.
+template <class S> int joint_without_mass(const algorithm_row &row, const model &m, const massless_joint_workspace &w,
+                                          const state_view<S> &s) {
+  if (m.massless_joint() >= 0 || is_overwritten(row, s, s.q))
     return m.massless_joint();
-  if (!q || !finite(q, m.nq()))
-    return -1; // a result was written over it
-  return massless_joint_at(m, std::vector<double>(q, q + m.nq()));
+  return massless_joint_at(m, w, s.q);
 }
 
-template <class S>
-void examine(const algorithm_row &row, const model &m, const state_view<S> &s, std::size_t state, bool of_batch, arguments_are given) {
+/// How a message begins.  It is put together where there is an error only, since that allocates.
+std::string beginning(const algorithm_row &row, std::size_t state, bool of_batch) {
+  return std::string(row.name) + ": " + (of_batch ? "state " + std::to_string(state) + ": " : "");
+}
+
+template <class S> void examine(const algorithm_row &row, const model &m, const massless_joint_workspace &w,
+                                const state_view<S> &s, std::size_t state, bool of_batch, arguments_are given) {
   const found_number found = look_at_results(row, m, s);
   if (!found.name || (found.finite && !row.needs_mass))
     return;
@@ -90,54 +97,78 @@ void examine(const algorithm_row &row, const model &m, const state_view<S> &s, s
     return;
   if (row.nan_without_mass && !has_moving_mass(m))
     return;
-  const std::string of_state = of_batch ? "state " + std::to_string(state) + ": " : "", start = std::string(row.name) + ": " + of_state;
-  if (const int joint = row.needs_mass ? joint_without_mass(m, s.q) : -1; joint >= 0)
-    throw result_error(start + m.massless_joint_text(joint), state, joint);
+  if (const int joint = row.needs_mass ? joint_without_mass(row, m, w, s) : -1; joint >= 0)
+    throw result_error(beginning(row, state, of_batch) + m.massless_joint_text(joint), state, joint);
   if (found.finite)
     return;
-  throw result_error(start + found.name + "[" + std::to_string(found.index) + "] is " + (std::isnan(found.value) ? "nan" : found.value > 0 ? "inf" : "-inf") +
+  const char *const what = std::isnan(found.value) ? "nan" : found.value > 0 ? "inf" : "-inf";
+  throw result_error(beginning(row, state, of_batch) + found.name + "[" + std::to_string(found.index) + "] is " + what +
                          ", although all arguments are finite: they, or numbers of the model, are too large for " +
                          (sizeof(S) == 8 ? "double precision" : "single precision"),
                      state, -1);
 }
 
-/// State k of a batch, with what is examined.
-template <class S> struct state_of_batch {
-  std::vector<int> links;
-  std::vector<S> wrenches;
-  std::vector<reaction_result<S>> reactions;
-  state_view<S> state;
+/// What is examined of one state of a batch, and the memory of the search for a joint that moves no mass.
+template <class S> struct examined_state {
+  massless_joint_workspace search;
+  int *links;
+  S *wrenches;
+  reaction_result<S> *reactions;
 
-  state_of_batch(const algorithm_row &row, const batch_view<S> &batch, std::size_t k) {
+  void lay_out(arena &memory, const algorithm_row &row, const model &m, const batch_view<S> &batch) {
+    if (row.needs_mass)
+      search.lay_out(memory, m);
+    links = memory.take<int>(batch.external_n), wrenches = memory.take<S>(6 * batch.external_n);
+    reactions = memory.take<reaction_result<S>>(batch.reactions_n);
+  }
+
+  /// State k.  Arguments are where the batch has them, so that one that a result was written over is recognised.
+  state_view<S> load(const algorithm_row &row, const batch_view<S> &batch, std::size_t k) const {
+    state_view<S> state;
     state.links = batch.links, state.joints = batch.joints;
     for (int i = 0; i < row.inputs; ++i)
       if (const rows_view<const S> &rows = input_of(batch, row.input_list[i]); rows.first)
         input_of(state, row.input_list[i]) = ksl::row(rows, k);
     for (int r = 0; r < row.results; ++r)
       state.result[r] = batch.result[r].first ? ksl::row(batch.result[r], k) : nullptr;
-    for (int e = 0; e < batch.external_n && row.external != external_use::none; ++e) {
-      const S *const wrench = ksl::row(batch.external[e].wrench, k);
-      links.push_back(batch.external[e].link), wrenches.insert(wrenches.end(), wrench, wrench + 6);
+    const int external_n = row.external == external_use::none ? 0 : batch.external_n;
+    for (int e = 0; e < external_n; ++e) {
+      links[e] = batch.external[e].link;
+      std::copy_n(ksl::row(batch.external[e].wrench, k), 6, wrenches + 6 * e);
     }
-    state.external = {static_cast<int>(links.size()), links.data(), wrenches.data(), batch.external_axes};
+    state.external = {external_n, links, wrenches, batch.external_axes};
+    state.reactions = reactions;
     for (int r = 0; r < batch.reactions_n && row.request == request_kind::reactions; ++r)
       if (batch.reactions[r].out.first)
-        reactions.push_back({&batch.reactions[r].request, ksl::row(batch.reactions[r].out, k)});
-    state.reactions_n = static_cast<int>(reactions.size()), state.reactions = reactions.data();
+        reactions[state.reactions_n++] = {&batch.reactions[r].request, ksl::row(batch.reactions[r].out, k)};
+    return state;
   }
 };
 
 } // namespace
 
-template <class S> void examine_state(const algorithm_row &row, const model &m, const state_view<S> &s, arguments_are given) {
-  examine(row, m, s, 0, false, given);
+std::size_t examination_bytes(const model &m) { return workspace_bytes<massless_joint_workspace>(m); }
+
+template <class S> std::size_t examination_bytes(const algorithm_row &row, const model &m, const batch_view<S> &batch) {
+  arena measure;
+  examined_state<S>().lay_out(measure, row, m, batch);
+  return measure.used();
+}
+
+template <class S> void examine_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s,
+                                      arguments_are given) {
+  arena pieces(memory);
+  examine(row, m, pieces.take_workspace<massless_joint_workspace>(m), s, 0, false, given);
 }
 
 template <class S>
 void examine_states(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first, std::size_t end,
                     arguments_are given) {
+  arena pieces(thread_memory(kept_for::workspace, examination_bytes(row, m, batch)));
+  examined_state<S> one{};
+  one.lay_out(pieces, row, m, batch);
   for (std::size_t k = first; k < end; ++k)
-    examine(row, m, state_of_batch<S>(row, batch, k).state, k, batch.n > 1, given);
+    examine(row, m, one.search, one.load(row, batch, k), k, batch.n > 1, given);
 }
 
 namespace {
@@ -189,8 +220,10 @@ bool ordinary_results(const algorithm_row &row, const model &m, const batch_view
 }
 
 #define KSL_INSTANTIATE(S)                                                                                             \
-  template void examine_state(const algorithm_row &, const model &, const state_view<S> &, arguments_are);             \
-  template void examine_states(const algorithm_row &, const model &, const batch_view<S> &, std::size_t, std::size_t, arguments_are); \
+  template std::size_t examination_bytes(const algorithm_row &, const model &, const batch_view<S> &);                 \
+  template void examine_state(const algorithm_row &, const model &, void *, const state_view<S> &, arguments_are);     \
+  template void examine_states(const algorithm_row &, const model &, const batch_view<S> &, std::size_t, std::size_t,  \
+                               arguments_are);                                                                         \
   template bool ordinary_results(const algorithm_row &, const model &, const state_view<S> &);                         \
   template bool ordinary_results(const algorithm_row &, const model &, const batch_view<S> &, std::size_t, std::size_t);
 KSL_INSTANTIATE(double)

@@ -11,12 +11,21 @@ namespace ksl {
 /// Were the arguments of a call checked to be finite?  In C++ they are not: NaN in gives NaN out.
 enum class arguments_are : bool { unchecked, finite };
 
-/// Throws result_error if a result of the state isn't finite though its arguments are, or if it is large since a joint moves no mass.
-/// A mechanism without any mass has no centre of mass: that one is NaN, as documented.
-template <class S>
-void examine_state(const algorithm_row &row, const model &m, const state_view<S> &s, arguments_are given);
+/// Bytes of memory that examine_state() needs for any algorithm; a workspace (ksl::data) has them.
+std::size_t examination_bytes(const model &m);
 
-/// The same for the states [first, end) of a batch; the error is that of the first such state.
+/// Throws result_error if a result of the state isn't finite though its arguments are, or if it is large since a joint
+/// moves no mass.  A mechanism without any mass has no centre of mass: that one is NaN, as documented.  Overwrites
+/// `memory`, aligned to 64 bytes, if the algorithm needs mass.  Allocates for an error only.
+template <class S>
+void examine_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s, arguments_are given);
+
+/// Bytes that examine_states() takes of the thread's memory for workspaces.  A call that may examine results asks for
+/// them when it begins, so that no later one has to grow that memory.
+template <class S> std::size_t examination_bytes(const algorithm_row &row, const model &m, const batch_view<S> &batch);
+
+/// The same for the states [first, end) of a batch; the error is that of the first such state.  Throws std::bad_alloc,
+/// too.
 template <class S>
 void examine_states(const algorithm_row &row, const model &m, const batch_view<S> &batch, std::size_t first, std::size_t end,
                     arguments_are given);

@@ -1,5 +1,6 @@
-// Which joint can move without moving any mass: by the structure of a mechanism, found once for each model, at its construction; or at
-// one position, found when results are not finite.
+// Which joint can move without moving any mass: by the structure of a mechanism, found once for each model, at its
+// construction; or at one position, found when results are not finite.  The search takes the memory that it is given,
+// since calls must not allocate.
 #pragma once
 
 #include "ksl/engine/mass_matrix.hpp"
@@ -7,10 +8,37 @@
 #include "ksl/engine/solve_mass_matrix.hpp"
 #include "ksl/model.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
 namespace ksl {
+
+/// The most coordinates of a mass matrix that the search factors, which takes O(nv³).
+constexpr int most_coordinates_factored = 500;
+
+/// Arrays of the search, laid out for a model.  All are in double precision, whatever that of the call.
+struct massless_joint_workspace {
+  forward_dynamics_workspace<double> dynamics;
+  double *q, *expanded_q, *no_effort;    ///< (nq), (expanded nq), (expanded nv)
+  mass_matrix_workspace<double> inertia; ///< with mimic joints only, as what follows
+  double *M, *own;                       ///< (expanded nv, expanded nv), (nv)
+
+  static bool factors_mass_matrix(const model &m) {
+    return m.followers() > 0 && m.view().nv <= most_coordinates_factored;
+  }
+
+  void lay_out(arena &memory, const model &m) {
+    const model_view<double> view = m.view();
+    dynamics.lay_out(memory, view);
+    q = memory.take<double>(m.nq()), expanded_q = memory.take<double>(view.nq),
+    no_effort = memory.take<double>(view.nv);
+    if (!factors_mass_matrix(m))
+      return;
+    inertia.lay_out(memory, view);
+    M = memory.take<double>(static_cast<std::ptrdiff_t>(view.nv) * view.nv), own = memory.take<double>(m.nv());
+  }
+};
 
 /// Is a joint that carries the articulated inertia A without inertia in one of its coordinates?  Rounding leaves about 1e−16 of A.
 template <joint_kind K>
@@ -51,10 +79,7 @@ inline int body_without_mass(const model_view<double> &model, const forward_dyna
 inline int joint_of_body(const model &m, int body) {
   while (m.view().body[body].link < 0) // inside a universal joint
     ++body;
-  for (std::size_t j = 0; j < m.joints().size(); ++j)
-    if (m.joints()[j].link == m.view().body[body].link)
-      return static_cast<int>(j);
-  return -1;
+  return m.joint_above(m.view().body[body].link);
 }
 
 /// The joint that has coordinate k of a user's v: an index into m.joints().
@@ -65,20 +90,20 @@ inline int joint_of_coordinate(const model &m, int k) {
   return found;
 }
 
-/// The first coordinate whose pivot of Gᵀ M̂ G = L D Lᵀ is zero but for rounding, or −1: the mass matrix of a mechanism with mimic
-/// joints.  A follower without mass moves that of its leader, and the other way round.  O(nv³).
-inline int coordinate_without_mass(const model &m, const double *expanded_q) {
+/// The first coordinate whose pivot of Gᵀ M̂ G = L D Lᵀ is zero but for rounding, or −1: the mass matrix of a mechanism
+/// with mimic joints, at the position w.expanded_q.  A follower without mass moves that of its leader, and the other
+/// way round.  O(nv³).
+inline int coordinate_without_mass(const model &m, const massless_joint_workspace &w) {
   const model_view<double> view = m.view();
-  const owned_workspace<mass_matrix_workspace<double>> w(view);
   const std::size_t n = static_cast<std::size_t>(m.nv());
-  std::vector<double> M(static_cast<std::size_t>(view.nv) * static_cast<std::size_t>(view.nv)), own(n);
-  mass_matrix(view, *w, expanded_q, M.data());
-  reduce_axis(m.coupling_in<double>(), along::efforts, view.nv, 1, view.nv, M.data());
-  reduce_axis(m.coupling_in<double>(), along::efforts, view.nv, m.nv(), 1, M.data());
+  double *const M = w.M;
+  mass_matrix(view, w.inertia, w.expanded_q, M);
+  reduce_axis(m.coupling_in<double>(), along::efforts, view.nv, 1, view.nv, M);
+  reduce_axis(m.coupling_in<double>(), along::efforts, view.nv, m.nv(), 1, M);
   for (std::size_t k = 0; k < n; ++k)
-    own[k] = M[k * n + k];
+    w.own[k] = M[k * n + k];
   for (std::size_t k = 0; k < n; ++k) {
-    if (!(M[k * n + k] > 1e-13 * own[k]))
+    if (!(M[k * n + k] > 1e-13 * w.own[k]))
       return static_cast<int>(k);
     for (std::size_t i = k + 1; i < n; ++i)
       for (std::size_t j = k + 1; j <= i; ++j)
@@ -87,35 +112,34 @@ inline int coordinate_without_mass(const model &m, const double *expanded_q) {
   return -1;
 }
 
-/// The joint that moves no mass at a position, q (nq), an index into m.joints(), or −1: by the articulated-body algorithm.
-inline int massless_joint_at(const model &m, const std::vector<double> &q) {
-  constexpr int most_coordinates = 500; // of a matrix that is factored here
-  const owned_workspace<forward_dynamics_workspace<double>> w(m.view());
-  std::vector<double> expanded(q), no_effort(static_cast<std::size_t>(m.view().nv));
-  if (m.followers()) {
-    expanded.resize(static_cast<std::size_t>(m.view().nq));
-    expand_position(m.coupling_in<double>(), q.data(), expanded.data());
+/// The joint that moves no mass at a position, q (nq), an index into m.joints(), or −1: by the articulated-body
+/// algorithm.  Also −1 with mimic joints and more than most_coordinates_factored coordinates, where it is not known.
+template <class S> int massless_joint_at(const model &m, const massless_joint_workspace &w, const S *q) {
+  for (int i = 0; i < m.nq(); ++i)
+    w.q[i] = static_cast<double>(q[i]);
+  std::fill_n(w.no_effort, m.view().nv, 0.0);
+  if (!m.followers()) {
+    const int body = body_without_mass(m.view(), w.dynamics, w.q, w.no_effort);
+    return body == 0 ? -1 : joint_of_body(m, body);
   }
-  const int body = body_without_mass(m.view(), *w, expanded.data(), no_effort.data());
-  if (body == 0)
+  expand_position(m.coupling_in<double>(), w.q, w.expanded_q);
+  if (body_without_mass(m.view(), w.dynamics, w.expanded_q, w.no_effort) == 0 ||
+      !massless_joint_workspace::factors_mass_matrix(m))
     return -1;
-  if (!m.followers())
-    return joint_of_body(m, body);
-  if (m.view().nv > most_coordinates)
-    return -1; // not known
-  const int coordinate = coordinate_without_mass(m, expanded.data());
+  const int coordinate = coordinate_without_mass(m, w);
   return coordinate < 0 ? -1 : joint_of_coordinate(m, coordinate);
 }
 
 /// The joint that moves no mass at two positions that nothing singles out, or −1: what is singular at both is so by the structure of
 /// the mechanism.
 inline int massless_joint(const model &m) {
+  const owned_workspace<massless_joint_workspace> w(m);
   std::vector<double> q(static_cast<std::size_t>(m.nq()));
   int found = -1;
   for (int turn = 0; turn < 2; ++turn) {
     for (std::size_t k = 0; k < q.size(); ++k)
       q[k] = std::sin(1.0 + 2.3 * static_cast<double>(k) + 0.7 * turn); // quaternions need not be of unit length
-    found = massless_joint_at(m, q);
+    found = massless_joint_at(m, *w, q.data());
     if (found < 0)
       return -1;
   }

@@ -362,18 +362,21 @@ void model_builder::check_finite() const {
     return std::all_of(std::begin(numbers), std::end(numbers), [](double x) { return std::isfinite(x); });
   };
   const auto &d = m_.double_;
-  for (std::size_t i = d.bodies.size();
-       i-- > 0;) { // from the tips, since all that carry a body suffer from its numbers
+  // From the tips, since all that carry a body suffer from its numbers.
+  for (std::size_t i = d.bodies.size(); i-- > 0;) {
     const body<double> &b = d.bodies[i];
     const bool fine = are_finite(b.placement) && are_finite(b.theta0) && are_finite(b.alpha) && are_finite(b.offset) &&
                       are_finite(d.augmented[i]) &&
                       are_finite(bodies_at<double, double>{static_cast<int>(i)}.get<spatial_inertia>(d.inertia.data()));
-    if (!fine)
-      load::refuse(
-          m_.description_.file, 0,
-          "link " + m_.links_[static_cast<std::size_t>(std::max(b.link, 0))].name +
-              ": its place, or the inertia of it and of what it carries, is not finite, since some numbers are too "
-              "large for their products; correct masses, inertias and lengths");
+    if (fine)
+      continue;
+    const int link =
+        b.link < 0 ? d.bodies[i + 1].link : b.link; // inside a universal joint: the link is that of the next body
+    load::refuse(
+        m_.description_.file, 0,
+        "link " + m_.links_[static_cast<std::size_t>(link)].name +
+            ": its place, or the inertia of it and of what it carries, is not finite, since some numbers are too "
+            "large for their products; correct masses, inertias and lengths");
   }
 }
 

@@ -1,5 +1,7 @@
 #include "engine/thread_memory.hpp"
 
+#include <atomic>
+#include <cerrno>
 #include <new>
 #include <pthread.h>
 
@@ -25,19 +27,28 @@ void free_blocks(void *of) {
   b = {};
 }
 
-/// The key that all threads share.  A program has about a thousand; where none is left, a thread's blocks are lost when it ends.
+/// The key that all threads share.  A program has about a thousand; where none is left, and where the library has
+/// deleted it, a thread's blocks are lost when it ends.
 pthread_key_t key;
-bool has_key = false;
+std::atomic<bool> has_key{false};
 const struct lifetime {
   lifetime() { has_key = pthread_key_create(&key, free_blocks) == 0; }
   /// The code that frees the blocks goes with the library.  Another thread may be in a call while the program ends, so that no
   /// block is freed here.
   ~lifetime() {
-    if (has_key)
+    if (has_key.exchange(false)) // first, since other threads may still ask for memory
       pthread_key_delete(key);
-    has_key = false;
   }
 } of_the_library;
+
+/// Has the blocks freed when the thread ends, if there is a key.  False where there is no memory for that.
+bool free_at_end(blocks &b) {
+  if (b.freed_at_end || !has_key)
+    return true;
+  const int status = pthread_setspecific(key, &b);
+  b.freed_at_end = status == 0;
+  return status != ENOMEM; // or the key has been deleted meanwhile
+}
 
 } // namespace
 
@@ -47,11 +58,8 @@ std::byte *thread_memory_if_any(kept_for use, std::size_t bytes) noexcept {
   std::size_t &size = b.size[static_cast<int>(use)];
   if (bytes <= size)
     return memory;
-  if (has_key && !b.freed_at_end) {
-    if (pthread_setspecific(key, &b) != 0)
-      return nullptr;
-    b.freed_at_end = true;
-  }
+  if (!free_at_end(b))
+    return nullptr;
   ::operator delete(memory, alignment); // first, so that both are never needed at once
   memory = nullptr, size = 0;
   memory = static_cast<std::byte *>(::operator new(bytes, alignment, std::nothrow));

@@ -1,5 +1,5 @@
 // What a robot file may have at most.  Robots that people build are far below; beyond, memory or time would be the
-// limit. docs/models.md has the same table.
+// limit.  docs/models.md has the same table.
 #pragma once
 
 #include <cstddef>

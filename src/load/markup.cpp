@@ -145,6 +145,7 @@ std::string name_fault(const std::string &what, std::string_view name) {
   return what + more_than(name.size(), "bytes", limits::name_bytes) + ", " + quoted(name) + "; shorten it";
 }
 
+/// What is wrong if an element gives an attribute twice.  Sorts the names of its attributes.
 std::string twice(const std::string &tag, std::vector<std::string_view> &names) {
   std::sort(names.begin(), names.end());
   const auto same = std::adjacent_find(names.begin(), names.end());
@@ -152,6 +153,7 @@ std::string twice(const std::string &tag, std::vector<std::string_view> &names) 
                              : "broken XML, " + tag + " gives " + shortened(*same, 100) + " twice; keep one of them";
 }
 
+/// What is wrong with the attributes of one element, which messages call `tag`; empty: nothing.
 std::string fault_of_attributes(pugi::xml_node node, const std::string &tag) {
   std::vector<std::string_view> names;
   for (const pugi::xml_attribute attribute : node.attributes()) {
@@ -170,7 +172,7 @@ std::string fault_of_attributes(pugi::xml_node node, const std::string &tag) {
   return twice(tag, names);
 }
 
-/// What is wrong with one element, whatever is around it.
+/// What is wrong with one element, whatever is around it; empty: nothing.
 std::string fault_of(pugi::xml_node node) {
   if (std::string fault = name_fault("the name of an element", node.name()); !fault.empty())
     return fault;
@@ -183,7 +185,7 @@ std::string fault_of(pugi::xml_node node) {
   return {};
 }
 
-/// "link base: " for what is in that link.
+/// "link base: " for what is in that link; empty for what is in no link, joint or model.
 std::string owner_of(pugi::xml_node node) {
   for (; node; node = node.parent())
     for (const std::string_view kind : {"link", "joint", "drake:joint", "model"})

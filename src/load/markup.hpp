@@ -11,7 +11,7 @@
 
 namespace ksl::load {
 
-/// Something in a text that makes it no robot file.
+/// Why a text is no robot file.
 struct markup_fault {
   std::size_t offset; ///< of the first byte
   std::string what;
@@ -21,18 +21,21 @@ struct markup_fault {
 struct markup {
   std::size_t elements = 0;            ///< how many begin in it; counted up to one more than there may be
   std::optional<markup_fault> doctype; ///< the text isn't looked at beyond it
-  std::optional<markup_fault>
-      fault; ///< the first reference or character that XML forbids, if the text is otherwise well-formed
+  /// The first reference or character that XML forbids.  A text that isn't well-formed has a better message.
+  std::optional<markup_fault> fault;
 };
 
 /// Looks at a text in UTF-8, once.
 markup look_at(std::string_view text);
 
-/// What is wrong with one of the elements of a document: too deep, too long, too many attributes, or one of them twice.
+/// What is wrong with an element.
 struct element_fault {
   pugi::xml_node at;
   std::string what;
 };
+
+/// The first element that is too deep or too long, or that has too many attributes or one of them twice.  Linear in the
+/// document.
 std::optional<element_fault> fault_in_elements(const pugi::xml_document &document);
 
 } // namespace ksl::load

@@ -57,7 +57,8 @@ int named_leader(const robot_description &robot, const joint_description &follow
   return found->second;
 }
 
-/// Sets the leaders of a joint and of all that it follows, each of which is visited once: followers may be long chains.
+/// Sets in `out` the leaders of a joint and of all that it follows, from those that the joints name.  Each joint is
+/// visited once (is_known): followers may be long chains.
 void resolve(const robot_description &robot, const std::vector<leader_of_joint> &named, std::size_t joint,
              std::vector<leader_of_joint> &out, std::vector<bool> &is_known) {
   std::vector<std::size_t> path; // followers whose leader isn't known yet, each of which names the next

@@ -38,14 +38,12 @@ std::size_t edit_distance(std::string_view a, std::string_view b, std::size_t mo
 }
 
 /// A decimal number too large or too small for a double: is it the latter?  By the power of ten of its first digit that
-/// isn't zero.
+/// isn't zero, which it has, since zeros are read whatever their exponents.
 bool is_below_least_double(std::string_view text) {
   constexpr long most = 1'000'000'000; // more digits or a larger exponent make no difference
   const std::size_t e = text.find_first_of("eE");
   const std::string_view digits = text.substr(0, e);
   const std::size_t point = std::min(digits.find('.'), digits.size()), first = digits.find_first_of("123456789");
-  if (first == digits.npos)
-    return true;
   long power = first < point ? static_cast<long>(point - first) : -static_cast<long>(first - point);
   if (e != text.npos) {
     std::string_view exponent = text.substr(e + 1);

@@ -17,8 +17,8 @@ import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
+from every_number import FUNCTIONS, NOT_HERE, arguments, changes, is_number, numbers, results, with_numbers
 from functions import everything, published
-from nan_test import CASES, FUNCTIONS, NOT_HERE, READ, arguments, changes, is_number, results, with_numbers
 
 ROOT = Path(__file__).resolve().parents[2]
 TABLE = ROOT / "api/not_finite.tsv"
@@ -47,39 +47,23 @@ def short(name: str) -> str:
 def of_infinity(ksl, f) -> str:
     args = arguments(f, np.random.default_rng(zlib.crc32(f.name.encode())))
     before, found = results(ksl, f, args), False
-    for k, t in enumerate(f.args):
-        if not is_number(t):
-            continue
-        columns = args[k].reshape(CASES, -1)
-        for j in range(min(columns.shape[1], READ)):
-            def with_number(x):
-                changed = columns.copy()
-                changed[:, j] = x
-                return results(ksl, f, [*args[:k], changed.reshape(args[k].shape), *args[k + 1:]])
-            depends = np.zeros(before.shape, bool)
-            for x in changes(columns[:, j])[::3]:
-                depends |= with_number(x) != before
-            if (depends & np.isfinite(with_number(np.inf))).any():
-                return "some finite"
-            found |= depends.any()
+    for one in numbers(ksl, f, args):
+        depends = one.decides(before, changes(one.values)[::3])
+        if (depends & np.isfinite(one.with_values(np.inf))).any():
+            return "some finite"
+        found |= depends.any()
     return "not finite" if found else "-"
 
 
 def of_subnormals(ksl, f) -> str:
     """All numbers of the arguments but one are zero, and that one is subnormal: products of it with 0 and ±1 are exact."""
-    kept = False
-    for k, t in enumerate(f.args):
-        if not is_number(t):
-            continue
-        tiny = np.finfo(np.float64 if t.scalar == "double" else np.float32).smallest_subnormal * 8
-        args = [np.zeros_like(a) if is_number(s) else a for s, a in zip(f.args, arguments(f, np.random.default_rng(3)))]
-        columns = args[k].reshape(CASES, -1)
-        for j in range(min(columns.shape[1], READ)):
-            changed = columns.copy()
-            changed[:, j] = tiny
-            after = results(ksl, f, [*args[:k], changed.reshape(args[k].shape), *args[k + 1:]])
-            kept |= bool((np.abs(after) == float(tiny)).any())
-    return "kept" if kept else "computed"
+    args = arguments(f, np.random.default_rng(3))
+    zeros = [np.zeros_like(x) if is_number(t) else x for t, x in zip(f.args, args)]
+    for one in numbers(ksl, f, zeros):
+        tiny = np.finfo(one.values.dtype).smallest_subnormal * 8
+        if (np.abs(one.with_values(tiny)) == float(tiny)).any():
+            return "kept"
+    return "computed"
 
 
 def row_of(ksl, name: str) -> tuple[str, str, str]:

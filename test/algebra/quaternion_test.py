@@ -68,6 +68,36 @@ def test_quaternion_of_every_rotation(ksl, f, scalar, record_property):
 
 
 @F
+def test_the_sign_at_the_boundary_between_two_rules(ksl, f, scalar):
+    """Matrices whose trace, or whose rule for x, y or z, is exactly at its limit: neither sum and difference nor two elements of the diagonal may
+    be taken for each other."""
+    s = np.sqrt(0.5)
+    # x, y, z or w is −1/2 and one of the others 1/√2, so that two rules are at their limits and the third decides
+    q = [[0, 0.5, s, -0.5], [0.5, 0, s, -0.5], [0.5, s, 0, -0.5], [0, s, 0.5, -0.5], [s, 0.5, 0, -0.5], [s, 0, 0.5, -0.5]]
+    R = ref.numbers(rotation(mp(np.array(q)))).astype(float)
+    R[:, [0, 4, 8]] = np.round(2 * R[:, [0, 4, 8]]) / 2  # of s² nothing is left but 1/2
+    R = R.astype(DTYPE[scalar])
+    (got,) = ksl.outputs(f"ksl_mat3x3{f}_toQuaternion", R, np.zeros((len(R), 4)))
+    assert np.allclose(got, q, atol=1e-6)
+
+
+@F
+def test_turns_by_120_degrees_have_w_above_zero_whatever_rounding_leaves_on_the_diagonal(ksl, f, scalar):
+    epsilon = np.finfo(DTYPE[scalar]).eps
+    signs = np.array([[1, 1, 1, 1], [1, 1, -1, 1], [1, -1, 1, 1], [-1, 1, 1, 1]]) / 2
+    R = ref.numbers(rotation(mp(signs))).astype(float)
+    k = np.arange(-4, 5)
+    diagonals = np.stack(np.meshgrid(k, k, k), -1).reshape(-1, 3)  # in units of epsilon
+    rules = 2 * diagonals - diagonals.sum(1)[:, None]
+    diagonals = diagonals[(diagonals.sum(1) <= 0) & (rules.max(1) <= 8)]
+    assert len(diagonals) > 100
+    near = np.repeat(R, len(diagonals), 0)
+    near[:, [0, 4, 8]] = np.tile(diagonals, (len(R), 1)) * epsilon
+    (got,) = ksl.outputs(f"ksl_mat3x3{f}_toQuaternion", near.astype(DTYPE[scalar]), np.zeros((len(near), 4)))
+    assert np.allclose(got, np.repeat(signs, len(diagonals), 0), atol=1e-5)
+
+
+@F
 def test_round_trip_to_a_matrix_and_back(ksl, f, scalar):
     q = all_rotations().astype(float).astype(DTYPE[scalar])
     n = len(q)

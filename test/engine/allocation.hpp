@@ -16,6 +16,16 @@
 #define KSL_TEST_SANITIZER
 #endif
 
+/// ThreadSanitizer must see each thread begin: no test takes the place of pthread_create then.
+#if defined(__has_feature)
+#if __has_feature(thread_sanitizer)
+#define KSL_TEST_THREAD_SANITIZER
+#endif
+#endif
+#if defined(__SANITIZE_THREAD__)
+#define KSL_TEST_THREAD_SANITIZER
+#endif
+
 #if defined(__GLIBC__) && !defined(KSL_TEST_SANITIZER)
 #define COUNTS_MALLOC
 #endif

@@ -50,7 +50,8 @@ TEST_CASE("and so do those of C") {
   REQUIRE(ksl_model_load(KSL_EXAMPLES "/robots/ur5.urdf", nullptr, &m) == KSL_OK);
   REQUIRE(ksl_data_create(m, &d) == KSL_OK);
   const double x[6] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6};
-  double tau[6], wrenches[48];
+  const double large[6] = {1e15, 0, 0, 0, 0, 0}; // efforts whose accelerations are examined (engine/examine.hpp)
+  double tau[6], a[6], wrenches[48];
   int joints[8];
   for (int i = 0; i < 8; ++i)
     joints[i] = i;
@@ -62,6 +63,7 @@ TEST_CASE("and so do those of C") {
     fine &= ksl_inverse_dynamics(m, d, x, x, x, nullptr, tau) == KSL_OK;
     fine &= ksl_reactions(m, d, 8, joints, nullptr, nullptr, wrenches) == KSL_OK;
     fine &= ksl_frame_pose(m, d, x, 3, &pose) == KSL_OK;
+    fine &= ksl_forward_dynamics(m, d, x, x, large, nullptr, a) == KSL_OK && a[0] > 1e12;
   }
   CHECK(allocations == before);
   CHECK(fine);

@@ -1,29 +1,18 @@
 /* Arguments of the C interface: what is wrong is refused in a sentence with its status, and what is absent gives nothing.  Single
    precision gives the numbers of double precision, rounded. */
+#include "c_checks.h"
+
 #include <ksl/engine.h>
 #include <ksl/ksl.h>
 
 #include <math.h>
+#include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
-static int failures;
-
-#define CHECK(condition)                                                                                               \
-  do {                                                                                                                 \
-    if (!(condition)) {                                                                                                \
-      ++failures;                                                                                                      \
-      printf("%s:%d: %s; last message: %s\n", __FILE__, __LINE__, #condition, ksl_error_message());                    \
-    }                                                                                                                  \
-  } while (0)
-
 /* The call is refused as a bad argument, in one line that has the words. */
-#define CHECK_BAD(call, words)                                                                                         \
-  do {                                                                                                                 \
-    CHECK((call) == KSL_BAD_ARGUMENT);                                                                                 \
-    CHECK(strstr(ksl_error_message(), words) != NULL);                                                                 \
-    CHECK(strchr(ksl_error_message(), '\n') == NULL);                                                                  \
-  } while (0)
+#define CHECK_BAD(call, words) CHECK_REFUSED(call, KSL_BAD_ARGUMENT, words)
 
 #define INERTIAL "<inertial><origin xyz='0 0 -0.7'/><mass value='1.3'/><inertia ixx='0.1' iyy='0.1' izz='0.1' ixy='0' ixz='0' iyz='0'/></inertial>"
 /* Two pendulums, the second of which follows the first, and a socket. */
@@ -229,6 +218,11 @@ static void test_inverse_kinematics(const ksl_model_t *m) {
   for (int k = 0; k < n; ++k)
     CHECK(fabs(remainder((double)qf[k][0] - (k ? -0.5 : 0.5), 6.283185307179586)) < 1e-3);
   CHECK(ksl_inverse_kinematics(m, 0, 1, &frame, NULL, 16, NULL, 0, NULL, NULL, 5, NULL, 0, NULL, NULL, NULL, 1) == KSL_OK);
+  /* Rows that are not there, and rows of no states, may be as far apart as can be. */
+  CHECK(ksl_inverse_kinematics(m, 0, 1, &frame, target[0], PTRDIFF_MAX, NULL, PTRDIFF_MIN, NULL, q[0], PTRDIFF_MAX,
+                               NULL, 0, NULL, NULL, NULL, 1) == KSL_OK);
+  CHECK(ksl_inverse_kinematics(m, 1, 1, &frame, target[0], 16, NULL, PTRDIFF_MAX, NULL, alone[0], 5, NULL, PTRDIFF_MIN,
+                               NULL, NULL, NULL, 1) == KSL_OK);
 
   const ksl_inverse_kinematics_options_t usual = ksl_inverse_kinematics_options();
 #define SOLVE(model, frames_n, frames, targets, options, q)                                                             \
@@ -307,6 +301,39 @@ static void test_options(void) {
   const ksl_payload_t nowhere = {NULL, 1, {0, 0, 0}};
   options.payloads_n = 1, options.payloads = &nowhere;
   CHECK_BAD(ksl_model_load_memory(robot, length, &options, &m), "a payload names no link");
+}
+
+/* More numbers than an int counts are refused, before anything is written. */
+static void test_numbers_beyond_int(void) {
+  enum { joints = 22, links = 1 << 24 }; /* 6 × 22 × 2^24 > 2^31 */
+  const ksl_dh_row_t link = {1, 0, 0, 0, NULL, {1, {0}, {{0}}}};
+  ksl_dh_row_t rows[joints];
+  for (int i = 0; i < joints; ++i)
+    rows[i] = link;
+  ksl_builder_t *b = NULL;
+  ksl_model_t *m = NULL;
+  ksl_data_t *d = NULL;
+  CHECK(ksl_builder_create("arm", &b) == KSL_OK && ksl_builder_add_link(b, "base", NULL) == KSL_OK);
+  CHECK(ksl_builder_add_dh_chain(b, "base", joints, rows, KSL_DH_STANDARD, NULL) == KSL_OK);
+  CHECK(ksl_builder_build(b, NULL, &m) == KSL_OK && ksl_data_create(m, &d) == KSL_OK);
+  const double x[joints] = {0};
+  double by_q = -7, by_v = -7;
+  int *const ground = calloc(links, sizeof *ground);
+  if (ground) {
+    CHECK_BAD(ksl_frame_velocities_derivatives(m, d, x, x, links, ground, NULL, &by_q, &by_v),
+              "by_q would have more than 2^31 - 1 numbers");
+    CHECK_BAD(
+        ksl_frame_velocities_derivatives_batch(m, 1, x, joints, x, joints, links, ground, NULL, &by_q, 0, &by_v, 0, 1),
+        "by_q would have more than 2^31 - 1 numbers");
+  }
+  CHECK(by_q == -7 && by_v == -7);
+  free(ground);
+  ksl_model_t *none = m; /* more bytes than a text can have */
+  CHECK(ksl_model_load_memory("x", SIZE_MAX, NULL, &none) == KSL_FAILED && none == NULL &&
+        !strcmp(ksl_error_message(), "out of memory"));
+  ksl_data_free(d);
+  ksl_model_free(m);
+  ksl_builder_free(b);
 }
 
 /* What solves with the mass matrix is refused where a joint moves no mass. */
@@ -402,8 +429,9 @@ int main(int argc, char **argv) {
   test_frames(m, d);
   test_options();
   test_massless();
+  test_numbers_beyond_int();
   test_builders(argv[1]);
   ksl_data_free(d);
   ksl_model_free(m);
-  return failures;
+  return exit_status();
 }

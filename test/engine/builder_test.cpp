@@ -174,6 +174,8 @@ TEST_CASE("builder: what a kind of joint needs and what it must not have") {
   check_refused(refused_joint(joint_kind::helical, on_z), {"helical joint needs its pitch"});
   check_refused(refused_joint(joint_kind::continuous, with([](options &o) { o.lower = 1; })),
                 {"continuous joint has no lower limit"});
+  check_refused(refused_joint(joint_kind::revolute, with([](options &o) { o.upper = not_a_number; })),
+                {"its upper limit is not a number"});
   check_refused(refused_joint(joint_kind::revolute, with([](options &o) { o.lower = 1, o.upper = 0; })),
                 {"lower limit 1 is above upper limit 0"});
   check_refused(refused_joint(joint_kind::revolute, with([](options &o) { o.friction = -1; })), {"-1"});

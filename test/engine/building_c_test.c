@@ -1,29 +1,13 @@
-/* Models that a C program describes, and models made from them.  Argument: a folder to write in.  Returns the number of
- * failures. */
+/* Models that a C program describes, and models made from them.  Argument: a folder to write in.  Returns 1 if a check
+   fails, otherwise 0. */
+#include "c_checks.h"
+
 #include <ksl/engine.h>
 #include <ksl/ksl.h>
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-
-static int failures;
-
-#define CHECK(condition)                                                                                               \
-  do {                                                                                                                 \
-    if (!(condition)) {                                                                                                \
-      ++failures;                                                                                                      \
-      printf("%s:%d: %s; last message: %s\n", __FILE__, __LINE__, #condition, ksl_error_message());                    \
-    }                                                                                                                  \
-  } while (0)
-
-#define CHECK_REFUSED(call, status, words)                                                                             \
-  do {                                                                                                                 \
-    CHECK((call) == (status));                                                                                         \
-    CHECK(strstr(ksl_error_message(), words) != NULL);                                                                 \
-  } while (0)
-
-static int close_to(double x, double y) { return fabs(x - y) <= 1e-12 * fmax(1, fabs(y)); }
 
 /* The moment that holds a model with one joint, turned by q, against gravity. */
 static double held(const ksl_model_t *m, double q) {
@@ -185,5 +169,5 @@ int main(int argc, char **argv) {
   ksl_model_free(m);
   test_table();
   test_limits_of_several();
-  return failures;
+  return exit_status();
 }

@@ -11,6 +11,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <stdexcept>
@@ -47,18 +48,22 @@ struct states {
       robots::normalize_quaternions(robot(), &q[k * nq]);
   }
 
-  /// Results of a row for all states, `width` numbers each.
-  std::vector<double> results(const ksl::algorithm_row &row, std::size_t width, double before = 0) const {
+  /// Result number `which` of a row for all states, `width` numbers each; the other results are not asked for.  v, a
+  /// and tau are x.
+  std::vector<double> results(const ksl::algorithm_row &row, std::size_t width, double before = 0,
+                              int which = 0) const {
     std::vector<double> out(n * width, before);
     ksl::batch_view<double> batch;
     batch.n = n;
-    batch.q = {q.data(), static_cast<std::ptrdiff_t>(nq)}, batch.v = batch.tau = {x.data(), static_cast<std::ptrdiff_t>(nv)};
-    batch.result[0] = {out.data(), static_cast<std::ptrdiff_t>(width)};
+    batch.q = {q.data(), static_cast<std::ptrdiff_t>(nq)},
+    batch.v = batch.a = batch.tau = {x.data(), static_cast<std::ptrdiff_t>(nv)};
+    batch.result[which] = {out.data(), static_cast<std::ptrdiff_t>(width)};
     ksl::compute_batch(row, robot(), batch, 1);
     for (std::size_t k = 0; k < n; ++k) { // one state has the same bits
       std::vector<double> alone(width, before);
       batch.n = 1;
-      batch.q.first = &q[k * nq], batch.v.first = batch.tau.first = &x[k * nv], batch.result[0].first = alone.data();
+      batch.q.first = &q[k * nq], batch.v.first = batch.a.first = batch.tau.first = &x[k * nv],
+      batch.result[which].first = alone.data();
       ksl::compute_batch(row, robot(), batch, 1);
       CHECK(alone == std::vector<double>(out.begin() + static_cast<std::ptrdiff_t>(k * width), out.begin() + static_cast<std::ptrdiff_t>((k + 1) * width)));
     }
@@ -92,6 +97,46 @@ TEST_CASE("coupled: the inverse of the mass matrix, its products, and its upper 
       }
       CHECK(std::fabs(product[k * nv + i] - along_x) < 1e-10 * size);
     }
+}
+
+TEST_CASE("coupled: accelerations of each state of a batch solve its own equations of motion") {
+  const states s(70);
+  const std::size_t nv = s.nv;
+  const std::vector<double> M = s.results(ksl::rows::mass_matrix, nv * nv), bias = s.results(ksl::rows::bias, nv);
+  const std::vector<double> a = s.results(ksl::rows::forward_dynamics, nv); // the efforts are x
+  for (std::size_t k = 0; k < s.n; ++k)
+    for (std::size_t i = 0; i < nv; ++i) {
+      double missing = s.x[k * nv + i] - bias[k * nv + i],
+             size = std::fabs(s.x[k * nv + i]) + std::fabs(bias[k * nv + i]);
+      for (std::size_t j = 0; j < nv; ++j) {
+        const double term = M[(k * nv + i) * nv + j] * a[k * nv + j];
+        missing -= term, size += std::fabs(term);
+      }
+      CHECK(std::fabs(missing) < 1e-12 * size);
+    }
+}
+
+TEST_CASE("coupled: a batch may ask for one of several results, reduced or not") {
+  const ksl::model &m = robot();
+  const states s(70);
+  const std::size_t nv = s.nv;
+  ksl::data d(m);
+  const std::vector<double> kinetic = s.results(ksl::rows::energy, 1),
+                            potential = s.results(ksl::rows::energy, 1, 0, 1);
+  const std::vector<double> by_q = s.results(ksl::rows::inverse_dynamics_derivatives, nv * nv),
+                            by_v = s.results(ksl::rows::inverse_dynamics_derivatives, nv * nv, 0, 1);
+  std::vector<double> both[3] = {std::vector<double>(nv * nv), std::vector<double>(nv * nv),
+                                 std::vector<double>(nv * nv)};
+  for (std::size_t k = 0; k < s.n; ++k) {
+    double one_kinetic, one_potential;
+    ksl::energy(m, d, &s.q[k * s.nq], &s.x[k * nv], &one_kinetic, &one_potential);
+    CHECK(kinetic[k] == one_kinetic);
+    CHECK(potential[k] == one_potential);
+    const double *const x = &s.x[k * nv];
+    ksl::inverse_dynamics_derivatives(m, d, &s.q[k * s.nq], x, x, both[0].data(), both[1].data(), both[2].data());
+    CHECK(std::equal(both[0].begin(), both[0].end(), &by_q[k * nv * nv]));
+    CHECK(std::equal(both[1].begin(), both[1].end(), &by_v[k * nv * nv]));
+  }
 }
 
 TEST_CASE("coupled: what is not available is refused in words") {

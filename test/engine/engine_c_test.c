@@ -1,5 +1,7 @@
 /* The C interface from C11, linked to the shared library.  Arguments: the folder of sample robots, a folder to write
-   in. Prints what fails; returns the number of failures. */
+   in.  Prints what fails; returns 1 if anything does, otherwise 0. */
+#include "c_checks.h"
+
 #include <ksl/engine.h>
 #include <ksl/ksl.h>
 
@@ -8,26 +10,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-static int failures;
-
-#define CHECK(condition)                                                                                               \
-  do {                                                                                                                 \
-    if (!(condition)) {                                                                                                \
-      ++failures;                                                                                                      \
-      printf("%s:%d: %s; last message: %s\n", __FILE__, __LINE__, #condition, ksl_error_message());                    \
-    }                                                                                                                  \
-  } while (0)
-
-/* The call is refused with this status, in one line that has the words. */
-#define CHECK_REFUSED(call, status, words)                                                                             \
-  do {                                                                                                                 \
-    CHECK((call) == (status));                                                                                         \
-    CHECK(strstr(ksl_error_message(), words) != NULL);                                                                 \
-    CHECK(strchr(ksl_error_message(), '\n') == NULL);                                                                  \
-  } while (0)
-
-static int close_to(double x, double y) { return fabs(x - y) <= 1e-12 * fmax(1, fabs(y)); }
 
 static const char pendulum[] =
     "<robot name='p'><link name='ceiling'/><link name='bob'><inertial><origin xyz='0 0 -0.7'/><mass value='1.3'/>"
@@ -623,7 +605,7 @@ int main(int argc, char **argv) {
   snprintf(sample, sizeof sample, "%s/ur5.urdf", argv[1]);
   if (getenv("KSL_ISA") && !strcmp(getenv("KSL_ISA"), "nonsense")) {
     test_unknown_instruction_set(sample);
-    return failures;
+    return exit_status();
   }
   FILE *f = fopen(path, "w");
   if (!f)
@@ -645,5 +627,5 @@ int main(int argc, char **argv) {
   test_nothing_created(path);
   test_sizes(sample);
   test_tree_of_followers();
-  return failures;
+  return exit_status();
 }

@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <string>
 
 using ksl::joint_kind;
@@ -112,6 +113,46 @@ TEST_CASE("descriptions that are no mechanism") {
   r = good;
   r.joints[1].parent = 7;
   CHECK(has(refusal(r), "elbow"));
+}
+
+TEST_CASE("finite numbers whose products are not are refused, with the link that they concern") {
+  ksl::robot_description r = robots::double_pendulum(1, 1, 1, 1);
+  CHECK(refusal(r).empty());
+  r.links.push_back(robots::link("load", robots::solid(1e200, {0, 0, 0}, 1, 1, 1)));
+  r.joints.push_back(robots::joint("weld", joint_kind::fixed, 2, 3, {1e80, 0, 0}, {})); // 1e360 kg m²
+  CHECK(has(refusal(r), "link second: its place, or the inertia"));
+  r = robots::double_pendulum(1, 1, 1, 1);
+  r.joints[1].placement.t.z = -1e200; // the second mass is so far from the shoulder
+  CHECK(has(refusal(r), "link first: its place, or the inertia"));
+  r.joints[1].placement.t.z = -1e100;
+  CHECK(refusal(r).empty());
+
+  r = robots::double_pendulum(1, 1, 1, 1);
+  r.links.push_back(robots::link("plate"));
+  r.joints.push_back(robots::joint("weld", joint_kind::fixed, 1, 3, {1.2e308, 0, 0}, {}));
+  for (const joint_kind kind :
+       {joint_kind::revolute, joint_kind::universal}) { // a universal joint has a body of its own inside
+    r.links.push_back(robots::link("hand", robots::solid(1, {0, 0, 0}, 1, 1, 1)));
+    r.joints.push_back(robots::joint("wrist", kind, 3, 4, {1.2e308, 0, 0}, {0, 1, 0}));
+    r.joints.back().axis2 = {1, 0, 0};
+    CHECK(has(refusal(r), "link hand: its place, or the inertia"));
+    r.links.pop_back(), r.joints.pop_back();
+  }
+}
+
+TEST_CASE("a follower that stands still limits nothing, and one that moves limits its leader") {
+  ksl::robot_description r = robots::double_pendulum(1, 1, 1, 1);
+  r.links.push_back(robots::link("third", robots::solid(1, {0, 0, -1})));
+  r.joints.push_back(robots::joint("knee", joint_kind::revolute, 2, 3, {0, 0, -1}, {0, 1, 0}));
+  r.joints[2].lower = 0.2, r.joints[2].upper = 0.4;
+  const auto range_of_leader = [&](double multiplier) {
+    r.joints[2].mimic = ksl::mimic_description{"elbow", multiplier, 0.3, {}};
+    return ksl::model(r).position_ranges()[1];
+  };
+  const ksl::model::position_range moved = range_of_leader(-2), still = range_of_leader(0);
+  CHECK(moved.lower == doctest::Approx(-0.05).epsilon(1e-12)); // 0.3 − 2 q is between 0.2 and 0.4
+  CHECK(moved.upper == doctest::Approx(0.05).epsilon(1e-12));
+  CHECK((still.lower == -std::acos(-1.0) && still.upper == std::acos(-1.0)));
 }
 
 TEST_CASE("a model is copied and moved with its arrays") {

@@ -1,4 +1,6 @@
 // Reactions written while inverse dynamics passes by are those that are asked for afterwards.
+#include "robots.hpp"
+
 #include "ksl/dynamics.hpp"
 
 #include <doctest/doctest.h>
@@ -67,4 +69,36 @@ TEST_CASE("reactions at once: moving joints, all joints, any order, parts, sides
             check(m, request, links);
           }
     }
+}
+
+TEST_CASE(
+    "derivatives of the reaction of a single joint, whose numbers fill no register: single precision and double") {
+  // the smallest array of zeros that the kernel writes: 6 numbers of floats, for each of q, v and a
+  const ksl::model m(robots::pendulum(1.3, 0.7));
+  ksl::data d(m);
+  const double q = 0.8, v = 2.1, a = -1.7, h = 1e-6;
+  const float qf = 0.8f, vf = 2.1f, af = -1.7f;
+  const int link = 1;
+  ksl::reaction_request request;
+  request.n = 1, request.link = &link, request.axes = ksl::wrench_frame::world;
+  double by_q[6], by_v[6], by_a[6], above[6], below[6], tau;
+  float by_qf[6], by_vf[6], by_af[6];
+  ksl::reactions_derivatives(m, d, &q, &v, &a, request, by_q, by_v, by_a);
+  ksl::reactions_derivatives(m, d, &qf, &vf, &af, request, by_qf, by_vf, by_af);
+  const auto reaction = [&](double position, double velocity, double acceleration, double *out) {
+    ksl::inverse_dynamics(m, d, &position, &velocity, &acceleration, &tau);
+    ksl::reactions(m, d, request, out);
+  };
+  const auto expect = [&](const double *found, const float *single) {
+    for (int i = 0; i < 6; ++i) {
+      CHECK(found[i] == doctest::Approx((above[i] - below[i]) / (2 * h)).epsilon(1e-7).scale(10));
+      CHECK(double(single[i]) == doctest::Approx(found[i]).epsilon(1e-6).scale(10));
+    }
+  };
+  reaction(q + h, v, a, above), reaction(q - h, v, a, below);
+  expect(by_q, by_qf);
+  reaction(q, v + h, a, above), reaction(q, v - h, a, below);
+  expect(by_v, by_vf);
+  reaction(q, v, a + h, above), reaction(q, v, a - h, below);
+  expect(by_a, by_af);
 }

@@ -326,6 +326,15 @@ TEST_CASE("robots are written: the file is whole or not touched") {
                  CHECK((found == end::usual ? *text == whole : !text));
                  text.reset();
                });
+  ksl::robot_description long_name = m.description();
+  long_name.name = std::string(40'000, 'x'); // which XML libraries keep in a block of its own
+  starve::call(
+      "ksl::urdf_text with a long name", thread::this_one,
+      [&] { return of_call([&] { text.emplace(ksl::urdf_text(long_name)); }); },
+      [&](end found) {
+        CHECK((found == end::usual ? text->find(long_name.name) != std::string::npos : !text));
+        text.reset();
+      });
   refused("where nothing can be written", KSL_BAD_DESCRIPTION, [&] { return ksl_model_write_urdf(r.m, "/there is no such folder/robot.urdf"); });
   std::remove(scratch.c_str());
 }

@@ -13,6 +13,7 @@
 #include <ctime>
 #include <filesystem>
 #include <functional>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -258,6 +259,14 @@ TEST_CASE("hostile: only regular files are read") {
     fs::create_symlink(whole, folder / "link.urdf");
   }
   CHECK(bytes_of_robot_file(folder / "link.urdf") == "<robot/>");
+  rlimit usual{};
+  REQUIRE(getrlimit(RLIMIT_NOFILE, &usual) == 0);
+  const rlimit none = {0, usual.rlim_max};
+  REQUIRE(setrlimit(RLIMIT_NOFILE, &none) == 0);
+  const std::string without_descriptors = refusal_of_file(whole);
+  REQUIRE(setrlimit(RLIMIT_NOFILE, &usual) == 0);
+  check_message(without_descriptors,
+                {"whole.urdf: the file can't be read (", "files", "check its path and its permissions"});
   close(socket);
   fs::remove_all(folder);
 }

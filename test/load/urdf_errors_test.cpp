@@ -299,3 +299,24 @@ TEST_CASE("limits of joints with several numbers, and rotors of transmissions") 
   }
   CHECK(!says(read(driven("revolute", "<dynamics rotor_inertia=\"0.02\" gear_ratio=\"30\"/>", of_j + rotor)), "differs"));
 }
+
+TEST_CASE("joints that can't mimic, or be mimicked, and factors whose products overflow") {
+  const auto chain = [](const char *first, const char *of_second, const std::string &of_third) {
+    return "<robot name=\"r\"><link name=\"a\"/><link name=\"b\"/><link name=\"c\"/><link name=\"d\"/>\n<joint "
+           "name=\"i\" type=\"" +
+           std::string(first) +
+           "\"><parent link=\"a\"/><child link=\"b\"/></joint>\n<joint name=\"j\" type=\"continuous\"><parent "
+           "link=\"b\"/>" +
+           "<child link=\"c\"/><mimic joint=\"i\" multiplier=\"" + of_second +
+           "\"/></joint>\n<joint name=\"k\" type=\"continuous\">" +
+           "<parent link=\"c\"/><child link=\"d\"/><mimic joint=\"j\" " + of_third + "/></joint></robot>";
+  };
+  check_message(refusal(chain("spherical", "1", "")),
+                {"r.urdf:3:", "joint j", "is a spherical joint, with 3 coordinates", "have one each"});
+  check_message(refusal(chain("fixed", "1", "")), {"r.urdf:3:", "joint j", "is fixed", "name a moving joint"});
+  check_message(refusal(chain("continuous", "1e200", "multiplier=\"1e200\"")),
+                {"r.urdf:4:", "joint k", "its multiplier or offset is not finite"});
+  const robot_description followed =
+      read_urdf_text(chain("continuous", "1e100", "multiplier=\"1e100\" offset=\"3\""), "r.urdf");
+  CHECK((followed.joints[2].mimic->joint == "j" && followed.joints[2].mimic->offset == 3));
+}

@@ -92,6 +92,12 @@ TEST_CASE("words, lists and quotes") {
   CHECK(listed({std::string(200, 'x'), "b"}) == std::string(100, 'x') + "..., b");
   CHECK(printable("a\tb\x1b[m\x7f\xc2\x85\xe2\x80\xae\xe2\x81\xa6\xff\xc3") == "a b\\x1b[m\\x7f\\u0085\\u202e\\u2066\\xff\\xc3");
   CHECK(printable("\xc3\xa9 \xf0\x9f\xa4\x96 \xe2\x82\xac") == "\xc3\xa9 \xf0\x9f\xa4\x96 \xe2\x82\xac");
+  CHECK(shortened_in_middle("abcdefgh", 8) == "abcdefgh");
+  CHECK(shortened_in_middle("abcdefghi", 8) == "abcd...fghi");
+  CHECK(shortened_in_middle("abc\xc3\xa9"
+                            "fgh\xc3\xa9"
+                            "jkl",
+                            8) == "abc...jkl"); // characters of two bytes stay whole
   CHECK(quoted("a\nb") == "\"a b\"");
   CHECK(quoted(std::string(100, 'x')) == '"' + std::string(60, 'x') + "...\"");
   // é is two bytes, of which the second would be the 61st
