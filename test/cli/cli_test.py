@@ -500,7 +500,7 @@ def test_results_that_are_not_finite_are_refused(two, tmp_path, what):
     robot, motion = two
     rows, sentence = HUGE[what]
     motion.write_text("\n".join(["time,slide,slide.v,slide.a", *rows]))
-    refused(tmp_path, run("loads", robot, motion, "-o", tmp_path / "q"), f"two.csv: {sentence}", "check their units")
+    refused(tmp_path, run("loads", robot, motion, "-o", tmp_path / "q"), f"two.csv: {sentence}", "check the", "units")
 
 
 def test_words_that_the_terminal_lacks(two, tmp_path):
