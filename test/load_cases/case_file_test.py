@@ -288,6 +288,16 @@ def test_a_stop_at_once_or_without_end(spinning, time):
         cases(spinning, f"[cases.a]\nmotion = 'm.csv'\nstop = {{ time = {time}, law = 'linear', by = 'brakes' }}")
 
 
+@pytest.mark.parametrize("step", [5e-324, 1e-300, 1e-9, 0.009, 0.01, 0.0101, 0.05, 1 / 3, 0.7, 2.4, 2.6, 5, 1e300])
+def test_starts_are_a_step_apart(step):
+    """The first sample at or after each multiple of the step, found one by one."""
+    time = np.linspace(0, 3, 301)
+    motion = Motion(time, *np.zeros((3, 301, 1)))
+    multiples = step * np.arange(min(3 / step + 1, 1000)) if step >= 0.01 else time  # samples are 0.01 s apart
+    expected = {min(int(np.searchsorted(time, x - 1e-9 * step)), 300) for x in multiples if x <= 3 + step / 2}
+    assert Stop(1.0, step=step).starts(motion).tolist() == sorted(expected)
+
+
 # the command, and the example
 
 

@@ -60,8 +60,15 @@ class Stop:
         step = self.step if self.step is not None else (time[-1] - time[0]) / MOST_STARTS if len(time) > MOST_STARTS else 0.0
         if step <= 0:
             return np.arange(len(time))
-        wanted = np.arange(time[0], time[-1] + step / 2, step)
-        return np.unique(np.clip(np.searchsorted(time, wanted - 1e-9 * step), 0, len(time) - 1))
+        with np.errstate(over="ignore"):
+            steps = (time - time[0]) / step
+        if not np.isfinite(steps).all():  # no two samples are within a step
+            return np.arange(len(time))
+        # the first sample at or after each multiple of the step; the last one stands for a multiple up to half a step later
+        begun = np.floor(steps + 1e-9)
+        is_first = np.diff(begun, prepend=-1) > 0
+        is_first[-1] |= np.floor(steps[-1] + 0.5) > begun[-1]
+        return np.flatnonzero(is_first)
 
     def motion(self, model: Calls, motion: Motion, start: int, samples: int = SAMPLES) -> Motion:
         """The stop from a sample of a motion."""
