@@ -44,7 +44,7 @@ KINDS = {
     "address": Kind(
         ("heap", "leak", "shift", "truncation", "float-cast"),
         {"ASAN_OPTIONS": "detect_leaks=1:allocator_may_return_null=1", "UBSAN_OPTIONS": "print_stacktrace=1"},
-        ("test",), ("test/contract", "test/viewer", "test/cli", "test/trust"), "libclang_rt.asan-x86_64.so"),
+        ("test",), ("test/contract", "test/viewer", "test/report/browser_test.py", "test/cli", "test/trust"), "libclang_rt.asan-x86_64.so"),
     # The tests of batches and threads alone: code without instrumentation, as in other packages, is reported where it is right.
     "thread": Kind(
         ("race",), {"TSAN_OPTIONS": f"exitcode=66:suppressions={HERE / 'thread.supp'}"},
