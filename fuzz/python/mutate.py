@@ -5,11 +5,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from copy import copy
 from random import Random
 from typing import Any
 
 import atheris
 import guided
+from lxml import etree
 
 NUMBERS = ["0", "-1", "1", "2.5", "1e308", "-1e308", "1e-400", "1e400", "5e-324", "inf", "nan", "100000", "-0.0", "9.999"]
 NAMES = ["a", "b", "A", " a", "", "left_a", "right_a", "world", "time", "true", "mesh.stl", "package://p/mesh.stl", "m.csv", "é", "＝1", "hip (deg)", "# [rad]"]
@@ -17,6 +19,7 @@ VALUES = [*NUMBERS, *NAMES, "0 0 1", "1 0 0", "0 0 0", "1e308 1e308 0", "0 0 0 1
 """Numbers at the ends of their ranges, names, vectors."""
 OF_TOML = ["[]", "[0, 1]", "[1, 2, 3]", "[1, 2, 3, 4, 5, 6]", "{}", "{ a = 1 }", '"a"', "''", "true", "false", "1979-05-27", "07:32:00", "0x10"]
 TOKEN = re.compile(r"""\"[^"\n]*"|'[^'\n]*'|[+-]?\.?\d[\w.+-]*|\w+|\s+|.""")
+PARSER = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, remove_comments=True, remove_pis=True)
 BYTES = 6
 """One text of so many is changed by bytes."""
 
@@ -72,12 +75,10 @@ def _with_another_word(line: str, other: str) -> str:
 
 def of_xml(data: bytes, most: int, seed: int) -> bytes:
     """Elements and attributes are removed, repeated, moved, renamed and replaced."""
-    from lxml import etree
-
     _random.seed(seed)
     if seed % BYTES:
         try:
-            root = etree.fromstring(data, _parser(etree))
+            root = etree.fromstring(data, PARSER)
             for _ in range(_random.randint(1, 3)):
                 _change(root)
             made: bytes = etree.tostring(root)
@@ -88,12 +89,6 @@ def of_xml(data: bytes, most: int, seed: int) -> bytes:
     return atheris.Mutate(data, most)
 
 
-def _parser(etree: Any, kept: list[Any] = []) -> Any:
-    if not kept:
-        kept.append(etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, remove_comments=True, remove_pis=True))
-    return kept[0]
-
-
 def _change(root: Any) -> None:
     """One change.  Raises ValueError for words that XML can't have there."""
     elements = list(root.iter("*"))
@@ -102,9 +97,9 @@ def _change(root: Any) -> None:
     if way == 0 and node is not root:
         node.getparent().remove(node)
     elif way in (1, 2):
-        other.insert(0 if way == 1 else len(other), _copy(node))
+        other.insert(0 if way == 1 else len(other), copy(node))
     elif way == 3 and other is not root:
-        other.addnext(_copy(node))
+        other.addnext(copy(node))
     elif way == 4:
         node.tag = other.tag
     elif way == 5:
@@ -116,12 +111,6 @@ def _change(root: Any) -> None:
         node.set(name, _another_value(node.get(name), other))
     elif len(node) == 0:
         node.text = _another_value(node.text or "", other)
-
-
-def _copy(node: Any) -> Any:
-    from copy import copy
-
-    return copy(node)
 
 
 def _attribute(node: Any) -> tuple[str, str]:

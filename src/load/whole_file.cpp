@@ -10,7 +10,7 @@ namespace ksl::load {
 
 namespace {
 
-/// Of std::filesystem, some functions leave memory behind where it runs out.
+/// By lstat, since std::filesystem has functions that leak where memory runs out.
 bool is_regular_or_new(const std::string &path) {
   struct stat found;
   return lstat(path.c_str(), &found) == 0 ? S_ISREG(found.st_mode) : errno == ENOENT;

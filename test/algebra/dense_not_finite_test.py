@@ -125,7 +125,10 @@ def test_an_lu_without_pivots(la, order, f):  # noqa: F811
 @ORDER
 @BAD
 def test_the_inverse_of_a_symmetric_matrix(la, order, f, bad):  # noqa: F811
-    """A pivot that is not above zero is named, or the inverse is not finite.  But ∞ on the diagonal has a limit: a body that nothing moves."""
+    """The pivot that is not above zero is returned, or the inverse is not finite.
+
+    But of ∞ on the diagonal the inverse has zeros in that row and column, the limit; the rest is the inverse of the other rows and columns.
+    """
     A = spd(np.random.default_rng(35), N, f)
     for i in range(N):
         for j in range(i + 1):

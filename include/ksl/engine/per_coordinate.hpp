@@ -24,7 +24,7 @@ public:
   KSL_LANES void lay_out(arena &memory, int n) {
     stride_ = is_number<T> ? before + padded(n + native_lanes_of) : n;
     first_ = memory.take<T>(numbers * stride_);
-    if (is_number<T> && first_) // null is not moved: the arena only counts
+    if (is_number<T> && first_) // an arena without memory only counts, and null must not be moved
       first_ += before;
   }
 

@@ -327,7 +327,8 @@ class _Case:
             raise CaseError(f"{where}: time {duration:g}; expected the seconds until all is at rest, more than 0")
         fastest = float(np.abs(motion.v).max(initial=0.0))
         if not (math.isfinite(1.5 * fastest / duration) and math.isfinite(fastest * duration)):
-            raise CaseError(f"{where}: time {duration:g} s; from {fastest:.6g} rad/s or m/s that is a deceleration or a way beyond all numbers")
+            said = "the deceleration or the way is beyond the range of numbers; give a time that the mechanism can stop in"
+            raise CaseError(f"{where}: time {duration:g} s: from {fastest:.6g} rad/s or m/s {said}")
         law, by = given.get("law", "cubic"), given.get("by", "drives")
         for key, value, known in (("law", law, ("cubic", "linear")), ("by", by, ("drives", "brakes"))):
             if value not in known:
