@@ -114,6 +114,7 @@ void add_calls(nb::class_<ksl::model> &model) {
 NB_MODULE(_core, module) {
   if (_import_array() < 0)
     nb::raise_python_error();
+  nb::set_leak_warnings(false); // a daemon thread that computes while the program ends keeps its model
   nb::register_exception_translator([](const std::exception_ptr &p, void *) {
     try {
       std::rethrow_exception(p);

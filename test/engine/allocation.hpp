@@ -4,27 +4,10 @@
 // malloc to the sanitizer; what C libraries allocate is then not counted.
 #pragma once
 
+#include "sanitizer.hpp"
+
 #include <atomic>
 #include <cstdlib> // defines __GLIBC__
-
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
-#define KSL_TEST_SANITIZER
-#endif
-#endif
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define KSL_TEST_SANITIZER
-#endif
-
-/// ThreadSanitizer must see each thread begin: no test takes the place of pthread_create then.
-#if defined(__has_feature)
-#if __has_feature(thread_sanitizer)
-#define KSL_TEST_THREAD_SANITIZER
-#endif
-#endif
-#if defined(__SANITIZE_THREAD__)
-#define KSL_TEST_THREAD_SANITIZER
-#endif
 
 #if defined(__GLIBC__) && !defined(KSL_TEST_SANITIZER)
 #define COUNTS_MALLOC

@@ -227,10 +227,14 @@ private:
 template <class S, class Cpp, class C, class CppBatch, class CBatch>
 void agree(robot &r, const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_batch, CBatch c_batch) {
   // More than one part of a batch.  Derivatives of matrices have thousands of numbers for each state; few states are enough for
-  // them, since all algorithms share how a batch is divided.
-  const bool large = row.result[0].axes > 2;
-  const std::size_t n = large ? 40 : 1100;
-  REQUIRE((large || n >= 2 * ksl::least_states(r.m.moving_joints())));
+  // them, since all algorithms share how a batch is divided.  So they are for all but one where a build is slow.
+#ifdef KSL_TEST_FEW_STATES
+  const bool few = row.result[0].axes > 2 || &row != &ksl::rows::inverse_dynamics;
+#else
+  const bool few = row.result[0].axes > 2;
+#endif
+  const std::size_t n = few ? 40 : 1100;
+  REQUIRE((few || n >= 2 * ksl::least_states(r.m.moving_joints())));
   check<S> faces(row, r, n);
   results<S> expected = faces.states(cpp);
   for (std::vector<S> &x : expected.numbers)
@@ -243,6 +247,8 @@ void agree(robot &r, const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_b
   CHECK(from_c == expected);
   for (std::size_t count : {0u, 1u, 2u, 7u, 8u, 9u, 15u, 16u, 17u, 33u, static_cast<unsigned>(n)})
     for (int threads : {1, 3}) {
+      if (threads == 1 && count == n) // each of three threads computes many groups, too
+        continue;
       CAPTURE(count);
       CHECK(faces.batch(cpp_batch, count, threads) == faces.first(expected, count));
       CHECK(faces.batch(c_batch, count, threads) == faces.first(expected, count));
