@@ -5,8 +5,8 @@
 
 namespace ksl::load {
 
-/// Writes text to a file: beside it first, and then in its place, so that a full disk or a crash leaves the old one.  Through a link, and to what is
-/// no regular file, as /dev/stdout, it is written directly.  Returns whether that succeeded; throws std::bad_alloc before anything is written.
+/// Writes text to a file: beside it first, and then in its place, so that a full disk or a crash leaves the old one.  A link stays,
+/// and the file to which it leads is replaced.  What is no regular file, as /dev/stdout, is written to directly.  Returns whether that succeeded; throws std::bad_alloc before anything is written.
 bool write_whole_file(const std::string &path, const std::string &text);
 
 } // namespace ksl::load

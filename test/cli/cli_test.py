@@ -393,6 +393,11 @@ def test_an_output_that_can_t_be_a_folder(ur5, tmp_path):
     assert (tmp_path / "file").read_text() == "mine" and [f.name for f in tmp_path.iterdir()] == ["file"]
 
 
+def test_an_output_without_a_name_is_not_the_current_folder(ur5, tmp_path):
+    for command in (["loads", *ur5], ["size", tmp_path, tmp_path], ["hold", ur5[0]], ["sweep", *ur5], ["motion", ur5[0], "--kind", "chirp"]):
+        refused(tmp_path, run(*command, "-o", ""), "--output: the name is empty; give one, or . for the current folder")
+
+
 def test_a_folder_where_a_result_belongs_is_found_before_computing(two, tmp_path):
     out = tmp_path / "out"
     (out / "report.html").mkdir(parents=True)

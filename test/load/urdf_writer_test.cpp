@@ -161,7 +161,7 @@ TEST_CASE("urdf: a file appears complete or not at all") {
   std::filesystem::create_symlink(file, link);
   const robot_description robot = read_urdf_text("<robot name='r'><link name='a'/></robot>", "r.urdf");
 
-  // a disk that is full after 20 bytes
+  // a disk that is full after 20 bytes, for the file and through a link to it
   rlimit before{}, few{};
   REQUIRE(getrlimit(RLIMIT_FSIZE, &before) == 0);
   few = before;
@@ -169,9 +169,11 @@ TEST_CASE("urdf: a file appears complete or not at all") {
   const auto handler = std::signal(SIGXFSZ, SIG_IGN);
   REQUIRE(setrlimit(RLIMIT_FSIZE, &few) == 0);
   const std::string said = test::refusal_of([&] { write_urdf(robot, file.string()); });
+  const std::string said_of_link = test::refusal_of([&] { write_urdf(robot, link.string()); });
   setrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, handler);
   CHECK(said.find("the robot can't be written") != said.npos);
+  CHECK(said_of_link.find("the robot can't be written") != said.npos);
   CHECK((text() == "the old one" && files() == 2));
 
   write_urdf(robot, link.string());

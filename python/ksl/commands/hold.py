@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import typer
 
 from ksl.commands.app import app, command_line, console, fail
-from ksl.commands.options import FloatingBase, Gravity, Mimic, ModelName, Physics, Robot, Strict, in_options, numbers, read_model
+from ksl.commands.options import FloatingBase, Gravity, Mimic, ModelName, Physics, Robot, Strict, in_options, numbers, path_with_a_name, read_model
 
 if TYPE_CHECKING:
     from ksl.states import Order, Side
@@ -23,7 +23,7 @@ def hold(
     worst: Annotated[str, typer.Option(metavar="JOINT", help="Search the pose within limits that is worst for this joint; joints of --pose stay.")] = "",
     of: Annotated[str, typer.Option("--of", metavar="QUANTITY", help="What is largest there: effort, fx … tz, force, moment, axial_force, bending_moment …")] = "effort",
     seed: Annotated[int, typer.Option(metavar="N", help="Of the search.")] = 0,
-    output: Annotated[Path | None, typer.Option("--output", "-o", metavar="DIR", help="Folder for files as of `ksl loads`.")] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", parser=path_with_a_name, metavar="DIR", help="Folder for files as of `ksl loads`.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace results of another robot in DIR.")] = False,
     on: Annotated[str, typer.Option(metavar="child|parent", help="Side that the wrench acts on.")] = "child",
     at: Annotated[str, typer.Option(metavar="POINT", help="Point of the moments: joint, world, a link's name, or X,Y,Z from the joint's origin in its axes.")] = "joint",

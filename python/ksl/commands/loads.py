@@ -31,6 +31,7 @@ from ksl.commands.options import (
     check_order,
     in_options,
     numbers,
+    path_with_a_name,
     read_model,
     suggestion,
 )
@@ -52,7 +53,7 @@ def loads(
     robot: Robot,
     motion: Annotated[Path | None, typer.Argument(metavar="[MOTION]", help=MOTION_HELP)] = None,
     cases: Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Load cases: docs/cases.md. MOTION is then that of cases that name none.")] = None,
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the results.")] = Path("loads"),
+    output: Annotated[Path, typer.Option("--output", "-o", parser=path_with_a_name, metavar="DIR", help="Folder for the results.")] = Path("loads"),
     csv: Annotated[bool, typer.Option("--csv", help="Write wrenches.csv beside wrenches.parquet.")] = False,
     json: Annotated[bool, typer.Option("--json", help="Write report.json, everything that the report says in numbers.")] = False,
     pdf: Annotated[bool, typer.Option("--pdf", help="Write report.pdf, printed by Chromium or Chrome.")] = False,

@@ -38,6 +38,13 @@ DEFAULT_FRICTION_WIDTH = 0.01
 """rad/s or m/s, as that of ksl.load."""
 
 
+def path_with_a_name(path: str | Path) -> Path:
+    """For what is written: an empty name, as of a shell variable that isn't set, would be the current folder."""
+    if not str(path):
+        fail("--output: the name is empty; give one, or . for the current folder")
+    return Path(path)
+
+
 def check_order(robot: Path, motion: Path) -> None:
     """Fails where the robot's file and the motion's were given in the wrong order."""
     from ksl.motions.recognise import swapped

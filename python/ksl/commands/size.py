@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from ksl.commands.app import app, console, discard_output, fail, unwritable
-from ksl.commands.options import numbers
+from ksl.commands.options import numbers, path_with_a_name
 
 
 @app.command()
@@ -27,7 +27,7 @@ def size(
     output: Annotated[
         Path | None,
         typer.Option(
-            "--output", "-o", metavar="DIR", help="Folder for sizing.parquet, .csv, .json and peaks.parquet, .csv."
+            "--output", "-o", parser=path_with_a_name, metavar="DIR", help="Folder for sizing.parquet, .csv, .json and peaks.parquet, .csv."
         ),
     ] = None,
     joints: Annotated[str, typer.Option(metavar="NAME,NAME", help="Only these joints.")] = "",

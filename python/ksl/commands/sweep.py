@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, cast
 import typer
 
 from ksl.commands.app import app, console, errors, fail
-from ksl.commands.options import Robot
+from ksl.commands.options import Robot, path_with_a_name
 
 if TYPE_CHECKING:
     from ksl.sweeps.run import SweepResults
@@ -22,7 +22,7 @@ NO_PARAMETERS = ("joint", "quantity", "value", "unit", "case")
 def sweep(
     robot: Robot,
     description: Annotated[Path, typer.Argument(metavar="SWEEP.toml", help="What is varied, and between what.")],
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the results; a run that was stopped goes on there.")] = Path("sweep"),
+    output: Annotated[Path, typer.Option("--output", "-o", parser=path_with_a_name, metavar="DIR", help="Folder for the results; a run that was stopped goes on there.")] = Path("sweep"),
     engine: Annotated[str, typer.Option(metavar="local|ray", help="Processes of this machine, or a Ray cluster.")] = "local",
     workers: Annotated[int, typer.Option(metavar="N", help="Processes; 0: one for each core.")] = 0,
     address: Annotated[str, typer.Option("--ray-address", metavar="ADDRESS", help="Of an existing Ray cluster; otherwise RAY_ADDRESS, or a new one here.")] = "",
