@@ -12,6 +12,7 @@ import re
 import shutil
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from xml.etree import ElementTree
@@ -125,7 +126,14 @@ def programs(kind, folder, log):
         run(ctest, env=environment(kind), stdout=log, stderr=log)
         return outcome_of(junit)
     tests = json.loads(said_by("ctest", "--test-dir", str(folder), "--show-only=json-v1"))["tests"]
-    bad = [test["name"] for test in tests if run([*kind.before, *test["command"]], env=environment(kind), stdout=log, stderr=log).returncode]
+
+    def outcome(test):
+        return run([*kind.before, *test["command"]], env=environment(kind), text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+
+    with ThreadPoolExecutor(2) as pool:
+        outcomes = list(pool.map(outcome, tests))
+    log.writelines(done.stdout for done in outcomes)
+    bad = [test["name"] for test, done in zip(tests, outcomes) if done.returncode]
     return len(tests) - len(bad), bad
 
 
