@@ -1,6 +1,6 @@
 """`make mutate`: how many sign, index and operator mutants the tests notice.
 
-    run.py algebra engine [--fraction 0.25] [--seed 11] [--jobs 2] [--cpp] [--reuse] [--list] [--write]
+    run.py algebra engine [--fraction 0.25] [--seed 11] [--jobs 2] [--cpp] [--list] [--write]
 
 Each scope is compiled once with all its mutants (build.py).  The run begins with its own proof: without a mutant all tests pass, and
 mutants that are known to be wrong die.  Then every mutant, or a random part of them, is activated in turn.  Equivalent mutants,
@@ -9,6 +9,7 @@ which compute the same, are listed in equivalent.toml with the reason; an entry 
 --list prints the mutants that were not noticed.  --write writes results.md and the record."""
 
 import argparse
+import hashlib
 import json
 import os
 import random
@@ -32,30 +33,57 @@ NOTICED = ("failed", "crashed", "timeout")
 PROMISED = 0.95  # of the mutants of each scope
 
 
-def engine_tests(build, program, numbers, jobs, reuse):
+class Results:
+    """{number: (how, seconds, test)} in a file.  What an earlier run found with the same program and tests is kept, so that a run
+    of hours can be stopped and goes on."""
+
+    def __init__(self, path, program, tests):
+        self.path, self.more, key = path, path.with_suffix(".more"), path.with_suffix(".key")
+        digest = hashlib.sha256()
+        for f in [program, *sorted(tests)]:
+            digest.update(f.read_bytes())
+        self.same = key.exists() and key.read_text() == digest.hexdigest()
+        if not self.same:
+            path.unlink(missing_ok=True), self.more.unlink(missing_ok=True)
+            key.write_text(digest.hexdigest())
+
+    def read(self):
+        """All results, with those of the last run, whether it came to its end or not."""
+        lines = self.more.read_text().splitlines(keepends=True) if self.more.exists() else []
+        with open(self.path, "a") as out:
+            out.writelines(line for line in lines if line.endswith("\n"))
+        self.more.unlink(missing_ok=True)
+        return read(self.path)
+
+
+def engine_tests(build, program, numbers, jobs):
     """{number: (how, seconds, test)} by one C++ program, and the numbers that its tests reach."""
     path = build.out / "test/engine" / program
-    reached, wanted, results = (
-        build.folder / f"{program}_{name}" for name in ("reached.tsv", "wanted.txt", "results.tsv")
-    )
-    if not (reuse and reached.exists()) and subprocess.run([path, reached], stdout=subprocess.DEVNULL).returncode:
+    reached, wanted = (build.folder / f"{program}_{name}" for name in ("reached.tsv", "wanted.txt"))
+    results = Results(build.folder / f"{program}_results.tsv", path, [])
+    if not (results.same and reached.exists()) and subprocess.run([path, reached], stdout=subprocess.DEVNULL).returncode:
         bad = [row.split("\t")[2] for row in reached.read_text().splitlines() if row.split("\t")[1] == "1"]
         sys.exit(f"C++ tests fail without a mutant: {bad}")
-    wanted.write_text("\n".join(map(str, numbers)))
-    subprocess.run([path, reached, wanted, results, str(jobs), str(SECONDS)], check=True, stdout=subprocess.DEVNULL)
-    return read(results), {int(n) for row in reached.read_text().splitlines() for n in row.split("\t")[3].split()}
+    done = results.read()
+    wanted.write_text("\n".join(str(n) for n in numbers if n not in done))
+    subprocess.run([path, reached, wanted, results.more, str(jobs), str(SECONDS)], check=True, stdout=subprocess.DEVNULL)
+    return results.read(), {int(n) for row in reached.read_text().splitlines() for n in row.split("\t")[3].split()}
 
 
-def python_tests(build, library, folders, numbers, jobs, reuse, packages=()):
-    reached, results = build.folder / "reached.json", build.folder / "python_results.tsv"
+def python_tests(build, library, folders, numbers, jobs, packages=()):
+    reached = build.folder / "reached.json"
+    sources = [f for folder in (*folders, "python/ksl") for f in (ROOT / folder).rglob("*.py")]
+    results = Results(build.folder / "python_results.tsv", library, [HERE / "python_tests.py", *sources])
+    reuse = results.same and reached.exists()
+    done = results.read()
     settings = {
         "library": str(library),
-        "mutants": numbers,
-        "results": str(results),
+        "mutants": [n for n in numbers if n not in done],
+        "results": str(results.more),
         "reached": str(reached),
         "jobs": jobs,
         "seconds": SECONDS,
-        "reuse": reuse and reached.exists(),
+        "reuse": reuse,
     }
     path = [str(HERE), *map(str, packages), *filter(None, [os.environ.get("PYTHONPATH")])]
     environment = os.environ | {
@@ -70,24 +98,21 @@ def python_tests(build, library, folders, numbers, jobs, reuse, packages=()):
         check=True,
         stdout=subprocess.DEVNULL,
     )
-    return read(results), {n for row in json.loads(reached.read_text()) for n in row["reached"]}
+    return results.read(), {n for row in json.loads(reached.read_text()) for n in row["reached"]}
 
 
-def all_tests(build, numbers, jobs, reuse, laws):
-    """Of the engine, first the C++ tests, which are fast; then those of all interfaces, and Python's laws, for what is left."""
+def all_tests(build, numbers, jobs, laws):
+    """Of the engine, first the C++ tests, which are fast; then Python's laws, and those of all interfaces, for what is left."""
     if build.scope == "algebra":
-        return python_tests(build, build.folder / "libksl_algebra.so", ["test/algebra"], numbers, jobs, reuse)
+        return python_tests(build, build.folder / "libksl_algebra.so", ["test/algebra"], numbers, jobs)
     results, reached = dict.fromkeys(numbers, ("unreached", 0, "")), set()
-    stages = [lambda left, p=p: engine_tests(build, p, left, jobs, reuse) for p in PROGRAMS]
+    stages = [lambda left, p=p: engine_tests(build, p, left, jobs) for p in PROGRAMS]
     if laws:
-        stages.append(
-            lambda left: python_tests(
-                build, build.module(), ["test/laws"], left, jobs, reuse, [build.folder / "package"]
-            )
-        )
+        packages = [build.folder / "package"]
+        stages.insert(1, lambda left: python_tests(build, build.module(), ["test/laws"], left, jobs, packages))
     for stage in stages:
         more, also = stage([n for n in numbers if results[n][0] not in NOTICED])
-        results |= {n: r for n, r in more.items() if r[0] != "unreached"}
+        results |= {n: more[n] for n in numbers if n in more and more[n][0] != "unreached"}
         reached |= also
     return results, reached
 
@@ -161,20 +186,19 @@ def is_no_mutant(n, mutants, results, reached):
     return results[n][0] == "unreached" and same_place and m.change[0] in "<>"
 
 
-def run(scope, fraction, seed, jobs, reuse=False, laws=True):
+def run(scope, fraction, seed, jobs, laws=True):
     """The Result of one scope.  Ends the program if a mutant that is known to be wrong is not noticed."""
     start = time.time()
     build = Build(scope)
     build.write_tree()
-    if not reuse:
-        compile_all(build, laws)
+    compile_all(build, laws)
     compiled = time.time() - start
     mutants = {m.number: m for m in build.mutants}
     known = [next(m.number for m in build.mutants if (m.file, m.code, m.change) == k) for k in KNOWN[scope]]
     chosen = sorted(mutants)
     if fraction < 1:
         chosen = sorted(random.Random(seed).sample(chosen, round(fraction * len(chosen))))
-    results, reached = all_tests(build, [*known, *(n for n in chosen if n not in known)], jobs, reuse, laws)
+    results, reached = all_tests(build, [*known, *(n for n in chosen if n not in known)], jobs, laws)
     for n in known:
         if results[n][0] not in NOTICED:
             sys.exit(f"{scope}: a mutant that is known to be wrong was not noticed: {mutants[n].text()}")
@@ -237,11 +261,10 @@ def main():
     parser.add_argument("--seed", type=int, default=11)
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--cpp", action="store_true", help="of the engine, the C++ tests alone")
-    parser.add_argument("--reuse", action="store_true", help="take what was compiled, and which tests reach which mutants, from the last run")
     parser.add_argument("--list", action="store_true", help="print the mutants that were not noticed")
     parser.add_argument("--write", action="store_true", help="write results.md and the record")
     options = parser.parse_args()
-    results = [run(scope, options.fraction, options.seed, options.jobs, options.reuse, not options.cpp) for scope in options.scopes]
+    results = [run(scope, options.fraction, options.seed, options.jobs, not options.cpp) for scope in options.scopes]
     figures, kept = [], True
     for result in results:
         outcomes, noticed, counted = result.counts(result.chosen)
