@@ -1,5 +1,6 @@
 """A plugin of pytest: Python tests in a mutated build.  It finds which tests reach which mutants, and then activates one
-mutant after the other, each in a fork of this process, and runs the tests that reach it, shortest first, until one fails.
+mutant after the other, each in a fork of this process, and runs the tests that reach it until one fails or MOST seconds are spent.
+Short tests that reach few mutants come first: they notice most.
 
     KSL_MUTATE='{"library": "libksl_algebra.so", "mutants": [17, 18], "results": "results.tsv", "reached": "reached.json",
                  "jobs": 2, "seconds": 10}' python -m pytest -p python_tests test/algebra"""
@@ -13,12 +14,14 @@ import signal
 import subprocess
 import sys
 import time
+from itertools import accumulate
 from pathlib import Path
 
 import pytest
 
 SETTINGS = json.loads(os.environ["KSL_MUTATE"])
 ROOM = 20002  # numbers of mutants, as in numbers.cpp
+MOST = 20  # seconds of tests with one mutant, by the time that they take without one
 FEW = 20  # random cases of a test, where it takes thousands elsewhere
 # Tests that compile programs from the sources, which are not mutated, or that compare declarations.
 LEFT_OUT = ("exports_test", "headers_test", "print_test", "array_functions_test", "nan_test")
@@ -110,8 +113,8 @@ def kill(session, mutated, number, order, seconds, killer):
     return 0
 
 
-def tests_by_time(session, mutated):
-    """(row of the record, test) of all tests that pass without a mutant, the shortest first."""
+def tests_in_order(session, mutated):
+    """(row of the record, test) of all tests that pass without a mutant, the short and special ones first."""
     if not SETTINGS.get("reuse"):
         os.waitpid(in_child(record, session, mutated, SETTINGS["reached"]), 0)
     rows = json.loads(Path(SETTINGS["reached"]).read_text())
@@ -119,7 +122,13 @@ def tests_by_time(session, mutated):
     if len(bad) > 0.01 * len(rows):
         raise SystemExit(f"tests fail without a mutant: {bad}")
     print(f"{len(bad)} of {len(rows)} tests fail with {FEW} cases, and are left out: {bad}", file=sys.stderr)
-    return sorted(((r, i) for r, i in zip(rows, session.items) if not r["failed"]), key=lambda pair: pair[0]["seconds"])
+    return sorted(((r, i) for r, i in zip(rows, session.items) if not r["failed"]), key=lambda pair: pair[0]["seconds"] * len(pair[0]["reached"]))
+
+
+def within(seconds, order):
+    """The tests from the beginning of the order that take so long, one at least."""
+    sums = accumulate(row["seconds"] for row, _ in order)
+    return [pair for pair, end in zip(order, sums) if end <= seconds] or order[:1]
 
 
 class Children:
@@ -153,7 +162,7 @@ def pytest_runtestloop(session):
     mutated = Mutated()
     if "library" in sys.modules:  # the algebra's: helpers are symbols of the mutated library
         sys.modules["library"].Library.helpers = property(lambda self: mutated.dll)
-    ordered = tests_by_time(session, mutated)
+    ordered = tests_in_order(session, mutated)
     reaching = {}
     for row, item in ordered:
         for number in row["reached"]:
@@ -163,7 +172,7 @@ def pytest_runtestloop(session):
         for number in SETTINGS["mutants"]:
             order = ordered if number == 0 else reaching.get(number)  # 0: no mutant
             if order:
-                children.start(session, mutated, number, order)
+                children.start(session, mutated, number, within(MOST, order))
             else:
                 out.write(f"{number}\tunreached\t0\t\n")
         while children.running:
