@@ -57,10 +57,6 @@ template <class Algorithm> struct symmetric_matrix : whole_results<Algorithm> {
 
 /// The upper triangle of a matrix (nv, nv).
 template <class Algorithm> struct upper_triangle : symmetric_matrix<Algorithm> {
-  template <class T> static void add_results(const model_view<scalar_of<T>> &model, const state_view<T> &s, squares<T> &written) {
-    for (std::ptrdiff_t i = 0; i < model.nv; ++i) // below the diagonal nothing was written
-      written.add(s.result[0] + i * (model.nv + 1), model.nv - i);
-  }
   template <class P> struct lanes : symmetric_matrix<Algorithm>::template lanes<P> {
     void store(const model_view<scalar_of<P>> &model, scalar_of<P> *out, const rows_view<scalar_of<P>> &rows, int valid) const {
       for (std::ptrdiff_t i = 0; i < model.nv; ++i)
@@ -141,12 +137,6 @@ template <class Algorithm> struct efforts_and_reactions {
                                       any ? s.reactions->out : nullptr);
     for (int r = s.q ? 1 : 0; r < s.reactions_n; ++r)
       reactions(model, w, s.external, *s.reactions[r].request, s.reactions[r].out);
-  }
-  template <class T> static void add_results(const model_view<scalar_of<T>> &model, const state_view<T> &s, squares<T> &written) {
-    if (s.q)
-      written.add(s.result[0], model.nv);
-    for (int r = 0; r < s.reactions_n; ++r)
-      written.add(s.reactions[r].out, 6 * s.reactions[r].request->n);
   }
 
   template <class P> struct lanes {

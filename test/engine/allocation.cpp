@@ -13,7 +13,7 @@ std::atomic<long> left{0}, failed{0}; ///< left: allocations until the one that 
 std::atomic<bool> failing{false}, all_that_follow{false};
 
 /// Counts an allocation.  Is it one that fails?
-bool refused() {
+[[maybe_unused]] bool refused() {
   ++allocations;
   if (!failing.load(std::memory_order_relaxed))
     return false;
@@ -86,7 +86,7 @@ void *mmap(void *at, std::size_t n, int protection, int flags, int file, off_t o
 }
 }
 #pragma GCC visibility pop
-#else
+#elif !defined(KSL_TEST_THREAD_SANITIZER) // which has an operator new of its own
 // operator new as it is, besides that it counts; the forms that are not here call these.
 namespace {
 

@@ -253,6 +253,20 @@ TEST_CASE("no links, no poses and no Jacobians") {
   }
 }
 
+TEST_CASE("more frames than the model has links: nothing is computed in operational space") {
+  const ksl::model m = tree();
+  const std::vector<int> links(m.links().size() + 1, 1);
+  const std::size_t width = 36 * links.size() * links.size();
+  for (std::size_t n : {std::size_t(1), std::size_t(3)}) {
+    states<double> s(m, n);
+    std::vector<double> untouched;
+    ksl::batch_view<double> b = s.view(m, n, untouched, static_cast<int>(width));
+    b.links = {static_cast<int>(links.size()), links.data()};
+    ksl::operational_space_inertia_inverse_batch(m, b);
+    CHECK(untouched == std::vector<double>(n * width, -7.0));
+  }
+}
+
 namespace {
 
 /// Every algorithm on n states, with rows for some of its results: these are what they are where all have rows.
@@ -288,6 +302,7 @@ template <class S> void leave_out_results(const ksl::model &m, std::size_t n) {
   check([&](const auto &b) { ksl::reactions_batch(m, b); });
   check([&](const auto &b) { ksl::forward_dynamics_batch(m, b); });
   check([&](const auto &b) { ksl::mass_matrix_batch(m, b); });
+  check([&](const auto &b) { ksl::mass_matrix_upper_batch(m, b); });
   check([&](const auto &b) { ksl::bias_batch(m, b); });
   check([&](const auto &b) { ksl::gravity_torque_batch(m, b); });
   check([&](const auto &b) { ksl::frame_poses_batch(m, b); });

@@ -517,6 +517,11 @@ TEST_CASE("operations on many numbers, which are called instead of inlined, and 
   CHECK((y >= x && x >= x && !(x >= y))); // by the values alone
 }
 
+TEST_CASE("constants of double precision become those of a dual number in single precision") {
+  const ksl::dual<2, float> x(0.1);
+  CHECK((x.value == 0.1f && x.derivative[0] == 0 && x.derivative[1] == 0));
+}
+
 TEST_CASE("the exponential of a screw at zero has the screw as its derivative") {
   const ksl::screw<first> s = {{first::variable(0, 0), first(0), first(0)}, {first(0), first(0), 2.0 * first::variable(0, 0)}};
   ksl::SE3<first> D;

@@ -1,4 +1,5 @@
 // Batches that are written past the caches hold the same bits as small ones, wherever their rows begin in memory.
+#include "ksl/arrays.h"
 #include "ksl/batch.hpp"
 #include "random_trees.hpp"
 
@@ -56,4 +57,24 @@ TEST_CASE("large batches hold the same bits as small ones") {
         compare_with_small_batches<double>(m, before, gap);
         compare_with_small_batches<float>(m, before, gap);
       }
+}
+
+TEST_CASE("large arrays of wrenches hold the same bits as small ones: packed, apart, and in place") {
+  const double D[12] = {0.6, 0.8, 0, -0.8, 0.6, 0, 0, 0, 1, 0.3, -0.2, 0.5};
+  const std::size_t n = (std::size_t(8) << 20) / (6 * sizeof(double)) + 11, part = 1000; // of 8 MB on, caches are passed by
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> number(-2, 2);
+  std::vector<double> c(6 * n), small(6 * n), packed(6 * n), apart(7 * n, -7);
+  std::generate(c.begin(), c.end(), [&] { return number(random); });
+  for (std::size_t first = 0; first < n; first += part)
+    ksl_array_product_CoAdc(std::min(part, n - first), D, 0, &c[6 * first], 6, &small[6 * first], 6);
+  ksl_array_product_CoAdc(n, D, 0, c.data(), 6, packed.data(), 6);
+  ksl_array_product_CoAdc(n, D, 0, c.data(), 6, apart.data(), 7);
+  ksl_array_product_CoAdc(n, D, 0, c.data(), 6, c.data(), 6);
+  CHECK(packed == small);
+  CHECK(c == small);
+  std::size_t different = 0;
+  for (std::size_t k = 0; k < n; ++k)
+    different += !std::equal(&small[6 * k], &small[6 * k] + 6, &apart[7 * k]) || apart[7 * k + 6] != -7;
+  CHECK(different == 0);
 }
