@@ -1,4 +1,5 @@
 // What only C can pass to functions of the algebra: null pointers, and sizes that are none; and arrays on the heap.
+#include "../engine/sanitizer.hpp"
 #include "ksl/ksl.h"
 #include "ksl/memory.h"
 
@@ -38,8 +39,11 @@ TEST_CASE("a table on the heap is zero, in one block, and freed with one call; s
   CHECK(table[2] == table[0] + 8);
   ksl_array2D_free(table);
   ksl_array2D_free(nullptr);
-  for (const auto &size : {std::array{0, 4}, {3, 0}, {-1, 4}, {3, -1}, {INT_MAX, INT_MAX}})
+  for (const auto &size : {std::array{0, 4}, {3, 0}, {-1, 4}, {3, -1}})
     CHECK(ksl_array2D_alloc(size[0], size[1]) == nullptr);
+#ifndef KSL_TEST_SANITIZER // which ends a program that asks for too much
+  CHECK(ksl_array2D_alloc(INT_MAX, INT_MAX) == nullptr);
+#endif
   ksl_array_free(static_cast<double *>(std::malloc(sizeof(double))));
 }
 
