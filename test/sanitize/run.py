@@ -56,11 +56,13 @@ KINDS = {
         ("clang", "libclang_rt.asan-x86_64.so"),
     ),
     # The tests of batches and threads alone: code without instrumentation, as in other packages, is reported where it is right.
-    # clang's library crashes in programs that it was not linked with; that of gcc has the same functions.
+    # It allows no threads after a fork.  clang's library crashes in programs that it was not linked with; that of gcc has the same functions.
     "thread": Kind(
         ("race",), {"TSAN_OPTIONS": f"exitcode=66:suppressions={HERE / 'thread.supp'}"},
         ("test/python/threads_test.py", "test/python/batch_test.py"),
-        ("test/python/batch_test.py::test_every_instruction_set_gives_the_same_bits",), ("gcc", "libtsan.so")),
+        ("test/python/batch_test.py::test_every_instruction_set_gives_the_same_bits",
+         "test/python/threads_test.py::test_a_child_of_a_fork_has_threads_of_its_own",
+         "test/python/threads_test.py::test_children_of_children_too"), ("gcc", "libtsan.so")),
     # valgrind can't run AVX-512.
     "valgrind": Kind(("heap", "uninitialised", "leak"), {"KSL_ISA": "x86-64-v3"}, before=VALGRIND),
 }
