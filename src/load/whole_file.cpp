@@ -12,8 +12,8 @@ namespace ksl::load {
 
 namespace {
 
-/// The file that takes the text's place when it is complete: at the end of links.  None for what is no regular file, and for links that
-/// lead nowhere.  With the system's functions, since std::filesystem has some that leak where memory runs out.
+/// The file that takes the text's place when it is complete: at the end of links.  None for what is no regular file, for links that
+/// lead nowhere, and in folders whose path is longer than the system can tell.  With the system's functions, since std::filesystem has some that leak where memory runs out.
 std::string replaced_file(const std::string &path) {
   struct stat found;
   if (lstat(path.c_str(), &found) != 0)
@@ -21,11 +21,7 @@ std::string replaced_file(const std::string &path) {
   if (stat(path.c_str(), &found) != 0 || !S_ISREG(found.st_mode))
     return "";
   char place[PATH_MAX];
-  if (realpath(path.c_str(), place))
-    return place;
-  if (errno == ENOMEM)
-    throw std::bad_alloc();
-  return "";
+  return realpath(path.c_str(), place) ? place : "";
 }
 
 } // namespace

@@ -285,6 +285,15 @@ TEST_CASE("hostile: what XML forbids is no robot file") {
   }
   check_message(refusal(named("a\x1b[31mb")), {"r.urdf:3: a control character, \\x1b, which XML forbids"});
   check_message(refusal(named("a\xef\xbf\xbf")), {"r.urdf:3: the character U+FFFF, which XML forbids"});
+  check_message(refusal(named("a\xef\xbf\xbe")), {"r.urdf:3: the character U+FFFE, which XML forbids"});
+  check_message(refusal(named("a\x01") + "\x02&ohm;"), {"r.urdf:3: a control character, \\x01"}); // the first fault is named
+  for (const char *unknown : {"&a.b;", "&a-b;", "&a_b;", "&a:b;", "&\xc3\xa9;", "&A9z;"})
+    check_message(refusal(named(unknown)), {"r.urdf:3: ", unknown, "is unknown"});
+  for (const char *bad : {"&#x1G2;", "&#x;", "&#1a;", "&#xFFFE;"})
+    check_message(refusal(named(bad)), {"r.urdf:3: ", bad, "no character that XML allows"});
+  for (const std::string &endless : {"&" + std::string(80, 'e') + ";", std::string("&e")})
+    check_message(refusal(robot(a_link("a")) + "\n" + endless), {"r.urdf:", "an & that begins no reference"});
+  CHECK(read_urdf_text("<robot name=\"a&#9;b&#10;c&#13;d&#xe000;\"><link name=\"a\"/></robot>", "r.urdf").name == "a\tb\nc\rd\xee\x80\x80");
   const robot_description read =
       read_urdf_text("<!-- & &x; <!DOCTYPE --><?p & ?><robot name=\"&lt;&gt;&amp;&quot;&apos;&#65;&#x1F916;'>\">"
                      "<link name='a\"'/><![CDATA[ & &x; ]]></robot><!-- & -->",

@@ -4,6 +4,7 @@
 #include "ksl/engine/joints.hpp"
 #include "ksl/urdf.hpp"
 
+#include <array>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -13,6 +14,7 @@
 #include <iterator>
 #include <random>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 using namespace ksl;
@@ -183,6 +185,40 @@ TEST_CASE("urdf: a file appears complete or not at all") {
   std::filesystem::remove_all(folder);
 }
 
+TEST_CASE("urdf: a file below a file can't be written; through a link that leads nowhere, and in a very deep folder, files are written") {
+  namespace fs = std::filesystem;
+  const fs::path here = fs::current_path(), folder = fs::temp_directory_path() / ("ksl_places_" + std::to_string(getpid()));
+  const robot_description robot = read_urdf_text("<robot name='r'><link name='a'/></robot>", "r.urdf");
+  const auto text = [](const char *path) {
+    std::ifstream in(path);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  fs::create_directory(folder);
+  fs::current_path(folder);
+  std::ofstream("file") << "mine";
+  CHECK(test::refusal_of([&] { write_urdf(robot, "file/robot.urdf"); }).find("the robot can't be written") != std::string::npos);
+  CHECK(text("file") == "mine");
+  fs::create_symlink("new.urdf", "link.urdf");
+  write_urdf(robot, "link.urdf");
+  CHECK(text("new.urdf") == urdf_text(robot));
+  CHECK(fs::is_symlink("link.urdf"));
+  const std::string name(200, 'd');
+  for (int depth = 0; depth < 25; ++depth) { // 5000 characters, of which PATH_MAX allows 4096
+    REQUIRE(mkdir(name.c_str(), 0700) == 0);
+    REQUIRE(chdir(name.c_str()) == 0);
+  }
+  std::ofstream("robot.urdf") << "the old one";
+  write_urdf(robot, "robot.urdf");
+  CHECK(text("robot.urdf") == urdf_text(robot));
+  REQUIRE(unlink("robot.urdf") == 0);
+  for (int depth = 0; depth < 25; ++depth) {
+    REQUIRE(chdir("..") == 0);
+    REQUIRE(rmdir(name.c_str()) == 0);
+  }
+  fs::current_path(here);
+  fs::remove_all(folder);
+}
+
 TEST_CASE("urdf: what was changed after it was read is written as it is now") {
   const std::string thread = "<joint name=\"j\" type=\"screw\"><parent link=\"a\"/><child link=\"b\"/><origin rpy=\"0.1 0.2 0.3\"/><axis xyz=\"0 3 4\"/>"
                              "<screw_thread_pitch value=\"0.005\"/></joint>";
@@ -201,6 +237,32 @@ TEST_CASE("urdf: what was changed after it was read is written as it is now") {
   CHECK(same_bits(&again.placement, &j.placement, sizeof j.placement));
   CHECK((std::fabs(again.axis.x - 0.6) < 1e-15 && std::fabs(again.axis.y - 0.8) < 1e-15 && again.axis.z == 0));
   CHECK(urdf_text(robot).find("rpy") == std::string::npos);
+}
+
+TEST_CASE("urdf: any number of an inertia, and any angle of a placement, may be changed after it was read") {
+  const auto read = [](const char *rpy) {
+    return read_urdf_text(robot_of("<origin xyz=\"0.1 0.2 0.3\" rpy=\"0.3 0.2 0.1\"/><mass value=\"2\"/><inertia ixx=\"1\" iyy=\"1.1\" izz=\"1.2\" ixy=\"0.1\" ixz=\"0.2\" iyz=\"0.3\"/>",
+                                   "<joint name=\"j\" type=\"fixed\"><parent link=\"a\"/><child link=\"b\"/><origin rpy=\"" + std::string(rpy) + "\"/></joint>"),
+                          "r.urdf");
+  };
+  using inertia = spatial_inertia<double>;
+  const auto numbers = [](inertia &I) { return std::array<double *, 10>{&I.m, &I.h.x, &I.h.y, &I.h.z, &I.Ixx, &I.Iyy, &I.Izz, &I.Ixy, &I.Iyz, &I.Izx}; };
+  for (std::size_t changed = 0; changed < 10; ++changed) {
+    robot_description robot = read("0 0 0");
+    *numbers(robot.links[1].inertia)[changed] += 0.01;
+    robot_description again = read_urdf_text(urdf_text(robot), "again.urdf");
+    for (std::size_t i = 0; i < 10; ++i)
+      CHECK(std::fabs(*numbers(again.links[1].inertia)[i] - *numbers(robot.links[1].inertia)[i]) < 2e-15);
+  }
+  const char *const turns[][2] = {{"0 0 0.5", "0 0 0.7"}, {"0 0 0.5", "0 0 -0.5"}, {"0 0.5 0", "0 -0.5 0"}, {"0 0 0.5", "0.2 0 0.5"}, {"0.3 0 0", "0.6 0 0"}, {"0.3 0 0", "-0.3 0 0"}};
+  for (const auto &[before, after] : turns) {
+    robot_description robot = read(before);
+    const mat3x3<double> R = robot.joints[0].placement.R = read(after).joints[0].placement.R;
+    const mat3x3<double> again = read_urdf_text(urdf_text(robot), "again.urdf").joints[0].placement.R;
+    for (const auto element : {&mat3x3<double>::m00, &mat3x3<double>::m10, &mat3x3<double>::m20, &mat3x3<double>::m01, &mat3x3<double>::m11,
+                               &mat3x3<double>::m21, &mat3x3<double>::m02, &mat3x3<double>::m12, &mat3x3<double>::m22})
+      CHECK(std::fabs(again.*element - R.*element) < 1e-15);
+  }
 }
 
 TEST_CASE("urdf: a quaternion of a joint alone asks for version 1.1; joints that follow others") {
