@@ -302,6 +302,7 @@ TEST_CASE("hostile: what XML forbids is no robot file") {
   CHECK(read.links[0].name == "a\"");
   check_message(refusal("<robot>\n<material x=\"1\" y=\"\" x=\"2\"/><link name=\"a\"/></robot>"),
                 {"r.urdf:2: ", "<material> gives x twice"});
+  check_message(refusal("<robot name=\"r\"><link name=\"a\"/></robot>\n<!-- a remark --><?p ?>\n<robot/>"), {"r.urdf:3: broken XML, a second root element <robot>"});
 }
 
 TEST_CASE("hostile: messages are short, and show control characters instead of obeying them") {

@@ -351,6 +351,19 @@ TEST_CASE("SDF files that are wrong") {
   });
 }
 
+TEST_CASE("SDF: one limit alone, a name that begins as reserved ones do, and joints of a floating base") {
+  const joint_description lower = joint_named(read(joint("<axis><xyz>0 0 1</xyz><limit><lower>-2</lower></limit></axis>")), "j");
+  CHECK((lower.lower == -2.0 && lower.upper != lower.lower));
+  const joint_description upper = joint_named(read(joint("<axis><xyz>0 0 1</xyz><limit><upper>2</upper></limit></axis>")), "j");
+  CHECK(upper.upper == 2.0);
+  CHECK(link_name(read(model(link("__a"))), 1) == "__a"); // after the world
+  file_options floating;
+  floating.floating_base = true;
+  CHECK(joint_named(read(joint(about_z), floating), "j").kind == joint_kind::revolute);
+  check_message(refusal(model(link("a") + "<joint name=\"j\" type=\"fixed\"><parent>world</parent><child>a</child></joint>"), floating),
+                {"joint j", "a floating base is asked for"});
+}
+
 TEST_CASE("SDF: what has no effect is listed, with the joint that it is on") {
   const auto of = [](const std::string &inside, const std::string &type) { return read(joint(inside, type)).unused; };
   check_said(of(about_z, "fixed"), {"joint j: axis", "no effect on a fixed joint"});
