@@ -35,16 +35,16 @@ PROMISED = 0.95  # of the mutants of each scope
 
 class Results:
     """{number: (how, seconds, test)} in a file.  What an earlier run found with the same program and tests is kept, so that a run
-    of hours can be stopped and goes on."""
+    of hours can be stopped and goes on.  So is the file that says which tests reach which mutants."""
 
-    def __init__(self, path, program, tests):
+    def __init__(self, path, program, tests, reached):
         self.path, self.more, key = path, path.with_suffix(".more"), path.with_suffix(".key")
         digest = hashlib.sha256()
         for f in [program, *sorted(tests)]:
             digest.update(f.read_bytes())
-        self.same = key.exists() and key.read_text() == digest.hexdigest()
-        if not self.same:
-            path.unlink(missing_ok=True), self.more.unlink(missing_ok=True)
+        if not key.exists() or key.read_text() != digest.hexdigest():
+            for old in (path, self.more, reached):
+                old.unlink(missing_ok=True)
             key.write_text(digest.hexdigest())
 
     def read(self):
@@ -60,10 +60,13 @@ def engine_tests(build, program, numbers, jobs):
     """{number: (how, seconds, test)} by one C++ program, and the numbers that its tests reach."""
     path = build.out / "test/engine" / program
     reached, wanted = (build.folder / f"{program}_{name}" for name in ("reached.tsv", "wanted.txt"))
-    results = Results(build.folder / f"{program}_results.tsv", path, [])
-    if not (results.same and reached.exists()) and subprocess.run([path, reached], stdout=subprocess.DEVNULL).returncode:
-        bad = [row.split("\t")[2] for row in reached.read_text().splitlines() if row.split("\t")[1] == "1"]
-        sys.exit(f"C++ tests fail without a mutant: {bad}")
+    results = Results(build.folder / f"{program}_results.tsv", path, [], reached)
+    if not reached.exists():
+        new = reached.with_suffix(".new")
+        if subprocess.run([path, new], stdout=subprocess.DEVNULL).returncode:
+            bad = [row.split("\t")[2] for row in new.read_text().splitlines() if row.split("\t")[1] == "1"]
+            sys.exit(f"C++ tests fail without a mutant: {bad}")
+        new.rename(reached)
     done = results.read()
     wanted.write_text("\n".join(str(n) for n in numbers if n not in done))
     subprocess.run([path, reached, wanted, results.more, str(jobs), str(SECONDS)], check=True, stdout=subprocess.DEVNULL)
@@ -73,8 +76,7 @@ def engine_tests(build, program, numbers, jobs):
 def python_tests(build, library, folders, numbers, jobs, packages=()):
     reached = build.folder / "reached.json"
     sources = [f for folder in (*folders, "python/ksl") for f in (ROOT / folder).rglob("*.py")]
-    results = Results(build.folder / "python_results.tsv", library, [HERE / "python_tests.py", *sources])
-    reuse = results.same and reached.exists()
+    results = Results(build.folder / "python_results.tsv", library, [HERE / "python_tests.py", *sources], reached)
     done = results.read()
     settings = {
         "library": str(library),
@@ -83,7 +85,7 @@ def python_tests(build, library, folders, numbers, jobs, packages=()):
         "reached": str(reached),
         "jobs": jobs,
         "seconds": SECONDS,
-        "reuse": reuse,
+        "reuse": reached.exists(),
     }
     path = [str(HERE), *map(str, packages), *filter(None, [os.environ.get("PYTHONPATH")])]
     environment = os.environ | {
