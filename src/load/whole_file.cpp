@@ -13,7 +13,8 @@ namespace ksl::load {
 namespace {
 
 /// The file that takes the text's place when it is complete: at the end of links.  None for what is no regular file, for links that
-/// lead nowhere, and in folders whose path is longer than the system can tell.  With the system's functions, since std::filesystem has some that leak where memory runs out.
+/// lead nowhere, and in folders whose path is longer than the system can tell.  With the system's functions, since std::filesystem has
+/// some that leak where memory runs out.
 std::string replaced_file(const std::string &path) {
   struct stat found;
   if (lstat(path.c_str(), &found) != 0)

@@ -1,4 +1,5 @@
 // Robots with mimic joints: what is solved with their mass matrix, against its definition and against central differences.
+#include "matrices.hpp"
 #include "robots.hpp"
 
 #include "ksl/dynamics.hpp"
@@ -6,46 +7,17 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <random>
 #include <vector>
 
 namespace {
 
-using numbers = std::vector<double>;
+using matrices::identity, matrices::numbers, matrices::product, matrices::transposed;
 
 constexpr double h = 1e-6; ///< step of central differences
 
-/// The product of A, which has so many rows, and B.
-numbers product(const numbers &A, const numbers &B, std::size_t rows) {
-  const std::size_t inner = A.size() / rows, columns = B.size() / inner;
-  numbers C(rows * columns);
-  for (std::size_t i = 0; i < rows; ++i)
-    for (std::size_t k = 0; k < inner; ++k)
-      for (std::size_t j = 0; j < columns; ++j)
-        C[i * columns + j] += A[i * inner + k] * B[k * columns + j];
-  return C;
-}
-
-numbers transposed(const numbers &A, std::size_t rows) {
-  const std::size_t columns = A.size() / rows;
-  numbers B(A.size());
-  for (std::size_t i = 0; i < rows; ++i)
-    for (std::size_t j = 0; j < columns; ++j)
-      B[j * rows + i] = A[i * columns + j];
-  return B;
-}
-
-/// Are they equal to within `error` of the largest number?
 void check_equal(const numbers &found, const numbers &expected, double error) {
-  REQUIRE(found.size() == expected.size());
-  double most = 0, largest = 1;
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    const double difference = std::fabs(found[i] - expected[i]);
-    most = difference <= most ? most : difference; // NaN is the most
-    largest = std::fmax(largest, std::fabs(expected[i]));
-  }
-  CHECK(most <= error * largest);
+  CHECK(matrices::difference(found, expected) <= error);
 }
 
 /// A state of the robot, and two wrenches.
@@ -112,13 +84,6 @@ template <class F> numbers difference(F f, const numbers &before, const numbers 
   for (std::size_t i = 0; i < out.size(); ++i)
     out[i] = (high[i] - low[i]) / (2 * h);
   return out;
-}
-
-numbers identity(std::size_t n) {
-  numbers I(n * n);
-  for (std::size_t i = 0; i < n; ++i)
-    I[i * (n + 1)] = 1;
-  return I;
 }
 
 } // namespace
@@ -216,7 +181,7 @@ TEST_CASE("coupled: operational space is what its definitions say") {
     numbers inverse(rows * rows), inertia(rows * rows), again(rows * rows), bias(rows), pseudo_inverse(s.nv * rows);
     double rank = 0, rank_again = 0;
     ksl::operational_space_inertia_inverse(s.m, s.d, s.q.data(), n, links.data(), {}, inverse.data());
-    check_equal(inverse, product(J, solved, rows), 1e-10);
+    check_equal(inverse, product(J, solved, s.nv), 1e-10);
     ksl::operational_space_inertia(s.m, s.d, s.q.data(), n, links.data(), {}, inertia.data(), &rank);
     check_equal(product(product(inverse, inertia, rows), inverse, rows), inverse, 1e-8); // also where it is singular
     if (rank == static_cast<double>(rows))
@@ -226,7 +191,7 @@ TEST_CASE("coupled: operational space is what its definitions say") {
     CHECK(rank_again == rank);
     CHECK(rank >= 6);
     check_equal(again, inertia, 1e-12);
-    check_equal(pseudo_inverse, product(solved, inertia, s.nv), 1e-8);
+    check_equal(pseudo_inverse, product(solved, inertia, rows), 1e-8);
 
     numbers back(s.nq), forth(s.nq), less(s.nv), more(s.nv); // the rate of J, by which v is multiplied
     for (std::size_t i = 0; i < s.nv; ++i)
@@ -236,11 +201,11 @@ TEST_CASE("coupled: operational space is what its definitions say") {
     const numbers q = s.q;
     const auto twists = [&](const numbers &at) {
       s.q = at;
-      return product(s.jacobians(links), s.v, rows);
+      return product(s.jacobians(links), s.v, s.nv);
     };
     const numbers rate = difference(twists, back, forth);
     s.q = q;
-    numbers missing = product(transposed(solved, s.nv), s.efforts(s.v, numbers(s.nv), s.external), rows);
+    numbers missing = product(transposed(solved, s.nv), s.efforts(s.v, numbers(s.nv), s.external), s.nv);
     for (std::size_t i = 0; i < rows; ++i)
       missing[i] -= rate[i];
     check_equal(bias, product(inertia, missing, rows), 1e-6);

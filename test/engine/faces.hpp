@@ -247,8 +247,6 @@ void agree(robot &r, const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_b
   CHECK(from_c == expected);
   for (std::size_t count : {0u, 1u, 2u, 7u, 8u, 9u, 15u, 16u, 17u, 33u, static_cast<unsigned>(n)})
     for (int threads : {1, 3}) {
-      if (threads == 1 && count == n) // each of three threads computes many groups, too
-        continue;
       CAPTURE(count);
       CHECK(faces.batch(cpp_batch, count, threads) == faces.first(expected, count));
       CHECK(faces.batch(c_batch, count, threads) == faces.first(expected, count));

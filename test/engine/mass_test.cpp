@@ -1,5 +1,6 @@
 // The mass matrix in its forms, its factors and inverse, the Coriolis matrix, and what is computed with them: identities between
 // independent algorithms, and dual numbers through the same templates, on random trees with every kind of joint.
+#include "matrices.hpp"
 #include "robots.hpp"
 
 #include "ksl/dual.hpp"
@@ -19,6 +20,7 @@ namespace {
 
 using dual = ksl::dual<1>;
 template <class N> using numbers = std::vector<N>;
+using matrices::identity, matrices::product;
 
 numbers<double> random_numbers(int n, std::mt19937 &random) {
   std::normal_distribution<double> normal;
@@ -120,23 +122,6 @@ void check_close(const numbers<double> &found, const numbers<double> &expected, 
   for (std::size_t i = 0; i < found.size(); ++i)
     error = std::isnan(found[i]) ? HUGE_VAL : std::fmax(error, std::fabs(found[i] - expected[i]));
   CHECK(error <= tolerance * largest(expected));
-}
-
-numbers<double> product(const numbers<double> &A, const numbers<double> &B, std::size_t columns) {
-  const std::size_t n = B.size() / columns, rows = A.size() / n;
-  numbers<double> C(rows * columns, 0.0);
-  for (std::size_t i = 0; i < rows; ++i)
-    for (std::size_t k = 0; k < n; ++k)
-      for (std::size_t j = 0; j < columns; ++j)
-        C[i * columns + j] += A[i * n + k] * B[k * columns + j];
-  return C;
-}
-
-numbers<double> identity(std::size_t n) {
-  numbers<double> E(n * n, 0.0);
-  for (std::size_t i = 0; i < n; ++i)
-    E[i * n + i] = 1;
-  return E;
 }
 
 /// The largest sum of magnitudes in a row of M times that of its inverse.
@@ -251,12 +236,12 @@ TEST_CASE("inverse of the mass matrix, and solutions by the articulated-body alg
     const auto jump = s.run<ksl::velocity_jump_workspace, double>(n, [&](auto m, auto &w, double *out) { ksl::velocity_jump(m, w, s.q.data(), s.external(s.push), out); });
     const double small = 1e-15 * condition(M, W, n);
     check_close(product(M, W, n), identity(n), small);
-    check_close(a, product(W, s.tau, 1), small);
+    check_close(a, product(W, s.tau, n), small);
     numbers<double> impulse = s.efforts(nullptr, nullptr, nullptr); // Jᵀ f: what external wrenches take from the efforts
     const numbers<double> rest = s.efforts(nullptr, nullptr, &s.push);
     for (std::size_t i = 0; i < n; ++i)
       impulse[i] -= rest[i];
-    check_close(jump, product(W, impulse, 1), 10 * small);
+    check_close(jump, product(W, impulse, n), 10 * small);
   });
 }
 
@@ -268,7 +253,7 @@ TEST_CASE("Coriolis matrix: C v is the bias without gravity, dM/dt − 2 C is sk
     const numbers<double> gravity = s.efforts(nullptr, nullptr, nullptr);
     for (std::size_t i = 0; i < n; ++i)
       bias[i] -= gravity[i];
-    check_close(product(C, s.v, 1), bias, 1e-12);
+    check_close(product(C, s.v, n), bias, 1e-12);
     for (std::size_t i = 0; i < n; ++i)
       for (std::size_t k = 0; k < n; ++k)
         sum[i * n + k] = C[i * n + k] + C[k * n + i];

@@ -1,5 +1,6 @@
 // Results of algorithms that follow from the motion of particles: links are made of point masses, whose Jacobians say
 // all.
+#include "matrices.hpp"
 #include "random_trees.hpp"
 
 #include "ksl/dynamics.hpp"
@@ -14,7 +15,7 @@
 
 namespace {
 
-using numbers = std::vector<double>;
+using matrices::difference, matrices::numbers, matrices::product, matrices::transposed;
 constexpr double unwritten = std::numeric_limits<double>::quiet_NaN();
 
 struct particle {
@@ -49,33 +50,6 @@ struct mechanism {
       : m(robots::random_tree(bodies, random)), d(m), s(robots::random_state(m, random)),
         nv(static_cast<std::size_t>(m.nv())) {}
 };
-
-double difference(const numbers &a, const numbers &b) {
-  double worst = 0, size = 1;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    size = std::fmax(size, std::fabs(b[i]));
-    worst = a[i] - a[i] == 0 ? std::fmax(worst, std::fabs(a[i] - b[i])) : HUGE_VAL;
-  }
-  return worst / size;
-}
-
-/// a (rows, inner) times b (inner, columns).
-numbers product(const numbers &a, const numbers &b, std::size_t rows, std::size_t inner, std::size_t columns) {
-  numbers c(rows * columns);
-  for (std::size_t i = 0; i < rows; ++i)
-    for (std::size_t k = 0; k < inner; ++k)
-      for (std::size_t j = 0; j < columns; ++j)
-        c[i * columns + j] += a[i * inner + k] * b[k * columns + j];
-  return c;
-}
-
-numbers transposed(const numbers &a, std::size_t rows, std::size_t columns) {
-  numbers t(a.size());
-  for (std::size_t i = 0; i < rows; ++i)
-    for (std::size_t j = 0; j < columns; ++j)
-      t[j * rows + i] = a[i * columns + j];
-  return t;
-}
 
 } // namespace
 
@@ -128,13 +102,13 @@ TEST_CASE("operational space: J W Jᵀ and W Jᵀ Λ of several frames, however 
         J.insert(J.end(), one.begin(), one.end());
       }
       ksl::mass_matrix_inverse(x.m, x.d, x.s.q.data(), W.data());
-      const numbers WJ = product(W, transposed(J, rows, x.nv), x.nv, x.nv, rows);
+      const numbers WJ = product(W, transposed(J, rows), x.nv);
       ksl::operational_space_inertia_inverse(x.m, x.d, x.s.q.data(), n, links, how, inverse.data());
-      CHECK(difference(inverse, product(J, WJ, rows, x.nv, rows)) < 1e-9);
+      CHECK(difference(inverse, product(J, WJ, x.nv)) < 1e-9);
       double rank = unwritten;
       ksl::operational_space(x.m, x.d, x.s.q.data(), x.s.v.data(), n, links, how, inertia.data(), bias.data(),
                              pseudo.data(), &rank);
-      CHECK(difference(pseudo, product(WJ, inertia, x.nv, rows, rows)) < 1e-6);
+      CHECK(difference(pseudo, product(WJ, inertia, rows)) < 1e-6);
     }
   }
 }

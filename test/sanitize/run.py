@@ -56,7 +56,8 @@ KINDS = {
         ("clang", "libclang_rt.asan-x86_64.so"),
     ),
     # The tests of batches and threads alone: code without instrumentation, as in other packages, is reported where it is right.
-    # It allows no threads after a fork.  clang's library crashes in programs that it was not linked with; that of gcc has the same functions.
+    # ThreadSanitizer allows no threads after a fork.  clang's library of it crashes in programs that were not linked with it; that of gcc has
+    # the same functions.
     "thread": Kind(
         ("race",), {"TSAN_OPTIONS": f"exitcode=66:suppressions={HERE / 'thread.supp'}"},
         ("test/python/threads_test.py", "test/python/batch_test.py"),
