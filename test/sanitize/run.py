@@ -103,9 +103,10 @@ def environment(kind):
 
 
 def for_python(kind, folder):
-    """The environment of Python with the instrumented library and module."""
+    """The environment of Python with the instrumented library and module.  Reports have no symbols: the program that looks them up can hang
+    where it gets the preloaded library, too."""
     env = environment(kind) | {"LD_PRELOAD": library(kind), "PYTHONPATH": str(folder / "site"), "KSL_LIBRARY": str(folder / "libksl.so")}
-    return env | {"ASAN_OPTIONS": env.get("ASAN_OPTIONS", "").replace("detect_leaks=1", "detect_leaks=0")}
+    return env | {"ASAN_OPTIONS": env.get("ASAN_OPTIONS", "").replace("detect_leaks=1", "detect_leaks=0") + ":symbolize=0"}
 
 
 def planted(kind, folder):
