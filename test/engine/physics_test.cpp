@@ -219,3 +219,108 @@ TEST_CASE("the operational-space inertia feels the rotors: its inverse is J M^-1
       CHECK(found[6 * r + c] == doctest::Approx(sum).epsilon(1e-12));
     }
 }
+
+TEST_CASE("each part of the physics is on for itself, and has a name") {
+  const char *const names[5] = {"damping", "friction", "armature", "rotor", "spring"};
+  const double own[2][5] = {{0.3 * v[0], friction(1.5, v[0], 0.02), 0.02 * a[0], 0.1 * a[0], 0},
+                            {0.1 * v[1], friction(0.4, v[1], 0.5), 0, 0, 7 * (q[1] - 0.2)}};
+  const ksl::model plain(arm());
+  ksl::data d(plain);
+  double tau[2], motor[2];
+  ksl::inverse_dynamics(plain, d, q, v, a, tau);
+  for (std::size_t part = 0; part < 5; ++part) {
+    ksl::model_options options;
+    options.physics = ksl::physics_named({names[part]}, 0.02);
+    CHECK(ksl::names_of(*options.physics) == std::vector<std::string>{names[part]});
+    const ksl::model m(arm(), options);
+    ksl::data e(m);
+    ksl::inverse_dynamics(m, e, q, v, a, motor);
+    for (int k = 0; k < 2; ++k)
+      CHECK(motor[k] == doctest::Approx(tau[k] + own[k][part]).epsilon(1e-13));
+  }
+  using names_t = std::vector<std::string>;
+  CHECK(ksl::names_of(ksl::physics_named({"all"})) == names_t{"damping", "friction", "armature", "rotor", "spring"});
+  CHECK(ksl::names_of(ksl::physics_named({"exact friction", "rotor bodies"})) == names_t{"exact friction", "rotor bodies"});
+  CHECK_THROWS_WITH_AS(ksl::physics_named({"dampin"}), doctest::Contains("physics \"dampin\" is unknown"), ksl::description_error);
+  CHECK_THROWS_WITH_AS(ksl::physics_named({"friction", "exact friction"}), doctest::Contains("physics names both"), ksl::description_error);
+  CHECK_THROWS_WITH_AS(ksl::physics_named({"rotor bodies", "rotor"}), doctest::Contains("physics names both"), ksl::description_error);
+  for (double width : {0.0, -1.0, double(INFINITY), double(NAN)})
+    CHECK_THROWS_WITH_AS(ksl::physics_named({}, width), doctest::Contains("friction_width is"), ksl::description_error);
+}
+
+namespace {
+
+/// A body that turns about a point, and two arms on it whose axes are skew; motors with gears sit on the body, and on the first arm.
+ksl::robot_description geared() {
+  ksl::robot_description r;
+  r.links = {robots::link("ground"), robots::link("body", robots::solid(3, {0.1, 0.2, -0.1}, 0.2, 0.3, 0.25)),
+             robots::link("first", robots::solid(1.2, {0.3, 0, 0.1}, 0.02, 0.03, 0.01)), robots::link("second", robots::solid(0.7, {0, 0.2, 0.1}, 0.01, 0.02, 0.03))};
+  r.joints = {robots::joint("ball", ksl::joint_kind::spherical, 0, 1, {0, 0, 0}, {0, 0, 1}),
+              robots::joint("shoulder", ksl::joint_kind::revolute, 1, 2, {0.2, -0.1, 0.3}, {0.48, -0.6, 0.64}),
+              robots::joint("elbow", ksl::joint_kind::continuous, 2, 3, {0.4, 0.1, 0}, {-0.6, 0.64, 0.48})};
+  r.joints[1].lower = -2, r.joints[1].upper = 2;
+  r.joints[1].rotor_inertia = 4e-4, r.joints[1].gear_ratio = 50;
+  r.joints[2].rotor_inertia = 3e-4, r.joints[2].gear_ratio = -30;
+  return r;
+}
+
+ksl::model_options with(std::vector<std::string> names) {
+  ksl::model_options options;
+  options.physics = ksl::physics_named(names);
+  return options;
+}
+
+} // namespace
+
+// The rotor's speed about its axis a is ω·a + n q̇, ω being the angular velocity of the link that carries it.  Its kinetic energy is half the
+// inertia times its square, so that the mass matrix has I r rᵀ more, where r is the row of that speed: (ωᵀ a) of each coordinate, and n.
+TEST_CASE("rotors as bodies add their share of the kinetic energy to the mass matrix") {
+  const ksl::model plain(geared()), m(geared(), with({"rotor bodies"}));
+  ksl::data d(plain), e(m);
+  REQUIRE(m.nv() == 5);
+  CHECK(m.find_link("shoulder_rotor") > 0);
+  const double position[6] = {0.1, -0.5, 0.7, 0.5, 0.4, -0.8};
+  double M[25], with_rotors[25], J[30];
+  ksl::mass_matrix(plain, d, position, M);
+  ksl::mass_matrix(m, e, position, with_rotors);
+  const struct { const char *carrier; double axis[3], inertia, ratio; int coordinate; } rotors[2] = {
+      {"body", {0.48, -0.6, 0.64}, 4e-4, 50, 3}, {"first", {-0.6, 0.64, 0.48}, 3e-4, -30, 4}};
+  for (const auto &rotor : rotors) {
+    ksl::jacobian(plain, d, position, plain.find_link(rotor.carrier), {}, J);
+    double row[5];
+    for (int k = 0; k < 5; ++k)
+      row[k] = rotor.axis[0] * J[15 + k] + rotor.axis[1] * J[20 + k] + rotor.axis[2] * J[25 + k] + (k == rotor.coordinate ? rotor.ratio : 0);
+    for (int i = 0; i < 25; ++i)
+      M[i] += rotor.inertia * row[i / 5] * row[i % 5];
+  }
+  for (int i = 0; i < 25; ++i)
+    CHECK(with_rotors[i] == doctest::Approx(M[i]).epsilon(1e-12));
+}
+
+TEST_CASE("rotors as bodies: models of the same description with and without them, names that are taken, rotors that carry something") {
+  const ksl::model m(geared(), with({"rotor bodies"}));
+  const ksl::model again(m.description(), with({"rotor bodies"})), without(m.description(), with({"rotor"})), plain(geared(), with({"rotor"}));
+  CHECK(again.links().size() == 6);
+  CHECK(without.links().size() == 4);
+  CHECK(without.joints().size() == plain.joints().size());
+  const double position[6] = {0.1, -0.5, 0.7, 0.5, 0.4, -0.8};
+  double M[25], expected[25];
+  ksl::data d(without), e(plain);
+  ksl::mass_matrix(without, d, position, M);
+  ksl::mass_matrix(plain, e, position, expected);
+  for (int i = 0; i < 25; ++i)
+    CHECK(M[i] == expected[i]);
+  ksl::robot_description taken = geared(); // by a link and by a joint
+  taken.links[3].name = "shoulder_rotor", taken.joints[0].name = "elbow_rotor";
+  const ksl::model renamed(taken, with({"rotor bodies"}));
+  CHECK((renamed.find_link("shoulder_rotor_") > 0 && renamed.find_link("elbow_rotor_") > 0));
+  ksl::robot_description loaded = m.description();
+  for (const ksl::joint_description &j : loaded.joints)
+    if (j.is_rotor) { // a link on each rotor
+      loaded.links.push_back(robots::link("fan", robots::solid(0.1, {0, 0, 0}, 1e-4, 1e-4, 1e-4)));
+      loaded.joints.push_back(robots::joint("shaft", ksl::joint_kind::fixed, j.child, static_cast<int>(loaded.links.size()) - 1, {0, 0, 0}, {0, 0, 1}));
+      break;
+    }
+  CHECK_THROWS_WITH_AS((ksl::model{loaded, with({"rotor"})}), doctest::Contains("joint \"shaft\": its parent link \"shoulder_rotor\" is a rotor"),
+                       ksl::description_error);
+}
