@@ -177,3 +177,69 @@ TEST_CASE("zeros are numbers of their own type") {
     CHECK(d.zero<float>()[i] == 0);
   }
 }
+
+TEST_CASE("limits of each number of a position: given ones, one that is given, none; and the range of random positions") {
+  const double pi = std::acos(-1.0), inf = HUGE_VAL;
+  ksl::robot_description r;
+  r.links.push_back(robots::link("ground"));
+  const auto add = [&](joint_kind kind) -> ksl::joint_description & {
+    const int n = static_cast<int>(r.links.size());
+    r.links.push_back(robots::link(("link" + std::to_string(n)).c_str(), robots::solid(1, {0.1, 0, 0}, 0.1, 0.1, 0.1)));
+    r.joints.push_back(robots::joint(("joint" + std::to_string(n)).c_str(), kind, n - 1, n, {0.1, 0, 0}, {0, 0, 1}));
+    r.joints.back().axis2 = {0, 1, 0};
+    return r.joints.back();
+  };
+  add(joint_kind::spherical);
+  ksl::joint_description &both = add(joint_kind::revolute);
+  both.lower = -0.3, both.upper = 1.2;
+  add(joint_kind::prismatic).lower = 0.25;
+  add(joint_kind::revolute).upper = 0.5;
+  add(joint_kind::revolute);
+  add(joint_kind::prismatic);
+  add(joint_kind::continuous);
+  ksl::joint_description &sleeve = add(joint_kind::cylindrical); // angle, displacement
+  sleeve.lower = -0.7, sleeve.upper = 0.1, sleeve.further[0] = {0.2, 0.9};
+  ksl::joint_description &cardan = add(joint_kind::universal);
+  cardan.lower = -0.4, cardan.upper = 0.6, cardan.further[0] = {-0.5, 0.8};
+  ksl::joint_description &table = add(joint_kind::planar); // x, y, angle
+  table.lower = -2, table.upper = 3, table.further[0] = {-4, 5}, table.further[1] = {-0.1, 0.2};
+  ksl::joint_description &gantry = add(joint_kind::translation);
+  gantry.further[1] = {-7, 8};
+  add(joint_kind::floating);
+  const ksl::model m(r);
+  const double expected[][4] = { // limits, range
+      {-inf, inf, -1, 1}, {-inf, inf, -1, 1}, {-inf, inf, -1, 1}, {-inf, inf, -1, 1},
+      {-0.3, 1.2, -0.3, 1.2}, {0.25, inf, 0.25, 2.25}, {-inf, 0.5, 0.5 - 2 * pi, 0.5}, {-inf, inf, -pi, pi}, {-inf, inf, -1, 1}, {-inf, inf, -pi, pi},
+      {-0.7, 0.1, -0.7, 0.1}, {0.2, 0.9, 0.2, 0.9},
+      {-0.4, 0.6, -0.4, 0.6}, {-0.5, 0.8, -0.5, 0.8},
+      {-2, 3, -2, 3}, {-4, 5, -4, 5}, {-0.1, 0.2, -0.1, 0.2},
+      {-inf, inf, -1, 1}, {-inf, inf, -1, 1}, {-7, 8, -7, 8},
+      {-inf, inf, -1, 1}, {-inf, inf, -1, 1}, {-inf, inf, -1, 1}, {-inf, inf, -1, 1}, {-inf, inf, -1, 1}, {-inf, inf, -1, 1}, {-inf, inf, -1, 1}};
+  REQUIRE(m.nq() == static_cast<int>(std::size(expected)));
+  const ksl::model_view<double> view = m.view();
+  for (int i = 0; i < m.nq(); ++i) {
+    CAPTURE(i);
+    const ksl::model::position_range range = m.position_ranges()[static_cast<std::size_t>(i)];
+    CHECK((view.lower[i] == expected[i][0] && view.upper[i] == expected[i][1]));
+    CHECK(range.lower == doctest::Approx(expected[i][2]).epsilon(1e-15));
+    CHECK(range.upper == doctest::Approx(expected[i][3]).epsilon(1e-15));
+  }
+}
+
+TEST_CASE("a model's numbers in single precision are those in double precision, rounded") {
+  const ksl::model m = ksl::load(KSL_EVERY_KIND);
+  const ksl::model_view<double> d = m.view();
+  const ksl::model_view<float> s = m.view_in<float>();
+  const auto check = [](const auto &one, const auto &single, std::size_t count) {
+    for (std::size_t k = 0; k < count; ++k)
+      CHECK((&single)[k] == static_cast<float>((&one)[k]));
+  };
+  REQUIRE((d.bodies == s.bodies && d.links == s.links));
+  check(d.inertia[0], s.inertia[0], static_cast<std::size_t>(d.bodies)); // masses first
+  for (int i = 0; i < d.bodies; ++i)
+    check(d.body[i].placement.R.m00, s.body[i].placement.R.m00, 12);
+  for (int i = 0; i < d.links; ++i) {
+    check(d.link[i].inertia.m, s.link[i].inertia.m, 10);
+    check(d.link[i].pose.R.m00, s.link[i].pose.R.m00, 12);
+  }
+}

@@ -1,4 +1,5 @@
 // Dynamics at frames over dual numbers: what is the inverse of another stays so as the robot moves.
+#include "matrices.hpp"
 #include "moved.hpp"
 #include "robots.hpp"
 
@@ -79,4 +80,33 @@ TEST_CASE("operational space: more frames than the workspace has room for are re
   numbers<double> inverse(rows * rows);
   CHECK_THROWS_WITH(ksl::operational_space_inertia_inverse(m, d, q.data(), static_cast<int>(links.size()), links.data(), {}, inverse.data()),
                     "operational_space_inertia_inverse: more links than the model has");
+}
+
+// Of a positive semidefinite matrix as many rows as its rank are inverted, and the others are zero: so X A X = X and A X A = A.
+TEST_CASE("a semidefinite matrix is inverted where it is regular, whatever the sizes of its rows") {
+  for (int m : {1, 2, 5, 12})
+    for (int rank = 0; rank <= m; ++rank) {
+      const auto size = static_cast<std::size_t>(m), inner = static_cast<std::size_t>(rank);
+      numbers<double> B(size * inner), A(size * size), memory(4 * size);
+      for (std::size_t i = 0; i < size; ++i)
+        for (std::size_t k = 0; k < inner; ++k)
+          B[i * inner + k] = std::pow(10.0, static_cast<double>(i % 3)) * (std::sin(1.0 + static_cast<double>(i * i + 3 * k + i * k)) + (i % inner == k));
+      if (rank > 0)
+        A = matrices::product(B, matrices::transposed(B, size), inner);
+      if (rank > 0 && rank < m && m > 2) // what rounding leaves of a row that is zero
+        for (std::size_t j = 0; j < size; ++j)
+          A[size + j] = A[j * size + 1] = j == 1 ? 1e-26 : 0;
+      const numbers<double> given = A;
+      const double found = ksl::invert_semidefinite(m, A.data(), memory.data());
+      std::size_t rows = 0;
+      for (std::size_t i = 0; i < size; ++i)
+        rows += A[i * size + i] != 0;
+      CHECK((found == static_cast<double>(rows) && found >= rank - 1 && found <= rank));
+      const numbers<double> product = matrices::product(given, A, size);
+      CHECK(matrices::difference(matrices::product(product, given, size), given) < 1e-9);
+      CHECK(matrices::difference(matrices::product(A, product, size), A) < 1e-9);
+      for (std::size_t i = 0; i < size; ++i)
+        for (std::size_t j = 0; j < size; ++j)
+          CHECK((A[i * size + j] == A[j * size + i] && (A[i * size + i] != 0 || A[i * size + j] == 0)));
+    }
 }
