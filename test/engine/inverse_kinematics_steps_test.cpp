@@ -5,6 +5,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
@@ -20,6 +21,7 @@ struct problem {
   std::vector<ksl::wanted_frame> frames;
   std::vector<numbers> start, goal; ///< rows of nq; targets are the poses at the goals
   bool limits = false;
+  std::vector<std::size_t> free = {}; ///< coordinates that no limit holds: those of a planar joint before its angle
 };
 
 struct solution {
@@ -156,8 +158,10 @@ numbers stepped(const ksl::model &m, const problem &p, const numbers &q, const d
   errors x = errors_at(m, p, q, target);
   const std::size_t n = static_cast<std::size_t>(m.nv()), rows = x.e.size();
   const ksl::model_view<double> view = m.view();
-  if (p.limits) // of joints with one number
+  if (p.limits) // of joints whose positions have as many numbers as their velocities
     for (std::size_t c = 0; c < n; ++c) {
+      if (std::count(p.free.begin(), p.free.end(), c))
+        continue;
       double slope = 0;
       for (std::size_t r = 0; r < rows; ++r)
         slope += x.J[r * n + c] * x.e[r];
@@ -235,7 +239,7 @@ ksl::robot_description chain(int joints, double lower = -2, double upper = 2.5) 
     const double axis[5] = {0, 0, 1, 0, 0};
     r.joints.push_back(robots::joint(("joint" + std::to_string(k)).c_str(), ksl::joint_kind::revolute, k, k + 1, {0.1, 0.2, 0.3 - 0.02 * k},
                                      {axis[2 - k % 3], axis[3 - k % 3], axis[4 - k % 3]}));
-    r.joints.back().lower = lower, r.joints.back().upper = upper;
+    r.joints.back().lower = lower - 0.01 * k, r.joints.back().upper = upper + 0.02 * k;
   }
   return r;
 }
@@ -273,12 +277,63 @@ TEST_CASE("steps of inverse kinematics are damped least squares: joints that lim
   const ksl::model m(chain(7, -0.4, 0.6));
   problem p = {{{7, 1, 1}}, positions(m, 9, 0.35, 0), positions(m, 9, 1.5, 1), true};
   for (std::size_t k = 0; k < p.start.size(); ++k) // some begin at a limit
-    p.start[k][k % 7] = k % 2 ? -0.4 : 0.6, p.start[k][(k + 3) % 7] = k % 3 ? 0.6 : -0.4;
+    for (std::size_t joint : {k % 7, (k + 3) % 7})
+      p.start[k][joint] = (k + joint) % 2 ? m.view().lower[joint] : m.view().upper[joint];
   check_steps(m, p);
   const solution to_the_end = solve(m, p, targets_of(m, p), limited_to(40, 3));
   for (std::size_t k = 0; k < p.start.size(); ++k)
-    for (double each : to_the_end.q[k])
-      CHECK((each >= -0.4 && each <= 0.6));
+    for (std::size_t i = 0; i < 7; ++i)
+      CHECK((to_the_end.q[k][i] >= m.view().lower[i] && to_the_end.q[k][i] <= m.view().upper[i]));
+}
+
+TEST_CASE("steps of inverse kinematics are damped least squares: limits of joints with several numbers") {
+  using enum ksl::joint_kind;
+  ksl::robot_description r = chain(6, -0.3, 0.4);
+  const ksl::joint_kind kinds[6] = {revolute, cylindrical, universal, planar, translation, prismatic};
+  for (std::size_t k = 0; k < 6; ++k) {
+    ksl::joint_description &j = r.joints[k];
+    j.kind = kinds[k];
+    j.axis2 = {j.axis.y, j.axis.z, j.axis.x};
+    const int numbers = ksl::row_of(j.kind).nq;
+    for (int c = 1; c < numbers; ++c)
+      j.further[static_cast<std::size_t>(c - 1)] = {-0.2 - 0.03 * c, 0.25 + 0.04 * c};
+  }
+  const ksl::model m(r);
+  problem p = {{{6, 1, 1}}, positions(m, 12, 0.19, 0), positions(m, 12, 0.8, 1), true, {5, 6}};
+  for (std::size_t k = 0; k < p.start.size(); ++k)
+    p.start[k][k] = m.view().upper[k], p.start[k][(k + 5) % 12] = m.view().lower[(k + 5) % 12];
+  check_steps(m, p);
+}
+
+TEST_CASE("a step that would turn a joint by more than a radian is shortened") {
+  const ksl::model m(chain(1));
+  const problem p = {{{1, 0, 1}}, {{-1.4}, {-1.4}, {1.3}, {0.4}}, {{1.6}, {-1.2}, {-1.7}, {0.3}}};
+  check_steps(m, p, 1e-8);
+  CHECK(solve(m, p, targets_of(m, p), limited_to(1)).q[0][0] == doctest::Approx(-0.4).epsilon(1e-14));
+}
+
+TEST_CASE("limits of joints that follow others are those of their leaders") {
+  const auto ends_at = [](double multiplier, double goal) {
+    ksl::robot_description r = chain(4, -1, 1);
+    for (std::size_t k : {1u, 3u}) { // 1 follows 0, 3 follows 2
+      r.joints[k].mimic = {r.joints[k - 1].name, multiplier, 0.1 * static_cast<double>(k), {}};
+      r.joints[k].lower = -0.2 * static_cast<double>(k), r.joints[k].upper = 0.3 * static_cast<double>(k);
+    }
+    const ksl::model m(r);
+    problem p = {{{4, 1, 1}}, {{0.05, 0.02}}, {{goal, goal}}, true};
+    return solve(m, p, targets_of(m, p), limited_to(60)).q[0];
+  };
+  // For -0.2 ≤ f q + 0.1 ≤ 0.3 and -0.6 ≤ f q + 0.3 ≤ 0.9 the leaders are between -0.15 and 0.1, and between -0.45 and 0.3, where f is 2.
+  for (double f : {2.0, -2.0})
+    for (double far : {0.9, -0.9}) {
+      const numbers q = ends_at(f, far);
+      for (std::size_t i = 0; i < 2; ++i) {
+        const double lower = f > 0 ? i ? -0.45 : -0.15 : i ? -0.3 : -0.1, upper = f > 0 ? i ? 0.3 : 0.1 : i ? 0.45 : 0.15;
+        CHECK((std::fabs(q[i] - lower) < 1e-12 || std::fabs(q[i] - upper) < 1e-12)); // all are held at one end
+      }
+    }
+  CHECK(ends_at(2, 0.9)[0] > 0);
+  CHECK(ends_at(2, -0.9)[0] < 0);
 }
 
 TEST_CASE("a joint with a whole turn between its limits goes on at the other one") {
@@ -300,6 +355,8 @@ TEST_CASE("a joint with a whole turn between its limits goes on at the other one
 TEST_CASE("the vector of a rotation is 2 sin(θ/2) times its axis, up to half a turn") {
   for (int k = 0; k < 60; ++k) {
     ksl::vec3<double> n = {std::sin(1.0 + k), std::sin(2.0 + 2.1 * k), std::sin(3.0 + 3.3 * k)};
+    if (k < 6) // along x, y and z, to both sides
+      n = {k / 2 == 0 ? 1.0 - k % 2 * 2 : 0, k / 2 == 1 ? 1.0 - k % 2 * 2 : 0, k / 2 == 2 ? 1.0 - k % 2 * 2 : 0};
     const double length = std::hypot(n.x, n.y, n.z);
     n = {n.x / length, n.y / length, n.z / length};
     for (double angle : {0.0, 1e-9, 1e-3, 0.7, 2.0, 3.0, 3.139, 3.1405, 3.14159265358979}) {
@@ -335,6 +392,40 @@ TEST_CASE("attempts end: after 8 steps without progress, at the number of iterat
   CHECK(s.iterations[0] == 0); // a target that is no number is none even there
 }
 
+TEST_CASE("attempts end at limits only if a joint is at one, and limits count") {
+  const ksl::model m(chain(2, -1, 1));
+  problem p = {{{2, 1, 1}}, {{0.1, 0.2}, {0.1, 0.2}}, {{0.2, 1.6}, {1.5, 0.1}}, true};
+  solution s = solve(m, p, targets_of(m, p), limited_to(60));
+  CHECK((s.end[0] == static_cast<int>(limits) && s.end[1] == static_cast<int>(limits)));
+  CHECK((s.q[0][1] == m.view().upper[1] && s.q[0][0] < 1 && s.q[1][0] == 1));
+  p.limits = false;
+  numbers beside = targets_of(m, p);
+  for (std::size_t k : {0u, 16u})
+    beside[k + 7] += 0.3; // out of reach, and past the limits
+  s = solve(m, p, beside, limited_to(60));
+  CHECK((s.end[0] == static_cast<int>(stuck) && s.q[0][1] > 1.1));
+}
+
+TEST_CASE("of several attempts the best one is kept") {
+  const ksl::model m(chain(4));
+  problem p = {{{4, 1, 1}}, {}, positions(m, 12, 1, 1), true};
+  numbers beyond = targets_of(m, p);
+  for (std::size_t k = 0; k < beyond.size(); k += 16)
+    beyond[k + 3] += 0.4;
+  const auto cost_of = [&](const solution &s, std::size_t k) { return errors_at(m, p, s.q[k], &beyond[16 * k]).cost; };
+  int better = 0;
+  solution before = solve(m, p, beyond, limited_to(15));
+  for (int starts = 2; starts < 7; ++starts) {
+    const solution s = solve(m, p, beyond, limited_to(15, starts));
+    for (std::size_t k = 0; k < s.q.size(); ++k) {
+      CHECK((s.starts[k] == starts && cost_of(s, k) <= cost_of(before, k)));
+      better += cost_of(s, k) < 0.99 * cost_of(before, k);
+    }
+    before = s;
+  }
+  CHECK(better > 5);
+}
+
 TEST_CASE("tolerances: errors at the tolerance are small enough, errors beyond it are not") {
   const ksl::model m(chain(6));
   const problem p = {{{6, 1, 1}}, positions(m, 1, 0.4, 0), positions(m, 1, 0.41, 0)};
@@ -352,7 +443,10 @@ TEST_CASE("tolerances: errors at the tolerance are small enough, errors beyond i
 TEST_CASE("random starts are uniform within limits, and further ones lie in other halves of the ranges") {
   constexpr int joints = 7;
   constexpr double lower = -2, upper = 2.5;
-  const ksl::model m(chain(joints, lower, upper));
+  ksl::robot_description r = chain(joints);
+  for (ksl::joint_description &j : r.joints)
+    j.lower = lower, j.upper = upper;
+  const ksl::model m(r);
   problem p = {{{joints, 1, 1}}, {}, std::vector<numbers>(1500, numbers(joints)), true};
   const numbers anywhere = targets_of(m, p);
   const solution first = solve(m, p, anywhere, limited_to(0));
@@ -384,7 +478,67 @@ TEST_CASE("random starts are uniform within limits, and further ones lie in othe
         CHECK(further.q[k][i] == doctest::Approx(p.goal[k][i]).epsilon(1e-9));
     }
   }
+  for (std::size_t k = 0; k < 16; ++k)
+    for (std::size_t l = 0; l < k; ++l)
+      CHECK(first.q[k] != first.q[l]);
   ksl::inverse_kinematics_options seeded = limited_to(0);
   seeded.seed = 1;
   CHECK(solve(m, p, anywhere, seeded).q[0] != first.q[0]);
+}
+
+TEST_CASE("random starts without limits, and from a start that is given: up to half a turn, or pi metres, to both sides") {
+  constexpr int joints = 6, n = 1500;
+  const double pi = std::acos(-1.0);
+  const ksl::model bounded(chain(joints, -3.3, 3.4));
+  const auto check_uniform = [&](const std::vector<numbers> &all) {
+    for (std::size_t i = 0; i < all[0].size(); ++i) {
+      double mean = 0, square = 0;
+      for (const numbers &q : all) {
+        REQUIRE(std::fabs(q[i]) <= pi);
+        mean += q[i] / n, square += q[i] * q[i] / n;
+      }
+      CHECK(std::fabs(mean) < 0.19); // four standard deviations
+      CHECK(std::fabs(square - pi * pi / 3) < 0.31);
+    }
+  };
+  problem p = {{{joints, 1, 1}}, {}, std::vector<numbers>(n, numbers(joints)), true};
+  const numbers anywhere = targets_of(bounded, p);
+  check_uniform(solve(bounded, p, anywhere, limited_to(0)).q); // within a turn, although the limits are further apart
+  p.limits = false;
+  const std::vector<numbers> first = solve(bounded, p, anywhere, limited_to(0)).q;
+  check_uniform(first);
+  const double halves[3] = {0.5, 0, 0.5}; // of the second start
+  p.goal.resize(20), p.start = positions(bounded, 20, 1, 0);
+  for (std::size_t k = 0; k < 20; ++k)
+    for (std::size_t i = 0; i < joints; ++i) {
+      const double x = (first[k][i] / pi + 1) / 2 + 0.07 + halves[i / 2 % 3];
+      p.goal[k][i] = p.start[k][i] + pi * (2 * (x - std::floor(x)) - 1);
+    }
+  const solution second = solve(bounded, p, targets_of(bounded, p), limited_to(0, 2));
+  for (std::size_t k = 0; k < 20; ++k) {
+    CHECK((second.end[k] == static_cast<int>(converged) && second.starts[k] == 2));
+    for (std::size_t i = 0; i < joints; ++i)
+      CHECK(second.q[k][i] == doctest::Approx(p.goal[k][i]).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("random starts of every kind of joint are positions: quaternions have unit length, numbers differ") {
+  for (const char *path : {KSL_EVERY_KIND, KSL_COUPLED}) {
+    const ksl::model m = ksl::load(path);
+    problem p = {{{static_cast<int>(m.links().size()) - 1, 1, 1}}, {}, std::vector<numbers>(40), false};
+    for (numbers &goal : p.goal)
+      goal.resize(static_cast<std::size_t>(m.nq())), ksl::neutral(m, goal.data());
+    for (const bool limits : {false, true}) {
+      p.limits = limits;
+      const std::vector<numbers> drawn = solve(m, p, targets_of(m, p), limited_to(0)).q;
+      for (const numbers &q : drawn) {
+        for (const ksl::model::quaternion_in_q &each : m.quaternions()) {
+          const double *const x = &q[static_cast<std::size_t>(each.q_index)];
+          CHECK(x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3] == doctest::Approx(1).epsilon(1e-12));
+        }
+        for (double each : q)
+          CHECK((std::isfinite(each) && std::fabs(each) < 20));
+      }
+    }
+  }
 }
