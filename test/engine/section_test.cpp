@@ -17,7 +17,7 @@ const ksl::vec3<double> cut = {0.05, -0.1, 0.4}, near_center = {0.02, 0.03, 0.1}
 enum : int { ceiling, arm, hand, camera, far_part };
 enum : int { shoulder, wrist, mount };
 
-/// An arm that turns about a point, with a hand beyond the cut and a camera before it.  In two parts the fifth link is what is beyond.
+/// An arm that moves freely, with a hand beyond the cut and a camera before it.  In two parts the fifth link is what is beyond.
 ksl::robot_description robot(double near_mass, double far_mass, bool sawn) {
   const auto near_part = [&](ksl::vec3<double> from) {
     return robots::solid(near_mass, {near_center.x - from.x, near_center.y - from.y, near_center.z - from.z}, 0.02 * near_mass, 0.03 * near_mass, 0.01 * near_mass);
@@ -32,7 +32,7 @@ ksl::robot_description robot(double near_mass, double far_mass, bool sawn) {
   r.links = {robots::link("ceiling"), robots::link("arm", sawn ? a : whole), robots::link("hand", robots::solid(0.8, {0.1, 0.05, 0.2}, 0.01, 0.02, 0.015)),
              robots::link("camera", robots::solid(0.3, {0.04, 0, 0.02}, 0.001, 0.002, 0.003))};
   const ksl::vec3<double> at_hand = {0.1, -0.2, 0.9};
-  r.joints = {robots::joint("shoulder", ksl::joint_kind::spherical, ceiling, arm, {0.3, 0.2, 0.1}, {0, 0, 1}),
+  r.joints = {robots::joint("shoulder", ksl::joint_kind::floating, ceiling, arm, {0.3, 0.2, 0.1}, {0, 0, 1}),
               robots::joint("wrist", ksl::joint_kind::revolute, sawn ? far_part : arm, hand,
                             sawn ? ksl::vec3<double>{at_hand.x - cut.x, at_hand.y - cut.y, at_hand.z - cut.z} : at_hand, {0.6, 0, 0.8}),
               robots::joint("mount", ksl::joint_kind::prismatic, arm, camera, {-0.1, 0.1, 0.2}, {0, 0.8, 0.6})};
@@ -50,18 +50,19 @@ inertia scaled(const inertia &I, double s) {
   return {s * I.m, {s * I.h.x, s * I.h.y, s * I.h.z}, s * I.Ixx, s * I.Iyy, s * I.Izz, s * I.Ixy, s * I.Iyz, s * I.Izx};
 }
 
-// quaternion, wrist, mount; velocities that are large, so that products of them count
-const numbers q = {0.1, -0.5, 0.7, 0.5, 0.6, 0.2}, v = {1.7, -2.1, 0.9, 3.1, -1.2}, a = {-3.3, 2.2, 4.1, -5.2, 1.9};
-const int pushed[2] = {hand, arm};
-const double push[12] = {3, -5, 7, 0.4, 0.2, -0.6, -4, 6, 2, 0.5, -0.3, 0.9};
+// position, quaternion, wrist, mount; velocities that are large, so that products of them count
+const numbers q = {0.4, -0.3, 0.8, 0.1, -0.5, 0.7, 0.5, 0.6, 0.2}, v = {0.8, -1.9, 1.3, 1.7, -2.1, 0.9, 3.1, -1.2},
+              a = {2.3, -0.7, 1.6, -3.3, 2.2, 4.1, -5.2, 1.9};
+const int pushed[3] = {hand, camera, arm};
+const double push[18] = {3, -5, 7, 0.4, 0.2, -0.6, 1, 2, -3, 0.1, 0.7, -0.5, -4, 6, 2, 0.5, -0.3, 0.9};
 
 /// What the arm exerts on the part beyond the weld, about the cut, in the arm's axes.
 numbers weld(double near_mass, double far_mass, ksl::expressed_in axes) {
   const ksl::model m(robot(near_mass, far_mass, true));
   ksl::data d(m);
-  const int link = m.find_link("far_part"), pushed_here[2] = {m.find_link("hand"), arm}; // numbers follow the tree
-  const ksl::external_wrenches<double> external = {2, pushed_here, push, axes};
-  numbers tau(5), out(6);
+  const int link = m.find_link("far_part"), pushed_here[3] = {m.find_link("hand"), m.find_link("camera"), arm}; // numbers follow the tree
+  const ksl::external_wrenches<double> external = {3, pushed_here, push, axes};
+  numbers tau(8), out(6);
   ksl::inverse_dynamics(m, d, q.data(), v.data(), a.data(), tau.data(), external);
   ksl::reaction_request request;
   request.n = 1, request.link = &link, request.at = request.axes = ksl::wrench_frame::link, request.at_link = request.axes_link = link;
@@ -82,7 +83,7 @@ template <class S> numbers section(double near_mass, double far_mass, const ksl:
   ksl::data d(m);
   const std::vector<S> x(q.begin(), q.end()), y(v.begin(), v.end()), z(a.begin(), a.end()), given(std::begin(push), std::end(push));
   std::vector<S> out(6);
-  ksl::section_wrench<S>(m, d, x.data(), y.data(), z.data(), s, out.data(), {2, pushed, given.data(), axes});
+  ksl::section_wrench<S>(m, d, x.data(), y.data(), z.data(), s, out.data(), {3, pushed, given.data(), axes});
   return numbers(out.begin(), out.end());
 }
 
