@@ -184,7 +184,7 @@ ksl_status_t ksl_model_load(const char *path, const ksl_model_options_t *options
 
 ksl_status_t ksl_model_load_memory(const char *text, size_t length, const ksl_model_options_t *options, ksl_model_t **model) {
   return created(model, text, "text and model must not be null",
-                 [&] { return read_model(std::string(text, length), "<string>", options); });
+                 [&] { return read_model(ksl::bytes_of_robot_text(text, length, "<string>"), "<string>", options); });
 }
 
 void ksl_model_free(ksl_model_t *model) { delete model; }

@@ -9,6 +9,11 @@ namespace ksl {
 
 std::string bytes_of_robot_file(const std::string &path) { return load::bytes_of_file(path); }
 
+std::string bytes_of_robot_text(const char *text, std::size_t length, const std::string &name) {
+  load::check_size(length, name);
+  return {text, length};
+}
+
 robot_description read_robot_text(const std::string &text, const std::string &name, const file_options &options) {
   const load::xml_file file(text, name);
   const std::string root = file.root().name();

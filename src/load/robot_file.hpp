@@ -3,6 +3,7 @@
 
 #include "ksl/engine/description.hpp"
 
+#include <cstddef>
 #include <string>
 
 namespace ksl {
@@ -16,6 +17,9 @@ struct file_options {
 
 /// The bytes of a file.  Throws description_error.
 std::string bytes_of_robot_file(const std::string &path);
+
+/// A copy of a text in memory, unless it is larger than a file may be.  `name` stands for the file in messages.  Throws description_error.
+std::string bytes_of_robot_text(const char *text, std::size_t length, const std::string &name);
 
 /// Reads the contents of a file as what its root element says: <robot> is URDF, <sdf> is SDF.  `name` stands for the file in messages.
 /// Throws description_error.

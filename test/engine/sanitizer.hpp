@@ -19,3 +19,13 @@
 #if defined(__SANITIZE_THREAD__)
 #define KSL_TEST_THREAD_SANITIZER
 #endif
+
+/// While one exists, what its thread allocates is no leak to AddressSanitizer: memory that is lost on purpose.
+#if defined(KSL_TEST_SANITIZER) && !defined(KSL_TEST_THREAD_SANITIZER)
+#include <sanitizer/lsan_interface.h>
+using memory_that_is_lost = __lsan::ScopedDisabler;
+#else
+struct memory_that_is_lost {
+  memory_that_is_lost() {}
+};
+#endif
