@@ -329,7 +329,7 @@ static void test_numbers_beyond_int(void) {
   CHECK(by_q == -7 && by_v == -7);
   free(ground);
   ksl_model_t *none = m; /* more bytes than a text can have */
-  CHECK(ksl_model_load_memory("x", SIZE_MAX, NULL, &none) == KSL_FAILED && none == NULL &&
+  CHECK(ksl_model_load_memory("x", SIZE_MAX, NULL, &none) == KSL_BAD_DESCRIPTION && none == NULL &&
         strstr(ksl_error_message(), "bytes, more than 64 MiB"));
   ksl_data_free(d);
   ksl_model_free(m);
