@@ -22,6 +22,7 @@ struct problem {
   std::vector<numbers> start, goal; ///< rows of nq; targets are the poses at the goals
   bool limits = false;
   std::vector<std::size_t> free = {}; ///< coordinates that no limit holds: those of a planar joint before its angle
+  std::vector<std::size_t> turning = {}; ///< coordinates with a whole turn between their limits, which go on at the other one
 };
 
 struct solution {
@@ -160,7 +161,7 @@ numbers stepped(const ksl::model &m, const problem &p, const numbers &q, const d
   const ksl::model_view<double> view = m.view();
   if (p.limits) // of joints whose positions have as many numbers as their velocities
     for (std::size_t c = 0; c < n; ++c) {
-      if (std::count(p.free.begin(), p.free.end(), c))
+      if (std::count(p.free.begin(), p.free.end(), c) || std::count(p.turning.begin(), p.turning.end(), c))
         continue;
       double slope = 0;
       for (std::size_t r = 0; r < rows; ++r)
@@ -189,6 +190,9 @@ numbers stepped(const ksl::model &m, const problem &p, const numbers &q, const d
     each /= longest;
   ksl::data d(m);
   ksl::integrate(m, d, q.data(), step.data(), moved.data());
+  const double turn = 2 * std::acos(-1.0);
+  for (std::size_t c : p.turning)
+    moved[c] += moved[c] >= view.upper[c] ? -turn : moved[c] <= view.lower[c] ? turn : 0;
   if (p.limits)
     for (std::size_t c = 0; c < n; ++c)
       moved[c] = std::fmin(std::fmax(moved[c], view.lower[c]), view.upper[c]);
@@ -244,6 +248,22 @@ ksl::robot_description chain(int joints, double lower = -2, double upper = 2.5) 
   return r;
 }
 
+/// A chain of joints with one to three numbers, each with limits of its own.
+ksl::robot_description several_numbers() {
+  using enum ksl::joint_kind;
+  ksl::robot_description r = chain(6, -0.3, 0.4);
+  const ksl::joint_kind kinds[6] = {revolute, cylindrical, universal, planar, translation, prismatic};
+  for (std::size_t k = 0; k < 6; ++k) {
+    ksl::joint_description &j = r.joints[k];
+    j.kind = kinds[k];
+    j.axis2 = {j.axis.y, j.axis.z, j.axis.x};
+    const int numbers = ksl::row_of(j.kind).nq;
+    for (int c = 1; c < numbers; ++c)
+      j.further[static_cast<std::size_t>(c - 1)] = {-0.2 - 0.03 * c, 0.25 + 0.04 * c};
+  }
+  return r;
+}
+
 } // namespace
 
 TEST_CASE("steps of inverse kinematics are damped least squares: chains with less, as many and more joints than errors") {
@@ -287,22 +307,47 @@ TEST_CASE("steps of inverse kinematics are damped least squares: joints that lim
 }
 
 TEST_CASE("steps of inverse kinematics are damped least squares: limits of joints with several numbers") {
-  using enum ksl::joint_kind;
-  ksl::robot_description r = chain(6, -0.3, 0.4);
-  const ksl::joint_kind kinds[6] = {revolute, cylindrical, universal, planar, translation, prismatic};
-  for (std::size_t k = 0; k < 6; ++k) {
-    ksl::joint_description &j = r.joints[k];
-    j.kind = kinds[k];
-    j.axis2 = {j.axis.y, j.axis.z, j.axis.x};
-    const int numbers = ksl::row_of(j.kind).nq;
-    for (int c = 1; c < numbers; ++c)
-      j.further[static_cast<std::size_t>(c - 1)] = {-0.2 - 0.03 * c, 0.25 + 0.04 * c};
-  }
-  const ksl::model m(r);
+  const ksl::model m(several_numbers());
   problem p = {{{6, 1, 1}}, positions(m, 12, 0.19, 0), positions(m, 12, 0.8, 1), true, {5, 6}};
   for (std::size_t k = 0; k < p.start.size(); ++k)
     p.start[k][k] = m.view().upper[k], p.start[k][(k + 5) % 12] = m.view().lower[(k + 5) % 12];
   check_steps(m, p);
+}
+
+TEST_CASE("steps of inverse kinematics are damped least squares: joints with a whole turn between their limits, and with less") {
+  ksl::robot_description r = chain(4, -3.3, 3.3);
+  r.joints[0].lower = -0.5, r.joints[0].upper = 0.4;
+  r.joints[3].lower = -2, r.joints[3].upper = 3.2;
+  const ksl::model m(r);
+  problem p = {{{4, 1, 1}}, positions(m, 8, 0.3, 0), positions(m, 8, 0.6, 1), true, {}, {1, 2}};
+  for (std::size_t k = 0; k < 8; ++k) {
+    const std::size_t joint = 1 + k % 2, other = k % 3 ? 3 : 0;
+    const bool up = k / 2 % 2;
+    p.start[k][joint] = up ? m.view().upper[joint] - 0.01 : m.view().lower[joint] + 0.01;
+    p.goal[k][joint] = p.start[k][joint] + (up ? 0.3 : -0.3);
+    p.start[k][other] = k % 4 ? m.view().upper[other] : m.view().lower[other];
+  }
+  check_steps(m, p);
+  // A leader doesn't go on at its other limit: its followers would jump.
+  r.joints[2].mimic = {r.joints[1].name, 0.25, 0.1, {}};
+  const ksl::model coupled(r);
+  p = {{{4, 1, 1}}, {{0.1, 3.29, 0.5}, {0.1, -3.3, 0.5}, {0.4, 3.1, 3.2}}, {{0.2, 3.6, 0.4}, {0, -3.5, 0.4}, {0.3, 3.5, 3}}, true};
+  for (const numbers &start : p.start) { // limits of a user's numbers are those of the expanded ones: the follower's are wide
+    problem one = {p.frames, {start}, {p.goal[static_cast<std::size_t>(&start - p.start.data())]}, true};
+    const solution s = solve(coupled, one, targets_of(coupled, one), limited_to(3));
+    CHECK((s.end[0] == static_cast<int>(iterations) || s.end[0] == static_cast<int>(limits)));
+    CHECK(std::fabs(s.q[0][1]) > 3); // it stays at that end
+  }
+}
+
+TEST_CASE("starts beyond the limits begin at the limits, each number at its own") {
+  const ksl::model m(several_numbers());
+  problem p = {{{6, 1, 1}}, {numbers(12, 5), numbers(12, -5), numbers(12, 0.01)}, {numbers(12), numbers(12), numbers(12)}, true};
+  const solution s = solve(m, p, targets_of(m, p), limited_to(0));
+  for (std::size_t i = 0; i < 12; ++i)
+    CHECK((s.q[0][i] == m.view().upper[i] && s.q[1][i] == m.view().lower[i] && s.q[2][i] == 0.01));
+  p.limits = false;
+  CHECK(solve(m, p, targets_of(m, p), limited_to(0)).q[0] == p.start[0]);
 }
 
 TEST_CASE("a step that would turn a joint by more than a radian is shortened") {
@@ -397,7 +442,7 @@ TEST_CASE("attempts end at limits only if a joint is at one, and limits count") 
   problem p = {{{2, 1, 1}}, {{0.1, 0.2}, {0.1, 0.2}}, {{0.2, 1.6}, {1.5, 0.1}}, true};
   solution s = solve(m, p, targets_of(m, p), limited_to(60));
   CHECK((s.end[0] == static_cast<int>(limits) && s.end[1] == static_cast<int>(limits)));
-  CHECK((s.q[0][1] == m.view().upper[1] && s.q[0][0] < 1 && s.q[1][0] == 1));
+  CHECK((s.q[0][1] == m.view().upper[1] && std::fabs(s.q[0][0]) < 0.99 && s.q[1][0] == 1 && std::fabs(s.q[1][1]) < 0.99));
   p.limits = false;
   numbers beside = targets_of(m, p);
   for (std::size_t k : {0u, 16u})
@@ -519,6 +564,56 @@ TEST_CASE("random starts without limits, and from a start that is given: up to h
     CHECK((second.end[k] == static_cast<int>(converged) && second.starts[k] == 2));
     for (std::size_t i = 0; i < joints; ++i)
       CHECK(second.q[k][i] == doctest::Approx(p.goal[k][i]).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("random starts are uniform within the limits of each number, and independent") {
+  constexpr int n = 1500;
+  const ksl::model m(several_numbers());
+  const problem p = {{{6, 1, 1}}, {}, std::vector<numbers>(n, numbers(12)), true};
+  const std::vector<numbers> drawn = solve(m, p, targets_of(m, p), limited_to(0)).q;
+  double mean[12] = {}, product[12][12] = {}; // of numbers scaled to -1 … 1
+  for (const numbers &q : drawn) {
+    double x[12];
+    for (std::size_t i = 0; i < 12; ++i) {
+      const double lower = m.view().lower[i], upper = m.view().upper[i];
+      x[i] = (2 * q[i] - lower - upper) / (upper - lower);
+      REQUIRE(std::fabs(x[i]) <= 1);
+      mean[i] += x[i] / n;
+    }
+    for (int i = 0; i < 12; ++i)
+      for (int j = 0; j < 12; ++j)
+        product[i][j] += x[i] * x[j] / n;
+  }
+  for (int i = 0; i < 12; ++i)
+    for (int j = 0; j < 12; ++j) {
+      CHECK(std::fabs(mean[i]) < 0.06);
+      CHECK(std::fabs(product[i][j] - (i == j ? 1 / 3.0 : 0)) < 0.04);
+    }
+}
+
+TEST_CASE("random starts without limits lie around the neutral position; joints that move no frame stay there") {
+  constexpr int n = 1500;
+  const ksl::model m = ksl::load(KSL_EVERY_KIND);
+  numbers neutral(static_cast<std::size_t>(m.nq()));
+  ksl::neutral(m, neutral.data());
+  for (int link : {static_cast<int>(m.links().size()) - 1, 1}) {
+    const problem p = {{{link, 1, 1}}, {}, std::vector<numbers>(n, neutral), false};
+    const std::vector<numbers> drawn = solve(m, p, targets_of(m, p), limited_to(0)).q;
+    int still = 0;
+    for (std::size_t i = 0; i < neutral.size(); ++i) {
+      double mean = 0, square = 0;
+      for (const numbers &q : drawn)
+        mean += q[i] / n, square += q[i] * q[i] / n;
+      const double deviation = std::sqrt(std::fmax(square - mean * mean, 0.0));
+      if (deviation < 1e-9) {
+        CHECK(mean == doctest::Approx(neutral[i]).epsilon(1e-12));
+        ++still;
+      } else if (neutral[i] == 0) { // but the number of a quaternion that is one
+        CHECK(std::fabs(mean) < 4.5 * deviation / std::sqrt(double(n)));
+      }
+    }
+    CHECK((still > 0 && still < m.nq()));
   }
 }
 
