@@ -23,7 +23,7 @@ time.sleep(0.05)
 """
 
 
-def run(code, examples, timeout=60):
+def run(code, examples, timeout=300):
     return subprocess.run([sys.executable, "-W", "ignore", "-c", code, examples / "robots/panda.urdf"], capture_output=True, text=True, timeout=timeout)
 
 
@@ -59,7 +59,7 @@ for _ in range(220):
 print(codes, same(), flush=True)
 os._exit(0)
 """
-    assert output(code.replace("import os,", "import faulthandler; faulthandler.dump_traceback_later(50, exit=True)\nimport os,", 1), examples) == "{0} True"
+    assert output(code.replace("import os,", "import faulthandler; faulthandler.dump_traceback_later(250, exit=True)\nimport os,", 1), examples) == "{0} True"
 
 
 @pytest.mark.parametrize("end, status", [("sys.exit(3)", 3), ("os._exit(4)", 4), ("raise SystemExit(5)", 5), ("pass", 0)])
