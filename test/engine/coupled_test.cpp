@@ -196,3 +196,62 @@ TEST_CASE("a call may ask for a link more often than the workspace has room for"
     REQUIRE(std::equal(one_v.begin(), one_v.end(), by_v.begin() + static_cast<long>(k * width)));
   }
 }
+
+TEST_CASE("coupled: a batch with wrenches, reactions and several results has the bits of each state") {
+  const ksl::model &m = robot();
+  const states first(70);
+  const std::size_t n = first.n, nq = first.nq, nv = first.nv;
+  std::vector<double> v = first.x, a = first.x, push[2] = {std::vector<double>(6 * n), std::vector<double>(6 * n)};
+  for (std::size_t i = 0; i < a.size(); ++i)
+    a[i] = 3 * std::sin(2.0 + 1.3 * static_cast<double>(i));
+  for (std::size_t i = 0; i < 6 * n; ++i)
+    push[0][i] = 5 * std::cos(static_cast<double>(i)), push[1][i] = 7 * std::sin(1.1 * static_cast<double>(i));
+  const int links[2] = {m.find_link("tool"), m.find_link("sleeve")};
+  const int joints[2][2] = {{links[0], m.find_link("ball")}, {m.find_link("upper"), links[1]}};
+  const auto rows = [](std::vector<double> &numbers, std::size_t width) {
+    return ksl::rows_view<double>{numbers.data(), static_cast<std::ptrdiff_t>(width)};
+  };
+  const auto given = [](const std::vector<double> &numbers, std::size_t width) {
+    return ksl::rows_view<const double>{numbers.data(), static_cast<std::ptrdiff_t>(width)};
+  };
+  const std::vector<double> &q = first.q;
+  std::vector<double> tau(n * nv), reactions[2] = {std::vector<double>(12 * n), std::vector<double>(12 * n)};
+  std::vector<double> by[3];
+  for (std::vector<double> &each : by)
+    each.resize(n * nv * nv);
+  ksl::external_rows<double> external[2];
+  ksl::reaction_rows<double> wanted[2];
+  for (std::size_t k = 0; k < 2; ++k) {
+    external[k].link = links[k], external[k].wrench = given(push[k], 6);
+    wanted[k].request.n = 2, wanted[k].request.link = joints[k], wanted[k].out = rows(reactions[k], 12);
+  }
+  wanted[1].request.angular_first = true;
+  ksl::batch_view<double> b;
+  b.n = n, b.q = given(q, nq), b.v = given(v, nv), b.a = given(a, nv);
+  b.external_n = 2, b.external = external;
+  for (std::size_t r = 0; r < 3; ++r)
+    b.result[r] = rows(by[r], nv * nv);
+  ksl::inverse_dynamics_derivatives_batch(m, b, 1);
+  b.result[0] = rows(tau, nv), b.result[1] = b.result[2] = {};
+  b.reactions_n = 2, b.reactions = wanted;
+  ksl::inverse_dynamics_with_reactions_batch(m, b, 1);
+  ksl::data d(m);
+  std::vector<double> one(nv), out(12), one_by[3] = {std::vector<double>(nv * nv), std::vector<double>(nv * nv), std::vector<double>(nv * nv)};
+  const auto same = [](const std::vector<double> &x, const std::vector<double> &all, std::size_t k) {
+    return std::equal(x.begin(), x.end(), all.begin() + static_cast<std::ptrdiff_t>(k * x.size()));
+  };
+  for (std::size_t k = 0; k < n; ++k) {
+    double wrenches[12];
+    std::copy_n(&push[0][6 * k], 6, wrenches), std::copy_n(&push[1][6 * k], 6, wrenches + 6);
+    const ksl::external_wrenches<double> pushes = {2, links, wrenches};
+    ksl::inverse_dynamics(m, d, &q[k * nq], &v[k * nv], &a[k * nv], one.data(), pushes);
+    CHECK(same(one, tau, k));
+    for (std::size_t r = 0; r < 2; ++r) {
+      ksl::reactions(m, d, wanted[r].request, out.data(), pushes);
+      CHECK(same(out, reactions[r], k));
+    }
+    ksl::inverse_dynamics_derivatives(m, d, &q[k * nq], &v[k * nv], &a[k * nv], one_by[0].data(), one_by[1].data(), one_by[2].data(), pushes);
+    for (std::size_t r = 0; r < 3; ++r)
+      CHECK(same(one_by[r], by[r], k));
+  }
+}

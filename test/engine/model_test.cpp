@@ -226,8 +226,10 @@ TEST_CASE("limits of each number of a position: given ones, one that is given, n
   }
 }
 
-TEST_CASE("a model's numbers in single precision are those in double precision, rounded") {
-  const ksl::model m = ksl::load(KSL_EVERY_KIND);
+namespace {
+
+/// Are the numbers of a model in single precision those in double precision, rounded?
+void check_single(const ksl::model &m) {
   const ksl::model_view<double> d = m.view();
   const ksl::model_view<float> s = m.view_in<float>();
   const auto check = [](const auto &one, const auto &single, std::size_t count) {
@@ -236,10 +238,23 @@ TEST_CASE("a model's numbers in single precision are those in double precision, 
   };
   REQUIRE((d.bodies == s.bodies && d.links == s.links));
   check(d.inertia[0], s.inertia[0], static_cast<std::size_t>(d.bodies)); // masses first
-  for (int i = 0; i < d.bodies; ++i)
+  for (int i = 0; i < d.bodies; ++i) {
     check(d.body[i].placement.R.m00, s.body[i].placement.R.m00, 12);
+    check(d.augmented[i].m, s.augmented[i].m, 10);
+  }
   for (int i = 0; i < d.links; ++i) {
     check(d.link[i].inertia.m, s.link[i].inertia.m, 10);
     check(d.link[i].pose.R.m00, s.link[i].pose.R.m00, 12);
   }
+}
+
+} // namespace
+
+TEST_CASE("a model's numbers in single precision are those in double precision, rounded, also where inertias were changed") {
+  const ksl::model m = ksl::load(KSL_EVERY_KIND);
+  check_single(m);
+  std::vector<ksl::link_inertia> others;
+  for (int l = 1; l < static_cast<int>(m.links().size()); ++l)
+    others.push_back({l, robots::solid(1 + 0.1 * l, {0.01 * l, 0.02, -0.03}, 0.1, 0.2, 0.15)});
+  check_single(m.with_inertias(others));
 }
