@@ -19,6 +19,7 @@ from ksl.load_cases.load_case import LoadCase
 from ksl.load_cases.quantities import summarise
 from ksl.motions.reading import read_motion
 from ksl.sweeps import on_ray
+from ksl.sweeps.description import described as parameters_described
 from ksl.sweeps.description import sweep_from
 from ksl.sweeps.evaluate import Evaluator, Plan
 from ksl.sweeps.sampling import sample
@@ -55,6 +56,18 @@ def test_a_grid_has_each_value_with_each():
     cases = sample(sweep_from(described(PAYLOAD, SPEED)))
     assert cases["speed"].tolist() == [0.5, 1.0] * 3
     assert cases[f"payload_{TOOL}"].tolist() == [0, 0, 1.5, 1.5, 3, 3]
+
+
+def test_a_range_on_a_grid_is_evenly_spaced_and_as_long_as_a_sweep_may_be():
+    steps = 10_000_000
+    sweep = sweep_from(described({"kind": "speed", "from": 0.5, "to": 1.5, "steps": steps}))
+    values = sweep.parameters[0].values
+    assert (len(values), values[0], values[-1], sweep.cases) == (steps, 0.5, 1.5, steps)
+    assert np.array_equal(sample(sweep)["speed"][:: steps // 10], [0.5 + i / (steps - 1) for i in range(0, steps, steps // 10)])
+    few = sweep_from(described({"kind": "speed", "from": 0.5, "to": 1.5, "steps": 5}))
+    assert list(few.parameters[0].values) == [0.5, 0.75, 1.0, 1.25, 1.5]
+    assert parameters_described(few)[0]["values"] == [0.5, 0.75, 1.0, 1.25, 1.5]
+    assert list(sweep_from(described({"kind": "speed", "from": 0.5, "to": 1.5, "steps": 1})).parameters[0].values) == [0.5]
 
 
 def test_a_latin_hypercube_uses_each_part_of_a_range_once():

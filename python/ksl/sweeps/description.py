@@ -6,9 +6,11 @@ import math
 import os
 import sys
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
+
+import numpy as np
 
 from ksl.errors import MotionError, SweepError, near_names
 from ksl.motions.reading_options import check_options
@@ -35,6 +37,28 @@ OF_BASE = ("motion", "reading", "components", "gravity", "physics", "friction_wi
 
 
 @dataclass(frozen=True)
+class EvenlySpaced(Sequence[float]):
+    """Numbers from `lower` to `upper`, made when they are asked for: a line of a file may want millions."""
+
+    lower: float
+    upper: float
+    steps: int
+
+    def __len__(self) -> int:
+        return self.steps
+
+    def __getitem__(self, i: Any) -> Any:
+        return np.asarray(self)[i]
+
+    def __iter__(self) -> Iterator[float]:
+        return iter(np.asarray(self).tolist())
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
+        numbers = self.lower + (self.upper - self.lower) * np.arange(self.steps) / max(1, self.steps - 1)
+        return numbers if dtype is None else numbers.astype(dtype)
+
+
+@dataclass(frozen=True)
 class Parameter:
     """Something that a sweep varies, and between what."""
 
@@ -42,7 +66,7 @@ class Parameter:
     """Of its column in the results."""
     kind: str
     """One of `KINDS`."""
-    values: tuple[float | str, ...] = ()
+    values: Sequence[float | str] = ()
     """Of a grid, or the choices of a Latin hypercube; empty if a range is given."""
     lower: float = 0.0
     upper: float = 0.0
@@ -147,7 +171,7 @@ def _reading(given: Any, file: str) -> dict[str, Any]:
 
 def described(sweep: Sweep) -> list[dict[str, Any]]:
     """The parameters, for the metadata of results: name, kind, unit, values or range, link, point, axis."""
-    return [{**vars(p), "unit": p.unit, "meaning": KINDS[p.kind][1]} for p in sweep.parameters]
+    return [{**vars(p), "values": list(p.values), "unit": p.unit, "meaning": KINDS[p.kind][1]} for p in sweep.parameters]
 
 
 def _parameter(given: Mapping[str, Any], number: int, latin: bool, file: str) -> Parameter:
@@ -172,7 +196,7 @@ def _parameter(given: Mapping[str, Any], number: int, latin: bool, file: str) ->
     return Parameter(name, kind, values, lower, upper, given.get("link"), center, axis)
 
 
-def _values(given: Mapping[str, Any], kind: str, latin: bool, where: str) -> tuple[tuple[float | str, ...], float, float]:
+def _values(given: Mapping[str, Any], kind: str, latin: bool, where: str) -> tuple[Sequence[float | str], float, float]:
     """Values to choose from; or none, and the range of a Latin hypercube."""
     if "values" in given:
         if any(key in given for key in ("from", "to", "steps")):
@@ -200,7 +224,7 @@ def _values(given: Mapping[str, Any], kind: str, latin: bool, where: str) -> tup
     steps = _count(given, "steps", 0, where)
     if not 1 <= steps <= AT_MOST:
         raise SweepError(f"{where}: a range on a grid needs `steps`, how many values it has; at most {AT_MOST:,}")
-    return tuple(lower + (upper - lower) * i / max(1, steps - 1) for i in range(steps)), 0.0, 0.0
+    return EvenlySpaced(lower, upper, steps), 0.0, 0.0
 
 
 def _number(x: Any, kind: str, key: str, where: str) -> float:
