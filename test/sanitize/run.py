@@ -35,6 +35,7 @@ class Kind:
     environment: dict[str, str]
     python_tests: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
+    left_out_cases: dict[str, tuple[str, ...]] = field(default_factory=dict)  # of programs in C++; without names, the whole program
     preloaded: tuple[str, ...] = ()  # compiler and name of the sanitizer's library, which must be in the interpreter from the start
     before: list[str] = field(default_factory=list)  # what the command line of a program begins with
 
@@ -66,8 +67,16 @@ KINDS = {
         ("test/python/batch_test.py::test_every_instruction_set_gives_the_same_bits",
          "test/python/threads_test.py::test_a_child_of_a_fork_has_threads_of_its_own",
          "test/python/threads_test.py::test_children_of_children_too"), ("gcc", "libtsan.so")),
-    # valgrind can't run AVX-512.
-    "valgrind": Kind(("heap", "uninitialised", "leak"), {"KSL_ISA": "x86-64-v3"}, before=VALGRIND),
+    # valgrind can't run AVX-512, and computes long double in double precision.  It takes the place of operator new, so that no test can count
+    # allocations or make them fail.  Two tests end while threads compute, whose memory nothing frees then; one measures time.
+    "valgrind": Kind(
+        ("heap", "uninitialised", "leak"), {"KSL_ISA": "x86-64-v3"}, before=VALGRIND,
+        left_out_cases={
+            "load": ("hostile: the time is in proportion to the size",),
+            "engine_test": ("the calls of C++ that are written by hand allocate nothing", "sine and cosine err by less than one unit*"),
+            "faults_allocation_failure_test": (),
+            "faults_threads_fault_test": ("exit while new threads make their first batches*", "a thread's first batch after the library has deleted*"),
+        }),
 }
 
 
@@ -145,10 +154,13 @@ def programs(kind, folder, log):
         ctest = ["ctest", "--test-dir", folder, "--output-on-failure", "--timeout", "3000", "-j2", "--output-junit", junit]
         run(ctest, env=environment(kind), stdout=log, stderr=log)
         return outcome_of(junit)
-    tests = json.loads(said_by("ctest", "--test-dir", str(folder), "--show-only=json-v1"))["tests"]
+    listed = json.loads(said_by("ctest", "--test-dir", str(folder), "--show-only=json-v1"))["tests"]
+    tests = [test for test in listed if kind.left_out_cases.get(test["name"]) != ()]
 
     def outcome(test):
-        return run([*kind.before, *test["command"]], env=environment(kind), text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        cases = kind.left_out_cases.get(test["name"])
+        without = [f"--test-case-exclude={','.join(cases)}"] if cases else []
+        return run([*kind.before, *test["command"], *without], env=environment(kind), text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
 
     with ThreadPoolExecutor(2) as pool:
         outcomes = list(pool.map(outcome, tests))
