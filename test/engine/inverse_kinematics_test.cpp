@@ -1,7 +1,6 @@
 // Inverse kinematics against forward kinematics: what is found has the pose that was asked for, whether or not joints follow others,
 // and whatever else of the results is wanted.  Branches of solutions and random starts: test/laws/inverse_kinematics_test.py.
-#include "ksl/inverse_kinematics.hpp"
-#include "robots.hpp"
+#include "inverse_kinematics_problems.hpp"
 
 #include <doctest/doctest.h>
 
@@ -11,7 +10,7 @@
 
 namespace {
 
-using numbers = std::vector<double>;
+using inverse_kinematics_problems::numbers, inverse_kinematics_problems::pose;
 
 ksl::robot_description with_limits(ksl::robot_description r, std::size_t joint, double lower, double upper) {
   r.joints[joint].kind = ksl::joint_kind::revolute;
@@ -25,14 +24,6 @@ ksl::robot_description following(double multiplier, double offset) {
   r.joints[1].kind = ksl::joint_kind::continuous;
   r.joints[1].mimic = {r.joints[0].name, multiplier, offset, {}};
   return r;
-}
-
-/// Row-major 4 × 4.
-std::array<double, 16> pose(const ksl::model &m, const numbers &q, int link) {
-  ksl::data d(m);
-  const ksl::SE3<double> D = ksl::frame_pose(m, d, q.data(), link);
-  const ksl::mat3x3<double> &R = D.R;
-  return {R.m00, R.m01, R.m02, D.t.x, R.m10, R.m11, R.m12, D.t.y, R.m20, R.m21, R.m22, D.t.z, 0, 0, 0, 1};
 }
 
 struct found {

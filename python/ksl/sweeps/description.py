@@ -6,7 +6,7 @@ import math
 import os
 import sys
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -48,14 +48,15 @@ class EvenlySpaced(Sequence[float]):
         return self.steps
 
     def __getitem__(self, i: Any) -> Any:
-        return np.asarray(self)[i]
-
-    def __iter__(self) -> Iterator[float]:
-        return iter(np.asarray(self).tolist())
+        return self._at(range(self.steps)[i])
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
-        numbers = self.lower + (self.upper - self.lower) * np.arange(self.steps) / max(1, self.steps - 1)
-        return numbers if dtype is None else numbers.astype(dtype)
+        """All at once, for arithmetic with arrays."""
+        return np.asarray(self._at(np.arange(self.steps)), dtype)
+
+    def _at(self, i: Any) -> Any:
+        """Number i, or those of an array of integers."""
+        return self.lower + (self.upper - self.lower) * i / max(1, self.steps - 1)
 
 
 @dataclass(frozen=True)
