@@ -142,18 +142,22 @@ TEST_CASE("hostile: the time is in proportion to the size") {
                                                 "\" placement_frame=\"l\"><link name=\"l\"/></model>";
                                        }))},
   };
+#ifdef __OPTIMIZE__
+  const double most = 3; // promised is 1; a busy machine takes longer, and what grows with the square a hundred times as long
+#else
+  const double most = 30; // up to 12 times as long without optimisation
+#endif
   for (const auto &named : texts) {
-    const auto &title = named.first;
+    const std::string title = named.first;
     const auto &text = named.second;
     CAPTURE(title);
     CAPTURE(text.size());
-    // debug builds and busy machines take some times as long; what grows with the square takes a hundred times
     double took = seconds_a_megabyte(text);
     if (std::getenv("KSL_TIMES"))
-      std::printf("%-35s %5.2f MB  %5.2f s/MB\n", title, 1e-6 * static_cast<double>(text.size()), took);
-    if (took > 3) // of two, if the first was disturbed
+      std::printf("%-35s %5.2f MB  %5.2f s/MB\n", title.c_str(), 1e-6 * static_cast<double>(text.size()), took);
+    if (took > most) // of two, if the first was disturbed
       took = seconds_a_megabyte(text);
-    CHECK(took < 3);
+    CHECK(took < most);
   }
 }
 
