@@ -21,7 +21,7 @@ import pytest
 
 SETTINGS = json.loads(os.environ["KSL_MUTATE"])
 ROOM = 20002  # numbers of mutants, as in numbers.cpp
-MOST = 20  # seconds of tests with one mutant, by the time that they take without one
+MOST = 10  # seconds of tests with one mutant, by the time that they take without one
 FEW = 20  # random cases of a test, where it takes thousands elsewhere
 # Tests that compile programs from the sources, which are not mutated, or that compare declarations.
 LEFT_OUT = ("exports_test", "headers_test", "print_test", "array_functions_test", "nan_test")
