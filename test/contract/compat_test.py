@@ -26,7 +26,7 @@ def test_every_published_header_has_its_bare_name():
     assert {Path(f.header).stem for f in published()} <= PUBLISHED_HEADERS
 
 
-@pytest.mark.parametrize("compiler", ["gcc -std=c11 -x c", "clang -std=c11 -x c", "g++ -std=c++20 -x c++", "clang++ -std=c++20 -x c++"])
+@pytest.mark.parametrize("compiler", ["gcc -std=c11 -x c", "clang++ -std=c++20 -x c++"])
 def test_bare_headers_alone(compiler, tmp_path):
     files = []
     for header in sorted(PUBLISHED_HEADERS):

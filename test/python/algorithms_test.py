@@ -115,7 +115,7 @@ def test_a_batch_of_any_size_is_its_states(robot, row, dtype):
 @pytest.mark.parametrize("row", ROWS, ids=lambda r: r.name)
 def test_layouts_threads_and_out_change_nothing(robot, row):
     large = max((len(result.shape) for result in row.results), default=0) > 2  # derivatives of matrices: thousands of numbers a state
-    grid_of = (5, 60) if large else (50, 60)
+    grid_of = (5, 60) if large else (20, 60)
     arguments = inputs(robot, row, math.prod(grid_of))
     whole = python(robot, row, arguments, threads=1)
     for threads in (None, 2, 5):
