@@ -1,5 +1,5 @@
 # make mutate        plants every sign, index and operator mutant into algebra and engine, one at a time, and runs the tests that reach it;
-#                    writes test/mutate/results.md and the record of the promise.  Half an hour on two idle cores.
+#                    writes test/mutate/results.md and the record of the promise.  An hour or more on two idle cores.
 # make mutate-sample a random twentieth of them, and the list of those that no test noticed; writes nothing
 .PHONY: mutate mutate-sample
 
