@@ -102,6 +102,10 @@ ROW = {"time": [0.0], "hip": [0.0], "slide": [0.0]}
 REFUSED = {
     "Parquet, truncated": (parquet(pa.table(ROW))[:-9], ": is a Parquet file, but truncated or damaged; copy or write it again"),
     "results": (results(), ": holds the wrenches that `ksl loads` has computed, not a motion"),
+    "no rows, times as text": (
+        parquet(pa.table({"time": pa.array([], pa.string()), "hip": pa.array([], pa.float64()), "slide": pa.array([], pa.float64())})),
+        ": 0 samples, but differentiating hip, slide needs at least 6",
+    ),
     "text": (parquet(pa.table(ROW | {"mode": ["auto"]})), ": unknown column 'mode', which holds text ('string')"),
     "a joint as text": (parquet(pa.table(ROW | {"hip": ["0"]})), ": column 'hip' holds string; expected numbers"),
     "a gap": (

@@ -28,8 +28,10 @@ def seconds_of_text(texts: pa.ChunkedArray, name: str, place: Callable[[int], st
     import pyarrow as pa
     import pyarrow.compute as pc
 
+    if not len(texts):
+        return np.zeros(0), "no times"
     column = pc.replace_substring(pc.utf8_trim_whitespace(texts), ",", ".")
-    first = str(column[0]) if len(column) else ""
+    first = str(column[0])
     try:
         if _DATE.fullmatch(first):
             plain = pc.replace_substring(column, "T", " ")
@@ -47,8 +49,9 @@ def seconds_of_text(texts: pa.ChunkedArray, name: str, place: Callable[[int], st
     known = _DATE, _CLOCK, _WITH_UNIT
     kind = next((k for k in known if k.fullmatch(first)), None)
     bad = next((k for k in range(len(column)) if kind is None or not kind.fullmatch(str(column[k]))), 0)
+    text = column[bad].as_py()
     raise MotionError(
-        f"{place(bad)}: column {name!r} holds {str(column[bad])!r}; "
+        f"{place(bad)}: column {name!r} holds {'no time' if text is None else repr(text)}; "
         "expected a number with a decimal point, a clock time (0:01:02.5) or a date (2026-03-01 12:00:00.25)"
     )
 
