@@ -26,8 +26,10 @@ void first_batch(faces::check<S> &faces, Call call, std::size_t n, int threads, 
   faces::results<S> untouched = expected;
   for (std::vector<S> &x : untouched.numbers)
     std::fill(x.begin(), x.end(), S(-7));
-  for (const bool all_after : {false, true})
-    for (long nth = 1, failed = 1; failed > 0; ++nth) {
+  for (const bool all_after : {false, true}) {
+    long nth = 0, failed = 0;
+    do {
+      ++nth;
       CAPTURE(nth);
       CAPTURE(all_after);
       end found = end::other;
@@ -45,7 +47,8 @@ void first_batch(faces::check<S> &faces, Call call, std::size_t n, int threads, 
       CHECK(found != end::other);
       CHECK(given == (found == end::usual ? expected : untouched));
       ++starve::all().calls, starve::all().failures += found == end::no_memory;
-    }
+    } while (failed > 0);
+  }
   // the thread has what it needs: no allocation need succeed
   faces.batch(call, n, threads);
   const auto starving = [&](faces::many<S> &s) {

@@ -56,7 +56,7 @@ KINDS = {
          "test/python/one_state_test.py::test_one_state_takes_microseconds",
          "test/motions/csv_files_test.py::test_a_plain_file_costs_little_more_than_pyarrow",
          "test/sweeps/sweep_test.py::test_on_ray_the_bits_are_the_same_and_a_lost_worker_costs_its_partition_only"),
-        ("clang", "libclang_rt.asan-x86_64.so"),
+        preloaded=("clang", "libclang_rt.asan-x86_64.so"),
     ),
     # The tests of batches and threads alone: code without instrumentation, as in other packages, is reported where it is right.
     # ThreadSanitizer allows no threads after a fork.  clang's library of it crashes in programs that were not linked with it; that of gcc has
