@@ -39,13 +39,18 @@ def proof(promise):
         yield f"Shown by tests that `make test` runs: {', '.join(files + programs)}."
 
 
-def run_lines(name, run):
+def made(run):
+    """When a record was made, and of what."""
+    return run["date"], f"commit {run['commit'][:12]}{run['commit'][40:]}"
+
+
+def verdict(run):
+    return "kept" if run["kept"] else "**not kept**"
+
+
+def run_lines(run):
     """One record."""
-    if run is None:
-        yield f"`{name}`: no run is on record."
-        return
-    kept = "kept" if run["kept"] else "**not kept**"
-    yield f"`{run['command']}`, {run['date']}, commit {run['commit'][:12]}{run['commit'][40:]}: {kept}. {run['machine']}."
+    yield f"`{run['command']}`, {', '.join(made(run))}: {verdict(run)}. {run['machine']}."
     if run["figures"]:
         yield ""
         yield from table(["figure", "measured"], run["figures"].items())
@@ -57,15 +62,51 @@ def run_lines(name, run):
         yield note
 
 
+def faults_line(planted):
+    """Planted faults by outcome, in one line."""
+    outcomes = {outcome: [fault for fault in planted if planted[fault] == outcome] for outcome in planted.values()}
+    return "; ".join(f"{outcome}: {', '.join(faults)}" for outcome, faults in outcomes.items())
+
+
+def runs_lines(command, runs):
+    """Several records of one command, as rows."""
+    figures = list(dict.fromkeys(figure for run in runs.values() for figure in run["figures"]))
+    rows = [
+        (name, *(run["figures"].get(figure, "") for figure in figures), verdict(run), *made(run),
+         faults_line(run["planted"]), run["machine"])
+        for name, run in runs.items()
+    ]  # fmt: skip
+    yield f"`{command}`:"
+    yield ""
+    yield from table(["record", *figures, "state", "date", "of", "planted faults", "machine"], rows)
+    for name, run in runs.items():
+        for note in run["notes"]:
+            yield ""
+            yield f"{name}: {note}"
+
+
+def records(promise):
+    """What is on record of a promise, and what is not."""
+    found = {name: run for name, run in promise["runs"].items() if run}
+    for command in dict.fromkeys(run["command"] for run in found.values()):
+        runs = {name: run for name, run in found.items() if run["command"] == command}
+        yield ""
+        yield from runs_lines(command, runs) if len(runs) > 1 else run_lines(*runs.values())
+    for name in promise["runs"]:
+        if name not in found:
+            yield from ["", f"`{name}`: no run is on record."]
+
+
 def section(promise):
     yield from ["", f"## {promise['name'].replace('-', ' ').capitalize()}", "", promise["promise"]]
     yield from ["", f"Figure: {promise['figure']}.", "", " ".join(proof(promise))]
+    if "details" in promise:
+        yield from ["", f"More in [{promise['details']}](../{promise['details']})."]
     if "fault" in promise:
         yield from ["", f"A broken promise is noticed: {promise['fault']}"]
     if "shortfall" in promise:
         yield from ["", f"**What falls short:** {promise['shortfall']}"]
-    for name, run in promise["runs"].items():
-        yield from ["", *run_lines(name, run)]
+    yield from records(promise)
 
 
 def page(read):

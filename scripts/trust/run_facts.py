@@ -45,5 +45,6 @@ def compiler(command):
 
 def machine():
     """Processor, cores that this process may use, system, compilers."""
-    facts = [f"{processor()}, {len(os.sched_getaffinity(0))} cores", f"{platform.system()} {platform.machine()}"]
+    cores = len(os.sched_getaffinity(0))
+    facts = [f"{processor()}, {cores} core{'s' if cores != 1 else ''}", f"{platform.system()} {platform.machine()}"]
     return "; ".join([*facts, *filter(None, map(compiler, ("gcc", "clang")))])

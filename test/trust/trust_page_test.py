@@ -50,12 +50,18 @@ def test_the_page_shows_figures_faults_and_what_was_not_run(folder):
     assert "`fuzz-b`: no run is on record." in text
 
 
+def test_records_of_one_command_are_rows_with_their_names(folder):
+    run(folder, "fuzz-a", True), run(folder, "fuzz-b", False)
+    rows = [line.split(" | ")[:3] for line in page.page(promises.read(folder)).splitlines() if line.startswith("| fuzz-")]
+    assert rows == [["| fuzz-a", "10", "kept"], ["| fuzz-b", "10", "**not kept**"]]
+
+
 def test_a_record_has_date_commit_and_machine(folder):
     done = [sys.executable, str(SCRIPTS / "record.py"), "x", "--command", "make x", "--kept", "--figure", "a=b=1", "--results", str(folder)]
     subprocess.run(done, check=True, capture_output=True)
     written = json.loads((folder / "x.json").read_text())
     assert written["figures"] == {"a=b": "1"} and written["kept"] is True
-    assert written["date"] and written["commit"] and "cores" in written["machine"]
+    assert written["date"] and written["commit"] and " core" in written["machine"]
 
 
 def test_failures_of_named_tests_break_a_promise(tmp_path):
@@ -76,4 +82,4 @@ def test_every_record_belongs_to_a_promise_and_every_test_file_exists():
     read = promises.read()
     names = {name for promise in read for name in promises.expected(promise)}
     assert {path.stem for path in (promises.FOLDER / "results").glob("*.json")} <= names
-    assert all((ROOT / path).exists() for promise in read for path in promise.get("pytest", []))
+    assert all((ROOT / path).exists() for promise in read for path in [*promise.get("pytest", []), promise.get("details", "")])
