@@ -1,6 +1,6 @@
 # Readers get texts that a fuzzer makes.  The long run also plants faults into each target, which must find them.
 # make fuzz-short   20 s for each target
-# make fuzz         10,000,000 executions of each target, and its record; each takes an hour of one core or less
+# make fuzz         10,000,000 executions of each target, and its record; most take less than an hour of one core, mjcf more
 
 .PHONY: fuzz fuzz-short fuzz-build
 FUZZ_RUNS ?= 10000000

@@ -127,6 +127,7 @@ def released(version, part, folder):
 def compare():
     version, new = last_release(), version_of_project()
     announced = re.search(rf"^## {re.escape(new)}\b", (ROOT / "API_CHANGES.md").read_text(encoding="utf-8"), re.MULTILINE)
+    record.begin("abi", "make abi")
     figures, found = [("compared with", version), ("version", new)], []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

@@ -73,6 +73,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--sets", help="instruction sets, instead of all")
     sets = parser.parse_args().sets
+    record.begin("supply-chain", "make dist")
     shutil.rmtree(OUT, ignore_errors=True)
     (wheel, source), (again, source_again) = (build(name, settings, sets) for name, settings in PLACES.items())
     differ = differing(wheel, again) + ([source.name] if digest(source) != digest(source_again) else [])

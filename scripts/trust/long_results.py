@@ -6,8 +6,8 @@
 import sys
 from collections import defaultdict
 from pathlib import Path
-from xml.etree import ElementTree
 
+import junit
 import run_facts
 
 
@@ -17,27 +17,18 @@ def largest(cases, *names):
     return f"{max(found):.3g}" if found else ""
 
 
-def cases_of(path):
-    return list(ElementTree.parse(path).iter("testcase"))
-
-
-def has_failed(case):
-    return case.find("failure") is not None or case.find("error") is not None
-
-
 def compiled(paths):
     """A line for each file of ctest's: compiler and instruction set are in its name."""
     for path in paths:
-        found = cases_of(path)
-        bad = [case.get("name") for case in found if has_failed(case)]
-        yield f"| {path.stem.removeprefix('long_')} | {len(found) - len(bad)} | {', '.join(bad)} |"
+        found = junit.cases(path)
+        bad = [case.get("name") for case in junit.named(found, "failed")]
+        yield f"| {path.stem.removeprefix('long_')} | {len(junit.named(found, 'passed'))} | {', '.join(bad)} |"
 
 
 def page(of_pytest, of_ctest):
     """The text of the page; the numbers are those of the files."""
-    cases = cases_of(of_pytest)
-    failed = [c for c in cases if has_failed(c)]
-    skipped = [c for c in cases if c.find("skipped") is not None]
+    cases = junit.cases(of_pytest)
+    passed, failed, skipped = (junit.named(cases, word) for word in ("passed", "failed", "skipped"))
     by_file = defaultdict(list)
     for case in cases:
         by_file[case.get("classname").replace(".", "/") + ".py"].append(case)
@@ -50,7 +41,7 @@ def page(of_pytest, of_ctest):
         f"* date: {run_facts.date()}",
         f"* commit: {run_facts.commit(['test/long_results.md'])}",
         f"* processor: {run_facts.processor()}",
-        f"* passed: {len(cases) - len(failed) - len(skipped)}, failed: {len(failed)}, skipped: {len(skipped)}",
+        f"* passed: {len(passed)}, failed: {len(failed)}, skipped: {len(skipped)}",
         f"* time of the tests, one after the other: {sum(float(c.get('time')) for c in cases):.0f} s",
         "",
         "| file | tests | largest error, u | largest share of the bound |",

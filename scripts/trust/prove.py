@@ -7,35 +7,24 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from xml.etree import ElementTree
 
+import junit
 import promises
 import record
 import run_facts
 
 
-def cases(path):
-    return list(ElementTree.parse(path).iter("testcase")) if path.exists() else []
-
-
-def outcome(case):
-    """passed, skipped or failed."""
-    if case.find("failure") is not None or case.find("error") is not None or case.get("status") == "fail":
-        return "failed"
-    return "skipped" if case.find("skipped") is not None or case.get("status") in ("notrun", "disabled") else "passed"
-
-
 def run_pytest(paths, folder):
     report = folder / "pytest.xml"
     subprocess.run([sys.executable, "-m", "pytest", "-q", "-n", "2", "--dist", "loadfile", f"--junitxml={report}", *paths], cwd=run_facts.ROOT, check=False)
-    return cases(report)
+    return junit.cases(report)
 
 
 def run_ctest(pattern, build, folder):
     report = folder / "ctest.xml"
     report.unlink(missing_ok=True)
     subprocess.run(["ctest", "--test-dir", str(build), "-R", pattern, "--output-junit", str(report)], check=False)
-    return cases(report)
+    return junit.cases(report)
 
 
 def of_files(found, paths):
@@ -44,22 +33,32 @@ def of_files(found, paths):
     return [case for case in found if any(f"{case.get('classname')}.".startswith(f"{name}.") for name in names)]
 
 
-def prove(promise, of_pytest, builds, folder):
-    """Run what pytest hasn't run, and write the record of one promise."""
-    groups = {"pytest": of_files(of_pytest, promise["pytest"])} if promise.get("pytest") else {}
+def groups_of(promise, of_pytest, builds, folder):
+    """(name, tests): each file that the promise names, and its programs in each build."""
+    for path in promise.get("pytest", []):
+        yield path, of_files(of_pytest, [path])
     for build in builds if promise.get("ctest") else []:
-        groups[f"ctest, {build.name}"] = run_ctest(promise["ctest"], build, folder)
-    figures, kept = [], True
-    for name, found in groups.items():
-        count = {word: sum(outcome(case) == word for case in found) for word in ("passed", "skipped", "failed")}
+        yield f"ctest, {build.name}", run_ctest(promise["ctest"], build, folder)
+
+
+def prove(promise, of_pytest, builds, folder, results=record.RESULTS):
+    """Run what pytest hasn't run, and write the record of one promise.  It is kept if each file and each build has a test that passed, and
+    none that failed."""
+    figures, kept, skipped = [], True, []
+    for name, found in groups_of(promise, of_pytest, builds, folder):
+        count = {word: len(junit.named(found, word)) for word in ("passed", "skipped", "failed")}
         kept = kept and count["passed"] > 0 and count["failed"] == 0
         figures.append((name, ", ".join(f"{number} {word}" for word, number in count.items() if number or word == "passed")))
-        figures += [(f"failed, {name}", case.get("name")) for case in found if outcome(case) == "failed"]
-    record.write(promise["name"] + promises.TESTS, "make trust", kept and bool(groups), figures)
+        figures += [(f"failed, {name}", case.get("name")) for case in junit.named(found, "failed")]
+        skipped += [case.get("name") for case in junit.named(found, "skipped")]
+    notes = [f"Skipped on this machine: {', '.join(skipped)}."] if skipped else []
+    record.write(promise["name"] + promises.TESTS, "make trust", kept, figures, notes=notes, results=results)
     return kept
 
 
 def main(arguments):
+    if not arguments:
+        sys.exit(__doc__)
     builds = [Path(argument) for argument in arguments]
     tested = [promise for promise in promises.read() if promises.has_tests(promise)]
     paths = sorted({path for promise in tested for path in promise.get("pytest", [])})

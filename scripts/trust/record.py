@@ -17,6 +17,8 @@ import page
 import run_facts
 
 RESULTS = run_facts.ROOT / "test/trust/results"
+WRITTEN = ("test/trust/results/", "docs/trust.md", "test/mutate/results.md")
+"""What checks write: it may differ from the commit that is tested."""
 
 
 def pair(text):
@@ -34,7 +36,7 @@ def write(name, command, kept, figures, planted=(), notes=(), results=RESULTS):
         "kept": kept,
         "command": command,
         "date": run_facts.date(),
-        "commit": run_facts.commit([".json", "docs/trust.md"]),
+        "commit": run_facts.commit(WRITTEN),
         "machine": run_facts.machine(),
         "figures": dict(figures),
         "planted": dict(planted),
@@ -50,12 +52,18 @@ def write(name, command, kept, figures, planted=(), notes=(), results=RESULTS):
     return path
 
 
+def begin(name, command, results=RESULTS):
+    """Write that a check has begun.  What it finds takes the place of this; if it ends before that, the promise is not kept."""
+    write(name, command, False, [], notes=["The check began and has written no result."], results=results)
+
+
 def main(arguments):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("name")
     parser.add_argument("--command", required=True, help="what a reader types to run the check again")
     kept = parser.add_mutually_exclusive_group(required=True)
     kept.add_argument("--kept", action="store_true", help="the promise is kept")
+    kept.add_argument("--begun", action="store_true", help="the check begins: not kept until it writes what it has found")
     kept.add_argument("--broken", action="store_true", help="it is not; the figures say by how much")
     parser.add_argument("--figure", action="append", type=pair, default=[], metavar="NAME=VALUE")
     planted = "a fault that was planted, and whether the check caught it"
@@ -63,6 +71,9 @@ def main(arguments):
     parser.add_argument("--note", action="append", default=[], help="a sentence for the page")
     parser.add_argument("--results", default=RESULTS, help=argparse.SUPPRESS)
     given = parser.parse_args(arguments)
+    if given.begun:
+        begin(given.name, given.command, given.results)
+        return
     print(write(given.name, given.command, given.kept, given.figure, given.planted, given.note, given.results))
 
 

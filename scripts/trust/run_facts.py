@@ -10,15 +10,15 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def commit(results=()):
-    """The commit that was tested, and whether files other than `results` differed from it."""
+    """The commit that was tested, and whether it had other files than `results`, paths of files or of folders with a slash, or changed ones."""
     try:
         git = ["git", "-C", str(ROOT)]
         name = subprocess.run([*git, "rev-parse", "HEAD"], check=True, capture_output=True, text=True).stdout.strip()
-        status = [*git, "status", "--porcelain", "--untracked-files=no"]
+        status = [*git, "status", "--porcelain", "--untracked-files=all"]
         changed = subprocess.run(status, check=True, capture_output=True, text=True).stdout.splitlines()
     except (OSError, subprocess.CalledProcessError):
         return "unknown"
-    changed = [line for line in changed if not line.endswith(tuple(results))] if results else changed
+    changed = [line for line in changed if not line[3:].startswith(tuple(results))]
     return name + (", with changes that were not committed" if changed else "")
 
 

@@ -6,6 +6,7 @@
 COUNTED := -O0 -fprofile-instr-generate -fcoverage-mapping
 coverage: $(VENV)/.tested $(VENV)/.packages
 	scripts/system_packages.sh trust
+	$(BIN)/python scripts/trust/record.py coverage --command "make coverage" --begun
 	$(BIN)/python -m pytest -q test/coverage
 	mkdir -p build/coverage
 	clang -c test/coverage/write_last.c -o build/coverage/write_last.o

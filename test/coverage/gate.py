@@ -174,6 +174,8 @@ def main(arguments):
     report(parts)
     for part, count in parts.items():
         lines, branches = count.figures()
+        if given.record and not (count.lines and count.outcomes):
+            wrong.append(f"{part}: no lines or no branches were found; look at PARTS in gate.py")
         if count.unrun:
             wrong.append(f"{part}: {lines:.2f} % of lines, expected {LINES:g} %")
         if branches < BRANCHES:

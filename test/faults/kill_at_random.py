@@ -249,10 +249,13 @@ def prepared(work: Path, only: str) -> list[writers.Writer]:
 
 
 def record(figures: dict[str, int], kept: bool, seen: str, notes: list[str]) -> None:
-    command = [sys.executable, str(ROOT / "scripts/trust/record.py"), "results-files", "--command", "make test-faults", "--kept" if kept else "--broken"]
-    command += [part for name, value in figures.items() for part in ("--figure", f"{name}={value}")]
-    command += ["--planted", f"results replaced one file after the other={seen}", *(part for note in notes for part in ("--note", note))]
-    subprocess.run(command, check=True)
+    parts = [part for name, value in figures.items() for part in ("--figure", f"{name}={value}")]
+    parts += ["--planted", f"results replaced one file after the other={seen}", *(part for note in notes for part in ("--note", note))]
+    to_record("--kept" if kept else "--broken", *parts)
+
+
+def to_record(*arguments: str) -> None:
+    subprocess.run([sys.executable, str(ROOT / "scripts/trust/record.py"), "results-files", "--command", "make test-faults", *arguments], check=True)
 
 
 def main() -> int:
@@ -263,6 +266,9 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1, help="of the random moments")
     parser.add_argument("--no-record", action="store_true")
     given = parser.parse_args()
+    recorded = not given.no_record and not given.only
+    if recorded:
+        to_record("--begun")
     draw = random.Random(given.seed)
 
     def moments(count: int, first: float = 0.0) -> list[float]:
@@ -289,9 +295,10 @@ def main() -> int:
         "runs that met a full disk": sum(found.full for found in results),
         "torn or left behind": len(faults),
     }
-    kept = not faults and seen == "caught" and not notes
+    met = all(found.killed and found.interrupted and found.full for found in results[: len(every)])
+    kept = not faults and seen == "caught" and not notes and met
     print(figures, seen, notes)
-    if not given.no_record and not given.only:
+    if recorded:
         record(figures, kept, seen, notes)
     return 0 if kept else 1
 

@@ -137,9 +137,12 @@ def planted() -> str:
 
 
 def record(kept: list[str], ok: bool, fault: str) -> None:
-    command = [sys.executable, ROOT / "scripts/trust/record.py", "same-bits", "--command", "make golden", "--kept" if ok else "--broken"]
-    command += [word for figure in kept for word in ("--figure", figure)]
-    subprocess.run([*map(str, command), "--planted", f"the algebra built with {PLANTED}={fault}"], check=True)
+    figures = [word for figure in kept for word in ("--figure", figure)]
+    to_record("--kept" if ok else "--broken", *figures, "--planted", f"the algebra built with {PLANTED}={fault}")
+
+
+def to_record(*arguments: str) -> None:
+    subprocess.run([sys.executable, str(ROOT / "scripts/trust/record.py"), "same-bits", "--command", "make golden", *arguments], check=True)
 
 
 def main() -> int:
@@ -152,8 +155,13 @@ def main() -> int:
     parser.add_argument("--flags", type=shlex.split, default=[])
     parser.add_argument("--library", type=Path)
     parser.add_argument("--update", action="store_true", help="write the hashes of the first build into the table")
-    parser.add_argument("--record", action="store_true")
+    parser.add_argument("--record", action="store_true", help="of the whole alone: with none of the options above")
     given = parser.parse_args()
+    chosen = [name for name in ("compilers", "levels", "sets", "parts", "flags", "library") if getattr(given, name) != parser.get_default(name)]
+    if given.record and (chosen or given.update):
+        parser.error(f"a part of the builds is not recorded: leave out --record, or {', '.join(chosen) or 'update'}")
+    if given.record:
+        to_record("--begun")
     cases = [(c, o, s) for c in given.compilers for o in given.levels for s in given.sets if s != "neon" or c == "gcc"]
     wrong, kept = 0, []
     for compiler, level, isa in cases:

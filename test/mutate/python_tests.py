@@ -22,6 +22,7 @@ import pytest
 SETTINGS = json.loads(os.environ["KSL_MUTATE"])
 ROOM = 20002  # numbers of mutants, as in numbers.cpp
 MOST = 10  # seconds of tests with one mutant, by the time that they take without one
+BROKEN = 3  # status of a child in which not a test failed, but what runs tests
 FEW = 20  # random cases of a test, where it takes thousands elsewhere
 # Tests that compile programs from the sources, which are not mutated, or that compare declarations.
 LEFT_OUT = ("exports_test", "headers_test", "print_test", "array_functions_test", "nan_test")
@@ -65,7 +66,7 @@ def in_child(function, *arguments):
         os.dup2(nothing, 1), os.dup2(nothing, 2)
         os._exit(function(*arguments))
     finally:
-        os._exit(3)
+        os._exit(BROKEN)
 
 
 def run(items):
@@ -151,7 +152,7 @@ class Children:
         place = int.from_bytes(self.killer[4 * number : 4 * number + 4], "little")
         code = os.waitstatus_to_exitcode(status)
         timed_out = -code in (signal.SIGXCPU, signal.SIGALRM, signal.SIGKILL)
-        how = {0: "survived", 1: "failed"}.get(code) or ("timeout" if timed_out else "crashed")
+        how = {0: "survived", 1: "failed", BROKEN: "error"}.get(code) or ("timeout" if timed_out else "crashed")
         name = "" if code == 0 else order[place][0]["test"]
         self.out.write(f"{number}\t{how}\t{time.perf_counter() - start:.3f}\t{name}\n")
         self.out.flush()

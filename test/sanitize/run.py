@@ -3,7 +3,8 @@
 
     test/sanitize/run.py address|thread|valgrind [--without-python] [--tests FILE…]
 
-Before the tests it runs planted.cpp, which has the faults that the sanitizer must see."""
+Before the tests it runs planted.cpp, which has the faults that the sanitizer must see, one of them in a Python test.  A part of the tests
+is not recorded."""
 
 import argparse
 import json
@@ -15,14 +16,16 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
-from xml.etree import ElementTree
 
 ROOT = Path(__file__).resolve().parents[2]
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(ROOT / "scripts/trust"))
+import junit
 import record
 
 REPORT = re.compile(r"ERROR: (?:Address|Leak)Sanitizer|runtime error:|WARNING: ThreadSanitizer|== (?:Invalid|Conditional jump|Use of uninit|Syscall param)")
+REPORTS = "reports"
+"""Files that sanitizers write while Python tests run begin with this."""
 LEAKS = "definite,indirect"
 VALGRIND = ["valgrind", "-q", "--error-exitcode=99", "--leak-check=full", f"--show-leak-kinds={LEAKS}", f"--errors-for-leak-kinds={LEAKS}"]
 
@@ -114,10 +117,28 @@ def environment(kind):
 
 
 def for_python(kind, folder):
-    """The environment of Python with the instrumented library and module.  Reports have no symbols: the program that looks them up can hang
-    where it gets the preloaded library, too."""
+    """The environment of Python with the instrumented library and module.  Reports go to files: pytest keeps what a test writes, and no status
+    of a process that pytest starts need reach it.  They have no symbols: the program that looks them up can hang where it gets the
+    preloaded library, too."""
     env = environment(kind) | {"LD_PRELOAD": library(kind), "PYTHONPATH": str(folder / "site"), "KSL_LIBRARY": str(folder / "libksl.so")}
-    return env | {"ASAN_OPTIONS": env.get("ASAN_OPTIONS", "").replace("detect_leaks=1", "detect_leaks=0") + ":symbolize=0"}
+    of_python = f":detect_leaks=0:symbolize=0:log_path={folder / REPORTS}"
+    return env | {name: env.get(name, "") + of_python for name in ("ASAN_OPTIONS", "TSAN_OPTIONS", "UBSAN_OPTIONS")}
+
+
+def pytest_command(folder, written, *arguments):
+    """Runs Python tests; reports of an earlier run are removed."""
+    for old in folder.glob(f"{REPORTS}.*"):
+        old.unlink()
+    return [sys.executable, "-m", "pytest", "-q", f"--junitxml={written}", *arguments]
+
+
+def reports(text):
+    return len(REPORT.findall(text))
+
+
+def in_files(folder):
+    """What sanitizers have written while Python tests ran."""
+    return "".join(file.read_text(encoding="utf-8", errors="replace") for file in sorted(folder.glob(f"{REPORTS}.*")))
 
 
 def planted(kind, folder):
@@ -134,26 +155,28 @@ def planted(kind, folder):
     if kind.python_tests:
         shared = program.with_suffix(".so")
         run(["clang++", *flags, "-O0", "-std=c++20", "-fPIC", "-shared", HERE / "planted.cpp", "-o", shared, "-pthread"], check=True)
-        code = f"import ctypes; ctypes.CDLL('{shared}').main(2, (ctypes.c_char_p * 2)(b'', b'{kind.faults[0]}'))"
-        done = run([sys.executable, "-c", code], capture_output=True, text=True, env=for_python(kind, folder))
-        yield f"{kind.faults[0]}, in Python", "caught" if REPORT.search(done.stderr) else f"wrong: status {done.returncode}\n{done.stderr}"
+        test = folder / "planted_test.py"
+        call = f"ctypes.CDLL('{shared}').main(2, (ctypes.c_char_p * 2)(b'', b'{kind.faults[0]}'))"
+        test.write_text(f"import ctypes\n\n\ndef test_planted():\n    {call}\n", encoding="utf-8")
+        command = pytest_command(folder, folder / "planted.xml", "-n", "1", "-p", "no:cacheprovider", test)
+        done = run(command, capture_output=True, text=True, env=for_python(kind, folder))
+        yield f"{kind.faults[0]}, in a Python test", "caught" if reports(in_files(folder)) else f"wrong: status {done.returncode}\n{done.stdout}{done.stderr}"
 
 
-def outcome_of(junit):
+def outcome_of(path):
     """(passed, names of failed) of a file that ctest or pytest wrote."""
-    cases = list(ElementTree.parse(junit).iter("testcase")) if junit.exists() else []
-    bad = [case.get("name") for case in cases if case.find("failure") is not None or case.find("error") is not None or case.get("status") == "fail"]
-    return len(cases) - len(bad) - sum(case.find("skipped") is not None for case in cases), bad
+    found = junit.cases(path)
+    return len(junit.named(found, "passed")), [case.get("name") for case in junit.named(found, "failed")]
 
 
 def programs(kind, folder, log):
     """The tests in C and C++."""
     if not kind.before:
-        junit = folder / "ctest.xml"
-        junit.unlink(missing_ok=True)
-        ctest = ["ctest", "--test-dir", folder, "--output-on-failure", "--timeout", "3000", "-j2", "--output-junit", junit]
+        written = folder / "ctest.xml"
+        written.unlink(missing_ok=True)
+        ctest = ["ctest", "--test-dir", folder, "--output-on-failure", "--timeout", "3000", "-j2", "--output-junit", written]
         run(ctest, env=environment(kind), stdout=log, stderr=log)
-        return outcome_of(junit)
+        return outcome_of(written)
     listed = json.loads(said_by("ctest", "--test-dir", str(folder), "--show-only=json-v1"))["tests"]
     tests = [test for test in listed if kind.left_out_cases.get(test["name"]) != ()]
 
@@ -171,29 +194,35 @@ def programs(kind, folder, log):
 
 def python(kind, folder, files, log):
     """The tests in Python, against the instrumented library and module."""
-    junit = folder / "pytest.xml"
-    junit.unlink(missing_ok=True)
+    written = folder / "pytest.xml"
+    written.unlink(missing_ok=True)
     left_out = [f"--{'deselect' if '::' in path else 'ignore'}={path}" for path in kind.left_out]
-    run([sys.executable, "-m", "pytest", "-q", "-n", "2", "--dist", "loadfile", f"--junitxml={junit}", *left_out, *files], env=for_python(kind, folder), stdout=log, stderr=log)
-    return outcome_of(junit)
+    run(pytest_command(folder, written, "-n", "2", "--dist", "loadfile", *left_out, *files), env=for_python(kind, folder), stdout=log, stderr=log)
+    log.write(in_files(folder))
+    return outcome_of(written)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("kind", choices=KINDS)
-    parser.add_argument("--without-python", action="store_true")
+    parser.add_argument("--without-python", action="store_true", help="programs in C and C++ alone")
     parser.add_argument("--tests", nargs="+", help="Python tests, instead of all that this sanitizer is for")
     given = parser.parse_args()
-    kind, folder = KINDS[given.kind], build(given.kind)
+    kind, whole, name = KINDS[given.kind], not (given.without_python or given.tests), f"sanitizers-{given.kind}"
+    if whole:
+        record.begin(name, f"make sanitize-{given.kind}")
+    folder = build(given.kind)
     faults = list(planted(kind, folder))
     with (folder / "tests.log").open("w") as log:
         parts = {"tests in C and C++": programs(kind, folder, log)}
         if kind.python_tests and not given.without_python:
             parts["tests in Python"] = python(kind, folder, given.tests or kind.python_tests, log)
-    reports = len(REPORT.findall((folder / "tests.log").read_text(encoding="utf-8", errors="replace")))
-    kept = not reports and all(good and not bad for good, bad in parts.values()) and not any(said.startswith("wrong") for _, said in faults)
-    figures = [(name, f"{good} passed" + (f", failed: {', '.join(bad)}" if bad else "")) for name, (good, bad) in parts.items()]
-    record.write(f"sanitizers-{given.kind}", f"make sanitize-{given.kind}", kept, [*figures, ("reports", str(reports))], faults)
+    found = reports((folder / "tests.log").read_text(encoding="utf-8", errors="replace"))
+    kept = not found and all(good and not bad for good, bad in parts.values()) and not any(said.startswith("wrong") for _, said in faults)
+    figures = [(part, f"{good} passed" + (f", failed: {', '.join(bad)}" if bad else "")) for part, (good, bad) in parts.items()]
+    print(*figures, ("reports", found), *faults, sep="\n")
+    if whole:
+        record.write(name, f"make sanitize-{given.kind}", kept, [*figures, ("reports", str(found))], faults)
     sys.exit(0 if kept else f"see {folder / 'tests.log'}")
 
 

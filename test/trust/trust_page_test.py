@@ -10,6 +10,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = ROOT / "scripts" / "trust"
 sys.path.insert(0, str(SCRIPTS))
+import junit
 import page
 import promises
 import prove
@@ -69,9 +70,35 @@ def test_failures_of_named_tests_break_a_promise(tmp_path):
     (tmp_path / "test" / "a_test.py").write_text("def test_good(): pass\ndef test_bad(): assert False\n")
     report = tmp_path / "junit.xml"
     subprocess.run([sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", f"--junitxml={report}", "test"], cwd=tmp_path, capture_output=True)
-    found = prove.of_files(prove.cases(report), ["test/a_test.py"])
-    assert sorted(map(prove.outcome, found)) == ["failed", "passed"]
+    found = prove.of_files(junit.cases(report), ["test/a_test.py"])
+    assert sorted(map(junit.outcome, found)) == ["failed", "passed"]
     assert prove.of_files(found, ["test/other_test.py"]) == []
+
+
+def test_a_program_that_is_not_there_has_failed(tmp_path):
+    (tmp_path / "CTestTestfile.cmake").write_text(f'add_test(there "{sys.executable}" "--version")\nadd_test(gone "{tmp_path}/gone")\n')
+    found = prove.run_ctest("there|gone", tmp_path, tmp_path)
+    assert {case.get("name"): junit.outcome(case) for case in found} == {"there": "passed", "gone": "failed"}
+
+
+PROOF = {"name": "fuzz", "pytest": ["test/a_test.py", "test/b_test.py"]}
+
+
+@pytest.mark.parametrize("of_b, kept", [("<skipped/>", False), ("", True), (None, False)])
+def test_each_named_file_needs_a_test_that_passed(tmp_path, of_b, kept):
+    of_a = '<testcase classname="test.a_test" name="a"/><testcase classname="test.a_test" name="s"><skipped/></testcase>'
+    of_b = f'<testcase classname="test.b_test" name="b">{of_b}</testcase>' if of_b is not None else ""
+    (tmp_path / "junit.xml").write_text(f"<testsuites>{of_a}{of_b}</testsuites>")
+    assert prove.prove(PROOF, junit.cases(tmp_path / "junit.xml"), [], tmp_path, results=tmp_path) is kept
+    written = json.loads((tmp_path / "fuzz-tests.json").read_text())
+    assert written["kept"] is kept and written["figures"]["test/a_test.py"] == "1 passed, 1 skipped" and "s" in written["notes"][0]
+
+
+def test_a_check_that_dies_keeps_nothing(folder):
+    run(folder, "fuzz-a", True), run(folder, "fuzz-b", True)
+    begun = [sys.executable, str(SCRIPTS / "record.py"), "fuzz-b", "--command", "make fuzz", "--begun", "--results", str(folder / "results")]
+    subprocess.run(begun, check=True)
+    assert promises.state(promises.read(folder)[0]) == "not kept"
 
 
 def test_the_page_is_what_the_records_say():

@@ -1,5 +1,5 @@
-"""Text where a number is promised."""
+"""A function without types."""
 
 
-def area(width: float, height: float) -> float:
-    return f"{width * height}"
+def area(width, height):
+    return width * height
