@@ -128,15 +128,16 @@ def compare():
     version, new = last_release(), version_of_project()
     announced = re.search(rf"^## {re.escape(new)}\b", (ROOT / "API_CHANGES.md").read_text(encoding="utf-8"), re.MULTILINE)
     record.begin("abi", "make abi")
-    figures, found = [("compared with", version), ("version", new)], []
+    figures, found, now = [("compared with", version), ("version", new)], [], {}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for part in PARTS:
-            change, report = difference(released(version, part, folder), dump(part, folder))
+            now[part] = dump(part, folder)
+            change, report = difference(released(version, part, folder), now[part])
             figures.append((f"C interface, {part}", change))
             found += objections(version, new, change, announced)
             print(report, end="")
-        fault = planted(folder / f"algebra-{version}.abi", folder)
+        fault = planted(now["algebra"], folder)
     outcome = "caught" if fault == BROKEN else f"missed: {fault}"
     record.write("abi", "make abi", not found and outcome == "caught", figures, [("the halves of a screw in the other order", outcome)])
     sys.exit("\n".join(found) or (0 if outcome == "caught" else "the planted fault was not seen"))

@@ -1,10 +1,14 @@
 """The promises of test/trust/promises.toml, and the records of their last runs."""
 
 import json
-import tomllib
 from pathlib import Path
 
 import run_facts
+
+try:
+    import tomllib
+except ImportError:  # Python 3.10
+    import tomli as tomllib
 
 FOLDER = run_facts.ROOT / "test/trust"
 TESTS = "-tests"  # results/NAME-tests.json is the record that `make trust` writes of the tests of a promise

@@ -10,12 +10,16 @@ import argparse
 import fnmatch
 import subprocess
 import sys
-import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import regions
 import source_text
+
+try:
+    import tomllib
+except ImportError:  # Python 3.10
+    import tomli as tomllib
 
 ROOT = Path(__file__).resolve().parents[2]
 # The first pattern that matches says to which part a file belongs.

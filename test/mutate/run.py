@@ -16,11 +16,15 @@ import random
 import subprocess
 import sys
 import time
-import tomllib
 from collections import Counter
 from dataclasses import dataclass
 
 from build import HERE, ROOT, Build, files
+
+try:
+    import tomllib
+except ImportError:  # Python 3.10
+    import tomli as tomllib
 
 SECONDS = 10  # a run with a mutant may take ten times as long as the tests take without it, and so many seconds more
 # Mutants that are wrong beyond doubt, by file, code and change.
