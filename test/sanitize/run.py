@@ -69,7 +69,8 @@ KINDS = {
         ("test/python/threads_test.py", "test/python/batch_test.py"),
         ("test/python/batch_test.py::test_every_instruction_set_gives_the_same_bits",
          "test/python/threads_test.py::test_a_child_of_a_fork_has_threads_of_its_own",
-         "test/python/threads_test.py::test_children_of_children_too"), ("gcc", "libtsan.so")),
+         "test/python/threads_test.py::test_children_of_children_too"),
+        preloaded=("gcc", "libtsan.so")),
     # valgrind can't run AVX-512, and computes long double in double precision.  It takes the place of operator new, so that no test can count
     # allocations or make them fail.  Two tests end while threads compute, whose memory nothing frees then; one measures time.
     "valgrind": Kind(
