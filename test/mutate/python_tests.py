@@ -171,9 +171,9 @@ def pytest_runtestloop(session):
     with open(SETTINGS["results"], "w") as out:
         children = Children(out)
         for number in SETTINGS["mutants"]:
-            order = ordered if number == 0 else reaching.get(number)  # 0: no mutant
+            order = ordered if number == 0 else within(MOST, reaching.get(number, []))  # 0: no mutant, all tests
             if order:
-                children.start(session, mutated, number, within(MOST, order))
+                children.start(session, mutated, number, order)
             else:
                 out.write(f"{number}\tunreached\t0\t\n")
         while children.running:
