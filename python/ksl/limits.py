@@ -7,13 +7,14 @@ of a common machine.  The loader of robot files has limits of its own: src/load/
 from __future__ import annotations
 
 MOTION_BYTES = 2 << 30
-"""Of a motion or a table of external wrenches, also from standard input.  Of compressed files and archives it is the size when unpacked."""
+"""Of a motion or a table of external wrenches, also from standard input.  Of compressed files, archives and times that
+are text in Parquet files it is the size when unpacked."""
 MOTION_NUMBERS = 1 << 28
-"""Rows × columns that are read from a table: 2 GiB as doubles, ten hours of 7 joints at 1 kHz with their rates."""
+"""Rows × columns that are read from a table, of an NPZ file all that it holds: 2 GiB as doubles, ten hours of 7 joints at 1 kHz with their rates."""
 COLUMNS = 1 << 17
 """Of a table, or of a map of columns: 40,000 joints with their rates."""
 LINE_BYTES = 64 << 20
-"""Of a line at the beginning of a CSV file, where names are."""
+"""Of a line at the beginning of a CSV file, where names are, or of an array of names in an NPZ file."""
 TOML_BYTES = 4 << 20
 """Of files that people write: load cases, components, sweeps, poses, maps of columns."""
 TOML_DEPTH = 32

@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 import time
+import tracemalloc
 import zipfile
 from pathlib import Path
 
@@ -107,19 +108,143 @@ def test_a_bomb_in_an_npz_file(leg, tmp_path, monkeypatch):
     assert "unpacked" in refused(leg, tmp_path / "m.npz")
 
 
-def test_an_array_that_claims_more_than_there_is(leg, tmp_path):
-    """A header of numpy that announces 10¹⁵ numbers."""
-    header = b"{'descr': '<f8', 'fortran_order': False, 'shape': (1000000000000000,), }"
-    header += b" " * (-(len(header) + 11) % 64) + b"\n"
-    with zipfile.ZipFile(tmp_path / "m.npz", "w") as z:
-        z.writestr("time.npy", b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header + bytes(80))
-    assert "truncated or damaged" in refused(leg, tmp_path / "m.npz")
+def array(descr: str, shape: tuple[int, ...], data: bytes = bytes(80), version: int = 1, blanks: int = 0) -> bytes:
+    """An array of an NPZ file whose header says what the test wants."""
+    header = f"{{'descr': {descr}, 'fortran_order': False, 'shape': {shape}, }}".encode() + b" " * blanks + b"\n"
+    return b"\x93NUMPY" + bytes([version, 0]) + len(header).to_bytes(2 if version == 1 else 4, "little") + header + data
+
+
+@pytest.fixture
+def packed(tmp_path):
+    """Writes arrays of bytes, with the samples of `leg` that are not among them, into an NPZ file, and gives its path."""
+
+    def write(method: int = zipfile.ZIP_DEFLATED, **arrays: bytes) -> Path:
+        samples = {n: array("'<f8'", (8,), np.arange(8.0).tobytes()) for n in ("time", "hip", "slide")}
+        with zipfile.ZipFile(tmp_path / "m.npz", "w", method) as z:
+            for name, data in (samples | arrays).items():
+                z.writestr(f"{name}.npy", data)
+        return tmp_path / "m.npz"
+
+    return write
+
+
+def memory_of(refusal) -> tuple[str, int]:
+    """What a refusal says, and the most bytes that it held; NumPy's are among them."""
+    tracemalloc.start()
+    try:
+        return refusal(), tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+DAMAGED = {
+    "more numbers than there are": array("'<f8'", (10**15,)),
+    "a text longer than the file": array("'<U1000000000'", ()),
+    "fewer than none": array("'<f8'", (-8,)),
+    "a size that no array has": array("'<f8'", (0, 10**30)),
+    "a size that is no number": array("'<f8'", (True,)),
+    "no type": array("()", (8,)),
+    "a nested type": array("-" * 9000 + "1", (8,)),
+    "a header of 20 MB": array("'<f8'", (8,), version=2, blanks=20_000_000),
+    "no header": b"time" * 20,
+    "a version to come": array("'<f8'", (8,), version=9),
+}
+
+
+@pytest.mark.parametrize("name", ["hip", "names"])
+@pytest.mark.parametrize("what", DAMAGED)
+def test_an_array_that_is_not_what_it_claims(leg, packed, what, name):
+    path = packed(**{name: DAMAGED[what]})
+    said, most = memory_of(lambda: refused(leg, path))
+    assert "truncated or damaged" in said and most < 4_000_000
+
+
+def test_an_npz_file_of_more_numbers_than_are_taken(leg, packed, monkeypatch):
+    """Nothing counted them, and bytes became doubles, which need eight times the memory."""
+    path = packed(hip=array("'|i1'", (4_000_000,), bytes(4_000_000)))
+    monkeypatch.setattr(limits, "MOTION_NUMBERS", 4_000_015)
+    said, most = memory_of(lambda: refused(leg, path))
+    assert said == f"{path}: 4,000,016 numbers; at most 4,000,015 are read: thin it out, or give a part of it"
+    assert most < 1_000_000
+    monkeypatch.setattr(limits, "MOTION_NUMBERS", 4_000_016)
+    assert "has 4000000 samples" in refused(leg, path)
+
+
+def test_text_in_an_npz_file_is_not_loaded(leg, packed):
+    path = packed(note=array("'<U1000000'", (), bytes(4_000_000)), unit=array("'<U3'", (2,), np.array(["rad", "m"]).tobytes()))
+    said, most = memory_of(lambda: refused(leg, path))
+    assert "unknown column 'note', which holds text ('<U1000000')" in said and most < 1_000_000
+    assert read_motion(leg, path, ignore_extra=True).q.shape == (8, 2)
+    assert "unknown column 'unit', which holds text ('rad')" in refused(leg, path, map={"ignore": ["note"]})
+
+
+@pytest.mark.parametrize("name", ["time", "hip"])
+def test_text_instead_of_numbers_in_an_npz_file(leg, packed, name):
+    """Ended in a fault, or in 0 samples."""
+    assert f"column {name!r} holds '0.5'; expected numbers" in refused(leg, packed(**{name: array("'<U3'", (8,), np.array(["0.5"] * 8).tobytes())}))
+
+
+def test_lists_of_names_in_an_npz_file(leg, packed):
+    size = limits.COLUMNS + 1
+    path = packed(names=array("'<U3'", (size,), bytes(12 * size)))
+    said, most = memory_of(lambda: refused(leg, path))
+    assert said == f"{path}: 131,073 columns; at most 131,072 are read" and most < 1_000_000
+    path = packed(names=array("'<U20000000'", (1,), bytes(80_000_000)))
+    said, most = memory_of(lambda: refused(leg, path))
+    assert said == f"{path}: array 'names' holds 76.3 MB; at most 64 MB of names are read" and most < 1_000_000
+
+
+@pytest.mark.parametrize("method", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_methods_that_unpack_more_than_is_asked_for(leg, packed, method):
+    """NumPy writes none of them.  500 bytes took 700 MB, whatever the archive said of its size."""
+    path = packed(method, hip=array("'|i1'", (8_000_000,), bytes(8_000_000)))
+    said, most = memory_of(lambda: refused(leg, path))
+    assert said.endswith("array 'time' is compressed by a method that NumPy doesn't write; save it by numpy.savez_compressed") and most < 1_000_000
 
 
 def test_a_parquet_file_of_more_numbers_than_are_taken(leg, tmp_path, monkeypatch):
     monkeypatch.setattr(limits, "MOTION_NUMBERS", 1000)
     pq.write_table(pa.table({n: np.zeros(2000) for n in ("time", "hip", "slide")}), tmp_path / "m.parquet")
     assert "6,000 numbers" in refused(leg, tmp_path / "m.parquet")
+    pq.write_table(pa.table({n: np.zeros(2000) for n in ("time", "hip", "slide", "hip.v", "slide.v")}), tmp_path / "m.parquet")
+    assert "6,000 numbers" in refused(leg, tmp_path / "m.parquet", positions_only=True)
+    assert "10,000 numbers" in refused(leg, tmp_path / "m.parquet")
+
+
+def test_a_parquet_file_that_claims_fewer_rows_than_it_has(leg, tmp_path, monkeypatch):
+    """Its rows are counted for the file, and again for each column: 300,000, as Thrift writes it, becomes 8."""
+    path = tmp_path / "m.parquet"
+    pq.write_table(pa.table({n: np.zeros(300_000) for n in ("time", "hip", "slide")}), path)
+    data = path.read_bytes()
+    at = data.index(b"\xc0\xcf\x24", len(data) - 8 - int.from_bytes(data[-8:-4], "little"))  # zigzag, 7 bits a byte
+    path.write_bytes(data[:at] + b"\x90\x80\x00" + data[at + 3 :])
+    assert pq.ParquetFile(path).metadata.num_rows == 8
+    monkeypatch.setattr(limits, "MOTION_NUMBERS", 1000)
+    assert "900,000 numbers" in refused(leg, path)
+
+
+def repeated_text(size: int) -> pa.Array:
+    """A text of this many characters, 100 times: a few bytes of a Parquet file."""
+    return pa.DictionaryArray.from_arrays(pa.array(np.zeros(100, np.int32)), pa.array(["x" * size]))
+
+
+@pytest.mark.parametrize("what", ["texts", "lists"])
+def test_columns_of_parquet_files_that_hold_no_numbers_are_not_read(leg, tmp_path, monkeypatch, what):
+    """2.6 kB took 3.8 GB before it was said that the column holds no numbers."""
+    column = repeated_text(10) if what == "texts" else pa.array([[0.0] * 10] * 100)
+    samples = np.arange(100.0)
+    pq.write_table(pa.table({"time": samples, "hip": column, "slide": samples}), tmp_path / "m.parquet", store_schema=False)
+    monkeypatch.setattr(pq.ParquetFile, "read", lambda *_, **__: pytest.fail("was read"))
+    assert "; expected numbers" in refused(leg, tmp_path / "m.parquet")
+
+
+def test_times_of_parquet_files_that_are_long_texts(leg, tmp_path, monkeypatch):
+    samples = np.arange(100.0)
+    table = pa.table({"time": repeated_text(100), "hip": samples, "slide": samples})
+    pq.write_table(table, tmp_path / "m.parquet", store_schema=False)
+    assert "sample 1: column 'time' holds 'xxxxx" in refused(leg, tmp_path / "m.parquet")
+    monkeypatch.setattr(limits, "MOTION_BYTES", 9_999)
+    assert "column 'time' holds up to 10,000 bytes of text; at most 9,999 bytes are read" in refused(leg, tmp_path / "m.parquet")
 
 
 def test_a_csv_file_of_more_numbers_than_are_taken(leg, written, monkeypatch):
@@ -136,6 +261,31 @@ def test_too_many_columns(leg, written, monkeypatch):
 def test_a_name_of_a_column_that_is_too_long(leg, written, length):
     """131,073: the standard library's reader gives up there with an error of its own."""
     assert f"is {length:,} characters long" in refused(leg, written(f"time,{'x' * length},hip,slide\n0,0,0,0\n"))
+
+
+def long_name(kind: str, folder: Path) -> Path:
+    samples = {n: np.arange(8.0) for n in ("time", "hip", "slide")}
+    long = "x" * 5000
+    path = folder / f"motion.{kind}"
+    if kind == "parquet":
+        pq.write_table(pa.table(samples | {long: samples["hip"]}), path)
+    elif kind == "array":
+        np.savez(path := path.with_suffix(".npz"), **samples, **{long: samples["hip"]})
+    elif kind == "names":
+        np.savez(path := path.with_suffix(".npz"), time=samples["time"], q=np.zeros((8, 2)), names=["hip", long])
+    else:
+        from ros_bags_test import bag, leg_messages
+
+        states = [(log, stamp, ["hip", long], np.array(q), np.empty(0), np.empty(0)) for log, stamp, _, q, *_ in leg_messages()]
+        bag.write_mcap(path, states)
+    return path
+
+
+@pytest.mark.parametrize("kind", ["parquet", "array", "names", "mcap"])
+def test_names_that_are_too_long_in_every_format(leg, tmp_path, kind):
+    """CSV alone kept to the limit."""
+    path = long_name(kind, tmp_path)
+    assert refused(leg, path, ignore_extra=True) == f"{path}: the name {'x' * 20!r}… of a column is 5,000 characters long; at most 4,096 are read"
 
 
 def test_a_field_of_a_map_that_is_too_long(tmp_path):

@@ -256,6 +256,8 @@ def test_recordings_have_limits(leg, tmp_path, refusal, monkeypatch):
     path = write(tmp_path, "mcap", leg_messages(300))
     monkeypatch.setattr(limits, "MOTION_NUMBERS", 40)
     assert "more than 40 numbers" in refusal(leg, path)
+    many = write(tmp_path, "ros1", [(log, s, names, q, [0.0] * 50, []) for log, s, names, q, _, _ in leg_messages(1)])
+    assert "more than 40 numbers" in refusal(leg, many), "velocities without joints"
     monkeypatch.undo()
     monkeypatch.setattr(limits, "MOTION_BYTES", path.stat().st_size)
     assert "unpacked it is larger than" in refusal(leg, path)

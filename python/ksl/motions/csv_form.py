@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from ksl import limits
 from ksl.csv_cells import text_of_cell
 from ksl.errors import MotionError
+from ksl.motions.recorded import check_names
 from ksl.motions.units import bare, unit_of
 
 COMMENTS = ("#", "%", "//")
@@ -83,7 +84,7 @@ def form_of(file: str, data: bytes, encoding: str) -> CsvForm:
             raise MotionError(f"{file}:{header_line}: no names of columns, but numbers; {MEND}, named in the first line")
         header, header_line, start = found[0], found[1], 0
         notes.append(f"names of the columns are taken from the comment in line {header_line}")
-    check_names(file, header_line, header)
+    check_names(f"{file}:{header_line}", header)  # columns without a name are counted, too
     header = [text_of_cell(name) for name in header]
     if not any(header):
         raise MotionError(f"{file}:{header_line}: no names of columns; {MEND}, named in the first line")
@@ -96,16 +97,6 @@ def form_of(file: str, data: bytes, encoding: str) -> CsvForm:
     first = lines[start].number if len(lines) > start else lines[-1].number + 1
     form = CsvForm(header, header_line, first, separator, ".", units, fields[start:], notes)
     return replace(form, decimal=_decimal(form))
-
-
-def check_names(file: str, line: int, names: list[str]) -> None:
-    """Raises MotionError for more columns, or longer names, than are read."""
-    if len(names) > limits.COLUMNS:
-        raise MotionError(f"{file}:{line}: {len(names):,} columns; at most {limits.COLUMNS:,} are read")
-    longest = max(names, key=len, default="")
-    if len(longest) > limits.NAME_LENGTH:
-        said = f"the name {longest[:20]!r}… of a column is {len(longest):,} characters long; at most {limits.NAME_LENGTH:,} are read"
-        raise MotionError(f"{file}:{line}: {said}")
 
 
 def _lines(file: str, data: bytes, encoding: str) -> Iterator[_Line]:

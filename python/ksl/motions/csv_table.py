@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ksl import limits
 from ksl.errors import MotionError
 from ksl.motions.arrow_memory import own_memory
 from ksl.motions.csv_form import MEND, SEPARATORS, CsvForm, form_of, is_comma_number, is_number
-from ksl.motions.recorded import Recorded, count
+from ksl.motions.recorded import Recorded, check_numbers, count
 from ksl.states import Array
 
 if TYPE_CHECKING:
@@ -113,9 +112,7 @@ class CsvTable(Recorded):
     def _check_numbers(self, columns: int) -> None:
         """Raises MotionError for more numbers than are read."""
         ends = self._data.count(b"\n") or self._data.count(b"\r")
-        numbers = columns * (ends - self.form.first_line + 1)
-        if numbers > limits.MOTION_NUMBERS:
-            raise MotionError(f"{self.file}: about {numbers:,} numbers; at most {limits.MOTION_NUMBERS:,} are read: thin it out, or give a part of it")
+        check_numbers(self.file, columns * (ends - self.form.first_line + 1), "about ")
 
     def _parsed_with(self, decimal: str, types: dict[str, pa.DataType]) -> pa.Table:
         import pyarrow as pa

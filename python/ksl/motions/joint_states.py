@@ -41,7 +41,7 @@ class JointStates:
             if not len(m.position):
                 self.without_positions += 1
                 continue
-            numbers += 2 * len(m.position)
+            numbers += len(m.position) + len(m.velocity)
             if numbers > limits.MOTION_NUMBERS:
                 raise MotionError(f"{file}: more than {limits.MOTION_NUMBERS:,} numbers in {topic}; give a part of the recording")
             names = tuple(m.name)

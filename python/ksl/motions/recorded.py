@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ksl import limits
 from ksl.errors import MotionError
 from ksl.states import Array
 
@@ -38,6 +39,10 @@ class Recorded:
     is_recording: bool = False
     """True for bags: their names are those of joints, and nobody can edit them."""
 
+    def __post_init__(self) -> None:
+        """Every reader comes here with the names that it has found.  Raises MotionError."""
+        check_names(self.head, self.names)
+
     @property
     def head(self) -> str:
         """Where the names of columns are."""
@@ -56,7 +61,31 @@ class Recorded:
 
         time: the one of them that holds times, which may be written as clock times or dates.
         """
+        for name in names:
+            if name in self.texts:
+                raise MotionError(f"{self.file}: column {name!r} holds {self.texts[name][:40]!r}; expected numbers")
         return {name: self.columns[name] for name in names}
+
+
+def check_columns(where: str, columns: int) -> None:
+    """Raises MotionError for more columns than are read.  where: the file, and the line where that is known."""
+    if columns > limits.COLUMNS:
+        raise MotionError(f"{where}: {columns:,} columns; at most {limits.COLUMNS:,} are read")
+
+
+def check_names(where: str, names: Sequence[str]) -> None:
+    """Raises MotionError for more columns, or longer names, than are read.  O(columns)."""
+    check_columns(where, len(names))
+    longest = max(names, key=len, default="")
+    if len(longest) > limits.NAME_LENGTH:
+        said = f"the name {longest[:20]!r}… of a column is {len(longest):,} characters long; at most {limits.NAME_LENGTH:,} are read"
+        raise MotionError(f"{where}: {said}")
+
+
+def check_numbers(file: str, numbers: int, about: str = "") -> None:
+    """Raises MotionError for more numbers than are read; readers call it before they read them.  about: a word before the number."""
+    if numbers > limits.MOTION_NUMBERS:
+        raise MotionError(f"{file}: {about}{numbers:,} numbers; at most {limits.MOTION_NUMBERS:,} are read: thin it out, or give a part of it")
 
 
 def listed(names: Iterable[str], most: int = 12) -> str:
