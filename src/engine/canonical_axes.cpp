@@ -10,8 +10,11 @@ namespace {
 
 using A = algebra<double>;
 
+/// Length of two components of a unit vector.  std::hypot has other bits in the C library of another processor.
+double length_of(double x, double y) { return std::sqrt(x * x + y * y); }
+
 /// Sine of the angle between z and the axis of a joint on a body.
-double sine_to_axis(const mat3x3<double> &joint) { return std::hypot(joint.m02, joint.m12); }
+double sine_to_axis(const mat3x3<double> &joint) { return length_of(joint.m02, joint.m12); }
 
 /// A sine below this is zero but for rounding errors.
 constexpr double negligible = 4 * std::numeric_limits<double>::epsilon();
@@ -57,7 +60,7 @@ void take_apart(body<double> &b, const plane_rotation<double> &chosen) {
     b.offset = no_rotation;
   vec3<double> axis = {R.m02, R.m12, R.m22};
   rotate_back_z(b.offset, axis);
-  const double length = std::hypot(axis.y, axis.z);
+  const double length = length_of(axis.y, axis.z);
   b.alpha = {-axis.y / length, axis.z / length};
   double offset[2] = {b.offset.sine, b.offset.cosine}, alpha[2] = {b.alpha.sine, b.alpha.cosine};
   A::product_drdrz(&identity.R, offset, &R);
