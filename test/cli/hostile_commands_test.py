@@ -12,11 +12,11 @@ import pytest
 
 import ksl
 from ksl import limits
-from ksl.csv_cells import csv_table, csv_text, text_of_cell
+from ksl.csv_cells import csv_comment, csv_table, csv_text, text_of_cell
 from ksl.printable import one_line, printable, sentence
 
 INERTIAL = '<inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
-BAD = ["\u009b31m", "\u202egnp", "[red]x[/red]", "[/]", "=HYPERLINK(1)", "@SUM", "-2+3", "<b>&amp;</b></script>", "'=1"]
+BAD = ["\u009b31m", "\u202egnp", "[red]x[/red]", "[/]", "=HYPERLINK(1)", "@SUM", "-2+3", "<b>&amp;</b></script>", "'=1", "x;=cmd|'/c calc'!A0;y", "t\t=1", 'q; "=1"']
 CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069]")
 
 
@@ -66,10 +66,24 @@ def test_printable_text():
     assert printable("\udcff") == "\\udcff", "a byte of a path that is not UTF-8"
 
 
-@pytest.mark.parametrize("name", [*BAD, "a", "", "'", "''=x", "\t1", "\r1", "\uff1d1", "a=1", "1", "'a"])
+@pytest.mark.parametrize("name", [*BAD, "a", "", "'", "''=x", "\t1", "\r1", "\uff1d1", "a=1", "1", "'a", "a;", "a;b", "a;'=b;=;'", ";;-1", "\t=1", "\t'=1", "';\r'=", "a\n=1"])
 def test_cells_read_back(name):
     cell = csv_text(name)
     assert text_of_cell(cell) == name and not re.match("[=+\\-@\t\r\uff1d\uff0b\uff0d\uff20]", cell)
+
+
+@pytest.mark.parametrize("name", ["x;=cmd|'/c calc'!A0;y", 'x;"=1"', 'x; ""=1', "x;'=1", "x\t@SUM", ";+1+1", "x\n=1", "x\r\n-1", '";=1', "x;\uff1d1", "=1;=1"])
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+def test_no_formula_for_programs_that_split_elsewhere(name, separator):
+    """The cell between others in a file with commas, as programs with other separators take it apart."""
+    file = io.StringIO()
+    csv.writer(file).writerow(["a", csv_text(name), "b"])
+    lines = re.split("\r\n|\n|\r", file.getvalue()) if separator != "," else [file.getvalue()]
+    for cell in [cell for line in lines for cell in next(csv.reader([line], delimiter=separator), [])]:
+        assert not re.match(" *[=+\\-@\uff1d]", cell), (file.getvalue(), cell)
+    for comment in (csv_comment(f"robot {name}"), csv_comment(f"robot, {name}")):
+        for cell in next(csv.reader([f"# {comment}"], delimiter=separator)):
+            assert not re.match(" *[=+\\-@\uff1d]", cell), (comment, cell)
 
 
 def test_cells_of_tables():
@@ -132,6 +146,11 @@ def test_files_hold_no_formulas_and_read_back(hostile, tmp_path):
     assert "</b></script>" not in html and "<b>&amp;</b>" not in html
     made = run("motion", hostile / "robot.urdf", "--kind", "minjerk", "-o", tmp_path / "m.csv")
     assert made.returncode == 0, made.stderr.decode()
+    for file in [*(tmp_path / "o").glob("*.csv"), tmp_path / "m.csv"]:
+        for separator in ";\t":
+            with open(file, newline="", encoding="utf-8") as f:
+                inner = [cell for row in csv.reader(f, delimiter=separator) for cell in row[1:]]
+            assert not any(re.match(" *[=+@]", cell) for cell in inner), (file, separator)
     m = ksl.read_motion(ksl.load(hostile / "robot.urdf"), tmp_path / "m.csv")
     assert np.isfinite(m.q).all() and m.q.shape[1] == len(BAD)
 

@@ -315,6 +315,59 @@ def test_what_is_the_user_s_stays(tmp_path):
     assert os.readlink(tmp_path / "dangling") == "nowhere" and (tmp_path / "to notes").read_text() == "mine"
 
 
+PLANS = {
+    "a path": b'["../../victim"]', "a path of another place": b'["/VICTIM"]', "folders": b'["sub/mine"]', "dots": b'["..", "."]', "no name": b'[""]',
+    "a number": b"[1]", "no list": b"1", "an object": b'{"table": 1}', "null": b"null", "no JSON": b"", "cut": b'["tab', "NUL": b'["table\\u0000"]',
+    "half a character": b'["\\ud800"]', "not UTF-8": b'["\xff"]', "deep": b"[" * 200_000, "long": b'["table"' + b" " * (1 << 20) + b"]",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("plan", PLANS)
+def test_a_forged_plan_is_not_carried_out(tmp_path, plan):
+    """A folder of results from somebody else, with a stage in it.  Nothing outside of the folder changes, and no run fails."""
+    (tmp_path / "victim").write_text("mine")
+    out = tmp_path / "a" / "out"
+    (out / "sub").mkdir(parents=True)
+    (out / "sub" / "mine").write_text("mine")
+    forged = out / f"{stage.PREFIX}x"
+    (forged / "new").mkdir(parents=True)
+    (forged / "new" / "table").write_text("forged")
+    (forged / "todo.json").write_bytes(PLANS[plan].replace(b"/VICTIM", os.fsencode(tmp_path / "victim")))
+    for _ in range(2):
+        write_set(out)
+        assert texts(out) == LATER and (tmp_path / "victim").read_text() == (out / "sub" / "mine").read_text() == "mine"
+    assert (forged / "new" / "table").read_text() == "forged", "what is no stage of a run stays"
+
+
+@pytest.mark.parametrize("kind", ["now", "now of another place", "new", "old", "plan"])
+def test_links_of_a_forged_stage_are_not_followed(tmp_path, kind):
+    elsewhere = folder_with(tmp_path / "elsewhere", {"f": "mine", "g": "mine"})
+    forged = tmp_path / "out" / f"{stage.PREFIX}x"
+    forged.mkdir(parents=True)
+    (tmp_path / "out" / "f").symlink_to(f"{forged.name}/now/f")
+    (forged / "now").symlink_to({"now": "../../elsewhere", "now of another place": elsewhere}.get(kind, "old" if kind == "old" else "new"))
+    for name in ("new", "old"):
+        if name == kind:
+            (forged / name).symlink_to(elsewhere)
+        else:
+            (forged / name).mkdir()
+    (elsewhere / "plan").write_text('["table"]')
+    if kind == "plan":
+        (forged / "todo.json").symlink_to(elsewhere / "plan")
+    elif kind == "new":
+        (forged / "todo.json").write_text("[]")
+    write_set(tmp_path / "out")
+    assert texts(elsewhere) == {"f": "mine", "g": "mine", "plan": '["table"]'} and texts(tmp_path / "out").items() >= LATER.items()
+    assert (tmp_path / "out" / "f").is_symlink()
+
+
+def test_a_plan_that_is_a_pipe_is_not_waited_for(tmp_path):
+    forged = tmp_path / f"{stage.PREFIX}x"
+    (forged / "new").mkdir(parents=True)
+    os.mkfifo(forged / "todo.json")
+    assert killing.in_a_copy(lambda: (signal.alarm(20), write_set(tmp_path)))[0] == 0 and texts(tmp_path) == LATER
+
+
 def test_modes_are_those_of_new_files(tmp_path):
     mask = os.umask(0o027)
     try:

@@ -415,3 +415,30 @@ def test_blanks_around_a_joint_in_a_motion(tmp_path):
         assert read_motion(robot, tmp_path / "m.csv").q[2, 0] == 0.2
     np.savez(tmp_path / "m.npz", **{"time": np.arange(8.0), " hip ": np.arange(8) / 10})
     assert read_motion(robot, tmp_path / "m.npz").q[2, 0] == 0.2
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_a_map_that_was_cut_inside_its_last_number(leg, written, tmp_path, end):
+    """0.017 may have been 0.0174533."""
+    path, motion = tmp_path / "map.csv", written(HEAD + ROWS)
+    whole = f"from,to,scale{end}slide,slide,1{end}hip,hip,0.017".encode()
+    path.write_bytes(whole)
+    m = read_motion(leg, motion, map=path)
+    assert any("last line (3) of" in doubt and "map.csv" in doubt and "cut" in doubt for doubt in m.doubts), m.doubts
+    path.write_bytes(whole + end.encode())
+    assert not read_motion(leg, motion, map=path).doubts
+
+
+@pytest.mark.parametrize("number", ["1_0", "\u0661", "\uff11", "nan", "inf", "1e999", "0x1", "1 0", "--1", "."])
+def test_what_is_no_number_in_a_map(tmp_path, number):
+    for key in ("scale", "offset", "sign"):
+        (tmp_path / "map.csv").write_text(f"from,to,{key}\na,hip,{number}\n", encoding="utf-8")
+        with pytest.raises(MotionError, match=f"map.csv:2: .*{key} (is )?.*expected a number"):
+            read_map(tmp_path / "map.csv")
+
+
+@pytest.mark.parametrize("number", ["1", "+1", "1.", "1.0e0", "10E-1", ".1e1"])
+def test_numbers_in_a_map(tmp_path, number):
+    (tmp_path / "map.csv").write_text(f"from,to,sign,scale,offset\na,hip,{number},{number},{number}\n", encoding="utf-8")
+    rule = read_map(tmp_path / "map.csv").rules["a"]
+    assert (rule.sign, rule.scale, rule.offset) == (1, 1, 1)

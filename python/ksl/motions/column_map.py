@@ -11,12 +11,14 @@ from dataclasses import dataclass, field
 
 from ksl.csv_cells import text_of_cell
 from ksl.errors import MotionError, close_names, near_names
-from ksl.motions.csv_form import form_of
+from ksl.motions.csv_form import doubts_about_end, form_of
 from ksl.motions.recorded import listed
 from ksl.toml_files import read_text, toml_of
 
 KEYS = ("to", "unit", "sign", "scale", "offset")
 TABLES = ("columns", "ignore", "constants")
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", re.ASCII)
+"""A number in a CSV map.  Python's `float` also takes `1_0`, and digits of other scripts."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,8 @@ class ColumnMap:
     rules: Mapping[str, ColumnRule] = field(default_factory=dict)
     ignored: tuple[str, ...] = ()
     constants: Mapping[str, float] = field(default_factory=dict)
+    doubts: tuple[str, ...] = ()
+    """Why the map may be wrong, as `Motion.doubts` says it."""
 
 
 def read_map(given: str | os.PathLike[str] | Mapping[str, object]) -> ColumnMap:
@@ -154,16 +158,15 @@ def _of_rows(file: str, text: str) -> ColumnMap:
         values: dict[str, object] = dict(cells)
         for key in ("sign", "scale", "offset"):
             if key in cells:
-                try:
-                    values[key] = float(cells[key])
-                except ValueError:
-                    raise MotionError(f"{where}: {key} is {cells[key]!r}; expected a number") from None
+                if _NUMBER.fullmatch(cells[key]) is None:
+                    raise MotionError(f"{where}: {key} is {cells[key]!r}; expected a number")
+                values[key] = float(cells[key])
         column = text_of_cell(str(values.pop("from")))
         values["to"] = text_of_cell(cells["to"])
         if column in rules:
             raise MotionError(f"{where}: column {column!r} stands in the map twice; remove one line")
         rules[column] = _rule(where, column, values)
-    return _checked(ColumnMap(file, rules))
+    return _checked(ColumnMap(file, rules, doubts=tuple(doubts_about_end(file, text.encode()))))
 
 
 def _fields(where: str, line: str, separator: str) -> list[str]:

@@ -167,3 +167,12 @@ def _decimal(form: CsvForm) -> str:
 
 def is_comma_number(text: str) -> bool:
     return _COMMA_NUMBER.fullmatch(text.strip()) is not None
+
+
+def doubts_about_end(file: str, data: bytes) -> list[str]:
+    """A sentence if the last line has no end, though those before it have one: it may be cut, and 9 may have been 9.98."""
+    last = data[max(data.rfind(b"\n"), data.rfind(b"\r")) + 1 :]
+    if len(last) == len(data) or not last.strip() or last.lstrip().startswith((b"#", b"%", b"//")):
+        return []
+    line = (data.count(b"\n") or data.count(b"\r")) + 1
+    return [f"the last line ({line}) of {file} has no line end, as those before it have: was the file cut there? Copy it again, or end the line"]

@@ -11,7 +11,7 @@ import numpy as np
 
 from ksl.errors import MotionError
 from ksl.motions.arrow_memory import own_memory
-from ksl.motions.csv_form import MEND, SEPARATORS, CsvForm, form_of, is_comma_number, is_number
+from ksl.motions.csv_form import MEND, SEPARATORS, CsvForm, doubts_about_end, form_of, is_comma_number, is_number
 from ksl.motions.recorded import Recorded, check_numbers, count
 from ksl.states import Array
 
@@ -41,7 +41,7 @@ class CsvTable(Recorded):
         names = [n for n in self.form.names if n]
         units = {n: u for n, u in zip(self.form.names, self.form.units) if n and u}
         super().__init__(file, f"CSV ({words})" if words else "CSV", names, {}, units, notes + self.form.notes)
-        self.doubts = _doubts_about_end(file, self._data)
+        self.doubts = doubts_about_end(file, self._data)
         self._index = {n: i for i, n in enumerate(self.form.names) if n}
         self._lines: Array | None = None  # of each row, where comments lie between the rows
 
@@ -207,15 +207,6 @@ class CsvTable(Recorded):
         if "Empty CSV" in text or "Could not skip" in text:
             return f"{self.file}: holds no samples; give `time` and a column for each joint, a line for each sample"
         return f"{self.file}: can't be read as CSV ({' '.join(text.split())[:200]}); give `time` and a column for each joint, separated by commas"
-
-
-def _doubts_about_end(file: str, data: bytes) -> list[str]:
-    """A sentence if the last line has no end, though those before it have one: it may be cut, and 9 may have been 9.98."""
-    last = data[max(data.rfind(b"\n"), data.rfind(b"\r")) + 1 :]
-    if len(last) == len(data) or not last.strip() or last.lstrip().startswith((b"#", b"%", b"//")):
-        return []
-    line = (data.count(b"\n") or data.count(b"\r")) + 1
-    return [f"the last line ({line}) of {file} has no line end, as those before it have: was the file cut there? Copy it again, or end the line"]
 
 
 def _numbered(index: int) -> str:

@@ -95,7 +95,7 @@ def read_motion(
         place = lambda k: f"{table.file}: sample {k + 1} after resampling"
     motion = complete(model, time, q, given, table.file, place, smooth, measured)
     source = Source(table.file, table.format, len(time), float(np.median(np.diff(time))), with_unused_together(notes))
-    return replace(motion, source=source, doubts=[*table.doubts, *motion.doubts])
+    return replace(motion, source=source, doubts=[*table.doubts, *columns.doubts, *motion.doubts])
 
 
 def _values(table: Recorded, choice: Choice) -> dict[str, Array]:

@@ -173,7 +173,7 @@ def settle_stale(directory: Path) -> None:
     """Ends the swaps of dead processes, and removes their stages.
 
     A stage that is locked is in use.  Without locks nobody can tell, so nothing is removed.  Stages of other users stay as well: their
-    list of files to be removed could name files of this user.
+    list of files to be removed could name files of this user.  So does a folder that only has the name of a stage, and is not as `swap` leaves it.
     """
     try:
         stages = [Path(entry) for entry in os.scandir(directory) if entry.name.startswith(PREFIX)]

@@ -13,6 +13,9 @@ the earlier files or all lead to the new ones.  `settle` then makes them plain f
 
 Where the file system has no links, the list of files to be removed is written first.  Then each new file is renamed.  If this is stopped,
 `settle` does the rest.
+
+A folder of results may come from somebody else, and with it a stage that nobody's run has made.  So `settle` takes only what `swap` writes:
+a list of plain names, and a `now` that leads to `old` or `new`, which are folders and no links.  It then changes only this folder and its stage.
 """
 
 from __future__ import annotations
@@ -21,10 +24,13 @@ import contextlib
 import errno
 import json
 import os
+import stat
 from collections.abc import Collection
 from pathlib import Path
 
 NEW, OLD, NOW, TODO = "new", "old", "now", "todo.json"
+PLAN_BYTES = 1 << 20
+"""A longer list of files to be removed is none of `swap`."""
 
 WITHOUT_LINKS = (errno.EPERM, errno.EACCES, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP, errno.EINVAL, errno.EMLINK, errno.EXDEV)
 """Errors of file systems that have no links.  Linux also refuses hard links to files of other users with them."""
@@ -50,7 +56,7 @@ def swap(stage: Path, results: Collection[str]) -> None:
             if isinstance(e, OSError) and e.errno not in WITHOUT_LINKS:
                 raise
             _plan(stage, removed)
-            _do_what_is_planned(stage)
+            _do_what_is_planned(stage, removed)
         else:
             _point(stage, NEW)
             _put_linked(stage, [*written, *removed])
@@ -58,12 +64,57 @@ def swap(stage: Path, results: Collection[str]) -> None:
 
 
 def settle(stage: Path) -> None:
-    """Ends the swap of a process that was killed: all new files, or all earlier ones, become plain files of the folder."""
+    """Ends the swap of a process that was killed: all new files, or all earlier ones, become plain files of the folder.
+
+    Raises OSError, before any change, where the stage is not as `swap` leaves it: it is no stage of a run, and should stay as it is.
+    """
     folder = stage.parent
+    _check_folders(stage)
+    removed = _planned(stage)
     if os.path.lexists(stage / NOW):
         _put_linked(stage, [entry.name for entry in os.scandir(folder) if entry.is_symlink()])
-    if (stage / TODO).exists():
-        _do_what_is_planned(stage)
+    if removed is not None:
+        _do_what_is_planned(stage, removed)
+
+
+def _check_folders(stage: Path) -> None:
+    """Raises OSError if the stage's links lead anywhere but into the stage."""
+    if any((stage / name).is_symlink() for name in (OLD, NEW)):
+        raise _no_stage(stage)
+    if os.path.lexists(stage / NOW) and os.readlink(stage / NOW) not in (OLD, NEW):
+        raise _no_stage(stage)
+
+
+def _planned(stage: Path) -> list[str] | None:
+    """The list of files to be removed, None if there is none.  Raises OSError if it is not one that `_plan` writes."""
+    plan = stage / TODO
+    if not os.path.lexists(plan):
+        return None
+    found = plan.lstat()
+    if not stat.S_ISREG(found.st_mode) or found.st_size > PLAN_BYTES:
+        raise _no_stage(stage)
+    try:
+        removed = json.loads(plan.read_text(encoding="utf-8"))
+    except (ValueError, RecursionError):
+        raise _no_stage(stage) from None
+    if not isinstance(removed, list) or not all(map(_is_plain_name, removed)):
+        raise _no_stage(stage)
+    return removed
+
+
+def _is_plain_name(name: object) -> bool:
+    """Whether this is the name of a file in the folder, and leads nowhere else."""
+    if not isinstance(name, str) or name in ("", "..") or "\0" in name or Path(name).name != name:
+        return False
+    try:
+        os.fsencode(name)
+    except UnicodeEncodeError:  # half of a character, which JSON can hold
+        return False
+    return True
+
+
+def _no_stage(stage: Path) -> OSError:
+    return OSError(errno.EINVAL, "no stage of a run", os.fspath(stage))
 
 
 def _link(stage: Path, names: list[str]) -> None:
@@ -121,10 +172,9 @@ def _plan(stage: Path, removed: list[str]) -> None:
     flush_folder(stage)
 
 
-def _do_what_is_planned(stage: Path) -> None:
+def _do_what_is_planned(stage: Path, removed: list[str]) -> None:
     """Renames the new files, and removes those of the list.  Can be repeated after it was stopped."""
     folder = stage.parent
-    removed = json.loads((stage / TODO).read_text(encoding="utf-8"))
     for name in os.listdir(stage / NEW):
         os.replace(stage / NEW / name, folder / name)
     for name in removed:
