@@ -20,7 +20,7 @@ _SIGNS = "=+\\-@\t\r\uff1d\uff0b\uff0d\uff20"
 _FORMULA = re.compile(f"'*[{_SIGNS}]")
 _GUARDED = re.compile(f"'+[{_SIGNS}]")
 
-_IN_COMMENT = re.compile(r"([,;|]\s*)(?=[=@\uff1d\uff20]|[-+\uff0b\uff0d](?!\d*\.?\d+(?:[eE][-+]?\d+)?\s*(?:[,;|\])}]|$)))")
+_IN_COMMENT = re.compile(r"([,;|]\s*)(?=[=@\uff1d\uff20]|[-+\uff0b\uff0d](?!(?:\d+(?:\.\d+)?|\.\d+)(?:[eE][-+]?\d+)?\s*(?:[,;|\])}]|$)))")
 """A separator before a sign that does not begin a plain number."""
 
 

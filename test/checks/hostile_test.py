@@ -4,11 +4,13 @@ import json
 import random
 import subprocess
 import sys
+import time
 
 import pytest
 from files import ARM, END, changed, hinge, link, more
 
 import ksl
+from ksl.checks.run import findings_of_bytes
 from ksl.errors import DescriptionError
 
 
@@ -139,9 +141,6 @@ def chain_of_followers(count: int) -> str:
 
 def test_mimic_chains_take_linear_time():
     """Quadratic, in parts cubic, before: 2,000 joints took minutes."""
-    import time
-
-    from ksl.checks.run import findings_of_bytes
 
     def seconds(count: int) -> float:
         text = chain_of_followers(count).encode()
@@ -193,3 +192,17 @@ def test_masses_of_two_sides_that_are_not_positive(check):
     """One negative, one zero: the larger one was divided by."""
     sides = [link("left_hand", mass=-1), link("right_hand", mass=0), hinge("l", "fore", "left_hand"), hinge("r", "fore", "right_hand")]
     assert {"mass-negative", "symmetry-mass"} <= set(check(more(*sides)).rules)
+
+
+URDF_MASS = '<robot name="r"><link name="a"><inertial><mass value="{}"/></inertial></link></robot>'
+SDF_MASS = '<sdf version="1.10"><model name="m"><link name="a"><inertial><mass>{}</mass></inertial></link></model></sdf>'
+
+
+@pytest.mark.parametrize("file", [URDF_MASS, SDF_MASS], ids=["urdf", "sdf"])
+@pytest.mark.parametrize("number", ["{}x", "{}.{}x", ".{}x", "1e{}x"])
+def test_a_number_of_many_digits_takes_linear_time(file, number):
+    """20,000 digits with a letter behind them took 8 s."""
+    text = file.format(number.replace("{}", "1" * 20_000)).encode()
+    start = time.process_time()
+    assert "number-unreadable" in [f.rule for f in findings_of_bytes(text)]
+    assert time.process_time() - start < 1

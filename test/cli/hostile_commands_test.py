@@ -6,13 +6,14 @@ import os
 import re
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
 
 import ksl
 from ksl import limits
-from ksl.csv_cells import csv_table, csv_text, text_of_cell
+from ksl.csv_cells import csv_comment, csv_table, csv_text, text_of_cell
 from ksl.printable import one_line, printable, sentence
 
 INERTIAL = '<inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
@@ -70,6 +71,15 @@ def test_printable_text():
 def test_cells_read_back(name):
     cell = csv_text(name)
     assert text_of_cell(cell) == name and not re.match("[=+\\-@\t\r\uff1d\uff0b\uff0d\uff20]", cell)
+
+
+def test_a_comment_with_a_number_of_many_digits():
+    """10,000 digits with a letter behind them took 3 s."""
+    assert [csv_comment(f"a;{x}") for x in ("-1", "-1.5", "-.5e3", "-1.", "-1x", "-")] == ["a;-1", "a;-1.5", "a;-.5e3", "a;'-1.", "a;'-1x", "a;'-"]
+    start = time.process_time()
+    for number in ("1" * 10_000, "1." + "1" * 10_000, "1e" + "1" * 10_000):
+        assert csv_comment(f"a;-{number}x") == f"a;'-{number}x"
+    assert time.process_time() - start < 0.5
 
 
 def test_cells_of_tables():
