@@ -73,7 +73,7 @@ MISSPELT = 50
 
 
 class Strangers:
-    """Unknown elements or attributes of a file, and the known ones that were likely meant.  O(1) for each place where one stands: each is
+    """Unknown elements, attributes or types in a file, and the known ones that were likely meant.  O(1) for each place where one stands: each is
     compared once with the same known names, and after the first `MISSPELT` only without regard to capitals."""
 
     def __init__(self) -> None:
