@@ -235,6 +235,20 @@ def test_many_strangers_take_linear_time(what):
     assert seconds_of_check(many) < 24 * max(seconds_of_check(few), 0.01), "eight times as many: quadratic time would be 64 times as long"
 
 
+@pytest.mark.parametrize("name", ["xmlns", "xmlns:x", "xmlns\n=", "xmlns" + " " * 2000, "xmlns:" + "x" * 2000])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
+def test_a_long_namespace_is_refused(name, encoding):
+    """Each element has it in its name: with 160 kB of it, 32,000 elements took 6 s."""
+    text = f'<robot name="r">\n<a {name.removesuffix("=")}="{{}}">{"<b/>" * 16_000}</a></robot>'
+    start = time.process_time()
+    found = [(f.rule, f.line) for f in findings_of_bytes(text.format("u" * 80_000).encode(encoding))]
+    assert found == [("xml-syntax", 3 if "\n" in name else 2)]
+    assert time.process_time() - start < 0.5
+    if len(name) < 1000:
+        assert "xml-syntax" not in [f.rule for f in findings_of_bytes(text.format("u" * 1000).encode(encoding))]
+    assert "xml-syntax" not in [f.rule for f in findings_of_bytes(f'<robot name="r" note="{"u" * 9000}"/>'.encode(encoding))]
+
+
 def test_misspelt_names_are_told_at_each_place(check):
     """The same name in many joints, and beside names that are not compared since there are too many."""
     joints = "".join(hinge(f"j{k}", "fore", f"l{k}").replace('velocity="2"', 'velocty="2"') + link(f"l{k}") for k in range(80))
