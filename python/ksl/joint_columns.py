@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -35,6 +36,8 @@ TIME = ("time", "t")
 """Columns that tables of motions have besides."""
 ROLES = {"q": 0, "q0": 0, "q1": 0, "v": 1, "a": 2, "tau": 3}
 """Arguments of calls, and which of the names of a joint's numbers theirs are."""
+LISTED = 12
+"""Names in a message; of more it says how many there are."""
 
 Names = tuple[list[str], list[str], list[str], list[str]]
 
@@ -78,18 +81,19 @@ def by_name(x: Any, names: Sequence[str], what: str, joints: Sequence[tuple[str,
         plain = [name for each in of_joints for name in (each[0] if len(each[0]) == len(each[role]) else each[role])]
         wanted = plain if set(plain) & set(names) else wanted
     place = f"{what}: columns are taken by name"
-    missing = [name for name in wanted if name not in names]
+    times, taken = Counter(names), set(wanted)
+    missing = [name for name in wanted if name not in times]
     if missing:
-        others = [name for name in names if name not in wanted]
-        near = next(filter(None, (near_names(name, others) for name in missing)), "")
+        others = [name for name in names if name not in taken]
+        near = next(filter(None, (near_names(name, others) for name in missing[:LISTED])), "")
         raise ValueError(f"{place}, and there is none for {_listed(missing)}; {near}columns: {_listed(names)}; .to_numpy() takes them by place")
     known = {name for each in of_joints for group in each for name in group}.union(TIME)
     for name in names:
         if name not in known and str(name).lower() not in TIME:
             near = near_names(name, known)
             raise ValueError(f"{place}, and {name!r} is that of no joint; {near}leave it out: table[{_listed(wanted, quoted=True)}]")
-        if names.count(name) > 1 and name in wanted:
-            raise ValueError(f"{place}, and {name!r} is that of {names.count(name)} columns; keep one of them")
+        if times[name] > 1 and name in taken:
+            raise ValueError(f"{place}, and {name!r} is that of {times[name]} columns; keep one of them")
     if not wanted:
         return np.zeros(0)
     return np.stack(np.broadcast_arrays(*(_column(x, name, what) for name in wanted)), axis=-1)
@@ -111,5 +115,6 @@ def _column(x: Any, name: str, what: str) -> NDArray[Any]:
 
 
 def _listed(names: Sequence[str], quoted: bool = False) -> str:
-    shown = ", ".join(map(repr if quoted else str, names[:12]))
-    return f"[{shown}]" if quoted and len(names) <= 12 else f"[…{len(names)} names]" if quoted else shown + (f" and {len(names) - 12} more" if len(names) > 12 else "")
+    shown = ", ".join(map(repr if quoted else str, names[:LISTED]))
+    more = len(names) - LISTED
+    return f"[{shown}]" if quoted and more <= 0 else f"[…{len(names)} names]" if quoted else shown + (f" and {more} more" if more > 0 else "")

@@ -23,6 +23,10 @@ NAME_LENGTH = 4096
 """Characters of the name of a column."""
 ROBOT_BYTES = 64 << 20
 """Of a robot file that `ksl check` reads.  The largest ones known have some hundred kilobytes; meshes are in files of their own."""
+ATTRIBUTES = 1000
+"""Of one element of a robot file, as the loader reads them: `ksl check` doesn't look into the values of more."""
+NAMESPACE_LENGTH = 1000
+"""Bytes of a namespace in a robot file, since each element has it in its name."""
 MESSAGE_LENGTH = 4000
 """Characters of a message; longer ones are shortened in the middle."""
 NEAR_NAMES = 2000

@@ -4,11 +4,13 @@ import json
 import random
 import subprocess
 import sys
+import time
 
 import pytest
 from files import ARM, END, changed, hinge, link, more
 
 import ksl
+from ksl.checks.run import findings_of_bytes, fix
 from ksl.errors import DescriptionError
 
 
@@ -139,9 +141,6 @@ def chain_of_followers(count: int) -> str:
 
 def test_mimic_chains_take_linear_time():
     """Quadratic, in parts cubic, before: 2,000 joints took minutes."""
-    import time
-
-    from ksl.checks.run import findings_of_bytes
 
     def seconds(count: int) -> float:
         text = chain_of_followers(count).encode()
@@ -193,3 +192,81 @@ def test_masses_of_two_sides_that_are_not_positive(check):
     """One negative, one zero: the larger one was divided by."""
     sides = [link("left_hand", mass=-1), link("right_hand", mass=0), hinge("l", "fore", "left_hand"), hinge("r", "fore", "right_hand")]
     assert {"mass-negative", "symmetry-mass"} <= set(check(more(*sides)).rules)
+
+
+URDF_MASS = '<robot name="r"><link name="a"><inertial><mass value="{}"/></inertial></link></robot>'
+SDF_MASS = '<sdf version="1.10"><model name="m"><link name="a"><inertial><mass>{}</mass></inertial></link></model></sdf>'
+
+
+@pytest.mark.parametrize("file", [URDF_MASS, SDF_MASS], ids=["urdf", "sdf"])
+@pytest.mark.parametrize("number", ["{}x", "{}.{}x", ".{}x", "1e{}x"])
+def test_a_number_of_many_digits_takes_linear_time(file, number):
+    """20,000 digits with a letter behind them took 8 s."""
+    text = file.format(number.replace("{}", "1" * 20_000)).encode()
+    start = time.process_time()
+    assert "number-unreadable" in [f.rule for f in findings_of_bytes(text)]
+    assert time.process_time() - start < 1
+
+
+def seconds_of_check(text: str) -> float:
+    """Of the faster of two checks."""
+    best = float("inf")
+    for _ in range(2):
+        start = time.process_time()
+        findings_of_bytes(text.encode())
+        best = min(best, time.process_time() - start)
+    return best
+
+
+STRANGERS = {
+    "attributes": lambda n: "<link " + " ".join(f'b{k}="1"' for k in range(n)) + "/>",
+    "attributes with values": lambda n: "<link><extension " + " ".join(f'b{k}="1"' for k in range(n)) + "/></link>",
+    "elements": lambda n: "x<a/>" * n,
+    "elements of many names": lambda n: "".join(f"<e{k}/>" for k in range(n)),
+    "elements in a joint": lambda n: "<joint>" + "".join(f"<limit{k}x/>" for k in range(n)) + "</joint>",
+    "a name that does not end": lambda n: "<" + "a" * n,
+}
+
+
+@pytest.mark.parametrize("what", STRANGERS)
+def test_many_strangers_take_linear_time(what):
+    """Quadratic before: 40,000 attributes of one element took 14 s, and 40,000 elements 54 s."""
+    few, many = ('<robot name="r">' + STRANGERS[what](n) + "</robot>" for n in (1500, 12_000))
+    assert seconds_of_check(many) < 24 * max(seconds_of_check(few), 0.01), "eight times as many: quadratic time would be 64 times as long"
+
+
+@pytest.mark.parametrize("name", ["xmlns", "xmlns:x", "xmlns\n=", "xmlns" + " " * 2000, "xmlns:" + "x" * 2000])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
+def test_a_long_namespace_is_refused(name, encoding):
+    """Each element has it in its name: with 160 kB of it, 32,000 elements took 6 s."""
+    text = f'<robot name="r">\n<a {name.removesuffix("=")}="{{}}">{"<b/>" * 16_000}</a></robot>'
+    start = time.process_time()
+    found = [(f.rule, f.line) for f in findings_of_bytes(text.format("u" * 80_000).encode(encoding))]
+    assert found == [("xml-syntax", 3 if "\n" in name else 2)]
+    assert time.process_time() - start < 0.5
+    if len(name) < 1000:
+        assert "xml-syntax" not in [f.rule for f in findings_of_bytes(text.format("u" * 1000).encode(encoding))]
+    assert "xml-syntax" not in [f.rule for f in findings_of_bytes(f'<robot name="r" note="{"u" * 9000}"/>'.encode(encoding))]
+
+
+def test_misspelt_names_are_told_at_each_place(check):
+    """The same name in many joints, and beside names that are not compared since there are too many."""
+    joints = "".join(hinge(f"j{k}", "fore", f"l{k}").replace('velocity="2"', 'velocty="2"') + link(f"l{k}") for k in range(80))
+    assert joints.count("velocty") == 80
+    found = [f for f in check(more(joints)) if f.rule == "unknown-attribute"]
+    assert len(found) == 80 and all(f.repair == "Did you mean velocity?" and f.fixable for f in found)
+    found = [f for f in check(more("".join(f"<e{k}/>" for k in range(80)) + "<Link/>")) if f.rule == "unknown-tag"]
+    assert [f.repair for f in found if f.fixable] == ["Did you mean <link>?"]
+
+
+@pytest.mark.parametrize("inside", ["", "<!-- b -->"])
+def test_comments_before_a_document_type_take_linear_time(tmp_path, inside):
+    """It doubled with each of them; a comment in the root element was taken for the end of these, and what stands before it was written twice."""
+    path = tmp_path / "robot.urdf"
+    robot = f'<robot name="r">{inside}<link name="a"/></robot>'
+    path.write_text('<?xml version="1.0"?>' + "<!-- a -->" * 24 + "<!DOCTYPE robot>" + robot)
+    start = time.process_time()
+    fix(path, tmp_path / "out.urdf")
+    assert time.process_time() - start < 2
+    text = (tmp_path / "out.urdf").read_text()
+    assert text.count("<!-- a -->") == 24 and text.endswith(robot) and text.count("<robot") == 1

@@ -6,6 +6,7 @@ import os
 import re
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -84,6 +85,15 @@ def test_no_formula_for_programs_that_split_elsewhere(name, separator):
     for comment in (csv_comment(f"robot {name}"), csv_comment(f"robot, {name}")):
         for cell in next(csv.reader([f"# {comment}"], delimiter=separator)):
             assert not re.match(" *[=+\\-@\uff1d]", cell), (comment, cell)
+
+
+def test_a_comment_with_a_number_of_many_digits():
+    """10,000 digits with a letter behind them took 3 s."""
+    assert [csv_comment(f"a;{x}") for x in ("-1", "-1.5", "-.5e3", "-1.", "-1x", "-")] == ["a;-1", "a;-1.5", "a;-.5e3", "a;'-1.", "a;'-1x", "a;'-"]
+    start = time.process_time()
+    for number in ("1" * 10_000, "1." + "1" * 10_000, "1e" + "1" * 10_000):
+        assert csv_comment(f"a;-{number}x") == f"a;'-{number}x"
+    assert time.process_time() - start < 0.5
 
 
 def test_cells_of_tables():

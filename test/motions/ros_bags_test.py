@@ -3,6 +3,7 @@
 import importlib.util
 import re
 import shutil
+import time
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -16,6 +17,7 @@ ROOT = Path(__file__).parent.parent.parent
 KINDS = ["ros1", "ros2", "ros2 of mcap", "mcap"]
 MS = 1_000_000
 START = 1_760_000_000_000_000_000
+STAMP = SimpleNamespace(stamp=SimpleNamespace(sec=1, nanosec=0))
 
 
 def load_example() -> SimpleNamespace:
@@ -261,6 +263,34 @@ def test_recordings_have_limits(leg, tmp_path, refusal, monkeypatch):
     monkeypatch.undo()
     monkeypatch.setattr(limits, "MOTION_BYTES", path.stat().st_size)
     assert "unpacked it is larger than" in refusal(leg, path)
+    monkeypatch.undo()
+    monkeypatch.setattr(limits, "COLUMNS", 5)
+    assert read_motion(leg, path).q.shape == (300, 2), "time, and two joints with their rates"
+    monkeypatch.setattr(limits, "COLUMNS", 4)
+    assert refusal(leg, path) == ": 5 columns of joints in /joint_states; at most 4 are read"
+
+
+def test_time_is_linear_in_the_number_of_joints_of_a_message():
+    """One message of 20,000 joints took 2 s, and twice as long where one of them stands in it twice."""
+    from ksl.motions.joint_states import JointStates, JointStateTable
+
+    def seconds(count: int) -> float:
+        joints = [f"j{k}" for k in range(count)]
+        start = time.process_time()
+        for backwards, twice in ((False, False), (True, False), (False, True)):
+            names = [*(reversed(joints) if backwards else joints), *([joints[-1]] if twice else [])]
+            lists = [joints, names] if backwards else [names]
+            messages = [(k, SimpleNamespace(name=n, position=[0.0] * len(n), velocity=[], effort=[], header=STAMP)) for k, n in enumerate(lists)]
+            states = JointStates("file", "/joint_states", messages)
+            if twice:
+                with pytest.raises(ksl.MotionError, match=f"name the joint '{joints[-1]}' twice"):
+                    JointStateTable(states, "MCAP", False)
+            else:
+                assert list(JointStateTable(states, "MCAP", False).names) == ["time", *joints]
+        return time.process_time() - start
+
+    seconds(10)
+    assert seconds(16_000) < 24 * max(seconds(2_000), 0.01), "eight times the joints: quadratic time would be 64 times as long"
 
 
 def test_a_pipe_in_the_folder_of_a_bag(leg, tmp_path, refusal):

@@ -1,5 +1,6 @@
 """What calls take besides arrays: tables by the names of their columns, one number for all coordinates, typed wrenches."""
 
+import time
 import warnings
 
 import ksl
@@ -73,6 +74,21 @@ def test_one_table_of_a_motion_serves_all(ur5):
     del whole["elbow.v"]  # the position must not be taken for the velocity
     with pytest.raises(ValueError, match=r"v: columns are taken by name, and there is none for elbow\.v; did you mean"):
         ur5.inverse_dynamics(*[pa.table(whole)] * 3)
+
+
+def test_time_is_linear_in_the_number_of_columns():
+    """10,000 took 1.5 s."""
+    from ksl.joint_columns import by_name
+
+    names = [f"j{k}" for k in range(10_000)]
+    joints = [(name, "revolute") for name in names]
+    start = time.process_time()
+    assert by_name(dict.fromkeys(names, 1.0), names, "q", joints).sum() == 10_000
+    with pytest.raises(ValueError, match=r"none for j1, .* and 4988 more"):
+        by_name(dict.fromkeys(names[::2], 1.0), names[::2], "q", joints)
+    with pytest.raises(ValueError, match="'j9999' is that of 2 columns"):
+        by_name(dict.fromkeys(names, 1.0), [*names, "j9999"], "q", joints)
+    assert time.process_time() - start < 1
 
 
 def test_joints_with_several_coordinates(mixed):

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from functools import partial
 from typing import TYPE_CHECKING, Literal
 
+from ksl import limits
 from ksl.checks.findings import Repair
-from ksl.checks.repair import nearest
+from ksl.checks.repair import Strangers
 from ksl.checks.robot import Note, RobotFile
 from ksl.checks.rule import Broken, rule
 from ksl.checks.vocabulary import ATTRIBUTES, ELEMENTS, MANY, OPAQUE, SHARED
@@ -78,7 +79,7 @@ def xacro_unexpanded(robot: RobotFile) -> Iterator[Broken]:
             continue
         if re.match(r"xacro:|\{[^}]*xacro[^}]*\}", element.tag):
             elements.append(element)
-        elif any(re.search(r"\$[{(]", value) for value in element.attrib.values()):
+        elif _is_loadable(element) and any(re.search(r"\$[{(]", value) for value in element.attrib.values()):
             expressions.append(element)
     for found, what in ((elements, "element"), (expressions, "expression")):
         if found:
@@ -87,6 +88,11 @@ def xacro_unexpanded(robot: RobotFile) -> Iterator[Broken]:
                 first += " " + next(f'{k}="{v}"' for k, v in found[0].attrib.items() if re.search(r"\$[{(]", v))[:60]
             more = f", and {len(found) - 1} more" if len(found) > 1 else ""
             yield Broken(f"{what} of xacro: <{first}>{more}", found[0].sourceline, value=float(len(found)))
+
+
+def _is_loadable(element: _Element) -> bool:
+    """Whether the loader takes that many attributes.  The time to read the values of all is quadratic in their number."""
+    return len(element.attrib) <= limits.ATTRIBUTES
 
 
 @rule(
@@ -126,16 +132,20 @@ def element_repeated(robot: RobotFile) -> Iterator[Broken]:
 )
 def unknown_tag(robot: RobotFile) -> Iterator[Broken]:
     places: dict[tuple[str, str], list[Place]] = {}
+    strangers = Strangers()
     for element, kind, name in _known_elements(robot):
         known = ELEMENTS[element.tag]
         skipped = {*known, *SHARED, *OPAQUE.get(element.tag, ())}
-        for child in children(element):
-            if child.tag in skipped or ":" in child.tag or "}" in child.tag:
+        tags = [(child, child.tag) for child in children(element)]
+        present = {tag for _, tag in tags}
+        missing = tuple(tag for tag in known if tag in MANY or tag not in present)
+        for child, tag in tags:
+            if tag in skipped or ":" in tag or "}" in tag:
                 continue
-            right = nearest(child.tag, [tag for tag in known if tag in MANY or element.find(tag) is None])
+            right = strangers.meant(tag, missing)
             if right:
                 yield Broken(
-                    f"<{child.tag}> in <{element.tag}>",
+                    f"<{tag}> in <{element.tag}>",
                     child.sourceline,
                     kind,
                     name,
@@ -143,7 +153,7 @@ def unknown_tag(robot: RobotFile) -> Iterator[Broken]:
                     fix=_renamed(child, right),
                 )
             else:
-                places.setdefault((child.tag, element.tag), []).append((kind, name, child.sourceline))
+                places.setdefault((tag, element.tag), []).append((kind, name, child.sourceline))
     for (tag, parent), where in places.items():
         kind, name, line = where[0]
         right_place = next((f"It belongs into <{p}>." for p, others in ELEMENTS.items() if tag in others), None)
@@ -191,14 +201,17 @@ def _known_elements(robot: RobotFile) -> Iterator[tuple[_Element, Literal["link"
 )
 def unknown_attribute(robot: RobotFile) -> Iterator[Broken]:
     places: dict[tuple[str, tuple[str, ...]], list[Place]] = {}
+    strangers = Strangers()
     for element, kind, name in _known_elements(robot):
         known = ATTRIBUTES.get(element.tag)
         if known is None:
             continue
         strange = [each for each in element.attrib if each not in known and "}" not in each and ":" not in each]
-        near = {
-            each: right for each in strange if (right := nearest(each, [k for k in known if element.get(k) is None]))
-        }
+        if not strange:
+            continue
+        missing = tuple(k for k in known if element.get(k) is None)
+        meant = {each: strangers.meant(each, missing) for each in strange} if _is_loadable(element) else {}
+        near = {each: right for each, right in meant.items() if right}
         for each, right in near.items():
             fix = _renamed_attribute(element, each, right)
             yield Broken(

@@ -50,11 +50,16 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
     """The known name that was likely meant: the same in other capitals, or one that differs by a few letters.  None
     if there is none."""
     names = list(known)
-    folded = {each.strip().lower(): each for each in names}
-    if name.strip().lower() in folded:
-        return folded[name.strip().lower()]
+    same = _same(name, names)
+    if same is not None:
+        return same
     near = close_names(name, names, 1, 0.7)
     return near[0] if near else None
+
+
+def _same(name: str, known: Iterable[str]) -> str | None:
+    """The known name that differs only by capitals, or by spaces at the ends; the last one of several."""
+    return {each.strip().lower(): each for each in known}.get(name.strip().lower())
 
 
 def suggest(name: str, known: Iterable[str]) -> str | None:
@@ -65,6 +70,24 @@ def suggest(name: str, known: Iterable[str]) -> str | None:
 
 MISSPELT = 50
 """Unknown names of a file that are compared with all known ones.  Where there are more, the cause is not that each is misspelt."""
+
+
+class Strangers:
+    """Unknown elements, attributes or types in a file, and the known ones that were likely meant.  O(1) for each place where one stands: each is
+    compared once with the same known names, and after the first `MISSPELT` only without regard to capitals."""
+
+    def __init__(self) -> None:
+        self._compared: set[str] = set()
+        self._meant: dict[tuple[str, tuple[str, ...]], str | None] = {}
+
+    def meant(self, name: str, known: tuple[str, ...]) -> str | None:
+        """As :func:`nearest` finds it."""
+        key = name, known
+        if key not in self._meant:
+            if len(self._compared) < MISSPELT:
+                self._compared.add(name)
+            self._meant[key] = nearest(name, known) if name in self._compared else _same(name, known)
+        return self._meant[key]
 
 
 class Names:

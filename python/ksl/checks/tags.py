@@ -15,7 +15,7 @@ from collections.abc import Collection, Mapping
 from ksl.checks.robot import Note
 
 TOKEN = re.compile(
-    r"<!--|<!\[CDATA\[|<\?|<!|</([A-Za-z_][\w:.\-]*)\s*>|<([A-Za-z_][\w:.\-]*)((?:\"[^\"<]*\"|'[^'<]*'|[^\"'<>])*)>"
+    r"<!--|<!\[CDATA\[|<\?|<!|</([A-Za-z_][\w:.\-]*)\s*>|<([A-Za-z_][\w:.\-]*)(?![\w:.\-])((?:\"[^\"<]*\"|'[^'<]*'|[^\"'<>])*)>"
 )
 SKIPPED = {"<!--": "-->", "<![CDATA[": "]]>", "<?": "?>", "<!": ">"}
 

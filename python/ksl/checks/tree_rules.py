@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import dropwhile
 
-from ksl.checks.repair import set_attribute, suggest
+from ksl.checks.repair import Strangers, set_attribute
 from ksl.checks.robot import TYPES, URDF_TYPES, Joint, RobotFile
 from ksl.checks.rule import Broken, rule
 
@@ -47,12 +47,13 @@ def joint_incomplete(robot: RobotFile) -> Iterator[Broken]:
     formats=("urdf",),
 )
 def joint_type(robot: RobotFile) -> Iterator[Broken]:
+    strangers, types = Strangers(), tuple(TYPES)
     for joint in robot.joints:
         if joint.kind and joint.kind not in TYPES:
             small = joint.kind.lower().strip()
-            near = suggest(joint.kind, TYPES)
+            near = strangers.meant(joint.kind, types)
             fix = set_attribute(joint.element, "type", small) if small in TYPES else None
-            repair = near or f"Write one of {', '.join(TYPES)}."
+            repair = f"Did you mean {near}?" if near else f"Write one of {', '.join(TYPES)}."
             yield Broken(f'type "{joint.kind}"', joint.line, "joint", joint.name, repair=repair, fix=fix)
 
 

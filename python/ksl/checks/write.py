@@ -35,8 +35,9 @@ def _text(robot: RobotFile) -> bytes:
     encoding = tree.docinfo.encoding or "UTF-8"
     if robot.encoding:
         original, encoding = original.decode("latin-1").encode("utf-8"), "UTF-8"
-    before = re.match(rb"(?:\xef\xbb\xbf)?(?:\s|<\?.*?\?>|<!--.*?-->)*(?=<[^!?])", original, re.DOTALL)
-    if before is None:  # a DOCTYPE, or two bytes a character
+    before = re.match(rb"(?:\xef\xbb\xbf)?(?:\s|<\?.*?\?>|<!--.*?-->)*", original, re.DOTALL)
+    assert before is not None  # it matches nothing, too: if it could fail, the time would be exponential in the number of comments
+    if not re.match(rb"<[^!?]", original[before.end() : before.end() + 2]):  # a DOCTYPE, or two bytes a character
         return bytes(etree.tostring(tree, encoding=encoding, xml_declaration=True))
     end = original.rfind(b"</" + root.tag.encode())
     after = original[original.index(b">", end) + 1 :] if end >= 0 else b"\n"

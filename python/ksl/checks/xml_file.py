@@ -21,7 +21,10 @@ if TYPE_CHECKING:
 LARGEST_MENDED = 4 << 20
 """Bytes up to which tags that are not closed are looked for."""
 
-NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$|[-+]?(inf|infinity|nan)$", re.ASCII | re.IGNORECASE)
+NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?$|[-+]?(inf|infinity|nan)$", re.ASCII | re.IGNORECASE)
+"""A digit can belong to one part only: otherwise the time would be quadratic in the number of digits."""
+
+_LONG_VALUE = re.compile(rb"=\s*(?:\"[^\"<]{%d}|'[^'<]{%d})" % (limits.NAMESPACE_LENGTH + 1, limits.NAMESPACE_LENGTH + 1))
 
 
 def contents(path: Path) -> bytes:
@@ -63,6 +66,10 @@ def parse_bytes(robot: RobotFile, data: bytes) -> None:
     """
     from lxml import etree
 
+    line = _long_namespace(data)
+    if line is not None:
+        robot.syntax.append(Note(line, f"a namespace of more than {limits.NAMESPACE_LENGTH:,} bytes"))
+        return
     declared = re.match(rb"\s*<\?xml[^>]*encoding=", data)
     encoding = None
     if not declared and not data.startswith((b"\xff\xfe", b"\xfe\xff")):
@@ -84,6 +91,17 @@ def parse_bytes(robot: RobotFile, data: bytes) -> None:
                 robot.mended = not others and not robot.cut_short
     except (etree.XMLSyntaxError, ValueError, LookupError) as e:
         robot.syntax.append(Note(getattr(e, "lineno", None), " ".join(str(e).split())[:200]))
+
+
+def _long_namespace(data: bytes) -> int | None:
+    """The line of a namespace that is longer than the limit; None where there is none.  O(length)."""
+    plain = data.replace(b"\0", b"")  # of UTF-16
+    for found in _LONG_VALUE.finditer(plain):
+        before = plain[max(0, found.start() - limits.NAMESPACE_LENGTH) : found.start()]
+        words = before.split()
+        if not words or words[-1].startswith(b"xmlns") or words[-1] == before:  # what it names may stand further to the left
+            return plain.count(b"\n", 0, found.start()) + 1
+    return None
 
 
 def _tree(data: bytes, encoding: str | None) -> tuple[_Element | None, list[Note]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -78,6 +79,8 @@ class JointStateTable(Recorded):
             names += s.joints
             if s.velocity is not None and not positions_only:
                 names += [f"{joint}.v" for joint in s.joints]
+        if len(names) > limits.COLUMNS:
+            raise MotionError(f"{states.file}: {len(names):,} columns of joints in {states.topic}; at most {limits.COLUMNS:,} are read")
         super().__init__(states.file, f"{format}, topic {states.topic}", names, notes=notes + said, is_recording=True)
         if positions_only and any(s.velocity is not None for s in self._series):
             self.notes.append("velocities in the messages are not used, as wished")
@@ -174,9 +177,10 @@ def _all_series(states: JointStates, clock: str) -> tuple[list[Series], list[str
     which = 0 if clock == "log" else 1
     groups = list(states.groups.items())
     of_joint: dict[str, list[int]] = {}
+    places = [{name: i for i, name in enumerate(names)} for names, _ in groups]
     for k, (names, _) in enumerate(groups):
-        if len(set(names)) < len(names):
-            twice = next(n for n in names if names.count(n) > 1)
+        if len(places[k]) < len(names):
+            twice = next(n for n, times in Counter(names).items() if times > 1)
             raise MotionError(f"{states.file}: messages of {states.topic} name the joint {twice!r} twice; record it again")
         for joint in names:
             of_joint.setdefault(joint, []).append(k)
@@ -189,7 +193,7 @@ def _all_series(states: JointStates, clock: str) -> tuple[list[Series], list[str
     ignored: list[str] = []
     for members, joints in together.items():
         ks = list(members)
-        columns = [[groups[k][0].index(joint) for joint in joints] for k in ks]
+        columns = [[places[k][joint] for joint in joints] for k in ks]
         time = np.concatenate([arrays[k][0] for k in ks])
         position = np.concatenate([arrays[k][1][:, c] for k, c in zip(ks, columns)])
         parts = [v[:, c] for (_, _, v), c in zip((arrays[k] for k in ks), columns) if v is not None]
