@@ -29,7 +29,7 @@ from collections.abc import Collection
 from pathlib import Path
 
 NEW, OLD, NOW, TODO = "new", "old", "now", "todo.json"
-PLAN_BYTES = 1 << 20
+PLAN_BYTES = 64 << 20
 """A longer list of files to be removed is none of `swap`."""
 
 WITHOUT_LINKS = (errno.EPERM, errno.EACCES, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP, errno.EINVAL, errno.EMLINK, errno.EXDEV)
