@@ -295,6 +295,13 @@ def test_a_separator_that_is_none(leg, written):
     assert read_motion(leg, written("sep=;\n" + (HEAD + ROWS).replace(",", ";"))).q.shape == (8, 2)
 
 
+@pytest.mark.parametrize("cutoff", [5e-324, 1e-300, 1e-9, 0.9e-6])
+def test_a_cutoff_that_is_too_low(leg, written, cutoff):
+    words = f"--smooth {cutoff:g} Hz is so low that the filter can't be computed for 1 samples a second; give a higher one, at least 1e-06 Hz"
+    assert refused(leg, written(HEAD + ROWS), smooth=cutoff).endswith(f": {words}")
+    assert np.isfinite(read_motion(leg, written(HEAD + ROWS), smooth=1.1e-6).q).all()
+
+
 # names
 
 
