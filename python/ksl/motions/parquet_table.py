@@ -130,7 +130,8 @@ class ParquetTable(Recorded):
             distinct = part.dictionary if isinstance(part, pa.DictionaryArray) else part
             longest = pc.max(pc.binary_length(distinct)).as_py() or 0
             if longest > TIME_LENGTH:
-                raise MotionError(f"{self.file}: column {name!r} holds a time of {longest:,} bytes; at most {TIME_LENGTH} are read: write times in seconds, or as dates")
+                what = f"holds a time of {longest:,} bytes; at most {TIME_LENGTH} are read"
+                raise MotionError(f"{self.file}: column {name!r} {what}: write times in seconds, or as dates")
             part = part.cast(pa.string())
             bytes_read += part.nbytes
             if bytes_read > limits.MOTION_BYTES:
