@@ -245,7 +245,63 @@ def test_times_of_parquet_files_that_are_long_texts(leg, tmp_path, monkeypatch):
     pq.write_table(table, tmp_path / "m.parquet", store_schema=False)
     assert "sample 1: column 'time' holds 'xxxxx" in refused(leg, tmp_path / "m.parquet")
     monkeypatch.setattr(limits, "MOTION_BYTES", 9_999)
-    assert "column 'time' holds up to 10,000 bytes of text; at most 9,999 bytes are read" in refused(leg, tmp_path / "m.parquet")
+    assert "the times in column 'time' are larger than 9,999 bytes, the most that is read" in refused(leg, tmp_path / "m.parquet")
+
+
+def test_a_parquet_file_with_long_times_that_are_text(leg, tmp_path):
+    """A text of 1 MB that is stored once and repeated: 300 MB when it is read as text, and gigabytes with more rows."""
+    text = pa.array(["x" * 1_000_000]).take(pa.array(np.zeros(300, dtype=int)))
+    pq.write_table(pa.table({"time": text, "hip": np.zeros(300), "slide": np.zeros(300)}), tmp_path / "m.parquet")
+    del text
+    before = pa.total_allocated_bytes()
+    said = refused(leg, tmp_path / "m.parquet")
+    assert said == f"{tmp_path}/m.parquet: column 'time' holds a time of 1,000,000 bytes; at most 100 are read: write times in seconds, or as dates"
+    assert pa.total_allocated_bytes() - before < 20_000_000
+
+
+def test_a_parquet_file_with_text_for_numbers_is_refused_unread(leg, tmp_path, monkeypatch):
+    rows = {"time": np.arange(8.0), "hip": ["a"] * 8, "slide": np.zeros(8)}
+    pq.write_table(pa.table(rows), tmp_path / "m.parquet")
+    monkeypatch.setattr(pq.ParquetFile, "read", lambda *_, **__: pytest.fail("it was read"))
+    assert "column 'hip' holds string; expected numbers" in refused(leg, tmp_path / "m.parquet")
+
+
+def test_a_parquet_file_that_is_larger_when_unpacked(leg, tmp_path, monkeypatch):
+    monkeypatch.setattr(limits, "MOTION_BYTES", 100_000)
+    zeros = pa.table({n: np.zeros(50_000) for n in ("time", "hip", "slide")})
+    pq.write_table(zeros, tmp_path / "m.parquet", use_dictionary=False)
+    assert "unpacked it is larger than" in refused(leg, tmp_path / "m.parquet")
+    repeated = pa.table({"time": ["0:00:01"] * 50_000, "hip": np.zeros(50_000), "slide": np.zeros(50_000)})
+    pq.write_table(repeated, tmp_path / "m.parquet")  # a few bytes in the file
+    assert "the times in column 'time' are larger than" in refused(leg, tmp_path / "m.parquet")
+
+
+def test_times_that_are_text_in_several_parts(leg, tmp_path):
+    rows = {"time": pa.array([f"0:00:{k / 100:09.6f}" for k in range(5000)], pa.large_string()), "hip": np.arange(5000) / 1e3, "slide": np.zeros(5000)}
+    pq.write_table(pa.table(rows), tmp_path / "m.parquet", row_group_size=1500)
+    np.testing.assert_allclose(read_motion(leg, tmp_path / "m.parquet").time, np.arange(5000) / 100, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "kind, first, words",
+    [
+        (pa.timestamp("s"), 10**15, "column 'time' holds dates that are too large, only those from 1678 to 2261 are read; write times in seconds"),
+        (pa.duration("s"), 10**15, "column 'time' holds durations that are too large, only those of at most 292 years are read; write times in seconds"),
+        (pa.timestamp("ns", "Nowhere/Bad"), 0, "column 'time' has the time zone 'Nowhere/Bad', which is not known; write dates in UTC, or times in seconds"),
+    ],
+    ids=str,
+)
+def test_dates_that_can_not_be_read(leg, tmp_path, kind, first, words):
+    rows = {"time": pa.array(range(first, first + 8), kind), "hip": np.zeros(8), "slide": np.zeros(8)}
+    pq.write_table(pa.table(rows), tmp_path / "m.parquet")
+    assert refused(leg, tmp_path / "m.parquet") == f"{tmp_path}/m.parquet: {words}"
+
+
+def test_dates_of_three_centuries(leg, tmp_path):
+    """Their difference has more nanoseconds than 64 bits hold."""
+    rows = {"time": pa.array([-(2**63) + 1, *range(2**63 - 8, 2**63 - 1)], pa.timestamp("ns")), "hip": np.zeros(8), "slide": np.zeros(8)}
+    pq.write_table(pa.table(rows), tmp_path / "m.parquet")
+    assert "dates more than 292 years apart" in refused(leg, tmp_path / "m.parquet")
 
 
 def test_a_csv_file_of_more_numbers_than_are_taken(leg, written, monkeypatch):
@@ -407,6 +463,13 @@ def test_a_separator_that_is_none(leg, written):
     for mark in ("¹", '"', "\\", "a"):
         refused(leg, written(f"sep={mark}\n" + HEAD + ROWS))
     assert read_motion(leg, written("sep=;\n" + (HEAD + ROWS).replace(",", ";"))).q.shape == (8, 2)
+
+
+@pytest.mark.parametrize("cutoff", [5e-324, 1e-300, 1e-9, 0.9e-6])
+def test_a_cutoff_that_is_too_low(leg, written, cutoff):
+    words = f"--smooth {cutoff:g} Hz is so low that the filter can't be computed for 1 samples a second; give a higher one, at least 1e-06 Hz"
+    assert refused(leg, written(HEAD + ROWS), smooth=cutoff).endswith(f": {words}")
+    assert np.isfinite(read_motion(leg, written(HEAD + ROWS), smooth=1.1e-6).q).all()
 
 
 # names

@@ -293,6 +293,52 @@ def test_time_is_linear_in_the_number_of_joints_of_a_message():
     assert seconds(16_000) < 24 * max(seconds(2_000), 0.01), "eight times the joints: quadratic time would be 64 times as long"
 
 
+def write_forged_mcap(folder: Path, monkeypatch, compression: str, index: bool, chunk_says: int) -> Path:
+    """An MCAP file whose index says that chunks have 1 byte each, and the chunks that they have `chunk_says`."""
+    import struct
+
+    import mcap.writer
+    import mcap_ros2.writer
+
+    how = {"compression": mcap.writer.CompressionType[compression]}
+    if not index:
+        how["index_types"] = mcap.writer.IndexType.NONE
+    monkeypatch.setattr(mcap_ros2.writer, "McapWriter", lambda **options: mcap.writer.Writer(**{**options, **how}))
+    path = write(folder, "mcap", leg_messages(300))
+    data, place = bytearray(path.read_bytes()), 8
+    while place + 9 < len(data):
+        kind, length = struct.unpack_from("<BQ", data, place)
+        if kind == 6:
+            struct.pack_into("<Q", data, place + 9 + 16, chunk_says)
+        if kind == 8:
+            struct.pack_into("<Q", data, place + 9 + length - 8, 1)
+        place += 9 + length
+    path.write_bytes(data)
+    return path
+
+
+@pytest.mark.parametrize("index", [True, False], ids=["index", "no index"])
+@pytest.mark.parametrize("compression", ["ZSTD", "LZ4"])
+def test_chunks_that_are_larger_than_the_index_says(leg, tmp_path, refusal, monkeypatch, compression, index):
+    from ksl import limits
+
+    path = write_forged_mcap(tmp_path / "a", monkeypatch, compression, index, 3 << 30)
+    assert refusal(leg, path) == ": unpacked it is larger than 2.05e+03 MB, the most that is read; cut it with `mcap filter`"
+    path = write_forged_mcap(tmp_path / "b", monkeypatch, compression, index, 1)
+    assert len(read_motion(leg, path).time) == 300
+    monkeypatch.setattr(limits, "MOTION_BYTES", path.stat().st_size)
+    assert "unpacked it is larger than" in refusal(leg, path)
+
+
+def test_a_chunk_in_the_summary(leg, tmp_path, refusal, monkeypatch):
+    """The summary begins where the records do: reading it would unpack all of them."""
+    path = write_forged_mcap(tmp_path, monkeypatch, "ZSTD", True, 3 << 30)
+    data = bytearray(path.read_bytes())
+    data[-28:-20] = (8).to_bytes(8, "little")
+    path.write_bytes(data)
+    assert "unpacked it is larger than" in refusal(leg, path)
+
+
 def test_a_pipe_in_the_folder_of_a_bag(leg, tmp_path, refusal):
     import os
 

@@ -164,6 +164,52 @@ def test_what_are_no_results(ur5, tmp_path):
         ksl.size(3)
 
 
+def with_column(table, name, values):
+    return table.set_column(table.column_names.index(name), name, pa.array(values))
+
+
+def with_number(table, name, number):
+    values = table[name].to_pylist()
+    values[3] = number
+    return with_column(table, name, values)
+
+
+def with_metadata(table, **entries):
+    said = json.loads(table.schema.metadata[b"ksl"]) | entries
+    return table.replace_schema_metadata({"ksl": json.dumps(said)})
+
+
+ALTERED = {
+    "no joints": (lambda t: with_metadata(t, joints=[]), "`joints` in its metadata is no list of joints with name, kind and axis"),
+    "joints": (lambda t: with_metadata(t, joints=3), "`joints` in its metadata is no list of joints with name, kind and axis"),
+    "a joint": (lambda t: with_metadata(t, joints=[{"name": "elbow"}]), "`joints` in its metadata is no list of joints with name, kind and axis"),
+    "metadata": (lambda t: t.replace_schema_metadata({"ksl": "[]"}), "its metadata `ksl` is no JSON object"),
+    "no JSON": (lambda t: t.replace_schema_metadata({"ksl": "{"}), "its metadata `ksl` is no JSON object"),
+    "point": (lambda t: with_metadata(t.drop_columns(["at"]), at="joint + 1 x"), "moments are about the point 'joint + 1 x', which is none"),
+    "text": (lambda t: with_column(t, "fx", ["a"] * len(t)), "the column fx holds string; expected numbers: run"),
+    "time as text": (lambda t: with_column(t, "time", ["a"] * len(t)), "the column time holds string; expected numbers: run"),
+    "no effort": (lambda t: t.drop_columns(["effort"]), "lacks the column effort"),
+    "no speed": (lambda t: t.drop_columns(["speed"]), "lacks the column speed"),
+    "infinite": (lambda t: with_number(t, "fx", np.inf), "the column fx is infinite in row 4"),
+    "missing": (lambda t: with_number(t, "tz", None), "the column tz is missing or not a number in row 4"),
+    "NaN time": (lambda t: with_number(t, "time", np.nan), "the column time is missing or not a number in row 4"),
+    "infinite effort": (lambda t: with_number(t, "effort", -np.inf), "the column effort is infinite in row 4"),
+    "no name": (lambda t: with_number(t, "joint", None), "the column joint lacks a name in some rows"),
+    "numbers as names": (lambda t: with_column(t, "joint", [3] * len(t)), "the column joint holds int64; expected names: run"),
+}
+
+
+@pytest.mark.parametrize("altered", ALTERED)
+def test_results_that_somebody_has_altered(ur5, tmp_path, altered):
+    change, words = ALTERED[altered]
+    bad = change(results_table(ur5, {"sines": sines(ur5)}))
+    for given, name in ((bad, "results"), (written(tmp_path, bad), str(tmp_path))):
+        with pytest.raises(SizingError) as caught:
+            ksl.size(given, COMPONENTS)
+        assert str(caught.value).startswith(f"{name}: {words}")
+        assert str(caught.value).endswith("run `ksl loads` again")
+
+
 def test_names_that_there_are_not(ur5):
     table = results_table(ur5, {"sines": sines(ur5)})
     with pytest.raises(SizingError, match="joints: no joint named 'elbov'; did you mean 'elbow'"):

@@ -251,6 +251,54 @@ def test_results_of_another_robot_are_refused_or_noticed(arm, swing, tmp_path, r
         read_results(tmp_path)
 
 
+def with_number(table, name, number):
+    values = table.column(name).to_pylist()
+    values[3] = number
+    return with_column(table, name, values)
+
+
+def with_column(table, name, values):
+    return table.set_column(table.schema.get_field_index(name), name, [values])
+
+
+def with_metadata(table, **entries):
+    return table.replace_schema_metadata({"ksl": json.dumps(json.loads(table.schema.metadata[b"ksl"]) | entries)})
+
+
+ALTERED = {
+    "metadata": (lambda t: t.replace_schema_metadata({"ksl": "[]"}), "its metadata `ksl` is no JSON object"),
+    "cases": (lambda t: with_metadata(t, cases=[3]), "`cases` in its metadata is no list of objects"),
+    "inputs": (lambda t: with_metadata(t, inputs=3), "`inputs` in its metadata is no list of objects"),
+    "an input": (lambda t: with_metadata(t, inputs=[{}]), "an input in its metadata has no file or role"),
+    "a case": (lambda t: with_metadata(t, cases=[{}]), "a case in its metadata has no name"),
+    "gravity": (lambda t: with_metadata(t, cases=[{"name": "swing", "gravity": 3}]), "gravity, physics or payloads of case swing in its metadata"),
+    "payloads": (lambda t: with_metadata(t, cases=[{"name": "swing", "payloads": [3]}]), "gravity, physics or payloads of case swing in its metadata"),
+    "motion": (lambda t: with_metadata(t, cases=[{"name": "swing", "motion": 3}]), "the motion of case swing in its metadata is no name of a file"),
+    "options": (lambda t: with_metadata(t, options=3), "`options` or `directory` in its metadata is not as"),
+    "NaN time": (lambda t: with_number(t, "time", np.nan), "column 'time' is missing or not a number at sample"),
+    "infinite time": (lambda t: with_number(t, "time", np.inf), "column 'time' is infinite at sample"),
+    "no time": (lambda t: with_number(t, "time", None), "column 'time' is missing or not a number at sample"),
+    "equal times": (lambda t: with_column(t, "time", [0.0] * len(t)), "column 'time' doesn't increase at sample 2"),
+    "another time": (lambda t: with_number(t, "time", 0.001), "column 'joint' doesn't name the same joints at every time"),
+    "text": (lambda t: with_column(t, "effort", ["a"] * len(t)), "column 'effort' holds string; expected numbers"),
+    "numbers as names": (lambda t: with_column(t, "joint", [3] * len(t)), "column 'joint' holds int64; expected names"),
+    "a row less": (lambda t: t.slice(0, len(t) - 1), "column 'joint' doesn't name the same joints at every time"),
+    "position": (lambda t: with_column(t, "position", [np.nan] * len(t)), "column 'position' is missing or not finite of"),
+}
+
+
+@pytest.mark.parametrize("altered", ALTERED)
+def test_results_that_somebody_has_altered(arm, swing, tmp_path, altered):
+    from pyarrow import parquet
+
+    change, words = ALTERED[altered]
+    parquet.write_table(change(results_table(arm, swing)), tmp_path / "wrenches.parquet")
+    with pytest.raises(ksl.MotionError) as caught:
+        scene_of_results(arm, read_results(tmp_path))
+    assert words in str(caught.value) and str(caught.value).endswith("run `ksl loads` again")
+    assert str(caught.value).startswith((f"{tmp_path}/wrenches.parquet: ", "the results: "))
+
+
 def test_arrows_start_where_the_moments_are_about(examples):
     """Moments about the joint's origin, moved to the world's by f × (−r), are those that `at="world"` gives, for every kind of joint and format."""
     reference = examples.parent / "test"

@@ -12,6 +12,7 @@ from ksl import limits
 from ksl.errors import MotionError, near_names
 from ksl.input_files import check_regular
 from ksl.motions.joint_states import JointStates, JointStateTable
+from ksl.motions.mcap_chunks import MAGIC, RECORD, chunks_from, summary_start, unpacked_size
 from ksl.motions.recorded import listed
 
 if TYPE_CHECKING:
@@ -100,12 +101,15 @@ def mcap(file: str, source: BinaryIO, topic: str | None, positions_only: bool) -
 
     try:
         with source:
+            start = summary_start(source)
+            _check_size(file, source, chunks_from(source, start) if start else ())  # a summary holds none, unless somebody wants it to
+            source.seek(0)
             reader = make_reader(source, decoder_factories=[DecoderFactory()])
             summary = reader.get_summary()
             if summary is None:
                 raise MotionError(f"{file}: is an MCAP file, but {TRUNCATED}: it has no summary at its end; repair it with `mcap recover`")
-            if sum(c.uncompressed_size for c in summary.chunk_indexes) > limits.MOTION_BYTES:
-                raise MotionError(f"{file}: unpacked it is larger than {limits.megabytes(limits.MOTION_BYTES)}, the most that is read; cut it with `mcap filter`")
+            indexed = [c.chunk_start_offset + RECORD for c in summary.chunk_indexes]
+            _check_size(file, source, indexed or chunks_from(source, MAGIC))  # without an index all records are read
             counts = summary.statistics.channel_message_counts if summary.statistics else {}
             topics = [Topic(c.topic, _type_of(summary.schemas.get(c.schema_id)), counts.get(c.id, 1)) for c in summary.channels.values()]
             name = chosen_topic(file, topics, topic)
@@ -122,6 +126,12 @@ def mcap(file: str, source: BinaryIO, topic: str | None, positions_only: bool) -
     except Exception:  # McapError, struct.error, errors of zstd and lz4, and others of damaged files
         raise MotionError(f"{file}: is an MCAP file, but {TRUNCATED}; copy it again, or repair it with `mcap recover`") from None
     return JointStateTable(states, "MCAP", positions_only)
+
+
+def _check_size(file: str, source: BinaryIO, chunks: Iterable[int]) -> None:
+    """Raises MotionError if chunks of an MCAP file are larger than what is read.  What its index says of them may be wrong."""
+    if unpacked_size(source, chunks, limits.MOTION_BYTES) > limits.MOTION_BYTES:
+        raise MotionError(f"{file}: unpacked it is larger than {limits.megabytes(limits.MOTION_BYTES)}, the most that is read; cut it with `mcap filter`")
 
 
 def _type_of(schema: Any) -> str:

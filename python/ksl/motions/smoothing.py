@@ -14,6 +14,9 @@ ORDER = 4
 EVEN = 1e-5
 """Steps that differ by less than this share are even."""
 
+LOWEST = 1e-6
+"""Of the sampling rate: round-off spoils filters with lower cut-offs, from 1e-8 on, and from 1e-9 on they can't be computed."""
+
 
 def attenuation(frequency: Array, cutoff: float) -> Array:
     """What is left of amplitudes at these frequencies, Hz."""
@@ -22,7 +25,9 @@ def attenuation(frequency: Array, cutoff: float) -> Array:
 
 
 def smoothed(time: Array, x: Array, cutoff: float, what: str = "motion") -> Array:
-    """x (n, c) at increasing times (n), low-passed at `cutoff`, Hz, without delay; raises MotionError if that is not below half the sampling rate.
+    """x (n, c) at increasing times (n), low-passed at `cutoff`, Hz, without delay.
+
+    Raises MotionError if that is not below half the sampling rate, or so low that the filter can't be computed.
 
     A Butterworth filter of order 4, forwards and backwards.  Uneven samples are first interpolated at even times by cubic splines,
     and back afterwards.  Beyond both ends the motion is continued by its point reflection, which keeps positions and velocities there.
@@ -36,6 +41,9 @@ def smoothed(time: Array, x: Array, cutoff: float, what: str = "motion") -> Arra
         raise MotionError(f"{what}: --smooth (smooth=) is {cutoff:g}; expected a frequency in Hz, a positive number")
     if not cutoff < 0.5 * rate * (1 - 1e-9):
         raise MotionError(f"{what}: --smooth {cutoff:g} Hz, but {rate:.4g} samples a second hold frequencies up to {0.5 * rate:.4g} Hz; give a lower one")
+    if cutoff < LOWEST * rate:
+        lowest = f"give a higher one, at least {LOWEST * rate:.4g} Hz"
+        raise MotionError(f"{what}: --smooth {cutoff:g} Hz is so low that the filter can't be computed for {rate:.4g} samples a second; {lowest}")
     even = evenly_spaced(time, EVEN)
     regular = time if even else np.linspace(time[0], time[-1], len(time))
     y = x if even else make_interp_spline(time, x, k=3)(regular)

@@ -36,18 +36,24 @@ class Results:
             raise SizingError(
                 f"{file}: is no table of wrenches, it lacks {lacks}; give the folder or wrenches.parquet that `ksl loads` writes"
             )
-        self.metadata: dict[str, Any] = json.loads(said)
+        self.metadata = _metadata(said, file)
         if "joints" not in self.metadata or "acceleration" not in table.column_names:
             raise SizingError(
                 f"{file}: was written by an earlier version without joints and accelerations; run `ksl loads` again"
             )
         self.robot = str(self.metadata.get("robot", ""))
-        self.joints = {j["name"]: _joint(j) for j in self.metadata["joints"]}
+        self.joints = _joints(self.metadata["joints"], file)
+        _check_columns(table, file)
         if not table.num_rows:
             raise SizingError(f"{file}: holds no samples")
         self._columns = {name: table[name] for name in table.column_names}
         self._sign, self._point = self._placement()
         self._rows, self._cases, self._case_index, self.time = self._layout()
+        for name in ("time", *WRENCH):
+            self._check_numbers(name, ~np.isfinite(self._numbers_of(name)))
+        for name in ("effort", "rotor"):  # missing where a joint has none
+            if name in self._columns:
+                self._check_numbers(name, np.isinf(self._numbers_of(name)))
 
     @cached_property
     def notes(self) -> list[str]:
@@ -71,6 +77,12 @@ class Results:
         """A column; NaN where there is no value."""
         return np.asarray(self._columns[name].to_numpy(), dtype=float)
 
+    def _check_numbers(self, name: str, bad: np.ndarray) -> None:
+        if bad.any():
+            row = int(np.argmax(bad))
+            what = "is infinite" if np.isinf(self._numbers_of(name)[row]) else "is missing or not a number"
+            raise SizingError(f"{self.file}: the column {name} {what} in row {row + 1}; run `ksl loads` again")
+
     def _word(self, name: str) -> str:
         words = self._columns[name].unique().to_pylist() if name in self._columns else [self.metadata.get(name)]
         if len(words) > 1:
@@ -87,19 +99,28 @@ class Results:
                 f"{self.file}: wrenches are in the axes `{axes}`, from which those of the joints don't follow; run `ksl loads` without --axes"
             )
         if at == "joint":
-            point = np.zeros(3)
+            point: Array = np.zeros(3)
         elif at.startswith("joint + "):
-            point = np.array([float(x) for x in at.removeprefix("joint + ").split()])
+            point = self._offset(at)
         else:
             raise SizingError(
                 f"{self.file}: moments are about the point `{at}`, which moves against the joints; run `ksl loads` without --at"
             )
         return (-1.0 if on == "parent" else 1.0), point
 
+    def _offset(self, at: str) -> Array:
+        try:
+            point = np.array([float(x) for x in at.removeprefix("joint + ").split()])
+        except ValueError:
+            point = np.zeros(0)
+        if point.shape != (3,) or not np.isfinite(point).all():
+            raise SizingError(f"{self.file}: moments are about the point {at!r}, which is none; run `ksl loads` again")
+        return point
+
     def _layout(self) -> tuple[dict[str, slice | np.ndarray], tuple[str, ...], dict[str, np.ndarray], Array]:
         """Rows of each joint, names of cases, case of each row, times.  Where joints alternate, rows are slices, which are fast."""
         names, index = _words(self._columns["joint"])
-        times = self._numbers("time")
+        times = self._numbers_of("time")
         count = len(self.joints)
         rows: dict[str, slice | np.ndarray] = {}
         regular = (
@@ -184,7 +205,10 @@ class Results:
 
 
 def read_results(path: str | Path) -> Results:
-    """Reads the folder that `ksl loads` has written, or its wrenches.parquet.  Raises SizingError."""
+    """Reads the folder that `ksl loads` has written, or its wrenches.parquet.
+
+    Raises SizingError where there is none, or where its metadata, columns or numbers are not those that `ksl loads` writes.
+    """
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -226,6 +250,49 @@ def _exists(path: Path) -> bool:
         return path.exists()
     except (OSError, ValueError):  # links in a circle, names that no file can have
         return False
+
+
+def _metadata(said: bytes, file: str) -> dict[str, Any]:
+    try:
+        metadata = json.loads(said)
+    except (ValueError, RecursionError):
+        metadata = None
+    if not isinstance(metadata, dict):
+        raise SizingError(f"{file}: its metadata `ksl` is no JSON object; run `ksl loads` again")
+    return metadata
+
+
+def _joints(said: Any, file: str) -> dict[str, ResultJoint]:
+    try:
+        joints = {j["name"]: _joint(j) for j in said}
+    except (KeyError, TypeError, AttributeError, ValueError, OverflowError):
+        joints = {}
+    if not joints or not all(isinstance(name, str) for name in joints):
+        raise SizingError(f"{file}: `joints` in its metadata is no list of joints with name, kind and axis; run `ksl loads` again")
+    return joints
+
+
+def _check_columns(table: pa.Table, file: str) -> None:
+    """Raises SizingError where a column is missing, or holds something else than `ksl loads` writes into it."""
+    import pyarrow.types as t
+
+    for name in MOTION:
+        if name not in table.column_names:
+            raise SizingError(f"{file}: lacks the column {name}; run `ksl loads` again")
+    for name in ("time", *WRENCH, *MOTION, "rotor"):
+        kind = table.schema.field(name).type if name in table.column_names else None
+        if kind is not None and not (t.is_floating(kind) or t.is_integer(kind) or t.is_null(kind)):
+            raise SizingError(f"{file}: the column {name} holds {kind}; expected numbers: run `ksl loads` again")
+    for name in ("joint", "case"):
+        if name not in table.column_names:
+            continue
+        kind = table.schema.field(name).type
+        words = kind.value_type if t.is_dictionary(kind) else kind
+        numbered = name == "case" and t.is_integer(words)  # by a sweep
+        if not (t.is_string(words) or t.is_large_string(words) or numbered):
+            raise SizingError(f"{file}: the column {name} holds {kind}; expected names: run `ksl loads` again")
+        if table[name].null_count:
+            raise SizingError(f"{file}: the column {name} lacks a name in some rows; run `ksl loads` again")
 
 
 def _joint(said: Mapping[str, Any]) -> ResultJoint:

@@ -17,9 +17,16 @@ from ksl.states import Array
 from ksl.viewer.scene import Scene, make_scene, thinned
 
 if TYPE_CHECKING:
+    import pyarrow as pa
+
     from ksl.calls import Calls
 
 TABLE = "wrenches.parquet"
+
+NUMBERS = ("time", "position", "speed", "acceleration", "effort")
+"""Columns that are read, beside the joints' names."""
+
+AGAIN = "run `ksl loads` again"
 
 DIFFERENT = 1e-6
 """Efforts of the table that differ by more than this share of the largest are not those of the robot, payloads and wrenches at hand."""
@@ -61,7 +68,10 @@ class Results:
 
 
 def read_results(path: Path, case: str | None = None) -> Results:
-    """Reads a load case, by default the first, of results.  Raises MotionError."""
+    """Reads a load case, by default the first, of results.
+
+    Raises MotionError where the file can't be read, or its metadata, columns or times are not those that `ksl loads` writes.
+    """
     import pyarrow as pa
     from pyarrow import parquet
 
@@ -71,25 +81,82 @@ def read_results(path: Path, case: str | None = None) -> Results:
         check_regular(str(file))
         schema = parquet.read_schema(file)
         made_by = json.loads((schema.metadata or {}).get(b"ksl", b"{}"))
-        absent = [c for c in ("time", "joint", "position", "speed", "acceleration", "effort") if c not in schema.names]
+        _check_metadata(file, made_by)
+        absent = [c for c in ("joint", *NUMBERS) if c not in schema.names]
         if absent:
-            raise MotionError(f"{file}: no column {absent[0]!r}, so it is no table of this version of `ksl loads`; run `ksl loads` again")
+            raise MotionError(f"{file}: no column {absent[0]!r}, so it is no table of this version of `ksl loads`; {AGAIN}")
+        _check_kinds(file, schema)
         names = [c["name"] for c in made_by.get("cases", [])]
         if case is not None and case not in names:
             raise MotionError(f"{file}: no load case named {case!r}; {near_names(case, names)}known: {', '.join(names)}")
         chosen = case or (names[0] if names else "")
         only = [("case", "=", chosen)] if "case" in schema.names and chosen else None
-        table = parquet.read_table(file, columns=["time", "joint", "position", "speed", "acceleration", "effort"], filters=only)
-    except (OSError, pa.ArrowException, json.JSONDecodeError, Unreadable) as e:
+        table = parquet.read_table(file, columns=["joint", *NUMBERS], filters=only)
+    except MemoryError:
+        raise
+    except (OSError, pa.ArrowException, json.JSONDecodeError, UnicodeError, RecursionError, Unreadable) as e:
         raise MotionError(f"{file}: can't be read ({e}); {mend}") from None
     if not len(table):
         raise MotionError(f"{file}: has no samples; {mend}")
-    joints = table.column("joint").unify_dictionaries().combine_chunks() if len(table) else None
-    order = list(dict.fromkeys(joints.slice(0, min(len(table), 100_000)).to_pylist())) if joints is not None else []
+    joints = table.column("joint").unify_dictionaries().combine_chunks()
+    order = list(dict.fromkeys(joints.slice(0, min(len(table), 100_000)).to_pylist()))
     count = len(order)
-    columns = {n: table.column(n).to_numpy(zero_copy_only=False).reshape(-1, count) for n in ("time", "position", "speed", "acceleration", "effort")}
-    of = {n: {joint: columns[n][:, i] for i, joint in enumerate(order)} for n in ("position", "speed", "acceleration", "effort")}
+    if None in order or len(table) % count:
+        raise MotionError(f"{file}: column 'joint' doesn't name the same joints at every time; {AGAIN}")
+    columns = {n: table.column(n).to_numpy(zero_copy_only=False).astype(float).reshape(-1, count) for n in NUMBERS}
+    _check_times(file, columns["time"], count)
+    of = {n: {joint: columns[n][:, i] for i, joint in enumerate(order)} for n in NUMBERS[1:]}
     return Results(chosen, columns["time"][:, 0].copy(), of["position"], of["speed"], of["acceleration"], of["effort"], made_by)
+
+
+def _check_metadata(file: Path, made_by: Any) -> None:
+    """Raises MotionError unless it has the form that `ksl loads` writes, as far as it is used."""
+    if not isinstance(made_by, dict):
+        raise MotionError(f"{file}: its metadata `ksl` is no JSON object; {AGAIN}")
+    for name in ("cases", "inputs"):
+        entries = made_by.get(name, [])
+        if not isinstance(entries, list) or not all(isinstance(e, dict) for e in entries):
+            raise MotionError(f"{file}: `{name}` in its metadata is no list of objects; {AGAIN}")
+    if not all(isinstance(c.get("name"), str) for c in made_by.get("cases", [])):
+        raise MotionError(f"{file}: a case in its metadata has no name; {AGAIN}")
+    if not all(isinstance(i.get(key), str) for i in made_by.get("inputs", []) for key in ("file", "role")):
+        raise MotionError(f"{file}: an input in its metadata has no file or role; {AGAIN}")
+    for case in made_by.get("cases", []):
+        lists = [case.get(name, []) for name in ("gravity", "physics", "payloads")]
+        gravity, physics, payloads = lists
+        good = all(isinstance(each, list) for each in lists) and all(isinstance(g, (int, float)) for g in gravity) and all(isinstance(p, str) for p in physics)
+        if not good or not all(isinstance(p, dict) and {"link", "mass", "center"} <= set(p) and isinstance(p["mass"], (int, float)) for p in payloads):
+            raise MotionError(f"{file}: gravity, physics or payloads of case {case['name']} in its metadata are not as `ksl loads` writes them; {AGAIN}")
+        if not isinstance(case.get("motion") or "", str):
+            raise MotionError(f"{file}: the motion of case {case['name']} in its metadata is no name of a file; {AGAIN}")
+    if not isinstance(made_by.get("options", {}), dict) or not isinstance(made_by.get("directory", ""), str):
+        raise MotionError(f"{file}: `options` or `directory` in its metadata is not as `ksl loads` writes it; {AGAIN}")
+
+
+def _check_kinds(file: Path, schema: pa.Schema) -> None:
+    import pyarrow.types as t
+
+    for name in NUMBERS:
+        kind = schema.field(name).type
+        if not (t.is_floating(kind) or t.is_integer(kind) or t.is_null(kind)):
+            raise MotionError(f"{file}: column {name!r} holds {kind}; expected numbers: {AGAIN}")
+    kind = schema.field("joint").type
+    words = kind.value_type if t.is_dictionary(kind) else kind
+    if not (t.is_string(words) or t.is_large_string(words)):
+        raise MotionError(f"{file}: column 'joint' holds {kind}; expected names: {AGAIN}")
+
+
+def _check_times(file: Path, time: Array, count: int) -> None:
+    """time (n, count): of each sample and joint.  Raises MotionError unless they are finite, the same for all joints, and increase."""
+    bad = np.flatnonzero(~np.isfinite(time.ravel()))
+    if len(bad):
+        what = "is infinite" if np.isinf(time.flat[bad[0]]) else "is missing or not a number"
+        raise MotionError(f"{file}: column 'time' {what} at sample {int(bad[0]) // count + 1}; {AGAIN}")
+    if (time != time[:, :1]).any():
+        raise MotionError(f"{file}: column 'joint' doesn't name the same joints at every time; {AGAIN}")
+    back = np.flatnonzero(np.diff(time[:, 0]) <= 0)
+    if len(back):
+        raise MotionError(f"{file}: column 'time' doesn't increase at sample {int(back[0]) + 2}; {AGAIN}")
 
 
 def scene_of_results(model: Calls, results: Results, package_paths: Sequence[str | os.PathLike[str]] = ()) -> tuple[Scene, list[str]]:
@@ -107,6 +174,11 @@ def scene_of_results(model: Calls, results: Results, package_paths: Sequence[str
     if all(j.one_coordinate for j in joints):
         time = results.time
         q, v, a = (np.column_stack([x[j.name] for j in joints]) if joints else np.zeros((len(time), 0)) for x in (results.position, results.speed, results.acceleration))
+        for column, x in (("position", q), ("speed", v), ("acceleration", a)):
+            bad = np.argwhere(~np.isfinite(x))
+            if len(bad):
+                where = f"of {joints[bad[0][1]].name} at sample {bad[0][0] + 1}"
+                raise MotionError(f"the results: column {column!r} is missing or not finite {where}; {AGAIN}")
     else:
         from ksl.motions.reading import read_motion
 
