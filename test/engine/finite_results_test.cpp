@@ -468,7 +468,8 @@ TEST_CASE("finite results: the status of inverse kinematics in C, and weights an
   expect_not_finite(solved(1, 1), "inverse_kinematics: errors[0] is inf");
   expect_not_finite(solved(0, 2), "inverse_kinematics: state 1: errors[0] is inf");
   expect_not_finite(ksl_inverse_kinematicsf(arm.m, 1, 1, &frame, target_of_float.data(), 16, nullptr, 0, nullptr,
-                                            found_float.data(), n, errors_float.data(), 2, nullptr, nullptr, nullptr, 1),
+                                            found_float.data(), n, errors_float.data(), 2, nullptr, nullptr, nullptr,
+                                            1),
                     "inverse_kinematics: errors[0] is inf");
   for (const double bad : {HUGE_VAL, std::nan("")}) {
     for (double *const weight : {&frame.position_weight, &frame.orientation_weight}) {
