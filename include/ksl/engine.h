@@ -194,14 +194,15 @@ KSL_EXPORT ksl_status_t ksl_neutralf(const ksl_model_t *model, float *q);
 
 /** A random position into q (nq), from nq independent numbers, each uniform in [0, 1).  It is uniform between the limits of
     joints; where the file gives none, between −π and π for angles and between −1 m and 1 m for lengths; quaternions are uniform on the
-    sphere (Shoemake, Uniform random rotations, Graphics Gems III (1992), p. 124). */
+    sphere (Shoemake, Uniform random rotations, Graphics Gems III (1992), p. 124).
+    KSL_NOT_FINITE: limits are too large for float. */
 KSL_EXPORT ksl_status_t ksl_random_position(const ksl_model_t *model, const double *uniform, double *q);
 KSL_EXPORT ksl_status_t ksl_random_positionf(const ksl_model_t *model, const float *uniform, float *q);
 
 /** Reactions through n joints into wrenches (n, 6).  Call it right after ksl_inverse_dynamics (or _with_reactions) in the same
     precision and with the same external wrenches.  After any other call with this workspace it fails, since such calls overwrite
     the wrenches.  options may be NULL.  The wrench is split in the joint's frame and the part is then transformed by the
-    coadjoint. */
+    coadjoint.  KSL_NOT_FINITE: the wrenches or the offset are too large. */
 KSL_EXPORT ksl_status_t ksl_reactions(const ksl_model_t *model, ksl_data_t *data, int n, const int *joints,
                                       const ksl_reaction_options_t *options, const ksl_external_t *external,
                                       double *wrenches);
@@ -232,7 +233,8 @@ KSL_EXPORT ksl_section_t ksl_section(int link);
 
 /** The wrench (6) that the near part of a link exerts on the part beyond a section, for q (nq), v (nv) and a (nv): Newton's and
     Euler's laws for the part beyond, with the reactions of its joints.  N, N m.  A wrench on the link itself acts on the part with
-    the link's origin.  external may be NULL.  O(bodies). */
+    the link's origin.  external may be NULL.  O(bodies).
+    KSL_NOT_FINITE: the state, the point or the inertia is too large. */
 KSL_EXPORT ksl_status_t ksl_section_wrench(const ksl_model_t *model, ksl_data_t *data, const double *q, const double *v,
                                            const double *a, const ksl_external_t *external, const ksl_section_t *section,
                                            double *wrench);
@@ -240,19 +242,19 @@ KSL_EXPORT ksl_status_t ksl_section_wrenchf(const ksl_model_t *model, ksl_data_t
                                             const float *a, const ksl_externalf_t *external, const ksl_section_t *section,
                                             float *wrench);
 
-/** Pose of a link's frame in the world for q (nq). */
+/** Pose of a link's frame in the world for q (nq).  KSL_NOT_FINITE: positions are too large. */
 KSL_EXPORT ksl_status_t ksl_frame_pose(const ksl_model_t *model, ksl_data_t *data, const double *q, int link, ksl_SE3_t *pose);
 
 /** A frame that is to reach a pose, and how much the errors of its position and of its orientation count.  With equal weights,
     a twentieth of the length of the chain that carries the frame counts as much as a radian.  An error with
-    zero weight is ignored. */
+    zero weight is ignored.  Weights are finite and not negative. */
 typedef struct ksl_wanted_frame_t {
   int link;
   double position_weight, orientation_weight;
 } ksl_wanted_frame_t;
 
 typedef struct ksl_inverse_kinematics_options_t {
-  double position_tolerance, orientation_tolerance; /**< m, rad */
+  double position_tolerance, orientation_tolerance; /**< m, rad; positive and finite */
   int iterations;     /**< at most, from each start */
   int starts;         /**< at most: the given one, if any, and random ones */
   uint64_t seed;      /**< of the random starts */
@@ -269,7 +271,9 @@ typedef enum ksl_inverse_kinematics_end_t { KSL_CONVERGED, KSL_ITERATIONS, KSL_L
 /** Positions q (n, nq) at which frames have the poses of each of n targets (n, frames_n, 4, 4), row-major, in the world, by
     damped least squares.  start (n, nq) may be NULL: random ones.  errors (n, 2): the largest error of a position, m,
     and of an orientation, rad.  ends (n), iterations (n, of all starts) and starts (n, used).  These four may be NULL, and options.
-    threads: 0 is all cores that the process may use (batches: below). */
+    threads: 0 is all cores that the process may use (batches: below).  A target that is not reached is no
+    error.  KSL_NOT_FINITE: a target or a start is so far away that the square of its distance is not finite; what was
+    found has been written. */
 KSL_EXPORT ksl_status_t ksl_inverse_kinematics(const ksl_model_t *model, size_t n, int frames_n, const ksl_wanted_frame_t *frames,
                                                const double *targets, ptrdiff_t targets_stride, const double *start,
                                                ptrdiff_t start_stride, const ksl_inverse_kinematics_options_t *options, double *q,

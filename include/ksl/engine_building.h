@@ -109,7 +109,8 @@ KSL_EXPORT ksl_status_t ksl_model_with_parameters(const ksl_model_t *model, int 
 /** The same robot under another gravity (3), m/s² in world axes. The structure is copied, not built again. */
 KSL_EXPORT ksl_status_t ksl_model_with_gravity(const ksl_model_t *model, const double *gravity, ksl_model_t **made);
 
-/** The robot as a URDF file. */
+/** The robot as a URDF file, which appears complete or not at all.  It is written beside its place first, under a name
+    that no other file has; other files stay as they are, whatever other threads and processes write. */
 KSL_EXPORT ksl_status_t ksl_model_write_urdf(const ksl_model_t *model, const char *path);
 
 /** Mass of all links, payloads included, and of those that a joint carries, directly or not; kg. */

@@ -11,7 +11,8 @@ namespace ksl {
 /// it), gravity, and whether the base floats.
 KSL_EXPORT std::string urdf_text(const robot_description &robot);
 
-/// Writes that to a file, in whose place it appears complete or not at all.  Throws description_error if that fails.
+/// Writes that to a file, in whose place it appears complete or not at all.  It is written beside it first, under a
+/// name that no other file has.  Throws description_error if that fails.
 KSL_EXPORT void write_urdf(const robot_description &robot, const std::string &path);
 
 } // namespace ksl

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ksl.errors import unknown_name
+from ksl.finite_results import require_finite
 from ksl.real_arrays import real_array
 from ksl.requests import Requests
 from ksl.states import Array, argument
@@ -62,7 +63,8 @@ class InverseKinematicsCalls(Requests):
         threads: as in :meth:`inverse_dynamics`; results don't depend on it, nor on which other targets there are.
 
         Mimic joints move with their leaders, whose range is such that all keep their limits.
-        Never raises for a target that is not reached: the result says so, and why.  Damped least squares (Levenberg 1944,
+        Never raises for a target that is not reached: the result says so, and why.  Raises ResultError for one, or for a start, that is so far
+        away that the square of its distance is not finite.  Damped least squares (Levenberg 1944,
         Marquardt 1963; damping as Sugihara, IEEE Trans. Robotics 27 (2011) 984).  About 15 iterations a target, O(depth) each.
         """
         if not isinstance(names, str) and not isinstance(names, Iterable):
@@ -107,6 +109,8 @@ class InverseKinematicsCalls(Requests):
             frames, rows(poses, axes), None if start is None else rows(start, (self.nq,)), position, orientation,
             iterations, starts, int(seed) % 2**64, bool(limits), threads,
         )  # fmt: skip
+        require_finite("inverse_kinematics", "q", q)
+        require_finite("inverse_kinematics", "error", error)
         end = end.reshape(leading)
         return InverseKinematics(
             q.reshape(*leading, self.nq), end == 0, np.array(REASONS)[end], error.reshape(*leading, 2), used.reshape(leading), begun.reshape(leading)

@@ -273,7 +273,12 @@ class Mechanism:
         if not isinstance(leading, (tuple, list)) or not all(isinstance(n, (int, np.integer)) and type(n) is not bool and n >= 0 for n in leading):
             raise ValueError(f"size={size!r}; expected a number of positions, or several, which are leading axes")
         lower, upper = self._ranges
-        q: Array = upper - (upper - lower) * generator.random((*leading, self.nq))  # the upper end can be reached, the lower can't
+        numbers = generator.random((*leading, self.nq))
+        with np.errstate(over="ignore", invalid="ignore"):
+            width = upper - lower
+            q: Array = upper - width * numbers  # the upper end can be reached, the lower can't
+        if not np.isfinite(width).all():
+            q = np.where(np.isfinite(width), q, 2 * (upper / 2 - (upper / 2 - lower / 2) * numbers))
         for part in self._quaternions:
             direction = generator.normal(size=(*leading, 4))
             q[..., part] = direction / np.linalg.norm(direction, axis=-1, keepdims=True)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ksl.errors import near_names
+from ksl.finite_results import require_finite
 from ksl.requests import one_of, three_numbers
 from ksl.states import Array, External, ExternalAxes, Order, argument, items_of
 
@@ -21,6 +22,7 @@ Share = float | Literal["body"] | tuple[float, Sequence[float], ArrayLike]
 mass, first moment and inertia (3, 3) about the link's origin."""
 
 
+@np.errstate(over="ignore", invalid="ignore")  # what is not finite is an error at the end
 def section_wrench(
     m: Calls,
     q: ArrayLike,
@@ -80,7 +82,10 @@ def section_wrench(
     if axes == "world":
         R = m.frame_pose(q, name)[..., :3, :3]
         wrench = np.concatenate([np.einsum("...ij,...j->...i", R, wrench[..., k : k + 3]) for k in (0, 3)], axis=-1)
-    return wrench if order == "lin_ang" else np.roll(wrench, 3, axis=-1)
+    if order == "ang_lin":
+        wrench = np.roll(wrench, 3, axis=-1)
+    require_finite("section_wrench", "wrench", wrench)
+    return wrench
 
 
 def _skew(x: Array) -> Array:

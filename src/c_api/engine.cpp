@@ -33,6 +33,7 @@ ksl_status_t reactions_of_last_state(const ksl_model_t *m, ksl_data_t *d, int n,
             "ksl_reactions reads what ksl_inverse_dynamics left in the workspace; call that first, in the same precision");
     ksl::reactions<S>(m->model, d->data, ksl::c_api::request_of(m, d->links.data(), {n, joints, options}), wrenches,
                       ksl::c_api::external_of<S>(m, external));
+    ksl::examine_numbers("reactions", "wrenches", wrenches, 6 * std::ptrdiff_t(n));
   });
 }
 
@@ -50,6 +51,7 @@ template <class S> ksl_status_t random_position(const ksl_model_t *m, const S *u
     for (int i = 0; i < m->model.nq(); ++i)
       require(uniform[i] >= 0 && uniform[i] < 1, "uniform needs numbers from 0 to below 1");
     ksl::random_position(m->model, uniform, q);
+    ksl::examine_numbers("random_position", "q", q, m->model.nq());
   });
 }
 
@@ -113,6 +115,7 @@ ksl_status_t section_wrench(const ksl_model_t *m, ksl_data_t *d, const S *q, con
     require_finite(a, m->model.nv(), "a");
     d->holds_wrenches = 0;
     ksl::section_wrench<S>(m->model, d->data, q, v, a, section, wrench, ksl::c_api::external_of<S>(m, external));
+    ksl::examine_numbers("section_wrench", "wrench", wrench, 6);
   });
 }
 
@@ -285,7 +288,9 @@ ksl_status_t ksl_frame_pose(const ksl_model_t *m, ksl_data_t *d, const double *q
     ksl::c_api::require_links(m, 1, &link);
     ksl::c_api::require_position(m->model, q, "q");
     d->holds_wrenches = 0;
-    *pose = ksl::same_layout<ksl_SE3_t>(ksl::frame_pose(m->model, d->data, q, link));
+    const ksl::SE3<double> found = ksl::frame_pose(m->model, d->data, q, link);
+    *pose = ksl::same_layout<ksl_SE3_t>(found);
+    ksl::examine_numbers("frame_pose", "position", &found.t.x, 3);
   });
 }
 

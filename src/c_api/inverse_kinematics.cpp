@@ -5,12 +5,15 @@
 
 #include "ksl/inverse_kinematics.hpp"
 
+#include <cmath>
+
 namespace ksl::c_api {
 namespace {
 
 inverse_kinematics_options options_of(const ksl_inverse_kinematics_options_t *given) {
   const ksl_inverse_kinematics_options_t o = given ? *given : ksl_inverse_kinematics_options();
-  require(o.position_tolerance > 0 && o.orientation_tolerance > 0, "tolerances must be positive");
+  for (const double tolerance : {o.position_tolerance, o.orientation_tolerance})
+    require(tolerance > 0 && std::isfinite(tolerance), "tolerances must be positive and finite");
   require(o.iterations > 0 && o.starts > 0, "iterations and starts must be positive");
   inverse_kinematics_options options;
   options.position_tolerance = o.position_tolerance, options.orientation_tolerance = o.orientation_tolerance;
@@ -35,7 +38,8 @@ ksl_status_t solve(const ksl_model_t *m, int frames_n, const ksl_wanted_frame_t 
     wanted_frame *const wanted = memory.take<wanted_frame>(frames_n);
     for (int f = 0; f < frames_n; ++f) {
       require_links(m, 1, &frames[f].link);
-      require(frames[f].position_weight >= 0 && frames[f].orientation_weight >= 0, "weights must not be negative");
+      for (const double weight : {frames[f].position_weight, frames[f].orientation_weight})
+        require(weight >= 0 && std::isfinite(weight), "weights must not be negative, nor infinite");
       wanted[f] = {frames[f].link, frames[f].position_weight, frames[f].orientation_weight};
     }
     options.frames_n = frames_n, options.frames = wanted;
@@ -46,6 +50,11 @@ ksl_status_t solve(const ksl_model_t *m, int frames_n, const ksl_wanted_frame_t 
         require_position(m->model, row(batch.start, k), "start");
     }
     inverse_kinematics(m->model, options, batch, threads);
+    for (std::size_t k = 0; k < batch.n; ++k) {
+      examine_numbers("inverse_kinematics", "q", row(batch.q, k), m->model.nq(), k, batch.n > 1);
+      if (batch.error.first)
+        examine_numbers("inverse_kinematics", "errors", row(batch.error, k), 2, k, batch.n > 1);
+    }
   });
 }
 

@@ -49,7 +49,8 @@ template void neutral(const model &, float *);
 template <class S> void random_position(const model &m, const S *uniform, S *q) {
   for (std::size_t i = 0; i < m.position_ranges().size(); ++i) {
     const auto [lower, upper] = m.position_ranges()[i];
-    q[i] = S(upper - (upper - lower) * double(uniform[i]));
+    const double number = double(uniform[i]), width = upper - lower;
+    q[i] = S(std::isfinite(width) ? upper - width * number : 2 * (upper / 2 - (upper / 2 - lower / 2) * number));
   }
   const double turn = 2 * std::acos(-1.0);
   for (const model::quaternion_in_q &quaternion : m.quaternions()) {

@@ -84,8 +84,18 @@ template <class S> int joint_without_mass(const algorithm_row &row, const model 
 }
 
 /// How a message begins.  It is put together where there is an error only, since that allocates.
-std::string beginning(const algorithm_row &row, std::size_t state, bool of_batch) {
-  return std::string(row.name) + ": " + (of_batch ? "state " + std::to_string(state) + ": " : "");
+std::string beginning(const char *call, std::size_t state, bool of_batch) {
+  return std::string(call) + ": " + (of_batch ? "state " + std::to_string(state) + ": " : "");
+}
+
+/// The error of a number that isn't finite.
+template <class S>
+result_error not_finite(const char *call, const found_number &found, std::size_t state, bool of_batch) {
+  const char *const what = std::isnan(found.value) ? "nan" : found.value > 0 ? "inf" : "-inf";
+  return {beginning(call, state, of_batch) + found.name + "[" + std::to_string(found.index) + "] is " + what +
+              ", although all arguments are finite: they, or numbers of the model, are too large for " +
+              (sizeof(S) == 8 ? "double precision" : "single precision"),
+          state, -1};
 }
 
 template <class S> void examine(const algorithm_row &row, const model &m, const massless_joint_workspace &w,
@@ -98,14 +108,10 @@ template <class S> void examine(const algorithm_row &row, const model &m, const 
   if (row.nan_without_mass && !has_moving_mass(m))
     return;
   if (const int joint = row.needs_mass ? joint_without_mass(row, m, w, s) : -1; joint >= 0)
-    throw result_error(beginning(row, state, of_batch) + m.massless_joint_text(joint), state, joint);
+    throw result_error(beginning(row.name, state, of_batch) + m.massless_joint_text(joint), state, joint);
   if (found.finite)
     return;
-  const char *const what = std::isnan(found.value) ? "nan" : found.value > 0 ? "inf" : "-inf";
-  throw result_error(beginning(row, state, of_batch) + found.name + "[" + std::to_string(found.index) + "] is " + what +
-                         ", although all arguments are finite: they, or numbers of the model, are too large for " +
-                         (sizeof(S) == 8 ? "double precision" : "single precision"),
-                     state, -1);
+  throw not_finite<S>(row.name, found, state, of_batch);
 }
 
 /// What is examined of one state of a batch, and the memory of the search for a joint that moves no mass.
@@ -148,6 +154,15 @@ template <class S> struct examined_state {
 } // namespace
 
 std::size_t examination_bytes(const model &m) { return workspace_bytes<massless_joint_workspace>(m); }
+
+template <class S>
+void examine_numbers(const char *call, const char *result, const S *x, std::ptrdiff_t n, std::size_t state,
+                     bool of_batch) {
+  found_number found;
+  look(result, x, 0, n, found);
+  if (!found.finite)
+    throw not_finite<S>(call, found, state, of_batch);
+}
 
 template <class S> std::size_t examination_bytes(const algorithm_row &row, const model &m, const batch_view<S> &batch) {
   arena measure;
@@ -220,6 +235,7 @@ bool ordinary_results(const algorithm_row &row, const model &m, const batch_view
 }
 
 #define KSL_INSTANTIATE(S)                                                                                             \
+  template void examine_numbers(const char *, const char *, const S *, std::ptrdiff_t, std::size_t, bool);             \
   template std::size_t examination_bytes(const algorithm_row &, const model &, const batch_view<S> &);                 \
   template void examine_state(const algorithm_row &, const model &, void *, const state_view<S> &, arguments_are);     \
   template void examine_states(const algorithm_row &, const model &, const batch_view<S> &, std::size_t, std::size_t,  \

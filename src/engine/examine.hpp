@@ -20,6 +20,12 @@ std::size_t examination_bytes(const model &m);
 template <class S>
 void examine_state(const algorithm_row &row, const model &m, void *memory, const state_view<S> &s, arguments_are given);
 
+/// Throws result_error if one of n numbers isn't finite, for results of calls that have no row.  The message begins
+/// with the names of the call and the result.  Allocates for an error only.
+template <class S>
+void examine_numbers(const char *call, const char *result, const S *x, std::ptrdiff_t n, std::size_t state = 0,
+                     bool of_batch = false);
+
 /// Bytes that examine_states() takes of the thread's memory for workspaces.  A call that may examine results asks for
 /// them when it begins, so that no later one has to grow that memory.
 template <class S> std::size_t examination_bytes(const algorithm_row &row, const model &m, const batch_view<S> &batch);

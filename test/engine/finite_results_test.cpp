@@ -380,3 +380,139 @@ TEST_CASE("finite results: the status of C") {
   ksl_data_free(d);
   ksl_model_free(m);
 }
+
+namespace {
+
+/// ur5 from C: n numbers are numbers of q, v, a or wrenches.
+struct arm_in_c {
+  ksl_model_t *m = nullptr;
+  ksl_data_t *d = nullptr;
+  std::vector<double> q, v, a, out = std::vector<double>(6);
+  std::vector<float> qf, vf, af, outf = std::vector<float>(6);
+
+  arm_in_c() {
+    REQUIRE(ksl_model_load(KSL_EXAMPLES "/robots/ur5.urdf", nullptr, &m) == KSL_OK);
+    REQUIRE(ksl_data_create(m, &d) == KSL_OK);
+    const auto n = static_cast<std::size_t>(ksl_model_nv(m));
+    q.assign(n, 0.3), v.assign(n, 0.2), a.assign(n, 0.1), qf.assign(n, 0.3f), vf.assign(n, 0.2f), af.assign(n, 0.1f);
+  }
+  ~arm_in_c() { ksl_data_free(d), ksl_model_free(m); }
+};
+
+void expect_not_finite(ksl_status_t status, const char *words) {
+  CHECK(status == KSL_NOT_FINITE);
+  CHECK(std::string(ksl_error_message()).find(words) == 0);
+  CHECK(std::string(ksl_error_message()).find("although all arguments are finite") != std::string::npos);
+}
+
+} // namespace
+
+TEST_CASE("finite results: the status of a section in C") {
+  arm_in_c arm;
+  const auto in_double = [&](const ksl_section_t &s) {
+    return ksl_section_wrench(arm.m, arm.d, arm.q.data(), arm.v.data(), arm.a.data(), nullptr, &s, arm.out.data());
+  };
+  const auto in_float = [&](const ksl_section_t &s) {
+    return ksl_section_wrenchf(arm.m, arm.d, arm.qf.data(), arm.vf.data(), arm.af.data(), nullptr, &s, arm.outf.data());
+  };
+  const ksl_section_t usual = ksl_section(ksl_model_link(arm.m, "forearm_link"));
+  ksl_section_t far = usual, heavy = usual, far_for_float = usual;
+  far.point[0] = far.point[1] = 1e308, far_for_float.point[0] = far_for_float.point[1] = 1e38;
+  heavy.share = KSL_INERTIA;
+  std::fill(heavy.inertia, heavy.inertia + 10, 1e308);
+  CHECK(in_double(usual) == KSL_OK);
+  CHECK(in_float(usual) == KSL_OK);
+  expect_not_finite(in_double(far), "section_wrench: wrench[");
+  expect_not_finite(in_double(heavy), "section_wrench: wrench[");
+  expect_not_finite(in_float(heavy), "section_wrench: wrench[");
+  CHECK(in_double(far_for_float) == KSL_OK);
+  expect_not_finite(in_float(far_for_float), "section_wrench: wrench[");
+  arm.v[0] = 1e200, arm.vf[0] = 1e30f;
+  expect_not_finite(in_double(usual), "section_wrench: wrench[");
+  expect_not_finite(in_float(usual), "section_wrench: wrench[");
+}
+
+TEST_CASE("finite results: the status of reactions of the last state in C") {
+  arm_in_c arm;
+  std::vector<double> tau(arm.q.size());
+  std::vector<float> tauf(arm.q.size());
+  const int joint = 1;
+  ksl_reaction_options_t far{};
+  for (double &x : far.offset)
+    x = 1e308;
+  REQUIRE(ksl_inverse_dynamics(arm.m, arm.d, arm.q.data(), arm.v.data(), arm.a.data(), nullptr, tau.data()) == KSL_OK);
+  expect_not_finite(ksl_reactions(arm.m, arm.d, 1, &joint, &far, nullptr, arm.out.data()), "reactions: wrenches[");
+  CHECK(ksl_reactions(arm.m, arm.d, 1, &joint, nullptr, nullptr, arm.out.data()) == KSL_OK); // the state is still there
+  CHECK(std::all_of(arm.out.begin(), arm.out.end(), [](double x) { return std::isfinite(x); }));
+  const float *const qf = arm.qf.data(), *const vf = arm.vf.data(), *const af = arm.af.data();
+  REQUIRE(ksl_inverse_dynamicsf(arm.m, arm.d, qf, vf, af, nullptr, tauf.data()) == KSL_OK);
+  expect_not_finite(ksl_reactionsf(arm.m, arm.d, 1, &joint, &far, nullptr, arm.outf.data()), "reactions: wrenches[");
+}
+
+TEST_CASE("finite results: the status of inverse kinematics in C, and weights and tolerances that are not finite") {
+  arm_in_c arm;
+  const auto n = static_cast<std::ptrdiff_t>(arm.q.size());
+  std::vector<double> targets(32), found(2 * arm.q.size()), errors(4);
+  for (std::size_t i : {0u, 5u, 10u, 15u})
+    targets[i] = targets[16 + i] = 1;
+  targets[3] = 0.3, targets[16 + 3] = 1e308;
+  const std::vector<float> target_of_float = {1, 0, 0, 1e30f, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+  std::vector<float> found_float(arm.q.size()), errors_float(2);
+  ksl_wanted_frame_t frame = {ksl_model_link(arm.m, "tool0"), 1, 1};
+  ksl_inverse_kinematics_options_t options = ksl_inverse_kinematics_options();
+  const auto solved = [&](std::size_t first, std::size_t count) {
+    return ksl_inverse_kinematics(arm.m, count, 1, &frame, targets.data() + 16 * first, 16, nullptr, 0, &options,
+                                  found.data(), n, errors.data(), 2, nullptr, nullptr, nullptr, 1);
+  };
+  CHECK(solved(0, 1) == KSL_OK);
+  expect_not_finite(solved(1, 1), "inverse_kinematics: errors[0] is inf");
+  expect_not_finite(solved(0, 2), "inverse_kinematics: state 1: errors[0] is inf");
+  expect_not_finite(ksl_inverse_kinematicsf(arm.m, 1, 1, &frame, target_of_float.data(), 16, nullptr, 0, nullptr,
+                                            found_float.data(), n, errors_float.data(), 2, nullptr, nullptr, nullptr,
+                                            1),
+                    "inverse_kinematics: errors[0] is inf");
+  for (const double bad : {HUGE_VAL, std::nan("")}) {
+    for (double *const weight : {&frame.position_weight, &frame.orientation_weight}) {
+      *weight = bad;
+      CHECK(solved(0, 1) == KSL_BAD_ARGUMENT);
+      CHECK(std::string(ksl_error_message()) == "weights must not be negative, nor infinite");
+      *weight = 1;
+    }
+    for (double *const tolerance : {&options.position_tolerance, &options.orientation_tolerance}) {
+      *tolerance = bad;
+      CHECK(solved(0, 1) == KSL_BAD_ARGUMENT);
+      CHECK(std::string(ksl_error_message()) == "tolerances must be positive and finite");
+      *tolerance = 1e-6;
+    }
+  }
+  CHECK(solved(0, 1) == KSL_OK);
+}
+
+TEST_CASE("finite results: places and random positions of joints with huge limits, in C") {
+  const std::string mass = "'><inertial><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/>"
+                           "</inertial></link>",
+                    limit = "<axis xyz='1 0 0'/><limit lower='-1.7e308' upper='1.7e308' effort='1' velocity='1'/>"
+                            "</joint>",
+                    links = "<link name='a" + mass + "<link name='b" + mass + "<link name='c" + mass,
+                    slide = " type='prismatic'><parent link=",
+                    text = "<robot name='slides'>" + links + //
+                           "<joint name='j'" + slide + "'a'/><child link='b'/>" + limit + //
+                           "<joint name='k'" + slide + "'b'/><child link='c'/>" + limit + "</robot>";
+  ksl_model_t *m = nullptr;
+  ksl_data_t *d = nullptr;
+  REQUIRE(ksl_model_load_memory(text.data(), text.size(), nullptr, &m) == KSL_OK);
+  REQUIRE(ksl_data_create(m, &d) == KSL_OK);
+  const double far[2] = {1.5e308, 1.5e308}, near[2] = {1, 2}, uniform[2] = {0, 0.75};
+  const float uniform_float[2] = {0.5f, 0.75f};
+  ksl_SE3_t pose;
+  expect_not_finite(ksl_frame_pose(m, d, far, ksl_model_link(m, "c"), &pose), "frame_pose: position[0] is inf");
+  CHECK(ksl_frame_pose(m, d, near, ksl_model_link(m, "c"), &pose) == KSL_OK);
+  double q[2];
+  float qf[2];
+  CHECK(ksl_random_position(m, uniform, q) == KSL_OK);
+  CHECK(q[0] == 1.7e308);
+  CHECK(q[1] == doctest::Approx(-0.85e308));
+  expect_not_finite(ksl_random_positionf(m, uniform_float, qf), "random_position: q[1] is -inf");
+  ksl_data_free(d);
+  ksl_model_free(m);
+}

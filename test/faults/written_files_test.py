@@ -20,6 +20,7 @@ import writers
 import ksl
 from ksl.commands.app import end_on_signals
 from ksl.output import OutputError, stage, staged, swap, whole_file
+from ksl.output.parts import write_part
 from ksl.output.locks import LockedError, lock
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="no copies of processes here")
@@ -366,6 +367,13 @@ def test_a_plan_that_is_a_pipe_is_not_waited_for(tmp_path):
     (forged / "new").mkdir(parents=True)
     os.mkfifo(forged / "todo.json")
     assert killing.in_a_copy(lambda: (signal.alarm(20), write_set(tmp_path)))[0] == 0 and texts(tmp_path) == LATER
+
+
+def test_the_file_of_a_sweep_does_not_follow_a_link_at_its_unfinished_name(tmp_path):
+    (tmp_path / "mine").write_text("mine")
+    (tmp_path / ".table.part").symlink_to("mine")
+    write_part(tmp_path / "table", b"later")
+    assert texts(tmp_path) == {"table": "later", "mine": "mine"} and killing.everything(tmp_path) == {"table", "mine"}
 
 
 def test_modes_are_those_of_new_files(tmp_path):

@@ -4,6 +4,7 @@
 #include "ksl/engine/joints.hpp"
 #include "ksl/urdf.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <csignal>
@@ -13,9 +14,12 @@
 #include <fstream>
 #include <iterator>
 #include <random>
+#include <string>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <thread>
 #include <unistd.h>
+#include <vector>
 
 using namespace ksl;
 
@@ -183,6 +187,71 @@ TEST_CASE("urdf: a file appears complete or not at all") {
   write_urdf(robot, "/dev/null");
   CHECK(std::filesystem::is_character_file("/dev/null"));
   std::filesystem::remove_all(folder);
+}
+
+TEST_CASE("urdf: no other file is touched, the mode is that of new files, and names may be long") {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::temp_directory_path() / ("ksl_others_" + std::to_string(getpid()));
+  const fs::path file = folder / "arm.urdf", notes = folder / "arm.urdf.part", victim = folder / "victim";
+  const robot_description robot = read_urdf_text("<robot name='r'><link name='a'/></robot>", "r.urdf");
+  const auto text = [](const fs::path &path) {
+    std::ifstream in(path);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  const auto files = [&] { return std::distance(fs::directory_iterator(folder), {}); };
+  fs::create_directory(folder);
+  std::ofstream(notes) << "mine";
+  const mode_t mask = umask(027);
+  write_urdf(robot, file.string());
+  umask(mask);
+  CHECK((text(file) == urdf_text(robot) && text(notes) == "mine" && files() == 2));
+  struct stat found{};
+  REQUIRE(stat(file.c_str(), &found) == 0);
+  CHECK((found.st_mode & 07777) == 0640);
+
+  fs::remove(notes);
+  std::ofstream(victim) << "mine";
+  fs::create_symlink(victim, notes);
+  write_urdf(robot, file.string());
+  CHECK((text(file) == urdf_text(robot) && text(victim) == "mine" && fs::is_symlink(notes) && files() == 3));
+
+  const fs::path longest = folder / (std::string(250, 'n') + ".urdf");
+  write_urdf(robot, longest.string());
+  CHECK(text(longest) == urdf_text(robot));
+
+  const fs::path taken = folder / "taken.urdf"; // a folder can't be replaced
+  fs::create_directory(taken);
+  const std::string said = test::refusal_of([&] { write_urdf(robot, taken.string()); });
+  CHECK(said.find("the robot can't be written") != std::string::npos);
+  CHECK(files() == 5);
+  fs::remove_all(folder);
+}
+
+TEST_CASE("urdf: several writers at once give one whole file") {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::temp_directory_path() / ("ksl_writers_" + std::to_string(getpid()));
+  const fs::path file = folder / "arm.urdf";
+  std::array<robot_description, 4> robots;
+  for (std::size_t k = 0; k < robots.size(); ++k) {
+    robots[k] = read_urdf_text("<robot name='r'><link name='a'/></robot>", "r.urdf");
+    robots[k].name = std::string(20'000 * (k + 1), static_cast<char>('a' + k));
+  }
+  fs::create_directory(folder);
+  std::array<int, 4> refused{};
+  std::vector<std::thread> writers;
+  for (std::size_t k = 0; k < robots.size(); ++k)
+    writers.emplace_back([&, k] {
+      for (int turn = 0; turn < 100; ++turn)
+        refused[k] += test::refusal_of([&] { write_urdf(robots[k], file.string()); }) != "accepted";
+    });
+  for (std::thread &writer : writers)
+    writer.join();
+  CHECK(refused == std::array<int, 4>{});
+  CHECK(std::distance(fs::directory_iterator(folder), {}) == 1);
+  std::ifstream in(file);
+  const std::string found(std::istreambuf_iterator<char>(in), {});
+  CHECK(std::any_of(robots.begin(), robots.end(), [&](const robot_description &r) { return found == urdf_text(r); }));
+  fs::remove_all(folder);
 }
 
 TEST_CASE("urdf: a file below a file can't be written; through a link that leads nowhere, and in a very deep folder, files are written") {

@@ -133,3 +133,46 @@ def test_arguments_are_checked_first(examples):
     q = m.neutral()
     with pytest.raises(ValueError, match="v.* is nan"):
         m.inverse_dynamics(q, np.full(m.nv, np.nan), np.zeros(m.nv))
+
+
+FAR = [[1, 0, 0, 1e308], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+HUGE = (1e308, [1e308] * 3, np.full((3, 3), 1e308))
+
+
+@pytest.mark.parametrize("given", [{"point": (1e308, 1e308, 0)}, {"share": HUGE}, {"point": (1e308, 1e308, 0), "axes": "world", "order": "ang_lin"}])
+def test_a_section_that_is_too_far_or_too_heavy(examples, given):
+    m = ksl.load(examples / "robots/ur5.urdf")
+    q = np.full(m.nq, 0.3)
+    whole = {"name": "forearm_link", "point": (0, 0, 0.1), "normal": (0, 0, 1)}
+    assert np.isfinite(m.section_wrench(q, q, q, **whole)).all()
+    with (
+        warnings.catch_warnings(),
+        pytest.raises(ksl.ResultError, match=r"section_wrench: wrench\[\d\] is -?(nan|inf), although all arguments are finite") as caught,
+    ):
+        warnings.simplefilter("error")
+        m.section_wrench(q, q, q, **whole | given)
+    assert caught.value.state == 0
+    with pytest.raises(ksl.ResultError, match="section_wrench: state 0: wrench"):
+        m.section_wrench(np.stack([q, q]), q, q, **whole | given)
+    with pytest.raises(ksl.ResultError):
+        m.section_wrench(q, np.full(m.nv, 1e200), q, **whole)
+
+
+def test_a_target_whose_distance_has_no_square(examples):
+    m = ksl.load(examples / "robots/ur5.urdf")
+    with pytest.raises(ksl.ResultError, match=r"inverse_kinematics: error\[0\] is inf, .* double precision"):
+        m.inverse_kinematics("tool0", FAR)
+    with pytest.raises(ksl.ResultError, match=r"inverse_kinematics: state 1: error\[0\] is inf") as caught:
+        m.inverse_kinematics("tool0", [np.eye(4), FAR])
+    assert caught.value.state == 1
+    single = np.eye(4, dtype=np.float32)
+    single[0, 3] = 1e30
+    with pytest.raises(ksl.ResultError, match="single precision"):
+        m.inverse_kinematics("tool0", single)
+
+
+def test_random_positions_between_limits_whose_difference_is_infinite():
+    slide = JOINT.format("slide", "prismatic", "ground", "car", "0 0 0", '<limit lower="-1.7e308" upper="1.7e308" effort="1" velocity="1"/>')
+    m = ksl.load_string(f'<robot name="r"><link name="ground"/><link name="car">{INERTIAL}</link>{slide}</robot>')
+    q = m.random(1, 100)
+    assert (np.abs(q) <= 1.7e308).all() and q.min() < -1e308 and q.max() > 1e308

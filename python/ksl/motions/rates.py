@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,9 +10,6 @@ from ksl.mechanism import Joint
 from ksl.motions.corners import Found, find_jumps, jumps_at
 from ksl.motions.noise import step_of
 from ksl.states import Array
-
-if TYPE_CHECKING:
-    pass
 
 SPLINE_SAMPLES = 6
 """A quintic needs six samples."""

@@ -21,7 +21,9 @@ def write_part(path: Path, contents: bytes) -> None:
     try:
         with uninterrupted():
             try:
-                part.write_bytes(contents)
+                part.unlink(missing_ok=True)  # what a killed process has left, or a link, which is not followed
+                with part.open("xb") as file:
+                    file.write(contents)
                 flush(part)
                 os.replace(part, path)
             finally:
