@@ -105,7 +105,9 @@ def difference(old, new):
 
 
 def planted(old, folder):
-    """The change that abidiff sees if the two halves of a screw are in the other order: the size stays."""
+    """The change that abidiff sees if the two halves of a screw are in the other order: the size stays.  In a folder of its own, or its dump
+    would lie where `old` is."""
+    folder = folder / "planted"
     include = folder / "include"
     shutil.copytree(ROOT / "include", include)
     header = include / "ksl/detail/types.inc"
