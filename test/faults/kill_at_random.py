@@ -2,13 +2,11 @@
 
     python test/faults/kill_at_random.py [--moments 100] [--sizes 20] [--only NAME] [--seed 1] [--no-record]
 
-Prints what is amiss and the figures, and writes the record of the promise `results-files`.  About ten minutes."""
+Prints what is amiss and the figures, and writes the record of the promise `results-files`.  About a quarter of an hour."""
 
 from __future__ import annotations
 
 import argparse
-import ctypes
-import json
 import os
 import random
 import shutil
@@ -17,18 +15,19 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
+import ended_sweeps
+import full_disks
 import killing
 import writers
 
 ROOT = Path(__file__).resolve().parents[2]
-NEW_USERS, NEW_MOUNTS = 0x10000000, 0x00020000  # of <linux/sched.h>
-REMOUNT, PRIVATE = 32, (1 << 18) | (1 << 14)  # of <linux/mount.h>: for this process and its copies alone
 
 
 def killed_at_moments(writer: writers.Writer, out: Path, moments: list[float]) -> tuple[list[str], int]:
@@ -47,22 +46,16 @@ def killed_at_moments(writer: writers.Writer, out: Path, moments: list[float]) -
 
 def interrupted(writer: writers.Writer, out: Path, moments: list[float]) -> tuple[list[str], int]:
     """The same with SIGINT and SIGTERM: nothing may be left behind, without another run."""
-    from ksl.commands.app import end_on_signals
-
     earlier = writers.earlier_results(writer, out)
     saved = _saved(out)
     usual, _ = killing.in_a_copy(writer.later(out))
     took, later = _time(writer, out), killing.visible(out)
     faults, ended = [], 0
 
-    def heard() -> None:
-        signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell lets commands in the background ignore it
-        end_on_signals()
-
     for k, moment in enumerate(moments):
         _again(saved, out)
         number = (signal.SIGINT, signal.SIGTERM)[k % 2]
-        status, _ = killing.in_a_copy(writer.later(out), end=(number, moment * took), before=heard)
+        status, _ = killing.in_a_copy(writer.later(out), end=(number, moment * took), before=killing.hear_signals)
         ended += status != usual
         found, when = killing.visible(out), f"{writer.name}: {number.name} after {moment:.3f} of its time"
         if status not in (usual, 128 + number, -number):
@@ -70,69 +63,6 @@ def interrupted(writer: writers.Writer, out: Path, moments: list[float]) -> tupl
         if found not in (earlier, later) or killing.everything(out) != set(found):
             faults.append(f"{when}: leaves {sorted(killing.everything(out))}")
     return faults, ended
-
-
-def on_full_disks(writer: writers.Writer, out: Path, sizes: int, answer: Path) -> None:
-    """In a copy: fills disks of memory, whose space beside the earlier results is 0 to a little more than needed.  Writes faults as JSON."""
-    faults, full = [], 0
-    shutil.rmtree(out, ignore_errors=True)
-    out.mkdir()
-    libc = _own_mounts()
-    if libc.mount(b"none", os.fsencode(out), b"tmpfs", 0, b"size=1g"):
-        raise OSError(ctypes.get_errno(), "no file system can be mounted here")
-    (out / writer.user_file).write_text("the user's")
-    killing.in_a_copy(writer.earlier(out))
-    earlier = killing.visible(out)
-    with tempfile.TemporaryDirectory() as elsewhere:
-        kept = Path(elsewhere) / "kept"
-        shutil.copytree(out, kept)
-        peak = _peak(writer, out)
-        later, log = killing.visible(out), Path(elsewhere) / "log"
-        for k in range(sizes):
-            libc.mount(b"none", os.fsencode(out), b"tmpfs", REMOUNT, b"size=1g")
-            for name in killing.everything(out):
-                (out / name).unlink()
-            shutil.copytree(kept, out, dirs_exist_ok=True)
-            space = _used(out) + 4096 * round(k * peak / 4096 / (sizes - 1))
-            if libc.mount(b"none", os.fsencode(out), b"tmpfs", REMOUNT, b"size=%d" % max(4096, space)):
-                raise OSError(ctypes.get_errno(), "can't be made smaller")
-            status, _ = killing.in_a_copy(writer.later(out), output=log)
-            said, found = log.read_text(), killing.visible(out)
-            if found == later and status != 2:
-                expected = later
-            else:
-                expected, full = earlier, full + 1
-                raw = "Traceback" in said and writer.name not in ("to_urdf", "Run.report")  # of these two, which are Python, it is right
-                if raw or "No space left on device" not in said:
-                    faults.append(f"{writer.name}: {space} bytes: status {status}, says {said[-300:]!r}")
-            if found != expected or killing.everything(out) != set(found):
-                faults.append(f"{writer.name}: {space} bytes: status {status}, leaves {sorted(killing.everything(out))}")
-    answer.write_text(json.dumps({"faults": faults, "full": full}))
-
-
-def _own_mounts() -> ctypes.CDLL:
-    """The C library, when what this process mounts is seen by itself alone.  Users that are not root become root of a namespace of their own."""
-    libc, user, group = ctypes.CDLL(None, use_errno=True), os.geteuid(), os.getegid()
-    if libc.unshare(NEW_MOUNTS | (NEW_USERS if user else 0)):
-        raise OSError(ctypes.get_errno(), "no namespaces here")
-    if user:
-        for name, text in (("setgroups", "deny"), ("uid_map", f"0 {user} 1"), ("gid_map", f"0 {group} 1")):
-            Path(f"/proc/self/{name}").write_text(text)
-    elif libc.mount(b"none", b"/", None, PRIVATE, None):
-        raise OSError(ctypes.get_errno(), "mounts can't be kept private")
-    return libc
-
-
-def _used(folder: Path) -> int:
-    s = os.statvfs(folder)
-    return (s.f_blocks - s.f_bfree) * s.f_frsize
-
-
-def _peak(writer: writers.Writer, out: Path) -> int:
-    """Bytes that the later run needs beside the earlier results, about: old and new are there together."""
-    before = _used(out)
-    killing.in_a_copy(writer.later(out))
-    return max(_used(out), before, 8 * 4096) + 4 * 4096
 
 
 def _time(writer: writers.Writer, out: Path) -> float:
@@ -180,21 +110,41 @@ def real_processes_killed(work: Path, moments: list[float]) -> tuple[list[str], 
     return faults, killed
 
 
-def planted(work: Path) -> str:
-    """The check sees a writer that replaces one file after the other."""
-    from ksl.output import stage
+def planted(work: Path) -> dict[str, str]:
+    """The check sees a writer that replaces one file after the other, and a sweep that writes a partition under its name."""
+    from ksl.output import OutputError, cannot_write, stage
+    from ksl.sweeps import store
 
     def one_after_the_other(part: Path, results) -> None:
         for file in sorted((part / "new").iterdir()):
             os.replace(file, part.parent / file.name)
 
-    real = stage.swap.swap
-    stage.swap.swap = one_after_the_other
+    def under_its_name(path: Path, contents: bytes) -> None:
+        try:
+            path.write_bytes(contents)
+        except OSError as error:
+            raise OutputError(f"{path}: {cannot_write(error)}") from None
+
+    swept = ended_sweeps.undisturbed(work)
+    loads = next(w for w in writers.prepare(work) if w.name == "loads")
+    with replaced(stage.swap, "swap", one_after_the_other):
+        torn = writers.killed_at_changes(loads, work / "planted")
+    with replaced(store, "write_part", under_its_name):
+        cut = full_disks.of_sweep(work, swept, 6).faults
+    return {
+        "results replaced one file after the other": "caught" if any("torn" in fault for fault in torn) else "NOT CAUGHT",
+        "a partition of a sweep written under its name": "caught" if any("are not of the sweep" in fault for fault in cut) else "NOT CAUGHT",
+    }
+
+
+@contextmanager
+def replaced(module: object, name: str, stand_in: object) -> Iterator[None]:
+    original = getattr(module, name)
+    setattr(module, name, stand_in)
     try:
-        found = writers.killed_at_changes(next(w for w in writers.prepare(work) if w.name == "loads"), work / "planted")
+        yield
     finally:
-        stage.swap.swap = real
-    return "caught" if any("torn" in fault for fault in found) else "NOT CAUGHT"
+        setattr(module, name, original)
 
 
 @dataclass
@@ -212,28 +162,30 @@ def of_one(writer: writers.Writer, work: Path, moments: list[float], sizes: int)
     """One command: killed and interrupted at moments, killed before each of its changes, on full disks."""
     faults, killed = killed_at_moments(writer, work / "out", moments)
     more, ended = interrupted(writer, work / "out", moments)
-    found = Found([*faults, *more, *writers.killed_at_changes(writer, work / "out")], killed, ended)
-    answer, log = work / "answer", work / "log"
-    answer.unlink(missing_ok=True)
-    status, _ = killing.in_a_copy(lambda: on_full_disks(writer, work / "disk", sizes, answer), output=log)
-    if status:
-        found.notes.append("No file system could be mounted, so that no disk was filled: " + log.read_text().strip().splitlines()[-1])
-    else:
-        said = json.loads(answer.read_text())
-        found.faults += said["faults"]
-        found.full = said["full"]
-    print(f"{writer.name}: {killed} killed, {ended} interrupted, {found.full} disks full; {len(found.faults)} faults", flush=True)
+    disks = full_disks.of_writer(writer, work, sizes)
+    faults += [*more, *writers.killed_at_changes(writer, work / "out"), *disks.faults]
+    return said(writer.name, Found(faults, killed, ended, disks.full, [disks.note] if disks.note else []))
+
+
+def of_sweeps(work: Path, moments: list[float], sizes: int) -> Found:
+    """The same of sweeps, into an empty folder and over another sweep: half of the moments each.  Disks are full in an empty folder."""
+    swept, found = ended_sweeps.undisturbed(work), Found()
+    for force, some in ((False, moments[::2]), (True, moments[1::2])):
+        at_changes = ended_sweeps.killed_at_changes(work, swept, force)
+        killed = ended_sweeps.killed_at_moments(work, swept, force, some)
+        ended = ended_sweeps.interrupted(work, swept, force, some)
+        found.faults += [*at_changes.faults, *killed.faults, *ended.faults]
+        found.killed += killed.ended
+        found.interrupted += ended.ended
+    disks = full_disks.of_sweep(work, swept, sizes)
+    found.faults += disks.faults
+    found.full, found.notes = disks.full, [disks.note] if disks.note else []
+    return said("sweep", found)
+
+
+def said(name: str, found: Found) -> Found:
+    print(f"{name}: {found.killed} killed, {found.interrupted} interrupted, {found.full} disks full; {len(found.faults)} faults", flush=True)
     return found
-
-
-def of_sweeps(work: Path, moments: Callable[[int], list[float]], count: int) -> list[str]:
-    """What is amiss with sweeps that are killed, into an empty folder and over another sweep."""
-    killing.in_this_process(writers.sweep_of(work, "b")(work / "undisturbed"))
-    swept, faults = killing.visible(work / "undisturbed"), []
-    for force in (False, True):
-        faults += writers.sweep_killed_at_changes(work, swept, force)
-        faults += writers.sweep_killed_at_moments(work, swept, force, moments(count))
-    return faults
 
 
 def prepared(work: Path, only: str) -> list[writers.Writer]:
@@ -248,9 +200,10 @@ def prepared(work: Path, only: str) -> list[writers.Writer]:
     return chosen
 
 
-def record(figures: dict[str, int], kept: bool, seen: str, notes: list[str]) -> None:
+def record(figures: dict[str, int], kept: bool, seen: dict[str, str], notes: list[str]) -> None:
     parts = [part for name, value in figures.items() for part in ("--figure", f"{name}={value}")]
-    parts += ["--planted", f"results replaced one file after the other={seen}", *(part for note in notes for part in ("--note", note))]
+    parts += [part for fault, outcome in seen.items() for part in ("--planted", f"{fault}={outcome}")]
+    parts += [part for note in notes for part in ("--note", note)]
     to_record("--kept" if kept else "--broken", *parts)
 
 
@@ -262,7 +215,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--moments", type=int, default=100, help="of each command, at random")
     parser.add_argument("--sizes", type=int, default=20, help="of disks, for each command")
-    parser.add_argument("--only", default="", metavar="NAME", help="the writers whose names hold this, and no sweeps; nothing is recorded")
+    parser.add_argument("--only", default="", metavar="NAME", help="the writers whose names hold this; nothing is recorded")
     parser.add_argument("--seed", type=int, default=1, help="of the random moments")
     parser.add_argument("--no-record", action="store_true")
     given = parser.parse_args()
@@ -278,16 +231,18 @@ def main() -> int:
         work = Path(folder)
         every = prepared(work, given.only)
         results = [of_one(writer, work, moments(given.moments), given.sizes) for writer in every]
+        if given.only in "sweep":
+            results.append(of_sweeps(work, moments(given.moments), given.sizes))
+        met = all(found.killed and found.interrupted and found.full for found in results)
         if not given.only:
-            faults, killed = real_processes_killed(work, moments(given.moments, 0.2))
-            results += [Found(faults, killed), Found(of_sweeps(work, moments, given.moments // 2))]
+            results.append(Found(*real_processes_killed(work, moments(given.moments, 0.2))))
         seen = planted(work)
     faults = [fault for found in results for fault in found.faults]
     notes = [note for found in results for note in found.notes][:1]
     for fault in faults:
         print(fault)
     figures = {
-        "commands and functions that write": len(every) + (not given.only),
+        "commands and functions that write": len(every) + (given.only in "sweep"),
         "random moments of kill -9, each": given.moments,
         "runs that kill -9 met": sum(found.killed for found in results),
         "runs ended by SIGINT or SIGTERM": sum(found.interrupted for found in results),
@@ -295,8 +250,7 @@ def main() -> int:
         "runs that met a full disk": sum(found.full for found in results),
         "torn or left behind": len(faults),
     }
-    met = all(found.killed and found.interrupted and found.full for found in results[: len(every)])
-    kept = not faults and seen == "caught" and not notes and met
+    kept = not faults and set(seen.values()) == {"caught"} and not notes and met
     print(figures, seen, notes)
     if recorded:
         record(figures, kept, seen, notes)

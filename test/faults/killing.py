@@ -115,6 +115,14 @@ def command(*arguments: object) -> Callable[[], object]:
     return run
 
 
+def hear_signals() -> None:
+    """To run first in a copy: SIGINT and SIGTERM end it as they end `ksl`."""
+    from ksl.commands.app import end_on_signals
+
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell lets commands in the background ignore it
+    end_on_signals()
+
+
 Seen = dict[str, str]
 
 

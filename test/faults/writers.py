@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -189,45 +188,6 @@ def amiss(out: Path, earlier: killing.Seen, later: killing.Seen, when: str) -> l
         faults.append(f"{when}: the next run has changed the results")
     left = killing.everything(out) - set(found)
     return faults + ([f"{when}: left behind: {sorted(left)}"] if left else [])
-
-
-def sweep_killed_at_changes(work: Path, swept: killing.Seen, force: bool, places: int | None = None) -> list[str]:
-    """Kills a sweep before its changes: all of them, or so many."""
-    return _sweep_killed(work, swept, force, lambda changes, took: [{"kill_at": number} for number in chosen(changes, places)])
-
-
-def sweep_killed_at_moments(work: Path, swept: killing.Seen, force: bool, moments: list[float]) -> list[str]:
-    """The same at shares of the time that a sweep takes."""
-    return _sweep_killed(work, swept, force, lambda changes, took: [{"end": (9, moment * took)} for moment in moments])
-
-
-def _sweep_killed(work: Path, swept: killing.Seen, force: bool, ways: Callable[[int, float], list[dict]]) -> list[str]:
-    """Partitions that are there must be those that the description beside them describes, and the next run completes them."""
-    of_other: killing.Seen = {}
-    if force:
-        killing.in_this_process(sweep_of(work, "a")(work / "other"))
-        of_other = killing.visible(work / "other")
-    out, faults = work / "swept", []
-
-    def fresh() -> None:
-        shutil.rmtree(out, ignore_errors=True)
-        shutil.copytree(work / "other", out) if force else out.mkdir()
-
-    fresh()
-    run = sweep_of(work, "b", "--force")(out)
-    start = time.perf_counter()
-    _, changes = killing.in_a_copy(run)
-    for way in ways(changes, time.perf_counter() - start):
-        fresh()
-        killing.in_a_copy(run, **way)
-        found = killing.visible(out)
-        whole = swept if found.get("sweep.json") == swept["sweep.json"] else of_other
-        if not found.items() <= whole.items():
-            faults.append(f"sweep, {way}: {sorted(found)} are not of the sweep that sweep.json describes")
-        status, _ = killing.in_a_copy(run)
-        if status or killing.visible(out) != swept or killing.everything(out) != {*swept, "cases"}:
-            faults.append(f"sweep, {way}: the next run has status {status} and leaves {sorted(killing.everything(out))}")
-    return faults
 
 
 def chosen(changes: int, places: int | None) -> list[int]:

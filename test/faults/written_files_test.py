@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from collections.abc import Iterator
 from pathlib import Path
 
+import ended_sweeps
 import killing
 import pytest
 import writers
@@ -532,15 +533,26 @@ def test_a_folder_of_a_file_is_not_made(all_writers, work, name):
 
 @pytest.fixture(scope="module")
 def swept(all_writers, work) -> killing.Seen:
-    """What a sweep leaves that nothing disturbs."""
-    killing.in_this_process(writers.sweep_of(work, "b")(work / "undisturbed"))
-    return killing.visible(work / "undisturbed")
+    return ended_sweeps.undisturbed(work)
 
 
 @pytest.mark.parametrize("force", [False, True], ids=["into an empty folder", "over another sweep"])
 def test_a_sweep_that_is_killed_goes_on(work, swept, force):
     """What is there belongs to the sweep that sweep.json describes, and the next run completes it."""
-    assert writers.sweep_killed_at_changes(work, swept, force, PLACES) == []
+    assert ended_sweeps.killed_at_changes(work, swept, force, PLACES).faults == []
+
+
+def test_a_sweep_that_is_interrupted_leaves_no_unfinished_file(work, swept):
+    assert ended_sweeps.interrupted(work, swept, False, [0.2, 0.4, 0.6, 0.8]).faults == []
+
+
+def test_a_sweep_on_a_full_disk_says_so_and_goes_on_with_space(work, swept):
+    """A file of at most 5,000 bytes: the description fits, partitions don't."""
+    out = work / "full"
+    with files_of_at_most(5000):
+        assert killing.in_a_copy(writers.sweep_of(work, "b")(out), output=None)[0] == 2
+    assert ended_sweeps.left_amiss(out, swept, "full") == [] and set(killing.visible(out)) == {"sweep.json"}
+    assert ended_sweeps.not_completed(writers.sweep_of(work, "b")(out), out, swept, "full") == []
 
 
 def test_two_sweeps_into_one_folder(work, swept):
