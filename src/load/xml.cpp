@@ -93,10 +93,12 @@ xml_file::xml_file(std::string text, std::string name) : text_(std::move(text)),
   if (found.doctype)
     load::refuse(name_, line_at(found.doctype->offset), found.doctype->what);
 
-  const auto result = document_.load_buffer(text_.data(), text_.size(), pugi::parse_default, pugi::encoding_utf8);
+  // as a fragment: pugixml would drop text outside of the root element, and accepts several of these
+  const auto result = document_.load_buffer(text_.data(), text_.size(), pugi::parse_default | pugi::parse_fragment,
+                                            pugi::encoding_utf8);
   if (result.status == pugi::status_out_of_memory)
     throw std::bad_alloc();
-  if (result.status == pugi::status_no_document_element)
+  if (result && !root())
     load::refuse(name_, 0, "the file holds no XML element, expected <robot>; give a URDF file");
   if (!result)
     load::refuse(name_, line_at(static_cast<std::size_t>(std::max<std::ptrdiff_t>(result.offset, 0))),
@@ -105,11 +107,20 @@ xml_file::xml_file(std::string text, std::string name) : text_(std::move(text)),
     load::refuse(name_, line_at(found.fault->offset), found.fault->what);
   if (const auto fault = fault_in_elements(document_))
     refuse(fault->at, fault->what);
-  // pugixml accepts several root elements
-  for (pugi::xml_node other = root().next_sibling(); other; other = other.next_sibling())
-    if (other.type() == pugi::node_element)
+  check_outside_of_root();
+}
+
+void xml_file::check_outside_of_root() const {
+  for (const pugi::xml_node other : document_.children()) {
+    if (other.type() == pugi::node_pcdata || other.type() == pugi::node_cdata) {
+      const auto begin = static_cast<std::size_t>(std::max<std::ptrdiff_t>(other.offset_debug(), 0));
+      load::refuse(name_, line_at(text_.find_first_not_of(" \t\r\n", begin)),
+                   "broken XML, text outside of " + quoted_tag(root()) + "; remove it");
+    }
+    if (other.type() == pugi::node_element && other != root())
       refuse(other, "broken XML, a second root element " + quoted_tag(other) +
                         "; a file holds one: remove it or move it inside " + quoted_tag(root()));
+  }
 }
 
 /// Converts the file to UTF-8 from whatever encoding it has.  Then names are text, and offsets are those of pugixml.

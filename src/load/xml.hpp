@@ -27,6 +27,7 @@ public:
 
 private:
   void decode();
+  void check_outside_of_root() const;
   int line_at(std::size_t offset) const;
 
   std::string text_; ///< UTF-8
