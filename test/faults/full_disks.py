@@ -61,9 +61,12 @@ class Disk:
         s = os.statvfs(self.folder)
         return (s.f_blocks - s.f_bfree) * s.f_frsize
 
-    def sizes(self, needed: int, count: int) -> list[int]:
-        """Bytes from what is used now to `needed` above it, evenly spread."""
-        return [self.used() + PAGE * round(k * needed / PAGE / (count - 1)) for k in range(count)]
+    def sizes(self, run: Callable[[], object], count: int) -> list[int]:
+        """From what is used now to a little more than the run needs, evenly spread: old and new are there together.  It has run afterwards."""
+        before = self.used()
+        killing.in_a_copy(run)
+        needed = max(self.used(), before, 8 * PAGE) + 4 * PAGE
+        return [before + PAGE * round(k * needed / PAGE / (count - 1)) for k in range(count)]
 
 
 def _in_a_copy(work: Path, fill: Callable[[Disk], Found]) -> Found:
@@ -88,7 +91,7 @@ def _writer_on(disk: Disk, writer: writers.Writer, sizes: int) -> Found:
     with tempfile.TemporaryDirectory() as elsewhere:
         kept, log = Path(elsewhere) / "kept", Path(elsewhere) / "log"
         shutil.copytree(out, kept)
-        spaces = disk.sizes(_needed(disk, writer.later(out)), sizes)
+        spaces = disk.sizes(writer.later(out), sizes)
         later = killing.visible(out)
         for space in spaces:
             disk.resize(None)
@@ -107,19 +110,12 @@ def _writer_on(disk: Disk, writer: writers.Writer, sizes: int) -> Found:
     return Found(faults, full)
 
 
-def _needed(disk: Disk, run: Callable[[], object]) -> int:
-    """Bytes that the run needs beside what is there, about: old and new are there together.  It has run afterwards."""
-    before = disk.used()
-    killing.in_a_copy(run)
-    return max(disk.used(), before, 8 * PAGE) + 4 * PAGE
-
-
 def _sweep_on(disk: Disk, work: Path, swept: killing.Seen, sizes: int) -> Found:
     faults, full, out, log = [], 0, disk.folder / "swept", work / "sweep_log"
     run = writers.sweep_of(work, "b")(out)
-    needed = _needed(disk, run)
+    spaces = disk.sizes(run, sizes)
     shutil.rmtree(out)
-    for space in disk.sizes(needed, sizes):
+    for space in spaces:
         disk.resize(space)
         status, _ = killing.in_a_copy(run, output=log)
         when = f"sweep: {space} bytes: status {status}"

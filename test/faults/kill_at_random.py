@@ -184,7 +184,7 @@ def of_sweeps(work: Path, moments: list[float], sizes: int) -> Found:
 
 
 def said(name: str, found: Found) -> Found:
-    print(f"{name}: {found.killed} killed, {found.interrupted} interrupted, {found.full} disks full; {len(found.faults)} faults", flush=True)
+    print(f"{name}: {found.killed} killed, {found.interrupted} interrupted, {found.full} disks full; {len(found.faults)} faults", *found.faults, sep="\n  ", flush=True)
     return found
 
 
@@ -235,12 +235,10 @@ def main() -> int:
             results.append(of_sweeps(work, moments(given.moments), given.sizes))
         met = all(found.killed and found.interrupted and found.full for found in results)
         if not given.only:
-            results.append(Found(*real_processes_killed(work, moments(given.moments, 0.2))))
+            results.append(said("ksl loads as a process", Found(*real_processes_killed(work, moments(given.moments, 0.2)))))
         seen = planted(work)
     faults = [fault for found in results for fault in found.faults]
     notes = [note for found in results for note in found.notes][:1]
-    for fault in faults:
-        print(fault)
     figures = {
         "commands and functions that write": len(every) + (given.only in "sweep"),
         "random moments of kill -9, each": given.moments,
