@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
 from ksl import limits
 from ksl.errors import MotionError, near_names
 from ksl.input_files import check_regular
+from ksl.motions.bag_sizes import check_files, check_messages, limit_chunks, too_large
 from ksl.motions.joint_states import JointStates, JointStateTable
 from ksl.motions.mcap_chunks import MAGIC, RECORD, chunks_from, summary_start, unpacked_size
 from ksl.motions.recorded import listed
@@ -36,7 +37,7 @@ def bag_in_folder(folder: str, topic: str | None, positions_only: bool) -> Joint
         if not each.is_dir():
             check_regular(str(each))
     if any(f.name == "metadata.yaml" for f in inside):
-        return _ros2(folder, Path(folder), topic, positions_only)
+        return _ros2(folder, Path(folder), topic, positions_only, [f for f in inside if f.is_file()])
     recordings = [f for f in inside if f.suffix in (".db3", ".mcap", ".bag")]
     if recordings:
         raise MotionError(f"{folder}: is a folder without metadata.yaml; give one of its recordings: {listed(str(f) for f in recordings)}")
@@ -49,13 +50,22 @@ def ros2_database(file: str, topic: str | None, positions_only: bool) -> JointSt
         return _ros2(file, path, topic, positions_only)
 
 
-def _ros2(file: str, path: Path, topic: str | None, positions_only: bool) -> JointStateTable:
+def _ros2(file: str, path: Path, topic: str | None, positions_only: bool, inside: Sequence[Path] = ()) -> JointStateTable:
     _import(file, "rosbags")
     from rosbags.rosbag2 import Reader
     from rosbags.typesys import Stores, get_typestore
 
     decode = get_typestore(Stores.ROS2_HUMBLE).deserialize_cdr
-    return _read(file, "ROS 2 bag", lambda: Reader(path), decode, topic, positions_only)
+
+    def reader() -> Reader2:
+        check_files(file, inside)
+        return Reader(path)
+
+    def limit(bag: Reader2) -> None:
+        if bag.compression_mode == "message":
+            check_messages(file, [f for f in inside if f.name != "metadata.yaml"])
+
+    return _read(file, "ROS 2 bag", reader, limit, decode, topic, positions_only)
 
 
 def ros1_bag(file: str, topic: str | None, positions_only: bool) -> JointStateTable:
@@ -65,15 +75,25 @@ def ros1_bag(file: str, topic: str | None, positions_only: bool) -> JointStateTa
     from rosbags.typesys import Stores, get_typestore
 
     decode = get_typestore(Stores.ROS1_NOETIC).deserialize_ros1
-    return _read(file, "ROS 1 bag", lambda: Reader(file), decode, topic, positions_only)
+    return _read(file, "ROS 1 bag", lambda: Reader(file), lambda bag: limit_chunks(file, bag), decode, topic, positions_only)
 
 
 def _read(
-    file: str, format: str, reader: Callable[[], Reader1 | Reader2], decode: Callable[[Any, str], Any], topic: str | None, positions_only: bool
+    file: str,
+    format: str,
+    reader: Callable[[], Reader1 | Reader2],
+    limit: Callable[[Any], None],
+    decode: Callable[[Any, str], Any],
+    topic: str | None,
+    positions_only: bool,
 ) -> JointStateTable:
-    """Joint states by a reader of rosbags.  The definition of JointState has never changed, so that of the bag isn't needed."""
+    """Joint states by a reader of rosbags.  The definition of JointState has never changed, so that of the bag isn't needed.
+
+    limit: refuses what unpacks to too much, before messages are read.
+    """
     try:
         with reader() as bag:
+            limit(bag)
             name = chosen_topic(file, [Topic(c.topic, c.msgtype, c.msgcount) for c in bag.connections], topic)
             connections: Any = [c for c in bag.connections if c.topic == name]
             messages = bag.messages(connections)
@@ -131,7 +151,7 @@ def mcap(file: str, source: BinaryIO, topic: str | None, positions_only: bool) -
 def _check_size(file: str, source: BinaryIO, chunks: Iterable[int]) -> None:
     """Raises MotionError if chunks of an MCAP file are larger than what is read.  What its index says of them may be wrong."""
     if unpacked_size(source, chunks, limits.MOTION_BYTES) > limits.MOTION_BYTES:
-        raise MotionError(f"{file}: unpacked it is larger than {limits.megabytes(limits.MOTION_BYTES)}, the most that is read; cut it with `mcap filter`")
+        raise too_large(file, "mcap filter")
 
 
 def _type_of(schema: Any) -> str:

@@ -7,6 +7,8 @@ import struct
 from collections.abc import Iterable, Iterator
 from typing import BinaryIO
 
+from ksl.motions import unpacking
+
 MAGIC = 8
 RECORD = 9
 """Bytes before the contents of a record: what it is, and its length."""
@@ -15,7 +17,6 @@ CHUNK = 0x06
 LAST = 0x02
 LONGEST_NAME = 100
 """Of a compression: `zstd`, `lz4`, or nothing."""
-PART = 1 << 20
 
 
 def summary_start(source: BinaryIO) -> int:
@@ -63,23 +64,14 @@ def _size(source: BinaryIO, chunk: int, most: int) -> int:
     packed = _number(source)
     if source.tell() + packed > end:
         raise EOFError
-    if compression == b"zstd":  # allocates what its frame says, or else what the chunk says
+    if compression == b"zstd":  # the libraries allocate what its frame says, or what the chunk says, or what comes out
         import zstandard
 
-        return int(max(said, zstandard.frame_content_size(source.read(min(packed, 18)))))
-    if compression == b"lz4":  # allocates what comes out
-        return max(int(said), _size_of_lz4(source.read(packed), most))
+        data = source.read(packed)
+        return max(int(said), zstandard.frame_content_size(data), unpacking.size(unpacking.of_zstd(data), most))
+    if compression == b"lz4":  # they allocate what comes out
+        return max(int(said), unpacking.size(unpacking.of_lz4(source.read(packed)), most))
     return packed
-
-
-def _size_of_lz4(data: bytes, most: int) -> int:
-    from lz4.frame import LZ4FrameDecompressor
-
-    decompressor = LZ4FrameDecompressor()
-    size = len(decompressor.decompress(data, PART))
-    while size <= most and not decompressor.eof and not decompressor.needs_input:
-        size += len(decompressor.decompress(b"", PART))
-    return size
 
 
 def _number(source: BinaryIO) -> int:
