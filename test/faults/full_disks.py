@@ -79,7 +79,7 @@ def _in_a_copy(work: Path, fill: Callable[[Disk], Found]) -> Found:
         answer.write_text(json.dumps({"faults": found.faults, "full": found.full}))
 
     if killing.in_a_copy(run, output=log)[0]:
-        return Found([], 0, "No file system could be mounted, so that no disk was filled: " + log.read_text().strip().splitlines()[-1])
+        return Found([], 0, "No disk was filled: " + log.read_text().strip().splitlines()[-1])
     return Found(**json.loads(answer.read_text()))
 
 
