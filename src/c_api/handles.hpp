@@ -60,8 +60,6 @@ template <class Call> ksl_status_t guarded(Call &&call) {
     return KSL_BAD_DESCRIPTION;
   } catch (const std::bad_alloc &) {
     say_out_of_memory();
-  } catch (const std::length_error &) { // of a container: more than any memory could hold
-    say_out_of_memory();
   } catch (const std::exception &e) {
     keep_message(e.what());
   }

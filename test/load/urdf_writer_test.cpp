@@ -6,13 +6,17 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <fcntl.h>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <pthread.h>
 #include <random>
 #include <string>
 #include <sys/resource.h>
@@ -252,6 +256,42 @@ TEST_CASE("urdf: several writers at once give one whole file") {
   const std::string found(std::istreambuf_iterator<char>(in), {});
   CHECK(std::any_of(robots.begin(), robots.end(), [&](const robot_description &r) { return found == urdf_text(r); }));
   fs::remove_all(folder);
+}
+
+TEST_CASE("urdf: signals don't end writing into a pipe whose reader is slow") {
+  const std::string pipe = std::filesystem::temp_directory_path() / ("ksl_pipe_" + std::to_string(getpid()));
+  robot_description robot = read_urdf_text("<robot name='r'><link name='a'/></robot>", "r.urdf");
+  robot.name = std::string(1'000'000, 'r'); // more than a pipe holds
+  REQUIRE(mkfifo(pipe.c_str(), 0600) == 0);
+  const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK);
+  REQUIRE(reader >= 0);
+  static volatile std::sig_atomic_t heard;
+  heard = 0;
+  struct sigaction count {}, earlier {};
+  count.sa_handler = [](int) { heard = heard + 1; }; // without SA_RESTART: calls that wait end
+  sigaction(SIGUSR1, &count, &earlier);
+  const pthread_t writer = pthread_self();
+  std::string found;
+  std::atomic<bool> done{false};
+  std::thread slow([&] {
+    for (int k = 0; k < 20; ++k) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      pthread_kill(writer, SIGUSR1);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    std::vector<char> part(1 << 16);
+    for (ssize_t n = 1; n != 0 || (found.empty() && !done);) // nothing comes before the other end is open
+      if (n = read(reader, part.data(), part.size()); n > 0)
+        found.append(part.data(), static_cast<std::size_t>(n));
+  });
+  const std::string refused = test::refusal_of([&] { write_urdf(robot, pipe); });
+  done = true;
+  slow.join();
+  close(reader);
+  sigaction(SIGUSR1, &earlier, nullptr);
+  CHECK(refused == "accepted");
+  CHECK((heard > 1 && found == urdf_text(robot)));
+  std::filesystem::remove(pipe);
 }
 
 TEST_CASE("urdf: a file below a file can't be written; through a link that leads nowhere, and in a very deep folder, files are written") {
