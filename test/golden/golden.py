@@ -28,6 +28,12 @@ SETS = ("x86-64-v2", "x86-64-v3", "x86-64-v4", "neon")
 # The library's kernels are compiled with these, too.  Where gcc 12 puts scalars together to vectors, it fuses multiplications with sums and
 # differences, whatever -ffp-contract says: docs/algebra.md, "Promises".
 STRICT = {"gcc": ["-ffp-contract=off", "-fno-tree-slp-vectorize"], "clang": ["-ffp-contract=off", "-fno-slp-vectorize"]}
+COMPILERS = {"gcc": (["gcc"], ["g++"]), "clang": (["clang"], ["clang++"])}
+CROSS = "aarch64-linux-gnu"
+ARM_COMPILERS = {
+    "gcc": ([f"{CROSS}-gcc"], [f"{CROSS}-g++"]),
+    "clang": (["clang", f"--target={CROSS}"], ["clang++", f"--target={CROSS}"]),  # with gcc's C and C++ libraries for that target
+}
 ALGORITHMS = sorted((ROOT / "src/engine/algorithms").glob("*/*.cpp"))
 HOST = [
     *(f"engine/{name}.cpp" for name in ("coupled", "dynamics", "dynamics_calls", "canonical_axes", "examine", "data", "joint_physics")),
@@ -59,10 +65,7 @@ class Build:
     def __init__(self, folder: Path, compiler: str, level: str, isa: str, flags: list[str]) -> None:
         self.folder, self.isa, self.name = folder, isa, f"{compiler} -O{level} {isa}"
         arm = isa == "neon"
-        if arm and compiler != "gcc":
-            raise Broken("NEON is compiled with gcc")
-        self.c = "aarch64-linux-gnu-gcc" if arm else compiler
-        self.cpp = "aarch64-linux-gnu-g++" if arm else {"gcc": "g++", "clang": "clang++"}[compiler]
+        self.c, self.cpp = ARM_COMPILERS[compiler] if arm else COMPILERS[compiler]
         self.march = [] if arm else [f"-march={isa}"]
         self.flags = [f"-O{level}", *STRICT[compiler], *flags, "-w", "-I", ROOT / "include", "-I", ROOT / "src", "-I", HERE]
         self.runner = ["qemu-aarch64"] if arm else []
@@ -72,7 +75,7 @@ class Build:
     def compiled(self, source: Path, out: str, *flags: object) -> Path:
         path = self.folder / out
         compiler, standard = (self.c, "-std=c11") if source.suffix == ".c" else (self.cpp, "-std=c++20")
-        run(*self.ccache, compiler, standard, *self.flags, *flags, "-c", source, "-o", path)
+        run(*self.ccache, *compiler, standard, *self.flags, *flags, "-c", source, "-o", path)
         return path
 
     def algebra(self) -> str:
@@ -93,9 +96,9 @@ class Build:
         # readers of robot files and array functions are left out: nothing here calls them
         return self.linked("engine", [program, *objects], self.cpp, "-pthread", "-Wl,--unresolved-symbols=ignore-all")
 
-    def linked(self, name: str, objects: list[Path], compiler: str, *flags: str) -> str:
+    def linked(self, name: str, objects: list[Path], compiler: list[str], *flags: str) -> str:
         (self.folder / "libm.c").write_text(libm())
-        run(compiler, *objects, self.compiled(self.folder / "libm.c", "libm.o"), *WRAP, *self.static, *flags, "-lm", "-o", self.folder / name)
+        run(*compiler, *objects, self.compiled(self.folder / "libm.c", "libm.o"), *WRAP, *self.static, *flags, "-lm", "-o", self.folder / name)
         return run(*self.runner, self.folder / name)
 
 
@@ -162,7 +165,7 @@ def main() -> int:
         parser.error(f"a part of the builds is not recorded: leave out --record, or {', '.join(chosen) or 'update'}")
     if given.record:
         to_record("--begun")
-    cases = [(c, o, s) for c in given.compilers for o in given.levels for s in given.sets if s != "neon" or c == "gcc"]
+    cases = [(c, o, s) for c in given.compilers for o in given.levels for s in given.sets]
     wrong, kept = 0, []
     for compiler, level, isa in cases:
         with tempfile.TemporaryDirectory() as folder:
