@@ -352,9 +352,10 @@ private:
     if (PyArray_Check(out.ptr())) {
       const auto array = reinterpret_cast<PyArrayObject *>(out.ptr());
       const row_array whole(out, 1, 0);
-      if (PyArray_TYPE(array) == numpy_type<S> && PyArray_ISCARRAY(array) && whole.has_leading(wanted))
+      const bool masked = !PyArray_CheckExact(out.ptr()) && nb::hasattr(out, "mask");
+      if (PyArray_TYPE(array) == numpy_type<S> && PyArray_ISCARRAY(array) && whole.has_leading(wanted) && !masked)
         return;
-      found = whole.type() + " " + whole.shape();
+      found = masked ? found : whole.type() + " " + whole.shape();
     }
     refuse("out is " + found + "; expected a C-contiguous, aligned, writeable " + dtype + " array of shape " +
            ::text_of(wanted.length, wanted.axes));
@@ -379,8 +380,9 @@ private:
       }
     });
     for (std::size_t r = 1; r < results_.size(); ++r)
-      if (!results_[r].apart_from(results_[r - 1]))
-        refuse("out: " + result_names() + " overlap; give each memory of its own");
+      for (std::size_t earlier = 0; earlier < r; ++earlier)
+        if (!results_[r].apart_from(results_[earlier]))
+          refuse("out: " + result_names() + " overlap; give each memory of its own");
   }
 
   template <class S> nb::object run_in(nb::handle out, int threads) {

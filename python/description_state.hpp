@@ -10,6 +10,7 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <stdexcept>
 #include <type_traits>
 
 namespace description_state {
@@ -79,19 +80,32 @@ private:
   template <class T> void put(T &x) { list.append(value(x)); }
 };
 
-/// Takes them from the list again, in the same order.
+/// Takes them from the list again, in the same order.  Throws where the list is shorter or longer: another version of KSL wrote it.
 class reader {
 public:
   explicit reader(nb::list from) : list_(std::move(from)) {}
-  template <class... T> void operator()(T &...x) { (get(list_[next_++], x), ...); }
+  template <class... T> void operator()(T &...x) { (get(next(), x), ...); }
+  template <class T> static void all_of(nb::list from, T &x) {
+    reader go(std::move(from));
+    fields(go, x);
+    if (go.next_ != go.list_.size())
+      refuse();
+  }
 
 private:
+  [[noreturn]] static void refuse() {
+    throw std::invalid_argument("the model was pickled by another version of KSL; load its robot file again");
+  }
+  nb::object next() {
+    if (next_ == list_.size())
+      refuse();
+    return list_[next_++];
+  }
   template <class T> static void get(nb::object from, T &x) {
     if constexpr (std::is_enum_v<T>) {
       x = static_cast<T>(nb::cast<int>(from));
     } else if constexpr (is_struct<T>) {
-      reader of_struct{nb::cast<nb::list>(from)};
-      fields(of_struct, x);
+      all_of(nb::cast<nb::list>(from), x);
     } else if constexpr (std::is_same_v<T, std::string>) {
       x = paths::bytes_of(from);
     } else {
@@ -121,8 +135,7 @@ inline nb::list state_of(ksl::robot_description robot) {
 
 inline ksl::robot_description robot_of(nb::list state) {
   ksl::robot_description robot;
-  reader go(std::move(state));
-  fields(go, robot);
+  reader::all_of(std::move(state), robot);
   return robot;
 }
 

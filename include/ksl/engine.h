@@ -116,7 +116,7 @@ KSL_EXPORT ksl_physics_t ksl_model_physics(const ksl_model_t *model);
 KSL_EXPORT int ksl_model_tree_elements(const ksl_model_t *model);
 KSL_EXPORT ksl_status_t ksl_model_tree(const ksl_model_t *model, int *rows, int *columns);
 
-/** Index by name, −1 for none; ksl_error_message() then says which names are near. */
+/** Index by name, −1 for none, or without model or name; ksl_error_message() then says which names are near. */
 KSL_EXPORT int ksl_model_joint(const ksl_model_t *model, const char *name);
 KSL_EXPORT int ksl_model_link(const ksl_model_t *model, const char *name);
 

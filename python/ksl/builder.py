@@ -113,7 +113,10 @@ class Builder:
         `link1_start`, at the joint, carries each link.
         """
         modified = one_of(convention, "convention", "standard", "modified") == "modified"
-        self._core.add_dh_chain(parent, [_dh_row(i + 1, row) for i, row in enumerate(rows)], modified, prefix)
+        if not isinstance(rows, Iterable):
+            raise ValueError(f"rows is {rows!r}; expected the rows of a table")
+        table = [_dh_row(i + 1, row) for i, row in enumerate(rows)]
+        self._core.add_dh_chain(given.name(parent, "parent"), table, modified, given.name(prefix, "prefix"))
         return self
 
     @classmethod
@@ -169,7 +172,7 @@ def _options(
     others = (*pairs[1:], (None, None), (None, None))[:2]
     further = [optional(x, f"{side} limit {c}") for c, pair in enumerate(others, 2) for side, x in zip(("lower", "upper"), pair)]
     try:
-        follows = None if mimic is None else (str(mimic[0]), float(mimic[1]), float(mimic[2]))
+        follows = None if mimic is None else (given.name(mimic[0], "the leader"), float(mimic[1]), float(mimic[2]))
     except (TypeError, ValueError, IndexError):
         raise ValueError(f"{who}: its mimic is {mimic!r}; expected (joint, multiplier, offset)") from None
     return (
@@ -201,4 +204,4 @@ def _dh_row(number: int, row: DHRow) -> tuple[list[float], str, given.Mass, _Joi
     mass = given.mass(who, row.get("mass", 0.0), row.get("center_of_mass", (0.0, 0.0, 0.0)), row.get("inertia"))
     limits, effort, velocity = row.get("limits"), row.get("effort"), row.get("velocity")
     options = _options(who, None, None, None, limits, effort, velocity, row.get("damping", 0.0), row.get("friction", 0.0))
-    return numbers, row.get("kind", "revolute"), mass, options
+    return numbers, given.name(row.get("kind", "revolute"), f"{who}: kind"), mass, options

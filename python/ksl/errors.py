@@ -80,4 +80,4 @@ def near_names(name: object, known: Iterable[str]) -> str:
 def unknown_name(where: str, what: str, name: object, known: Iterable[str]) -> str:
     """Says that there is no link, joint … of this name, which ones are near, and which ones there are."""
     names = list(known)
-    return f"{where}: no {what} named {name!r}; {near_names(name, names)}known: {', '.join(names)}"
+    return sentence(f"{where}: no {what} named {name!r}; {near_names(name, names)}known: {', '.join(names)}")

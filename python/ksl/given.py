@@ -29,7 +29,7 @@ def number(x: Any, what: str) -> float:
 
 
 def name(x: object, what: str) -> str:
-    if not isinstance(x, str):
+    if not isinstance(x, str) or any("\ud800" <= character <= "\udfff" for character in x):  # halves of surrogate pairs are no text
         raise ValueError(f"{what} is {x!r}; expected a name")
     return x
 
@@ -86,7 +86,7 @@ def physics(names: str | Iterable[str] | None, friction_width: float) -> Physics
         raise ValueError(f"physics={names!r}: expected names, for example ('damping', 'friction'), or 'all'")
     given = [] if names is None else [names] if isinstance(names, str) else list(names)
     for word in given:
-        if not isinstance(word, str):
+        if not isinstance(word, str) or not word.isascii():
             raise ValueError(f"physics={names!r}: expected names, for example ('damping', 'friction'), or 'all'")
     return given, number(friction_width, "friction_width")
 
@@ -98,6 +98,7 @@ def payload_points(payloads: Mapping[str, tuple[float, Sequence[float]]] | None)
 
 
 def _payload(link: str, load: tuple[float, Sequence[float]]) -> tuple[str, float, list[float]]:
+    name(link, "the link of a payload")
     try:
         kilograms, point = load
         kilograms = number(kilograms, "mass")

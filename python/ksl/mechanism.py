@@ -211,8 +211,9 @@ class Mechanism:
                 bounds = [None if x is None else (x - joint.offset) / joint.multiplier for x in joint.limits[0]]
                 least, most = bounds if joint.multiplier > 0 else bounds[::-1]
                 k = self.joint(joint.leader).q_index
-                lower[k] = lower[k] if least is None else max(lower[k], least)
-                upper[k] = upper[k] if most is None else min(upper[k], most)
+                narrowed = lower[k] if least is None else max(lower[k], least), upper[k] if most is None else min(upper[k], most)
+                if narrowed[0] <= narrowed[1]:  # otherwise there is a warning of the model
+                    lower[k], upper[k] = narrowed
         return _read_only(lower), _read_only(upper)
 
     def __setattr__(self, name: str, value: object) -> None:

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from ksl import _core
 from ksl.errors import near_names
 from ksl.mechanism import Mechanism
+from ksl.printable import sentence
 from ksl.real_arrays import real_array
 from ksl.states import Point
 
@@ -91,7 +92,8 @@ class Requests(Mechanism):
             return getattr(_core.Frame, name), -1
         if not isinstance(name, str) or name not in self._link_index:
             hint = near_names(name, ("joint", "world", *self._link_index))
-            raise ValueError(f"{what}={name!r}: {hint}expected 'joint', 'world' or a link of {self.name or self.file}: {', '.join(self._link_index)}")
+            known = ", ".join(self._link_index)
+            raise ValueError(sentence(f"{what}={name!r}: {hint}expected 'joint', 'world' or a link of {self.name or self.file}: {known}"))
         return _core.Frame.link, self._link_index[name]
 
     def _request(self, on: str, at: Point, axes: str, order: str, part: str, joints: Iterable[str] | None) -> _core.Request:

@@ -48,7 +48,7 @@ class Surgery(Calls):
         their leaders, where these hold them; one alone is refused.
         """
         positions = given.mapping(joints, "joints", "{joint: position}")
-        frozen = [(name, [float(x) for x in given.numbers(q, f"joint {name}: its position").ravel()]) for name, q in positions]
+        frozen = [(given.name(name, "a joint"), [float(x) for x in given.numbers(q, f"joint {name}: its position").ravel()]) for name, q in positions]
         made = self._made(self._core.with_frozen_joints(frozen))
         for line in made.warnings:
             if "quaternion" in line and line not in self.warnings:

@@ -56,17 +56,22 @@ template <class S> ksl_status_t random_position(const ksl_model_t *m, const S *u
 }
 
 /// The index of a name; if it is −1, the message says which names are near.
-template <class Item> int found(const char *what, const char *name, const std::vector<Item> &items) {
-  for (std::size_t i = 0; i < items.size(); ++i)
-    if (items[i].name == name)
-      return static_cast<int>(i);
+template <class Items> int found(const char *what, const ksl_model_t *m, const char *name, Items items) {
+  int index = -1;
   guarded([&] {
+    require(m && name, "model and name must not be null");
+    for (const auto &item : items(m->model)) {
+      ++index;
+      if (item.name == name)
+        return;
+    }
+    index = -1;
     std::vector<std::string> names;
-    for (const Item &item : items)
+    for (const auto &item : items(m->model))
       names.push_back(item.name);
     throw ksl::c_api::bad_argument(ksl::unknown_name(what, name, names));
   });
-  return -1;
+  return index;
 }
 
 /// The section that a call names, checked.
@@ -233,10 +238,10 @@ ksl_physics_t ksl_model_physics(const ksl_model_t *m) {
 }
 
 int ksl_model_joint(const ksl_model_t *m, const char *name) {
-  return m && name ? found("joint", name, m->model.joints()) : -1;
+  return found("joint", m, name, [](const ksl::model &of) -> auto & { return of.joints(); });
 }
 int ksl_model_link(const ksl_model_t *m, const char *name) {
-  return m && name ? found("link", name, m->model.links()) : -1;
+  return found("link", m, name, [](const ksl::model &of) -> auto & { return of.links(); });
 }
 
 const char *ksl_model_warning(const ksl_model_t *m, int i) { return m ? line(m->model.description().warnings, i) : nullptr; }

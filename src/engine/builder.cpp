@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace ksl {
 
@@ -93,12 +94,18 @@ void set_limits(const std::string &who, const joint_kind_row &row, const joint_o
     const std::string which = c > 0 || numbers > 1 ? " of number " + std::to_string(c + 1) + " of its position" : "";
     check("lower limit" + which, lower, c < numbers);
     check("upper limit" + which, upper, c < numbers);
+    if ((lower && *lower == std::numeric_limits<double>::infinity()) || (upper && *upper == -std::numeric_limits<double>::infinity()))
+      refuse(who + "limits" + which + " from " + shown(lower.value_or(-INFINITY)) + " to " + shown(upper.value_or(INFINITY)) +
+             " leave no position; correct them");
     if (lower && upper && *lower > *upper)
       refuse(who + (which.empty() ? "" : "limits" + which + ": ") + "lower limit " + shown(*lower) + " is above upper limit " + shown(*upper) +
              "; exchange or correct them");
   }
   check("effort limit", from.effort, row.nv == 1);
   check("velocity limit", from.velocity, row.nv == 1);
+  for (const optional_number &magnitude : {from.effort, from.velocity})
+    if (magnitude && *magnitude < 0)
+      refuse(who + "its effort or velocity limit is " + shown(*magnitude) + "; it is one of magnitudes, and not negative");
   const auto finite_or_none = [](const optional_number &x) { return x && std::isfinite(*x) ? x : std::nullopt; };
   to.lower = finite_or_none(from.lower), to.upper = finite_or_none(from.upper);
   for (std::size_t c = 0; c < 2; ++c)
@@ -176,6 +183,8 @@ joint_kind joint_kind_named(const std::string &name) {
 builder::builder(std::string name, std::array<double, 3> gravity) {
   if (!finite({gravity[0], gravity[1], gravity[2]}))
     refuse("robot " + quoted(name) + ": its gravity is not finite; give three numbers in m/s²");
+  if (load::printable(name) != name)
+    refuse("robot " + quoted(name) + ": its name has a control character, or is not UTF-8; give it another name");
   robot_.name = std::move(name);
   robot_.gravity = gravity;
 }

@@ -430,32 +430,41 @@ void model_builder::add_ranges() {
   for (const model::quaternion_in_q &quaternion : m_.quaternions_)
     for (int i = 0; i < 4; ++i)
       m_.position_ranges_[static_cast<std::size_t>(quaternion.q_index + i)] = {-1, 1};
-  for (const joint_row &row : m_.joints_)
+  const double infinity = std::numeric_limits<double>::infinity();
+  std::vector<model::position_range> limits(m_.position_ranges_.size(), {-infinity, infinity});
+  for (const joint_row &row : m_.joints_) // followers come after their leaders
     for (int c = 0; row.description >= 0 && c < numbers_with_limits(row_of(row.kind)); ++c)
-      limit_range(row, c, limits_of(m_.description_.joints[static_cast<std::size_t>(row.description)], c));
+      narrow(limits, row, c);
+  for (std::size_t i = 0; i < limits.size(); ++i) { // where one limit is missing, the usual width beyond the other
+    model::position_range &range = m_.position_ranges_[i];
+    const auto [lower, upper] = limits[i];
+    const double width = range.upper - range.lower;
+    if (lower > -infinity || upper < infinity)
+      range = {lower > -infinity ? lower : upper - width, upper < infinity ? upper : lower + width};
+  }
 }
 
-/// Limits the range of number c of a joint, or that of its leader, unless nothing would be left of it.  Followers come after their
-/// leaders.
-void model_builder::limit_range(const joint_row &row, int c, const coordinate_limits &described) {
+/// Narrows the limits of number c of a joint, or of its leader, unless nothing would be left between them.
+void model_builder::narrow(std::vector<model::position_range> &limits, const joint_row &row, int c) {
+  const double infinity = std::numeric_limits<double>::infinity();
   const bool follows = row.leader >= 0;
   const joint_row &moved = follows ? m_.joints_[static_cast<std::size_t>(row.leader)] : row;
-  model::position_range &range = m_.position_ranges_[static_cast<std::size_t>(moved.q_index + c)];
-  const double width = range.upper - range.lower;
-  if (!follows) { // where one limit is missing, the usual width beyond the other
-    if (described.lower || described.upper)
-      range = {described.lower ? *described.lower : *described.upper - width, described.upper ? *described.upper : *described.lower + width};
+  const coordinate_limits described = limits_of(m_.description_.joints[static_cast<std::size_t>(row.description)], c);
+  double lower = described.lower.value_or(-infinity), upper = described.upper.value_or(infinity);
+  if (follows && row.multiplier == 0)
     return;
+  if (follows) {
+    lower = (lower - row.offset) / row.multiplier, upper = (upper - row.offset) / row.multiplier;
+    if (row.multiplier < 0)
+      std::swap(lower, upper);
   }
-  if (row.multiplier == 0)
-    return;
-  const double infinity = std::numeric_limits<double>::infinity();
-  double lower = (described.lower.value_or(-infinity) - row.offset) / row.multiplier;
-  double upper = (described.upper.value_or(infinity) - row.offset) / row.multiplier;
-  if (row.multiplier < 0)
-    std::swap(lower, upper);
-  if (std::max(lower, range.lower) <= std::min(upper, range.upper))
-    range = {std::max(lower, range.lower), std::min(upper, range.upper)};
+  model::position_range &range = limits[static_cast<std::size_t>(moved.q_index + c)];
+  const model::position_range both = {std::max(lower, range.lower), std::min(upper, range.upper)};
+  if (both.lower <= both.upper)
+    range = both;
+  else
+    warn("joint " + row.name + ": it follows " + moved.name + ", which keeps its own limits nowhere where " + row.name +
+         " keeps its; those of " + row.name + " are not used");
 }
 
 void model_builder::round_to_single() {

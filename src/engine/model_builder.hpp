@@ -47,7 +47,7 @@ private:
   void add_angles();
   void add_limits();
   void add_ranges();
-  void limit_range(const joint_row &row, int c, const coordinate_limits &described);
+  void narrow(std::vector<model::position_range> &limits, const joint_row &row, int c);
   void round_to_single();
 
   model &m_;

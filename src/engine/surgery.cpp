@@ -222,7 +222,7 @@ robot_description with_frozen_joints(const robot_description &robot, const std::
 }
 
 robot_description with_payload(const robot_description &robot, const std::string &link, const link_mass &payload) {
-  builder alone(robot.name); // it checks the payload as it checks links
+  builder alone("payload"); // it checks the payload as it checks links
   alone.add_link("payload on " + link, payload);
   robot_description out = robot;
   link_description &carrier = out.links[index(find_link(robot, link))];
@@ -241,6 +241,8 @@ robot_description merged(const robot_description &robot, const robot_description
   if (robot.gravity != other.gravity)
     refuse("robots " + quoted(robot.name) + " and " + quoted(other.name) +
            " have different gravity; load both with the same");
+  if (load::printable(prefix) != prefix)
+    refuse("prefix " + quoted(prefix) + " has a control character, or is not UTF-8; give another one");
   robot_description out = robot;
   const int parent = find_link(robot, parent_link), links = static_cast<int>(robot.links.size()),
             root = check_tree(other);

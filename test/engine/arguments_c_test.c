@@ -36,6 +36,8 @@ static void test_nothing_of_nothing(const ksl_model_t *m) {
   CHECK(!ksl_model_physics(NULL).damping && ksl_model_physics(NULL).friction_width == 0);
   CHECK(strstr(ksl_model_unused(m, 0), "transmission") && ksl_model_unused(m, -1) == NULL && ksl_model_unused(m, 99) == NULL);
   double multiplier = 7, offset = 7;
+  CHECK(ksl_model_joint(m, "nobody") == -1 && ksl_model_joint(m, NULL) == -1 && strstr(ksl_error_message(), "must not be null"));
+  CHECK(ksl_model_link(m, "nobody") == -1 && ksl_model_link(NULL, "x") == -1 && strstr(ksl_error_message(), "must not be null"));
   CHECK(ksl_model_leader(m, ksl_model_joint(m, "second"), &multiplier, &offset) == ksl_model_joint(m, "pin"));
   CHECK(multiplier == -2 && offset == 0.25);
   for (int out = -1; out < 100; out += 100) {

@@ -39,18 +39,31 @@ def test_an_arm_reaches_random_poses(arm):
     assert set(r.reason[~r.converged]) <= {"iterations", "limits", "stuck"}
 
 
-def test_results_depend_on_nothing_but_the_target_its_index_and_the_seed(arm):
+def test_results_depend_on_nothing_but_the_target_and_the_seed(arm):
     q, target = reachable(arm, "tool0", 700)
     whole = arm.inverse_kinematics("tool0", target)
     for threads in (1, 3):
         assert np.array_equal(arm.inverse_kinematics("tool0", target, threads=threads).q, whole.q)
     for n in (0, 1, 5, 33):
         assert np.array_equal(arm.inverse_kinematics("tool0", target[:n]).q, whole.q[:n])
+    for i in (1, 2, 698):
+        assert np.array_equal(arm.inverse_kinematics("tool0", target[i]).q, whole.q[i])
+    assert np.array_equal(arm.inverse_kinematics("tool0", target[::-1]).q, whole.q[::-1])
     grid = arm.inverse_kinematics("tool0", target.reshape(70, 10, 4, 4))
     assert np.array_equal(grid.q, whole.q.reshape(70, 10, 6)) and grid.converged.shape == (70, 10) and grid.error.shape == (70, 10, 2)
     other = arm.inverse_kinematics("tool0", target, seed=1)
     assert not np.array_equal(other.q, whole.q) and other.converged.mean() > 0.99
     assert not np.array_equal(arm.inverse_kinematics("tool0", target, q0=q).q, whole.q)
+
+
+@pytest.mark.parametrize("scale", [2.0**-1000, 1e-8, 8.0, 1e160])
+def test_ratios_of_weights_count_alone(arm, scale):
+    _, target = reachable(arm, "tool0", 200)
+    for dtype, tolerance in ((np.float64, 1e-6), (np.float32, 1e-4)):
+        as_they_are, scaled = (arm.inverse_kinematics("tool0", target.astype(dtype), weights=w, tolerance=tolerance) for w in ((1.0, 0.5), (scale, scale / 2)))
+        assert as_they_are.converged.mean() > 0.95 and abs(scaled.converged.mean() - as_they_are.converged.mean()) < 0.03
+        if np.frexp(scale)[0] == 0.5:  # a power of two
+            assert np.array_equal(scaled.q, as_they_are.q)
 
 
 def test_a_warm_start_stays_near(arm):

@@ -117,3 +117,37 @@ def test_what_is_beyond_limits_is_reported(chain):
     motion = Motion(time, q, np.zeros((12, chain.nv)), np.zeros((12, chain.nv)))
     exceeded = ksl.loads(chain, cases=[LoadCase(chain, motion)]).verdict.exceeded
     assert [use.exceeded for use in exceeded] == ["pla: y -0.4 m is beyond the lower limit -0.1 m"]
+
+
+def with_follower(follower: tuple[float | None, float | None], leader: tuple[float | None, float | None], multiplier: float = 2.0) -> ksl.Builder:
+    """y = multiplier x + 10."""
+    b = ksl.Builder("pair").add_link("base").add_link("a", mass=1, inertia=np.eye(3)).add_link("b", mass=1, inertia=np.eye(3))
+    b.add_joint("x", "revolute", "base", "a", axis=(0, 1, 0), limits=leader)
+    return b.add_joint("y", "prismatic", "base", "b", axis=(0, 1, 0), mimic=("x", multiplier, 10.0), limits=follower)
+
+
+def test_limits_of_a_follower_that_its_leader_cannot_keep_are_said_and_not_used():
+    with pytest.warns(ksl.DescriptionWarning, match="joint y: it follows x, .* those of y are not used"):
+        m = with_follower((0, 0.5), (-1, 1)).build()
+    assert (m.lower, m.upper) == (-1, 1)
+    q = m.random(0, 1000)
+    assert (np.abs(q) <= 1).all() and np.ptp(q) > 1.9
+    assert pickle.loads(pickle.dumps(m)).warnings == m.warnings
+
+
+@pytest.mark.parametrize(
+    ("follower", "leader", "multiplier", "least", "most"),
+    [
+        ((9, 11), (-1, 1), 2, -0.5, 0.5),
+        ((9, 11), (-1, 1), -2, -0.5, 0.5),
+        ((18, 20), (None, None), 2, 4, 5),  # beyond half a turn, the usual range of a joint without limits
+        ((None, 10), (0, 7), 2, 0, 0),
+        ((18, None), (None, 5), 2, 4, 5),
+    ],
+)
+def test_positions_keep_the_limits_of_followers(follower, leader, multiplier, least, most):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        m = with_follower(follower, leader, multiplier).build()
+    q = m.random(0, 1000)
+    assert (m.lower, m.upper) == (least, most) and (q >= least).all() and (q <= most).all() and np.ptp(q) >= 0.9 * (most - least)

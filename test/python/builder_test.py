@@ -105,6 +105,22 @@ def test_an_impossible_inertia_is_a_warning_or_an_error_if_strict():
         (lambda b: b.add_joint("x", None, "rod", "ceiling"), "joint x: its kind is None; expected a name"),
         (lambda b: b.add_dh_chain("rod", [5]), "row 1 of the table is 5"),
         (lambda b: ksl.Builder(3), "name is 3; expected a name"),
+        (lambda b: ksl.Builder("\ud800"), "name is .*; expected a name"),
+        (lambda b: ksl.Builder("a\0b"), "robot .*: its name has a control character"),
+        (lambda b: b.add_joint("x", "revolute", "rod", "ceiling", axis=(0, 0, 1), velocity=-1), "joint x: its effort or velocity limit is -1"),
+        (lambda b: b.add_joint("x", "revolute", "rod", "ceiling", axis=(0, 0, 1), effort=-0.5), "joint x: its effort or velocity limit is -0.5"),
+        (lambda b: b.add_joint("x", "revolute", "rod", "ceiling", axis=(0, 0, 1), limits=(np.inf, np.inf)), "joint x: limits from inf to inf leave no position"),
+        (lambda b: b.add_joint("x", "revolute", "rod", "ceiling", axis=(0, 0, 1), limits=(None, -np.inf)), "limits from -inf to -inf leave no position"),
+        (lambda b: b.add_joint("x", "revolute", "rod", "ceiling", axis=(0, 0, 1), mimic=(3, 1, 0)), "joint x: its mimic is"),
+        (lambda b: b.build(payloads={5: (1, (0, 0, 0))}), "the link of a payload is 5; expected a name"),
+        (lambda b: b.build(physics="\ud800"), "physics=.*: expected names"),
+        (lambda b: b.add_dh_chain("rod", [(0, 0, 1, 0)], prefix=5), "prefix is 5; expected a name"),
+        (lambda b: b.add_dh_chain(7, [(0, 0, 1, 0)]), "parent is 7; expected a name"),
+        (lambda b: b.add_dh_chain("rod", [(0, 0, 1, 0, 5)]), "row 1 of the table: kind is 5; expected a name"),
+        (lambda b: b.add_dh_chain("rod", 5), "rows is 5; expected the rows of a table"),
+        (lambda b: b.build().with_frozen_joints({1: 0}), "a joint is 1; expected a name"),
+        (lambda b: b.build().merged(b.build(), "rod", prefix="\0"), "prefix .* has a control character"),
+        (lambda b: b.build().merged(b.build(), "rod", prefix="\x1b[31m"), "prefix .* has a control character"),
     ],
 )
 def test_what_is_refused_says_where_and_why(call, words):
@@ -240,6 +256,16 @@ def test_the_file_is_written_completely_or_not_at_all(ur5, tmp_path):
         ur5.to_urdf(tmp_path / "nowhere" / "robot.urdf")
     assert sorted(p.name for p in tmp_path.iterdir()) == ["robot.urdf"]
     assert os.stat(path).st_mode & 0o400
+
+
+def test_pickles_of_other_versions_are_refused(ur5):
+    from ksl.model import _rebuilt
+
+    state = ur5.with_payload("tool0", 1.0).__reduce__()[1][0]
+    link = state[2][0]
+    for other in ([], state[:8], [*state, 0], [*state[:2], [link[:-1]], *state[3:]], [*state[:2], [[*link, None]], *state[3:]]):
+        with pytest.raises(ValueError, match="pickled by another version of KSL; load its robot file again"):
+            _rebuilt(other)
 
 
 def test_pickles_of_models_that_no_file_gives(ur5):

@@ -570,3 +570,16 @@ def test_import_needs_numpy_only():
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert "numpy" in loaded and "ksl" in loaded
     assert not {"scipy", "pyarrow", "typer", "plotly", "rich", "click", "pandas"} & set(loaded)
+
+
+def test_messages_show_control_characters_of_names_and_are_short():
+    links = '<link name="a&#10;b"/><link name="c&#8238;d"/>'
+    joint = '<joint name="j" type="fixed"><parent link="a&#10;b"/><child link="c&#8238;d"/></joint>'
+    m = ksl.load_string(f'<robot name="r">{links}{joint}</robot>', masses="optional")
+    for call in (lambda: m.frame_pose([], "zz"), lambda: m.link("zz"), lambda: m.reactions([], [], [], at="zz"), lambda: m.inverse_dynamics([], [], [], external={"zz": np.zeros(6)})):
+        with pytest.raises(ValueError, match="zz") as found:
+            call()
+        assert r"a\x0ab" in str(found.value) and r"c\u202ed" in str(found.value) and str(found.value).isprintable()
+    with pytest.raises(ValueError, match="no link or joint named") as found:
+        m.frame_pose([], "z" * 1_000_000)
+    assert len(str(found.value)) < 5000

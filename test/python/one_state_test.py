@@ -238,6 +238,14 @@ def test_poses_and_energies_say_what_is_wrong(arm):
     )
     same = np.empty(3)
     assert said(lambda: arm.energy(q, v, out=(same, same))) == (ValueError, "out: kinetic, potential overlap; give each memory of its own")
+    one, other = np.empty((2, 3, arm.nv, arm.nv))
+    for out in ((one, one, other), (one, other, other), (one, other, one)):
+        assert "overlap; give each memory of its own" in said(lambda out=out: arm.inverse_dynamics_derivatives(q, v, v, out=out))[1]
+    for masked in (np.ma.zeros((3, arm.nv)), np.ma.masked_equal(np.zeros((3, arm.nv)), 0)):
+        assert said(lambda masked=masked: arm.inverse_dynamics(q, v, v, out=masked)) == (
+            ValueError,
+            f"out is MaskedArray; expected a C-contiguous, aligned, writeable float64 array of shape (3, {arm.nv})",
+        )
     for wrong in (lambda: arm.frame_poses(q, threads=-1), lambda: arm.frame_pose(q, NAMES[0], threads=-1), lambda: arm.energy(q, v, threads=-1)):
         assert said(wrong)[1].startswith("threads=-1; expected")
 

@@ -21,6 +21,7 @@ namespace ksl {
 
 /// A frame that is to reach a pose, and how much the errors of its position and of its orientation count.  With equal weights, a
 /// twentieth of the length of the chain that carries the frame counts as much as a radian.  An error with zero weight is ignored.
+/// Ratios of weights count alone.
 struct wanted_frame {
   int link = 0;
   double position_weight = 1, orientation_weight = 1;
@@ -63,6 +64,7 @@ template <class P> struct inverse_kinematics_workspace {
   P *columns;             ///< (coordinates, 6 frames): a row for each coordinate, weighted
   P *error;               ///< (6 frames), weighted
   scalar_of<P> *per_metre; ///< (frames) weight of positions
+  double heaviest;         ///< the largest weight, by which all are divided
   P *matrix, *solution;   ///< (size, size), (size): the smaller of coordinates and 6 frames
   int *coordinate;        ///< (nv) the coordinate's row in `columns`; −1: it moves no frame
   bool *leads;            ///< (nv) do others follow the coordinate
@@ -130,6 +132,17 @@ void fold_followers(const coupling_view<scalar_of<P>> &coupling, const inverse_k
   }
 }
 
+/// The largest weight, or 1 where all are zero.
+inline double heaviest_weight(const inverse_kinematics_options &options) {
+  double most = 0;
+  for (int f = 0; f < options.frames_n; ++f) {
+    const wanted_frame &frame = options.frames[f];
+    most = frame.position_weight > most ? frame.position_weight : most;
+    most = frame.orientation_weight > most ? frame.orientation_weight : most;
+  }
+  return most > 0 ? most : 1;
+}
+
 /// Errors of all frames at w.q, weighted, and their Jacobian, both in the frames' axes.
 template <class P> pose_errors<P> errors_and_columns(const model_view<scalar_of<P>> &model, const coupling_view<scalar_of<P>> &coupling,
                                                      const inverse_kinematics_workspace<P> &w, const inverse_kinematics_options &options) {
@@ -141,7 +154,7 @@ template <class P> pose_errors<P> errors_and_columns(const model_view<scalar_of<
       w.columns[i] = P(0);
   for (int f = 0; f < options.frames_n; ++f) {
     const wanted_frame &frame = options.frames[f];
-    const P position(w.per_metre[f]), orientation(static_cast<scalar_of<P>>(frame.orientation_weight));
+    const P position(w.per_metre[f]), orientation(static_cast<scalar_of<P>>(frame.orientation_weight / w.heaviest));
     const int last = model.link[frame.link].body;
     sines_and_cosines_of_supports(model, w.pose, w.q, last);
     SE3<P> D = walk_supports(model, w.pose, w.q, body_in_frame<P>(model, frame.link, {}), last, 0,
@@ -383,6 +396,7 @@ private:
       w_.lower[i] = P(model_.lower[i]), w_.upper[i] = P(model_.upper[i]), w_.q[i] = P(S(0));
     for (int i = 0; i < model_.nv; ++i)
       w_.coordinate[i] = -1, w_.leads[i] = false, w_.step[i] = P(S(0));
+    w_.heaviest = heaviest_weight(options_);
     for (int f = 0; f < options_.frames_n; ++f) {
       w_.target[f] = ground_pose<P>(model_);
       double length = size_of(model_.link[options_.frames[f].link].pose.t);
@@ -391,7 +405,7 @@ private:
         for (int c = model_.body[i].v_index; c < end_in_v(model_.body[i]); ++c)
           w_.coordinate[c] = 0;
       }
-      w_.per_metre[f] = S(options_.frames[f].position_weight * (length > 0 ? 20 / length : 1));
+      w_.per_metre[f] = S(options_.frames[f].position_weight / w_.heaviest * (length > 0 ? 20 / length : 1));
     }
     for (int i = 0; i < coupling_.followers; ++i)
       couple(coupling_.follower[i]);
@@ -473,12 +487,13 @@ private:
     ++lane.start;
   }
 
-  /// A position that is random for each target.  Further starts for it are not: they go to other halves of the coordinates'
-  /// ranges, a different combination in each pair of coordinates, which reaches other branches of solutions sooner than chance.
+  /// A random position, the same for each target, so that a result depends on no other target.  Further starts are not random: they
+  /// go to other halves of the coordinates' ranges, a different combination in each pair of coordinates, which reaches other
+  /// branches of solutions sooner than chance.
   /// The range is that of the limits, or a half turn, or pi metres, to both sides.
   void draw(int l) {
     constexpr double pi = 3.14159265358979323846, further = 0.07;
-    const std::uint64_t key = options_.seed * 0xd1342543de82ef95u + lane_[l].state * 0x10001u;
+    const std::uint64_t key = options_.seed * 0xd1342543de82ef95u;
     const int turn = lane_[l].start;
     const auto number_of = [&](int c) {
       const double x = random_number(key + static_cast<unsigned>(c) * 0x9e3779b97f4a7c15u) + turn * further +
