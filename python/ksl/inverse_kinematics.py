@@ -54,13 +54,14 @@ class InverseKinematicsCalls(Requests):
         """Positions at which links' frames, or joints' (the child links'), have given poses in the world.
 
         names: one, with target (…, 4, 4), or several, with target (…, names, 4, 4); m.
-        q0 (…, nq): the first start, for each target; leading shapes are broadcast.  Without it all starts are random, the same for each target.  Joints
+        q0 (…, nq): the first start, for each target; leading shapes are broadcast.  Without it all starts are random.  Joints
         that don't carry the frames keep its positions, or zero.
         weights: how much errors count: a number, or (position, orientation), or {name: either}.  What has weight zero may be
         anything; the ratios of weights count alone.  With equal weights, a twentieth of the length of the chain that carries the frame counts as a radian.
         limits: keep positions within the joints' limits (`Joint.limits`); a start beyond them begins at them.  tolerance: of positions, m, and of orientations, rad.
         iterations: at most, from each start.  starts: at most.  seed: of the random starts.
-        threads: as in :meth:`inverse_dynamics`; results don't depend on it, nor on which other targets there are.
+        threads: as in :meth:`inverse_dynamics`; results don't depend on it, nor on what the other targets are.  The random starts of a target are
+        those of its place among the targets, so that the same target many times gives several solutions.
 
         Mimic joints move with their leaders, whose range is such that all keep their limits.
         Never raises for a target that is not reached: the result says so, and why.  Raises ResultError for one, or for a start, that is so far

@@ -487,13 +487,12 @@ private:
     ++lane.start;
   }
 
-  /// A random position, the same for each target, so that a result depends on no other target.  Further starts are not random: they
-  /// go to other halves of the coordinates' ranges, a different combination in each pair of coordinates, which reaches other
-  /// branches of solutions sooner than chance.
+  /// A position that is random for each target.  Further starts for it are not: they go to other halves of the coordinates'
+  /// ranges, a different combination in each pair of coordinates, which reaches other branches of solutions sooner than chance.
   /// The range is that of the limits, or a half turn, or pi metres, to both sides.
   void draw(int l) {
     constexpr double pi = 3.14159265358979323846, further = 0.07;
-    const std::uint64_t key = options_.seed * 0xd1342543de82ef95u;
+    const std::uint64_t key = options_.seed * 0xd1342543de82ef95u + lane_[l].state * 0x10001u;
     const int turn = lane_[l].start;
     const auto number_of = [&](int c) {
       const double x = random_number(key + static_cast<unsigned>(c) * 0x9e3779b97f4a7c15u) + turn * further +
