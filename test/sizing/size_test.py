@@ -147,7 +147,7 @@ def test_files_and_another_robot(sizing, tmp_path, loads):
     assert [float(r["value"]) for r in rows] == [f.value for f in sizing.figures]
     said = json.loads((tmp_path / "sizing.json").read_text(encoding="utf-8"))
     assert said["verdict"] == sizing.verdict and len(said["figures"]) == len(sizing.figures)
-    (tmp_path / "sizing.json").write_text('{"robot": "ur5"}')
+    (tmp_path / "sizing.json").write_text('{"robot": "ur5", "figures": []}')
     with pytest.raises(SizingError, match="holds the sizing of ur5, and this is panda; .*--force"):
         sizing.write(tmp_path)
     sizing.write(tmp_path, force=True)

@@ -146,6 +146,8 @@ def loads(
     except (ValueError, OutputError, RuntimeError) as e:  # RuntimeError: an unknown KSL_ISA
         fail(e)
     except OSError as e:
+        if e.filename is not None:  # not of what is printed
+            raise
         discard_output()
         fail(f"{unwritable(e)}; results are in {output}")
     if fail_on and run.verdict.exceeded:

@@ -58,6 +58,8 @@ def motion(
     trapezoid: from waypoint to waypoint with constant accelerations, stopping at each. chirp: all joints with a rising frequency.
     excite: a periodic motion that identifies inertial parameters well, the best one that a search finds.
     """
+    from ksl.output import OutputError, refuse_inputs
+
     given = {"waypoints": waypoints, "duration": duration, "acceleration": acceleration, "rate": rate, "from": low, "to": high}
     given |= {"seconds": seconds, "iterations": iterations, "seed": seed}
     if kind not in KINDS:
@@ -65,6 +67,10 @@ def motion(
     for name, value in given.items():
         if value is not None and kind not in OPTIONS[name]:
             fail(f"--{name} is for {' and '.join(OPTIONS[name])}, not for {kind}; leave it out")
+    try:
+        refuse_inputs([output], [robot, *([waypoints] if waypoints else [])])
+    except OutputError as e:
+        fail(e)
     model = read_model(robot, floating_base, mimic, False, gravity, masses="optional", name=model_name)
     try:
         made = _made(model, kind, {k: v for k, v in given.items() if v is not None})

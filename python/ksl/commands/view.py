@@ -64,6 +64,7 @@ def view(
     Force arrows have one head, moments two.  Blue is what the structure carries, orange what the drive exerts.
     """
     from ksl.errors import ViewerError
+    from ksl.output import OutputError, refuse_inputs
     from ksl.motions.reading import read_external, read_motion
     from ksl.viewer.recorded import is_results, read_results, scene_of_motion, scene_of_results
     from ksl.viewer.scene import make_scene
@@ -79,6 +80,8 @@ def view(
         check_order(robot, motion)
     results: Results | None = None
     try:
+        if export is not None:
+            refuse_inputs([export], [file for file in (robot, motion, external, columns) if file is not None])
         if motion is not None and is_results(motion):
             results = read_results(motion, case or None)
         made, options = (results.description, results.made_by.get("options", {})) if results else ({}, {})
@@ -101,7 +104,7 @@ def view(
             scene = make_scene(model, package_paths=package_path)
         if joint:
             scene.joint_index(joint)
-    except (ValueError, RuntimeError) as e:  # RuntimeError: an unknown KSL_ISA
+    except (ValueError, OutputError, RuntimeError) as e:  # RuntimeError: an unknown KSL_ISA
         fail(e)
     for note in scene.look.notes[:NOTES]:
         errors.print(f"ksl: note: {note}")

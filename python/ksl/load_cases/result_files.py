@@ -1,8 +1,9 @@
-"""The files of results: wrenches as Parquet and CSV, block by block; and whether a folder holds results of another robot."""
+"""The files of results: wrenches as Parquet and CSV, block by block; and whether they may replace what a folder holds."""
 
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
@@ -10,21 +11,24 @@ from typing import TYPE_CHECKING, Any
 from ksl.csv_cells import csv_table
 from ksl.load_cases.load_case import Block
 from ksl.load_cases.provenance import Provenance
+from ksl.load_cases.summary_table import FIRST_LINE, SUMMARY
 from ksl.load_cases.wrench_table import TableWriter
-from ksl.output import OutputError, flush_early
+from ksl.output import OutputError, flush_early, refuse_unknown
 from ksl.report.files import NAMES as REPORT_FILES
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-RESULTS = ("wrenches.parquet", "wrenches.csv", "summary.csv", *REPORT_FILES)
+RESULTS = ("wrenches.parquet", "wrenches.csv", SUMMARY, *REPORT_FILES)
 """Files that a run may write.  Those that it doesn't write are removed, since they are from an earlier run."""
 
 
-def refuse_other_robot(directory: Path, provenance: Provenance) -> None:
-    """Raises OutputError if the folder holds results of another robot."""
+def refuse_others(directory: Path, provenance: Provenance) -> None:
+    """Raises OutputError if the folder holds results of another robot, or files of others with names of results."""
     earlier = _metadata(directory / "wrenches.parquet")
     if earlier is None:
+        if not _is_summary(directory / SUMMARY):
+            refuse_unknown(directory, RESULTS, "a wrenches.parquet or summary.csv of KSL")
         return
     names = [j["name"] for j in earlier.get("joints", [])]
     if earlier.get("robot") != provenance.robot or names not in ([], [j["name"] for j in provenance.joints]):
@@ -34,7 +38,7 @@ def refuse_other_robot(directory: Path, provenance: Provenance) -> None:
 
 def _metadata(path: Path) -> dict[str, Any] | None:
     """What the results in a file say of themselves; None if there are none."""
-    if not path.is_file():
+    if not os.path.isfile(path):
         return None
     import pyarrow as pa
     import pyarrow.parquet
@@ -44,6 +48,15 @@ def _metadata(path: Path) -> dict[str, Any] | None:
     except (OSError, pa.ArrowInvalid, KeyError, ValueError):  # no result of KSL, or one that was cut off
         return None
     return said if isinstance(said, dict) else None
+
+
+def _is_summary(path: Path) -> bool:
+    """Whether a file begins as a summary of KSL does."""
+    try:
+        with open(path, "rb") as f:
+            return f.read(len(FIRST_LINE)) == FIRST_LINE.encode()
+    except OSError:
+        return False
 
 
 class WrenchFiles:

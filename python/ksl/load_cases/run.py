@@ -18,14 +18,14 @@ from ksl.load_cases.load_case import LoadCase, Payload, Placement
 from ksl.load_cases.motion_given import motion_given
 from ksl.load_cases.provenance import InputFile, Provenance, input_file, provenance_of
 from ksl.load_cases.ranking import Ranking, severity
-from ksl.load_cases.result_files import RESULTS, WrenchFiles, refuse_other_robot
-from ksl.load_cases.summary_table import summary_table, worst_rows, write_summary
+from ksl.load_cases.result_files import RESULTS, WrenchFiles, refuse_others
+from ksl.load_cases.summary_table import SUMMARY, summary_table, worst_rows, write_summary
 from ksl.load_cases.verdict import NAMED, Verdict, not_given
 from ksl.load_cases.wrench_table import TableWriter, wrenches_of_arrays
 from ksl.model import Model
 from ksl.motions.motion import Motion
 from ksl.motions.reading_options import check_options
-from ksl.output import staged, whole_file
+from ksl.output import refuse_inputs, staged, whole_file
 from ksl.report.files import ReportFiles
 from ksl.states import External, Order, Point, Side
 
@@ -123,18 +123,20 @@ class Run:
     ) -> list[str]:  # fmt: skip
         """Writes wrenches.parquet, summary.csv and report.html.
 
-        csv: wrenches.csv too.  force: results of another robot in that folder are replaced, and not refused.  advance: is told the
-        number of samples of each block that is done.  report: whether there shall be report.json and report.pdf, and components that the
-        report checks.  Returns the names of the files.  All are written, or none: see :func:`staged`.
+        csv: wrenches.csv too.  force: results of another robot in that folder, and files of others with names of results, are replaced
+        and not refused; files that the run reads never are.  advance: is told the number of samples of each block that is done.
+        report: whether there shall be report.json and report.pdf, and components that the report checks.  Returns the names of the files.  All are written, or none: see :func:`staged`.
         Raises MotionError where results are not finite, SizingError and OutputError.
         """
         folder = Path(directory)
+        read = [os.path.join(self.provenance.directory, f.file) for f in self.provenance.inputs]
+        refuse_inputs([folder / name for name in RESULTS], [*read, *([report.components] if report.components else [])])
         if not force:
-            refuse_other_robot(folder, self.provenance)
+            refuse_others(folder, self.provenance)
         with staged(folder, RESULTS) as stage:
             with WrenchFiles(stage, self._writer(), csv) as files:
                 self._compute(files, advance)
-            write_summary(stage / "summary.csv", self.rows, self.provenance)
+            write_summary(stage / SUMMARY, self.rows, self.provenance)
             report.write(stage, replace(self._report_input(self._shown()), sizing=report.sizing(stage, folder)))
             return sorted(f.name for f in stage.iterdir())
 

@@ -15,6 +15,9 @@ from ksl.load_cases.quantities import SummaryRow
 if TYPE_CHECKING:
     import pyarrow as pa
 
+SUMMARY = "summary.csv"
+FIRST_LINE = "# KSL: summary of the joint loads of"
+"""How this file begins; the robot's name follows."""
 ALL_CASES = "all cases"
 """The `case` of rows that are the worst over all load cases."""
 PEAKS = "largest magnitudes, and the time of the first sample that has it; rms and mean are weighted by time"
@@ -63,8 +66,9 @@ def columns_of_rows(rows: Sequence[SummaryRow]) -> list[str]:
 def write_summary(path: Path, rows: Sequence[SummaryRow], provenance: Provenance) -> None:
     """summary.csv: rows below lines that begin with `# ` and say units and what made the numbers."""
     rows = all_rows(rows)
-    head = [("KSL", f"summary of the joint loads of {provenance.robot}"), *provenance.lines(), ("units", UNITS), ("peaks", PEAKS)]
+    head = [*provenance.lines(), ("units", UNITS), ("peaks", PEAKS)]
     with open(path, "w", newline="", encoding="utf-8") as f:
+        f.write(f"{FIRST_LINE} {csv_comment(provenance.robot)}\n")
         f.writelines(f"# {name}: {csv_comment(text)}\n" for name, text in head)
         table = csv.DictWriter(f, [csv_text(name) for name in columns_of_rows(rows)], restval="", lineterminator="\n")
         table.writeheader()

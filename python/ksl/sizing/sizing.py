@@ -14,7 +14,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 from ksl.csv_cells import csv_comment, csv_table
 from ksl.errors import SizingError
-from ksl.output import staged
+from ksl.output import refuse_inputs, refuse_unknown, staged
 from ksl.sizing.figures import Figure, LeftOut, significant
 from ksl.sizing.motor_figures import Cloud
 from ksl.sizing.peaks import QUANTITIES, PeakRow
@@ -138,13 +138,16 @@ class Sizing:
         """Writes sizing.parquet, .csv and .json, peaks.parquet and .csv, completely or not at all; returns their names.
 
         Raises SizingError where the folder holds the sizing of another robot, unless it is forced; OutputError (an OSError)
-        where it can't be written.
+        where it can't be written, where it holds files of others with these names (unless it is forced), or the components' file.
         """
         import pyarrow.csv
         import pyarrow.parquet
 
         folder = Path(directory)
+        refuse_inputs([folder / name for name in FILES], [file["file"] for file in self.provenance.get("inputs", [])])
         earlier = _robot_of(folder / "sizing.json")
+        if earlier is None and not force:
+            refuse_unknown(folder, FILES, "a sizing.json of KSL")
         if earlier not in (None, self.robot) and not force:
             raise SizingError(
                 f"{folder}: holds the sizing of {earlier}, and this is {self.robot}; give another folder with -o, or --force"
@@ -216,6 +219,7 @@ def _plain(row: Mapping[str, Any]) -> dict[str, Any]:
 def _robot_of(file: Path) -> str | None:
     """Whose sizing a folder holds; None if none."""
     try:
-        return str(json.loads(file.read_text(encoding="utf-8"))["robot"])
-    except (OSError, ValueError, KeyError, TypeError):
+        said = json.loads(file.read_text(encoding="utf-8"))
+        return str(said["robot"]) if "figures" in said else None
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return None

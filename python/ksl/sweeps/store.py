@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import atexit
+import contextlib
 import csv
 import hashlib
 import json
 import os
-import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
@@ -21,7 +21,7 @@ from ksl.errors import SweepError
 from ksl.load_cases.provenance import InputFile, input_file
 from ksl.load_cases.quantities import unit
 from ksl.mechanism import Joint
-from ksl.output import OutputError, cannot_write
+from ksl.output import OutputError, cannot_write, refuse_inputs
 from ksl.output.folders import MadeFolders
 from ksl.output.locks import Lock, LockedError, lock
 from ksl.output.parts import remove_parts, write_part
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 MANIFEST = "sweep.json"
+WORST = "worst.csv"
 LOCK = ".ksl-sweep"
 DATA_SETS = ("cases", "wrenches")
 OF_WORST = ("_peak", "_rms", "_share", "utilisation")
@@ -54,6 +55,7 @@ class Store:
         Raises SweepError if it holds another sweep, or if another run is writing into it.
         """
         manifest = describe(self.plan)
+        refuse_inputs([self.directory / MANIFEST, self.directory / WORST], [f.file for f in _inputs(self.plan)])
         atexit.register(self._close)  # a signal may come when the folder has been opened and the block not yet entered
         try:
             try:
@@ -107,6 +109,8 @@ class Store:
         for name in DATA_SETS:
             if any((self.directory / name).glob("part-*.parquet")):
                 raise SweepError(f"{self.directory / name}: holds partitions, but {MANIFEST} beside it is missing; remove them, or give another folder with -o")
+        if os.path.lexists(self.directory / WORST):
+            raise SweepError(f"{self.directory / WORST}: is there, but {MANIFEST} beside it is missing; move it away, or give another folder with -o")
 
     def _data_sets(self) -> tuple[str, ...]:
         return DATA_SETS if self.plan.with_wrenches else DATA_SETS[:1]
@@ -128,7 +132,7 @@ class Store:
         files = [self._path("cases", p) for p in range(self.plan.partitions)]
         rows = worst_cases(files, [p.name for p in self.plan.sweep.parameters], joints)
         text = _csv(rows)
-        write_part(self.directory / "worst.csv", text.encode())
+        write_part(self.directory / WORST, text.encode())
         return rows
 
 
@@ -218,11 +222,13 @@ def _csv(rows: Sequence[Mapping[str, Any]]) -> str:
 def _read(path: Path) -> dict[str, Any] | None:
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
-        return found if isinstance(found, dict) and "fingerprint" in found else None
+        if isinstance(found, dict) and "fingerprint" in found:
+            return found
+        raise ValueError
     except (FileNotFoundError, NotADirectoryError):  # of the second the folder's error is clearer
         return None
     except (OSError, ValueError):
-        raise SweepError(f"{path}: is not the description of a sweep; remove it, or give another folder with -o") from None
+        raise SweepError(f"{path}: is not the description of a sweep; move it away, or give another folder with -o") from None
 
 
 def _difference(found: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
@@ -233,7 +239,11 @@ def _difference(found: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
 
 def _remove(directory: Path) -> None:
     """Removes a sweep.  Its description is removed last: it still describes what a process leaves that is killed on the way."""
-    (directory / "worst.csv").unlink(missing_ok=True)
+    (directory / WORST).unlink(missing_ok=True)
     for name in DATA_SETS:
-        shutil.rmtree(directory / name, ignore_errors=True)
+        for file in (directory / name).glob("part-*.parquet"):
+            file.unlink(missing_ok=True)
+        remove_parts(directory / name)
+        with contextlib.suppress(OSError):  # it is not there, or holds files of others
+            (directory / name).rmdir()
     (directory / MANIFEST).unlink(missing_ok=True)
