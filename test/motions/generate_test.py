@@ -110,6 +110,25 @@ def test_fastest_trapezoids(two):
     assert np.abs(m.v[:, 0]).max() == pytest.approx(1.2, rel=1e-5) and np.unique(np.round(np.abs(m.a[:, 0]), 3)).tolist() == [0, 3]
 
 
+@pytest.mark.parametrize("robot", ["panda", "ur5"])
+def test_more_acceleration_never_makes_trapezoids_slower(examples, robot):
+    """From some acceleration on the efforts are the limit, and the motion is the same for all that are larger."""
+    m = ksl.load(examples / f"robots/{robot}.urdf")
+    made = [trapezoid(m, acceleration=a) for a in (1.0, 5.0, 10.0, 20.0, 100.0, 1e6, 1e300)]
+    lasts = np.array([g.motion.time[-1] for g in made])
+    assert (np.diff(lasts) <= 1e-3 * lasts[1:]).all() and lasts[3] < 0.99 * lasts[2] and lasts[3:] == pytest.approx(lasts[3], rel=1e-3)
+    last = made[-1].motion
+    share = np.abs(m.inverse_dynamics(last.q, last.v, last.a)) / limits_of(m).effort
+    assert share.max() == pytest.approx(0.8, rel=0.01)
+
+
+def test_short_ramps_keep_to_limits_of_effort(two):
+    """A ramp of a ten-thousandth of the time has the peak of the effort, and instants at equal distances would miss it."""
+    points = Waypoints(np.array([[-1.0, 0.0], [1.0, 0.0], [1.0, 0.0], [-1.0, 0.5]]))
+    m = trapezoid(two, points, acceleration=1e5, rate=2e4).motion
+    assert (np.abs(two.inverse_dynamics(m.q, m.v, m.a)) <= 0.8001 * limits_of(two).effort).all()
+
+
 def test_times_that_are_too_short_are_refused(two):
     points = Waypoints(np.array([[-1.0, 0.5], [1.0, -0.5]]))
     with pytest.raises(MotionError, match=r"minjerk: in 1 s the speed of hip would be 2\.5 of its limit; the shortest time within all limits is 2\.5 s"):

@@ -143,7 +143,7 @@ def power_round_off(time: Array, kinetic: Array, potential: Array, q: Array, v: 
     largest = [float(np.max(np.abs(x), initial=0.0)) for x in (kinetic, potential, q, v)]
     momentum = 2 * largest[0] / largest[3] if largest[3] > 0 else 0.0
     of_energies = ROUND_OFF_OF_ENERGY * (largest[0] + largest[1] + largest[2] * largest_effort) / dt
-    return of_energies + ROUND_OFF_OF_POSITIONS * largest[2] / dt**2 * momentum
+    return of_energies + ROUND_OFF_OF_POSITIONS * largest[2] / dt / dt * momentum
 
 
 def along(x: Array, axis: Array) -> Array:

@@ -12,14 +12,13 @@ from numpy.typing import NDArray
 
 from ksl import limits
 from ksl.errors import MotionError
+from ksl.motions.gaps import GAP
 from ksl.motions.recorded import Recorded, count, listed
 from ksl.motions.resampling import on_spline
 from ksl.motions.time_column import TIME
 from ksl.states import Array
 
 Nanoseconds = NDArray[np.int64]
-GAP = 5.0
-"""A step that is longer than this many median steps is a gap, which is said."""
 RESTART = 0.5
 """Messages that overtake each other are sorted by their stamps; stamps that jump back by more than this, s, have another reason."""
 FILLED_IN = 1e-3

@@ -16,6 +16,7 @@ from ksl.errors import MotionError
 from ksl.mechanism import Joint, Mechanism
 from ksl.motions.columns import METRES, columns_of
 from ksl.motions.corners import Found
+from ksl.motions.gaps import doubts_about_gaps
 from ksl.motions.quality import Samples, doubts_about_noise, sentences_about_jumps
 from ksl.motions.rates import SPLINE_SAMPLES, derivative, derivatives, jumps_of, rates
 from ksl.motions.recorded import count
@@ -112,7 +113,7 @@ def complete(
             contradictions += _contradictions(joint, time, q[:, rows], v[:, cols], joint_v, joint_a)
         given_jumps = _jumps(joints, as_given, differentiated=False)
     corners, corner_times, impossible = sentences_about_jumps(found, given_jumps, time)
-    doubts = [*suspicions(model, time, q, v), *impossible]
+    doubts = [*suspicions(model, time, q, v), *impossible, *doubts_about_gaps(joints, as_given.time, as_given.q)]
     if isinstance(model, Calls):
         doubts += doubts_about_noise(model, joints, as_given, found, (q, v, a), smooth)
     return Motion(

@@ -130,8 +130,7 @@ def effort_stretch(model: Model, limits: Limits, motion: Motion, share: float = 
 
     Slowed down by s, efforts are those of rest plus 1/s² of the others: speeds are divided by s, accelerations by s².
     """
-    some = slice(None, None, max(1, len(motion.time) // 2000))
-    q, v, a = motion.q[some], motion.v[some], motion.a[some]
+    q, v, a = motion.q, motion.v, motion.a
     bare = model.with_physics(None) if model.physics else model
     still = bare.inverse_dynamics(q, 0 * v, 0 * a)[:, limits.v_index]
     moving = bare.inverse_dynamics(q, v, a)[:, limits.v_index] - still

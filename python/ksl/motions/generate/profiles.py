@@ -17,7 +17,13 @@ Curve = Callable[[Array], tuple[Array, Array, Array]]
 """Positions, velocities and accelerations (n, m) at times (n)."""
 
 FINE = 2001
-"""Samples at which peaks are looked for."""
+"""Instants at which peaks are looked for, or more where there are many waypoints."""
+
+SHORTEST_RAMP = 1e-4
+"""Of the time between the two waypoints where it is longest: more acceleration would make the motion shorter by less than that."""
+
+SEARCHED = 24
+"""Accelerations that are tried, from that with which no speed is reached to the given one."""
 
 SHARE_OF_ACCELERATION = 1 / 3
 """Of the time between two waypoints, where no acceleration is given: a third each for acceleration, steady speed and deceleration."""
@@ -59,7 +65,7 @@ def minimum_jerk(
         spline = make_interp_spline(knots, points.positions, k=5, bc_type=(ends, ends))
         return lambda t: (spline(t), spline(t, nu=1), spline(t, nu=2))
 
-    return _finished(model, limits, points, at, duration, rate, times, "minjerk")
+    return _finished(model, limits, points, at, np.linspace(0, 1, max(FINE, 8 * len(times))), duration, rate, "minjerk")
 
 
 def trapezoid(
@@ -68,19 +74,16 @@ def trapezoid(
     """From waypoint to waypoint, stopping at each: constant acceleration, steady speed, constant deceleration, all joints in step.
 
     Arguments and errors as :func:`minimum_jerk`.  With an acceleration, and neither duration nor times, each segment is as fast as speed and
-    acceleration allow (Siciliano et al., Robotics: modelling, planning and control (2009), section 4.2.1).
+    acceleration allow (Siciliano et al., Robotics: modelling, planning and control (2009), section 4.2.1).  Where efforts would be beyond their
+    limits, less acceleration is used: that with which the motion is shortest.
     """
     limits = limits_of(model, acceleration)
     points = between_limits(limits) if waypoints is None else waypoints
     times = _relative_times(limits, points)
     ramps = np.full(len(times) - 1, SHARE_OF_ACCELERATION)
     if acceleration is not None and points.times is None:
-        times, ramps = _fastest(limits, points)
-
-    def at(total: float) -> Curve:
-        return lambda t: _trapezoids(t, times * (total / times[-1]), points.positions, ramps)
-
-    return _finished(model, limits, points, at, duration, rate, times, "trapezoid")
+        times, ramps = _fastest_within_efforts(model, limits, points)
+    return _finished(model, limits, points, _stretched(times, points, ramps), _instants(times, ramps), duration, rate, "trapezoid")
 
 
 def _relative_times(limits: Limits, points: Waypoints) -> Array:
@@ -94,14 +97,60 @@ def _relative_times(limits: Limits, points: Waypoints) -> Array:
     return out
 
 
-def _fastest(limits: Limits, points: Waypoints) -> tuple[Array, Array]:
-    """Times of waypoints, and shares of acceleration, of the fastest trapezoids."""
+def _fastest_within_efforts(model: Model, limits: Limits, points: Waypoints) -> tuple[Array, Array]:
+    """Times of waypoints, and shares of acceleration, of the trapezoids that are fastest within the limits of efforts, too.
+
+    Efforts beyond their limits are mended by slowing down the whole motion, its steady speed as well.  So less acceleration may be faster.
+    """
+    speed, acceleration = _on_path(limits, points)
+
+    def trapezoids(logarithm: float) -> tuple[Array, Array]:
+        return _fastest(speed, acceleration * np.exp(logarithm))
+
+    def lasts(logarithm: float) -> float:
+        times, ramps = trapezoids(logarithm)
+        return _shortest(model, limits, _stretched(times, points, ramps), _instants(times, ramps), SHARE)[0]
+
+    times, ramps = trapezoids(0.0)
+    if lasts(0.0) <= times[-1] * (1 + 1e-5):
+        return times, ramps
+    from scipy.optimize import minimize_scalar
+
+    tried = np.linspace(min(0.0, float(np.log((speed**2 / acceleration).min()))), 0.0, SEARCHED)
+    best = int(np.argmin([lasts(x) for x in tried]))
+    around = tried[max(0, best - 1)], tried[min(SEARCHED - 1, best + 1)]
+    refined = float(minimize_scalar(lasts, bounds=around, method="bounded", options={"xatol": 1e-4}).x) if around[0] < around[1] else around[0]
+    return trapezoids(min(refined, float(tried[best]), key=lasts))
+
+
+def _on_path(limits: Limits, points: Waypoints) -> tuple[Array, Array]:
+    """The largest speed, 1/s, and acceleration, 1/s², of each segment's path from 0 to 1."""
     distance = np.maximum(np.abs(np.diff(points.positions, axis=0)), 1e-12)
-    speed = (SHARE * limits.velocity / distance).min(axis=1)  # of the path from 0 to 1, 1/s
-    acceleration = (limits.acceleration / distance).min(axis=1)
+    speed = (SHARE * limits.velocity / distance).min(axis=1)
+    acceleration = (np.minimum(limits.acceleration, 1e200) / distance).min(axis=1)
+    longest = (speed**2 / (SHORTEST_RAMP * acceleration))[distance.max(axis=1) > 1e-9].max(initial=0.0)
+    return speed, acceleration * min(1.0, longest)
+
+
+def _fastest(speed: Array, acceleration: Array) -> tuple[Array, Array]:
+    """Times of waypoints, and shares of acceleration, of the fastest trapezoids with these largest speeds and accelerations of each segment's path."""
     speed = np.minimum(speed, np.sqrt(acceleration))  # a triangle where the speed isn't reached
     duration = 1 / speed + speed / acceleration
     return np.concatenate([[0.0], np.cumsum(duration)]), speed / acceleration / duration
+
+
+def _stretched(times: Array, points: Waypoints, ramps: Array) -> Callable[[float], Curve]:
+    """Trapezoids through the waypoints that last as long as is asked for."""
+    return lambda total: lambda t: _trapezoids(t, times * (total / times[-1]), points.positions, ramps)
+
+
+def _instants(times: Array, ramps: Array) -> Array:
+    """Instants from 0 to 1, in each acceleration, steady speed and deceleration as many: a short ramp has its peak, too."""
+    T = np.diff(times)
+    corners = np.sort(np.concatenate([times, times[:-1] + ramps * T, times[1:] - ramps * T])) / times[-1]
+    within = np.linspace(1e-6, 1 - 1e-6, max(3, FINE // (len(corners) - 1)))
+    out: Array = (corners[:-1, None] + np.diff(corners)[:, None] * within).ravel()
+    return np.concatenate([[0.0], out, [1.0]])
 
 
 def _trapezoids(t: Array, times: Array, positions: Array, ramps: Array) -> tuple[Array, Array, Array]:
@@ -120,16 +169,19 @@ def _trapezoids(t: Array, times: Array, positions: Array, ramps: Array) -> tuple
 
 
 def _finished(
-    model: Model, limits: Limits, points: Waypoints, at: Callable[[float], Curve], duration: float | None, rate: float, times: Array, kind: str
+    model: Model, limits: Limits, points: Waypoints, at: Callable[[float], Curve], instants: Array, duration: float | None, rate: float, kind: str
 ) -> Generated:
-    """The motion of the given duration, or of the times of the waypoints, or else of the shortest within all limits."""
-    given = duration if duration is not None else None if points.times is None else float(times[-1])
+    """The motion of the given duration, or of the times of the waypoints, or else of the shortest within all limits.
+
+    instants: from 0 to 1, at which peaks are looked for.
+    """
+    given = duration if duration is not None else None if points.times is None else float(points.times[-1])
     if given is not None and not 0 < given < np.inf:
         raise MotionError(f"duration {given:g} s: expected a positive number")
-    shortest, notes = _shortest(model, limits, at, SHARE if given is None else 1.0)
+    shortest, notes = _shortest(model, limits, at, instants, SHARE if given is None else 1.0)
     total = shortest if given is None else given
     # where positions alone are beyond limits, a longer time doesn't mend it
-    q, v, a = at(total)(np.linspace(0, total, FINE))
+    q, v, a = at(total)(total * instants)
     share, what = excess(limits, q, v, a)
     if what.startswith("position") and share > 1 + 1e-6:
         raise MotionError(f"{kind}: between waypoints the {what} goes {100 * (share - 1):.3g} % beyond its range; add waypoints, or move them away from the limits")
@@ -141,10 +193,9 @@ def _finished(
     return Generated(motion, [*limits.notes, *points.notes, *notes], {"kind": kind, "duration": total, "rate": rate})
 
 
-def _shortest(model: Model, limits: Limits, at: Callable[[float], Curve], use: float) -> tuple[float, list[str]]:
+def _shortest(model: Model, limits: Limits, at: Callable[[float], Curve], instants: Array, use: float) -> tuple[float, list[str]]:
     """The shortest duration that uses that share of the limits of speed and effort, and keeps to that of acceleration; peaks of speed are as 1/T, of acceleration as 1/T²."""
-    u = np.linspace(0, 1, FINE)
-    q, v, a = at(1.0)(u)
+    q, v, a = at(1.0)(instants)
     total = max(float((np.abs(v).max(axis=0) / (use * limits.velocity)).max()), float(np.sqrt((np.abs(a).max(axis=0) / limits.acceleration).max())))
-    stretch, notes = effort_stretch(model, limits, whole_motion(model, limits, u * total, q, v / total, a / total**2), use)
+    stretch, notes = effort_stretch(model, limits, whole_motion(model, limits, total * instants, q, v / total, a / total**2), use)
     return total * stretch * (1 + 1e-6), notes

@@ -1,0 +1,72 @@
+"""Times without samples in which a joint moves forbid a green verdict; those in which all stand don't."""
+
+import numpy as np
+import pytest
+
+import ksl
+from ksl.motions.reading import read_motion
+
+T = np.arange(0, 4, 0.01)
+
+
+def doubts(leg, tmp_path, keep, hip, rates=False):
+    t, q = T[keep], hip(T[keep])
+    names, columns = ["time", "hip", "slide"], [t, q, np.zeros_like(t)]
+    if rates:
+        v = np.gradient(hip(T), T)
+        a = np.gradient(v, T)
+        names, columns = [*names, "hip.v", "slide.v", "hip.a", "slide.a"], [*columns, v[keep], 0 * t, a[keep], 0 * t]
+    file = tmp_path / "m.csv"
+    np.savetxt(file, np.column_stack(columns), delimiter=",", header=",".join(names), comments="", fmt="%.17g")
+    return [d for d in read_motion(leg, file).doubts if "no samples between" in d]
+
+
+def swing(t):
+    return 0.3 * np.sin(2 * np.pi * t)
+
+
+def pause(t):
+    """Moves in the first second and from 2.5 s to 3.5 s, and stands between."""
+    up, down = np.clip(t, 0, 1), np.clip(t - 2.5, 0, 1)
+    return 0.1 * sum(sign * (10 * s**3 - 15 * s**4 + 6 * s**5) for sign, s in ((1, up), (-1, down)))
+
+
+@pytest.mark.parametrize("rates", [False, True], ids=["differentiated", "rates given"])
+def test_a_gap_of_a_motion_is_said(leg, tmp_path, rates):
+    (said,) = doubts(leg, tmp_path, (T <= 1.1) | (T >= 1.8), swing, rates)
+    assert said.startswith("no samples between 1.1 s and 1.8 s, 70 median steps, while hip moves by 0.462 rad")
+
+
+def test_a_gap_of_whole_periods_is_said(leg, tmp_path):
+    """The positions beside it are the same: only the rates say that it moved."""
+    (said,) = doubts(leg, tmp_path, (T <= 1.1) | (T >= 2.1 - 1e-9), swing)
+    assert "between 1.1 s and 2.1 s, 100 median steps" in said
+
+
+def test_the_longest_of_several_is_named(leg, tmp_path):
+    (said,) = doubts(leg, tmp_path, ((T <= 1.1) | (T >= 1.3)) & ((T <= 2.1) | (T >= 2.9)), swing)
+    assert said.startswith("no samples between 2.1 s and 2.9 s, 80 median steps (2 such gaps, this is the longest)")
+
+
+@pytest.mark.parametrize("keep", [slice(None), T != T[150], (T <= 1.1) | (T >= 1.14)], ids=["none", "one sample", "four steps"])
+def test_what_is_no_gap(leg, tmp_path, keep):
+    assert doubts(leg, tmp_path, keep, swing) == []
+
+
+def test_a_pause_is_no_gap(leg, tmp_path):
+    assert doubts(leg, tmp_path, (T <= 1.2) | (T >= 2.3), pause) == []
+
+
+def test_a_part_without_the_gap(leg, tmp_path):
+    doubts(leg, tmp_path, (T <= 1.1) | (T >= 1.8), swing)
+    assert not any("no samples" in d for d in read_motion(leg, tmp_path / "m.csv", stop=1.1).doubts)
+
+
+def test_the_verdict_is_not_green(leg):
+    keep = (T <= 1.1) | (T >= 1.8)
+    q = np.column_stack([swing(T), np.zeros_like(T)])
+    levels = []
+    for rows in (slice(None), keep):
+        run = ksl.loads(leg, [T[rows], q[rows]])
+        levels.append([r for r in run.verdict.reasons if "no samples between" in r])
+    assert levels[0] == [] and len(levels[1]) == 1 and ksl.loads(leg, [T[keep], q[keep]]).verdict.level != "green"
