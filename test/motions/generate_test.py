@@ -137,6 +137,22 @@ def test_times_that_are_too_short_are_refused(two):
         trapezoid(two, points, duration=-1.0)
 
 
+@pytest.mark.parametrize("value", [1e-300, 1e-7, 1e10, 1e300, np.inf, np.nan])
+@pytest.mark.parametrize("kind", [minimum_jerk, trapezoid, chirp])
+def test_durations_and_rates_that_no_motion_has(two, kind, value):
+    for name in ("duration", "rate"):
+        with pytest.raises(MotionError, match="expected a positive number, 1e-06|chirp from"):
+            kind(two, **{name: value})
+
+
+def test_shortest_durations(two):
+    for kind in (minimum_jerk, trapezoid):
+        with pytest.raises(MotionError, match=r"in 1e-06 s the \w+ of \w+ would be .* of its limit; the shortest time within all limits is"):
+            kind(two, duration=1e-6)
+    with pytest.raises(MotionError, match="seed -1; expected 0 or more"):
+        excitation(two, iterations=1, seed=-1)
+
+
 def test_waypoints_of_a_table(two, tmp_path):
     path = tmp_path / "points.csv"
     limits = limits_of(two)

@@ -31,4 +31,6 @@ def mend(error: OSError, writable: str, other: str) -> str:
         return f"free some space, or give another {other}"
     if error.errno == errno.EFBIG:
         return f"raise the limit of the size of files (ulimit -f), or give another {other}"
+    if error.errno == errno.ENAMETOOLONG:
+        return "give a shorter name"
     return f"give a {writable}"

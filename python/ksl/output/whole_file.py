@@ -13,11 +13,16 @@ from ksl.output.stage import stage_in
 
 def place_of(path: Path) -> Path:
     """Where a file is written: at `path`, or at the end of a symbolic link.  Raises OutputError where that is a folder, or where its folder is missing."""
-    place = Path(os.path.realpath(path)) if path.is_symlink() else path
-    if not place.absolute().parent.is_dir():
-        raise OutputError(f"{path}: there is no folder {path.parent}; make it, or give a file in a folder that exists")
-    if place.is_dir():
-        raise OutputError(f"{path}: can't be written, since it is a folder; give the name of a file")
+    try:
+        place = Path(os.path.realpath(path)) if path.is_symlink() else path
+        if not place.absolute().parent.is_dir():
+            raise OutputError(f"{path}: there is no folder {path.parent}; make it, or give a file in a folder that exists")
+        if place.is_dir():
+            raise OutputError(f"{path}: can't be written, since it is a folder; give the name of a file")
+    except OutputError:
+        raise
+    except OSError as e:  # a name that is too long, or a folder that may not be searched
+        raise _cannot_write(path, e) from None
     return place
 
 
@@ -38,4 +43,8 @@ def whole_file(path: Path) -> Iterator[Path]:
     except OutputError:
         raise
     except OSError as e:
-        raise OutputError(f"{path}: can't be written ({what(e)}); {mend(e, 'file in a folder that can be written', 'file')}") from None
+        raise _cannot_write(path, e) from None
+
+
+def _cannot_write(path: Path, e: OSError) -> OutputError:
+    return OutputError(f"{path}: can't be written ({what(e)}); {mend(e, 'file in a folder that can be written', 'file')}")

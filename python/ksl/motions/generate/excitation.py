@@ -100,6 +100,8 @@ def excitation(
         raise MotionError(f"{iterations} iterations; expected at least one")
     if iterations is None and not 0 < seconds < np.inf:
         raise MotionError(f"{seconds:g} seconds of search; expected a positive number")
+    if seed < 0:
+        raise MotionError(f"seed {seed}; expected 0 or more")
     t_fine = sample_times(period, rate)
     base = structural(model)
     if not len(base):

@@ -20,6 +20,12 @@ SHARE = 0.8
 
 ROUND_OFF = 1e-9
 
+SMALLEST, LARGEST = 1e-6, 1e9
+"""Of durations, s, and of rates, Hz."""
+
+LOOKED_AT = 100_000
+"""Samples at which efforts are looked for, if there are more."""
+
 
 @dataclass(frozen=True)
 class Generated:
@@ -92,13 +98,20 @@ def limits_of(model: Mechanism, acceleration: float | None = None) -> Limits:
     return Limits(joints, lower, upper, velocity, np.full(len(joints), np.inf if acceleration is None else acceleration), effort, notes)
 
 
+def check_duration(duration: float) -> None:
+    """Raises MotionError for durations that no motion has."""
+    if not SMALLEST <= duration <= LARGEST:
+        raise MotionError(f"duration {duration:g} s: expected a positive number, {SMALLEST:g} s to {LARGEST:g} s")
+
+
 def sample_times(duration: float, rate: float) -> Array:
     """Times 0 … duration, `rate` of them a second; the last step ends at the duration.  Raises MotionError."""
-    if not (0 < duration < np.inf and 0 < rate < np.inf):
-        raise MotionError(f"duration {duration:g} s at {rate:g} samples a second: expected positive numbers")
+    check_duration(duration)
+    if not SMALLEST <= rate <= LARGEST:
+        raise MotionError(f"{rate:g} samples a second: expected a positive number, {SMALLEST:g} to {LARGEST:g}")
     steps = max(6, round(duration * rate))
     if steps > 10_000_000:
-        raise MotionError(f"{duration:g} s at {rate:g} samples a second are {steps} samples; give a lower --rate or a shorter --duration")
+        raise MotionError(f"{duration:g} s at {rate:g} samples a second are {steps:,} samples; give a lower --rate or a shorter --duration")
     out: Array = np.linspace(0, duration, steps + 1)
     return out
 
@@ -130,7 +143,8 @@ def effort_stretch(model: Model, limits: Limits, motion: Motion, share: float = 
 
     Slowed down by s, efforts are those of rest plus 1/s² of the others: speeds are divided by s, accelerations by s².
     """
-    q, v, a = motion.q, motion.v, motion.a
+    some = slice(None, None, max(1, len(motion.time) // LOOKED_AT))
+    q, v, a = motion.q[some], motion.v[some], motion.a[some]
     bare = model.with_physics(None) if model.physics else model
     still = bare.inverse_dynamics(q, 0 * v, 0 * a)[:, limits.v_index]
     moving = bare.inverse_dynamics(q, v, a)[:, limits.v_index] - still

@@ -8,7 +8,7 @@ import numpy as np
 
 from ksl.errors import MotionError
 from ksl.model import Model
-from ksl.motions.generate.generated import ROUND_OFF, SHARE, Generated, Limits, effort_stretch, excess, limits_of, sample_times, whole_motion
+from ksl.motions.generate.generated import ROUND_OFF, SHARE, Generated, Limits, check_duration, effort_stretch, excess, limits_of, sample_times, whole_motion
 from ksl.motions.generate.waypoints import Waypoints, between_limits
 from ksl.motions.motion import Motion
 from ksl.states import Array
@@ -57,13 +57,13 @@ def minimum_jerk(
     points = between_limits(limits) if waypoints is None else waypoints
     times = _relative_times(limits, points)
 
-    def at(total: float) -> Curve:
-        from scipy.interpolate import make_interp_spline
+    from scipy.interpolate import make_interp_spline
 
-        knots = times * (total / times[-1])
-        ends = [(1, np.zeros(len(limits.joints))), (2, np.zeros(len(limits.joints)))]
-        spline = make_interp_spline(knots, points.positions, k=5, bc_type=(ends, ends))
-        return lambda t: (spline(t), spline(t, nu=1), spline(t, nu=2))
+    ends = [(1, np.zeros(len(limits.joints))), (2, np.zeros(len(limits.joints)))]
+    spline = make_interp_spline(times / times[-1], points.positions, k=5, bc_type=(ends, ends))
+
+    def at(total: float) -> Curve:
+        return lambda t: (spline(t / total), spline(t / total, nu=1) / total, spline(t / total, nu=2) / total**2)
 
     return _finished(model, limits, points, at, np.linspace(0, 1, max(FINE, 8 * len(times))), duration, rate, "minjerk")
 
@@ -176,8 +176,8 @@ def _finished(
     instants: from 0 to 1, at which peaks are looked for.
     """
     given = duration if duration is not None else None if points.times is None else float(points.times[-1])
-    if given is not None and not 0 < given < np.inf:
-        raise MotionError(f"duration {given:g} s: expected a positive number")
+    if given is not None:
+        check_duration(given)
     shortest, notes = _shortest(model, limits, at, instants, SHARE if given is None else 1.0)
     total = shortest if given is None else given
     # where positions alone are beyond limits, a longer time doesn't mend it
