@@ -35,6 +35,7 @@ from ksl.commands.options import (
     read_model,
     suggestion,
 )
+from ksl.printable import one_line
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -171,7 +172,7 @@ def _cases(
     wrenches, doubts = read_wrenches(model, external, moved.time) if external else ({}, [])
     moved = replace(moved, doubts=[*moved.doubts, *doubts])
     inputs = [input_file(role, file) for role, file in (("motion", motion), ("external", external)) if file]
-    return [LoadCase(model, moved, placement, wrenches, "standard input" if str(motion) == "-" else motion.stem, str(motion), carried)], inputs
+    return [LoadCase(model, moved, placement, wrenches, "standard input" if str(motion) == "-" else one_line(motion.stem), str(motion), carried)], inputs
 
 
 def _placement(model: Model, on: str, at: list[str], axes: str, order: str, joints: str) -> Placement:

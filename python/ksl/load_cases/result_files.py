@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import os
+from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
+from ksl.arrow_files import arrow_file
 from ksl.csv_cells import csv_table
 from ksl.load_cases.load_case import Block
 from ksl.load_cases.provenance import Provenance
@@ -44,7 +46,8 @@ def _metadata(path: Path) -> dict[str, Any] | None:
     import pyarrow.parquet
 
     try:
-        said = json.loads((pyarrow.parquet.read_schema(path).metadata or {})[b"ksl"])
+        with arrow_file(path) as opened:
+            said = json.loads((pyarrow.parquet.read_schema(opened).metadata or {})[b"ksl"])
     except (OSError, pa.ArrowInvalid, KeyError, ValueError):  # no result of KSL, or one that was cut off
         return None
     return said if isinstance(said, dict) else None
@@ -71,13 +74,16 @@ class WrenchFiles:
         # bytes of the same weight together: smaller than zstd of whole numbers, in half of the time
         how = {"compression": "lz4", "use_dictionary": words, "use_byte_stream_split": numbers}
         self._path = folder / "wrenches.parquet"
-        self._parquet = pyarrow.parquet.ParquetWriter(self._path, writer.schema, **how)
+        self._open = ExitStack()
+        file = self._open.enter_context(arrow_file(self._path, "wb"))
+        self._parquet = self._open.enter_context(pyarrow.parquet.ParquetWriter(file, writer.schema, **how))
         self._csv: Any = None
         if with_csv:
             import pyarrow.csv
 
             options = pyarrow.csv.WriteOptions(quoting_style="needed")
-            self._csv = pyarrow.csv.CSVWriter(folder / "wrenches.csv", _plain(writer.schema), write_options=options)
+            file = self._open.enter_context(arrow_file(folder / "wrenches.csv", "wb"))
+            self._csv = self._open.enter_context(pyarrow.csv.CSVWriter(file, _plain(writer.schema), write_options=options))
 
     def write(self, block: Block, case: int) -> None:
         table = self._writer.table(block, case)
@@ -89,11 +95,9 @@ class WrenchFiles:
         return self
 
     def __exit__(self, error: type[BaseException] | None, value: BaseException | None, traceback: TracebackType | None) -> None:
-        self._parquet.close()
+        self._open.close()
         if error is None:
             flush_early(self._path)  # while the report is made
-        if self._csv is not None:
-            self._csv.close()
 
 
 def _is_word(field: pa.Field) -> bool:

@@ -26,6 +26,7 @@ from ksl.model import Model
 from ksl.motions.motion import Motion
 from ksl.motions.reading_options import check_options
 from ksl.output import refuse_inputs, staged, whole_file
+from ksl.printable import one_line
 from ksl.report.files import ReportFiles
 from ksl.states import External, Order, Point, Side
 
@@ -303,7 +304,7 @@ def one_case(
         model = model.with_payload(p.link, p.mass, p.center)
     if isinstance(motion, (str, os.PathLike)):
         file = os.fspath(motion)
-        moved, name, inputs = read_motion(model, file, **(reading or {})), Path(file).stem, [input_file("motion", file)]
+        moved, name, inputs = read_motion(model, file, **(reading or {})), one_line(Path(file).stem), [input_file("motion", file)]
     else:
         file, name, inputs = "", "motion", []
         moved = motion_given(model, motion)

@@ -67,7 +67,7 @@ def write_summary(path: Path, rows: Sequence[SummaryRow], provenance: Provenance
     """summary.csv: rows below lines that begin with `# ` and say units and what made the numbers."""
     rows = all_rows(rows)
     head = [*provenance.lines(), ("units", UNITS), ("peaks", PEAKS)]
-    with open(path, "w", newline="", encoding="utf-8") as f:
+    with open(path, "w", newline="", encoding="utf-8", errors="replace") as f:
         f.write(f"{FIRST_LINE} {csv_comment(provenance.robot)}\n")
         f.writelines(f"# {name}: {csv_comment(text)}\n" for name, text in head)
         table = csv.DictWriter(f, [csv_text(name) for name in columns_of_rows(rows)], restval="", lineterminator="\n")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from itertools import accumulate
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ksl import limits
+from ksl.arrow_files import arrow_file
 from ksl.errors import MotionError
 from ksl.motions.arrow_memory import own_memory
 from ksl.motions.recorded import Recorded, check_numbers, count
@@ -57,9 +57,7 @@ class ParquetTable(Recorded):
         super().__init__(file, "Parquet", names, {}, units, notes)
 
     def _opened(self) -> pa.NativeFile:
-        import pyarrow as pa
-
-        return pa.OSFile(os.fsencode(self._source)) if isinstance(self._source, Path) else self._source
+        return arrow_file(self._source) if isinstance(self._source, Path) else self._source
 
     def text_in(self, name: str) -> str | None:
         import pyarrow.types as t

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ksl.arrow_files import arrow_file
 from ksl.errors import SizingError, unknown_name
 from ksl.input_files import Unreadable, check_regular
 from ksl.sizing.samples import ONE_COORDINATE, JointSamples, ResultJoint, Spectrum
@@ -227,13 +228,13 @@ def read_results(path: str | Path) -> Results:
             check_regular(str(each))
         if table.is_dir():  # a data set of several files
             return Results(pq.read_table(table), str(file))
-        with pq.ParquetFile(table) as parquet:  # pq.read_table would import pandas, which takes longer than to read
+        with arrow_file(table) as opened, pq.ParquetFile(opened) as parquet:  # pq.read_table would import pandas, which takes longer than to read
             names = set(parquet.schema_arrow.names)
             wanted = [n for n in ("case", "time", "joint", *WRENCH, *MOTION, "rotor", "on", "at", "axes") if n in names]
             return Results(parquet.read(columns=wanted), str(file))
     except Unreadable as e:
         raise SizingError(f"{table}: {e}; give the folder or wrenches.parquet that `ksl loads` writes") from None
-    except (pa.ArrowException, OSError) as e:
+    except (pa.ArrowException, OSError, UnicodeError) as e:
         swapped = table.suffix == ".toml"
         reason = "the results come first, then the components" if swapped else str(e).partition("\n")[0].split(". ")[0]
         raise SizingError(

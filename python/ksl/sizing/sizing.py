@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.sax.saxutils import escape, quoteattr
 
+from ksl.arrow_files import arrow_file
 from ksl.csv_cells import csv_comment, csv_table
 from ksl.errors import SizingError
 from ksl.output import refuse_inputs, refuse_unknown, staged
@@ -114,8 +115,7 @@ class Sizing:
     def _metadata(self) -> dict[str, str]:
         return {
             "ksl": json.dumps(
-                {**self.provenance, "robot": self.robot, **CONVENTIONS, "left_out": [str(x) for x in self.left_out]},
-                ensure_ascii=False,
+                {**self.provenance, "robot": self.robot, **CONVENTIONS, "left_out": [str(x) for x in self.left_out]}
             )
         }
 
@@ -152,15 +152,16 @@ class Sizing:
             raise SizingError(
                 f"{folder}: holds the sizing of {earlier}, and this is {self.robot}; give another folder with -o, or --force"
             )
-        head = "".join(f"# {csv_comment(line)}\n" for line in self._headlines()).encode()
+        head = "".join(f"# {csv_comment(line)}\n" for line in self._headlines()).encode("utf-8", "replace")
         with staged(folder, FILES) as stage:
             for name, table in (("sizing", self.table), ("peaks", self.peak_table)):
-                pyarrow.parquet.write_table(table, stage / f"{name}.parquet")
+                with arrow_file(stage / f"{name}.parquet", "wb") as out:
+                    pyarrow.parquet.write_table(table, out)
                 rows = pyarrow.BufferOutputStream()
                 pyarrow.csv.write_csv(csv_table(table), rows, pyarrow.csv.WriteOptions(quoting_style="needed"))
                 (stage / f"{name}.csv").write_bytes(head + rows.getvalue().to_pybytes())
             (stage / "sizing.json").write_text(
-                json.dumps(self.as_dict(), ensure_ascii=False, indent=1) + "\n", encoding="utf-8"
+                json.dumps(self.as_dict(), ensure_ascii=False, indent=1) + "\n", encoding="utf-8", errors="replace"
             )
         return list(FILES)
 

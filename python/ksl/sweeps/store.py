@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ksl._core import __version__
+from ksl.arrow_files import arrow_file
 from ksl.csv_cells import csv_row, csv_text
 from ksl.errors import SweepError
 from ksl.load_cases.provenance import InputFile, input_file
@@ -198,7 +199,8 @@ def _table(file: Path) -> pa.Table:
     import pyarrow.parquet
 
     try:
-        return pyarrow.parquet.read_table(file)
+        with arrow_file(file) as opened:
+            return pyarrow.parquet.read_table(opened)
     except (OSError, pa.ArrowInvalid):
         raise SweepError(f"{file}: is damaged; remove it, and run the sweep again: only its cases are then computed") from None
 

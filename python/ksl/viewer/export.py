@@ -41,7 +41,7 @@ def export(scene: Scene, path: str | os.PathLike[str], *, joint: str | None = No
         html = _html(scene, Shown(selected=selected, recorded=True))
         head, end, tail = html.rpartition("</body>")
         with whole_file(target) as part:
-            part.write_text(head + OVERLAY.format(_legend(scene, subtitle)) + end + tail, encoding="utf-8")
+            part.write_text(head + OVERLAY.format(_legend(scene, subtitle)) + end + tail, encoding="utf-8", errors="replace")
     except OutputError as e:
         raise ViewerError(str(e)) from None
     return target

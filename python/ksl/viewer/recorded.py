@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ksl.arrow_files import arrow_file
 from ksl.errors import MotionError, near_names
 from ksl.input_files import Unreadable, check_regular
 from ksl.states import Array
@@ -79,7 +80,8 @@ def read_results(path: Path, case: str | None = None) -> Results:
     mend = "give the folder that `ksl loads` has written, or a motion"
     try:
         check_regular(str(file))
-        schema = parquet.read_schema(file)
+        with arrow_file(file) as opened:
+            schema = parquet.read_schema(opened)
         made_by = json.loads((schema.metadata or {}).get(b"ksl", b"{}"))
         _check_metadata(file, made_by)
         absent = [c for c in ("joint", *NUMBERS) if c not in schema.names]
@@ -91,7 +93,8 @@ def read_results(path: Path, case: str | None = None) -> Results:
             raise MotionError(f"{file}: no load case named {case!r}; {near_names(case, names)}known: {', '.join(names)}")
         chosen = case or (names[0] if names else "")
         only = [("case", "=", chosen)] if "case" in schema.names and chosen else None
-        table = parquet.read_table(file, columns=["joint", *NUMBERS], filters=only)
+        with arrow_file(file) as opened:
+            table = parquet.read_table(opened, columns=["joint", *NUMBERS], filters=only)
     except MemoryError:
         raise
     except (OSError, pa.ArrowException, json.JSONDecodeError, UnicodeError, RecursionError, Unreadable) as e:

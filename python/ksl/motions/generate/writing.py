@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ksl._core import __version__
+from ksl.arrow_files import arrow_file
 from ksl.csv_cells import csv_text
 from ksl.errors import MotionError
 from ksl.mechanism import Mechanism
@@ -40,7 +41,8 @@ def write_motion(model: Mechanism, generated: Generated, path: str | os.PathLike
             import pyarrow.parquet as pq
 
             how = {"robot": model.name, "version": __version__, "units": "s, rad, m", **generated.facts}
-            pq.write_table(pa.table(columns).replace_schema_metadata({"ksl": json.dumps(how)}), part, compression="zstd")
+            with arrow_file(part, "wb") as out:
+                pq.write_table(pa.table(columns).replace_schema_metadata({"ksl": json.dumps(how)}), out, compression="zstd")
 
 
 def _columns(model: Mechanism, generated: Generated) -> dict[str, Array]:
