@@ -13,7 +13,10 @@ def main() -> None:
         sys.exit("ksl: the command needs the extra packages of ksl[loads]; install them with: pip install 'ksl[loads]'")
     except KeyboardInterrupt:  # before there is a command that could say so
         sys.exit(130)
-    app(prog_name="ksl")
+    try:
+        app(prog_name="ksl")
+    except KeyboardInterrupt:  # before or after the command itself
+        sys.exit(130)
 
 
 if __name__ == "__main__":

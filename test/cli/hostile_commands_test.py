@@ -198,6 +198,20 @@ def test_an_interrupt_is_no_traceback(hostile):
     assert p.returncode == 130 and b"Traceback" not in p.stderr and p.stderr.count(b"\n") <= 1, p.stderr
 
 
+@pytest.mark.parametrize("at", ["import", "callback", "end"])
+def test_an_interrupt_where_python_loses_it(hostile, at):
+    """A module that makes another exception of it while it is imported; a callback of a weak reference, whose exceptions Python drops; the end."""
+    code = {
+        "import": "def load(*a, **o):\n try:\n  os.kill(os.getpid(), signal.SIGINT); time.sleep(5)\n except BaseException: pass\n raise ImportError('cannot import name')",
+        "callback": "class C: pass\ndef cb(r): os.kill(os.getpid(), signal.SIGINT); time.sleep(0.2)\ndef load(*a, **o):\n c = C(); r = weakref.ref(c, cb); del c; time.sleep(5)",
+        "end": "def load(*a, **o): raise SystemExit(0)\nfrom ksl.commands.app import Commands\ndef end(*a, **o): os.kill(os.getpid(), signal.SIGINT); time.sleep(5)\nCommands.main = end",
+    }[at]
+    start = "import os, signal, time, weakref\nimport ksl.loading\n"
+    p = subprocess.run([sys.executable, "-c", f"{start}{code}\nksl.loading.load = load\nfrom ksl.__main__ import main\nmain()", "info", hostile / "robot.urdf"],
+                       capture_output=True, timeout=60)  # fmt: skip
+    assert p.returncode == 130 and b"Traceback" not in p.stderr and b"fault" not in p.stderr, p.stderr
+
+
 FILES = {
     "loads": ("loads", "ROBOT", "X"),
     "map": ("loads", "ROBOT", "MOTION", "--map", "X"),

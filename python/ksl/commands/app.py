@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import _thread
 import os
 import shlex
 import signal
 import sys
+import threading
 import traceback
 from collections.abc import Iterable
 from types import FrameType
@@ -66,6 +68,9 @@ class Commands(TyperGroup):
             discard_output()
             sys.exit(1)
         except Exception as e:
+            if _interrupts:  # while a module was imported, its author made another exception of it
+                errors.print("ksl: interrupted")
+                sys.exit(128 + signal.SIGINT)
             if os.environ.get(TRACEBACK):
                 raise
             errors.print(f"ksl: {sentence(_last_resort(e))}")
@@ -92,6 +97,18 @@ def _last_resort(e: Exception) -> str:
     where = traceback.extract_tb(e.__traceback__)[-1]
     what = f"{type(e).__name__} in {os.path.basename(where.filename)}:{where.lineno}"
     return f"a fault in KSL: {what}: {sentence(str(e))[:300]}; please report it with its files; {TRACEBACK}=1 in the environment prints where it happened"
+
+
+_interrupts: list[int] = []
+"""The SIGINTs that this process has received."""
+
+
+def _interrupt_again(lost: Any) -> None:
+    """Python drops an exception that is raised in a finaliser or a callback.  An interrupt that comes just there comes once more."""
+    if isinstance(lost.exc_value, KeyboardInterrupt):
+        threading.Timer(0.02, _thread.interrupt_main).start()
+    else:
+        sys.__unraisablehook__(lost)
 
 
 app = typer.Typer(cls=Commands, pretty_exceptions_enable=False, no_args_is_help=True, rich_markup_mode=None, help="Every wrench in a mechanism.")
@@ -129,7 +146,11 @@ def discard_output() -> None:
 
 
 def end_on_signals() -> None:
-    """Makes SIGTERM and SIGHUP leave by SystemExit, so that temporary files are removed."""
+    """Makes SIGTERM and SIGHUP leave by SystemExit, so that temporary files are removed.  Notes SIGINT, which is a KeyboardInterrupt already."""
+
+    def interrupt(number: int, _: FrameType | None) -> None:
+        _interrupts.append(number)
+        raise KeyboardInterrupt
 
     def leave(number: int, _: FrameType | None) -> None:
         signal.signal(number, signal.SIG_IGN)  # once is enough
@@ -139,6 +160,9 @@ def end_on_signals() -> None:
         number = getattr(signal, name, None)  # no SIGHUP on Windows
         if number is not None and signal.getsignal(number) == signal.SIG_DFL:  # nohup ignores SIGHUP
             signal.signal(number, leave)
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, interrupt)
+        sys.unraisablehook = _interrupt_again
 
 
 @app.callback(invoke_without_command=True)
