@@ -396,6 +396,12 @@ def test_an_output_that_can_t_be_a_folder(ur5, tmp_path):
 def test_an_output_without_a_name_is_not_the_current_folder(ur5, tmp_path):
     for command in (["loads", *ur5], ["size", tmp_path, tmp_path], ["hold", ur5[0]], ["sweep", *ur5], ["motion", ur5[0], "--kind", "chirp"]):
         refused(tmp_path, run(*command, "-o", ""), "--output: the name is empty; give one, or . for the current folder")
+    refused(tmp_path, run("motion", ur5[0], "--kind", "chirp", "-o", "x.csv/"), "--output x.csv/: is the name of a folder; give that of a file")
+
+
+def test_empty_words_are_not_left_out(ur5, tmp_path):
+    refused(tmp_path, run("size", ""), "the name of the results is empty; give their folder, or . for the current one")
+    refused(tmp_path, run("loads", *ur5, "-o", tmp_path / "o", "--fail-on", ""), "--fail-on with an empty word: expected limits")
 
 
 def test_a_folder_where_a_result_belongs_is_found_before_computing(two, tmp_path):

@@ -69,7 +69,7 @@ def loads(
     on_link: Annotated[list[str], typer.Option(metavar="NAME", help="Link that carries the payload.")] = [],
     external: Annotated[Path | None, typer.Option(metavar="FILE.csv", help="Wrenches on links: `time` and LINK.fx … LINK.tz, at the link's origin, in its axes.")] = None,
     smooth: Annotated[float | None, typer.Option("--smooth", metavar="HZ", help="Low-pass measured positions at this frequency, without delay, before differentiating.")] = None,
-    fail_on: Annotated[str, typer.Option("--fail-on", metavar="limits", help="End with status 3 if a limit is exceeded; results are written.")] = "",
+    fail_on: Annotated[str | None, typer.Option("--fail-on", metavar="limits", help="End with status 3 if a limit is exceeded; results are written.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace results of another robot in DIR.")] = False,
     floating_base: FloatingBase = False,
     mimic: Mimic = "coupled",
@@ -106,8 +106,8 @@ def loads(
     from ksl.load_cases.run import Run
     from ksl.report.files import ReportFiles
 
-    if fail_on not in ("", "limits"):
-        fail(f"--fail-on {fail_on}: expected limits")
+    if fail_on not in (None, "limits"):
+        fail(f"--fail-on {fail_on or 'with an empty word'}: expected limits")
     if len(payload) != len(on_link):
         fail(f"{len(payload)} --payload and {len(on_link)} --on-link; give one --on-link NAME for each --payload MASS[,X,Y,Z]")
     if len(set(on_link)) != len(on_link):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ksl.commands.app import app, console, fail
-from ksl.commands.options import FloatingBase, Gravity, Mimic, ModelName, Robot, path_with_a_name, read_model
+from ksl.commands.options import FloatingBase, Gravity, Mimic, ModelName, Robot, file_with_a_name, read_model
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -37,7 +37,7 @@ OPTIONS = {
 def motion(
     robot: Robot,
     kind: Annotated[str, typer.Option(metavar="|".join(KINDS), help="What to make; see below.")],
-    output: Annotated[Path, typer.Option("--output", "-o", parser=path_with_a_name, metavar="FILE", help="Table to write: .csv or .parquet.")],
+    output: Annotated[Path, typer.Option("--output", "-o", parser=file_with_a_name, metavar="FILE", help="Table to write: .csv or .parquet.")],
     waypoints: Annotated[Path | None, typer.Option(metavar="FILE", help="Table of positions, a line for each waypoint, `time` if known; otherwise between the limits.")] = None,
     duration: Annotated[float | None, typer.Option(metavar="S", help="Whole time; otherwise the shortest within the limits (chirp 20 s, excite 10 s).")] = None,
     acceleration: Annotated[float | None, typer.Option(metavar="A", help="Limit of accelerations, rad/s² or m/s², which files don't give.")] = None,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -42,6 +43,20 @@ def path_with_a_name(path: str | Path) -> Path:
     """For what is written: an empty name, as of a shell variable that isn't set, would be the current folder."""
     if not str(path):
         fail("--output: the name is empty; give one, or . for the current folder")
+    return Path(path)
+
+
+def file_with_a_name(path: str | Path) -> Path:
+    """The same for a single file, whose name does not end as that of a folder does."""
+    if str(path).endswith(("/", os.sep)):
+        fail(f"--output {path}: is the name of a folder; give that of a file")
+    return path_with_a_name(path)
+
+
+def results_with_a_name(path: str | Path) -> Path:
+    """For results that are read: an empty name would be those in the current folder."""
+    if not str(path):
+        fail("the name of the results is empty; give their folder, or . for the current one")
     return Path(path)
 
 

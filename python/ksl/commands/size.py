@@ -8,14 +8,14 @@ from typing import Annotated
 import typer
 
 from ksl.commands.app import app, console, discard_output, fail, unwritable
-from ksl.commands.options import numbers, path_with_a_name
+from ksl.commands.options import numbers, path_with_a_name, results_with_a_name
 
 
 @app.command()
 def size(
     results: Annotated[
         Path | None,
-        typer.Argument(metavar="RESULTS", help="Folder that `ksl loads` has written, or its wrenches.parquet."),
+        typer.Argument(parser=results_with_a_name, metavar="RESULTS", help="Folder that `ksl loads` has written, or its wrenches.parquet."),
     ] = None,
     components: Annotated[
         Path | None,
