@@ -102,6 +102,22 @@ def test_without_links_the_next_run_ends_what_a_killed_one_began(tmp_path):
     assert killing.in_a_copy(lambda: write_set(before), before=no_links)[0] == 0 and texts(before) == LATER == texts(before)
 
 
+@pytest.mark.parametrize("before", [lambda: None, no_links], ids=["links", "no links"])
+def test_what_a_killed_run_leaves_is_not_taken_for_files_of_others(tmp_path, before):
+    """The next run writes into the folder, without --force, wherever the first one was killed."""
+    run = ksl.loads(Path(__file__).parents[2] / "examples/robots/ur5.urdf", Path(__file__).parents[2] / "examples/motions/ur5_pick.csv")
+    out = folder_with(tmp_path / "out", {"notes": "the user's"})
+    run.write(out)
+    names = killing.everything(out)
+    folder_with(out, {"notes": "the user's"})
+    _, changes = killing.in_a_copy(lambda: run.write(out), before=before)
+    for number in range(1, changes + 1, 3):
+        folder_with(out, {"notes": "the user's"})
+        assert killing.in_a_copy(lambda: run.write(out), kill_at=number, before=before)[0] == -signal.SIGKILL
+        run.write(out)
+        assert killing.everything(out) == names
+
+
 # Planted faults: what the tests above must notice.
 
 

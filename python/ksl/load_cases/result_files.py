@@ -30,7 +30,7 @@ def refuse_others(directory: Path, provenance: Provenance) -> None:
     earlier = _metadata(directory / "wrenches.parquet")
     if earlier is None:
         if not _is_summary(directory / SUMMARY):
-            refuse_unknown(directory, RESULTS, "a wrenches.parquet or summary.csv of KSL")
+            refuse_unknown(directory, RESULTS, "wrenches.parquet or summary.csv of KSL")
         return
     names = [j["name"] for j in earlier.get("joints", [])]
     if earlier.get("robot") != provenance.robot or names not in ([], [j["name"] for j in provenance.joints]):

@@ -132,9 +132,8 @@ class Run:
         folder = Path(directory)
         read = [os.path.join(self.provenance.directory, f.file) for f in self.provenance.inputs]
         refuse_inputs([folder / name for name in RESULTS], [*read, *([report.components] if report.components else [])])
-        if not force:
-            refuse_others(folder, self.provenance)
-        with staged(folder, RESULTS) as stage:
+        check = None if force else partial(refuse_others, folder, self.provenance)
+        with staged(folder, RESULTS, check) as stage:
             with WrenchFiles(stage, self._writer(), csv) as files:
                 self._compute(files, advance)
             write_summary(stage / SUMMARY, self.rows, self.provenance)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Collection
 from pathlib import Path
 
 from ksl.output.errors import OutputError, cannot_write
@@ -12,7 +12,7 @@ LISTED = 3
 """How many files a message names."""
 
 
-def refuse_inputs(places: Iterable[Path], inputs: Iterable[str | os.PathLike[str]]) -> None:
+def refuse_inputs(places: Collection[Path], inputs: Collection[str | os.PathLike[str]]) -> None:
     """Raises OutputError if one of the places is a file that the run reads: it would be lost, and the results could not be made again.
 
     places: of all files that are written, and of those that are removed since they are from an earlier run.
@@ -23,10 +23,10 @@ def refuse_inputs(places: Iterable[Path], inputs: Iterable[str | os.PathLike[str
         raise OutputError(f"{given}: this run reads it, and would replace or remove it as {place}; give another place for the results")
 
 
-def refuse_unknown(folder: Path, results: Iterable[str], mark: str) -> None:
+def refuse_unknown(folder: Path, results: Collection[str], mark: str) -> None:
     """Raises OutputError if the folder holds files with names of results: they are somebody else's, since nothing marks them as results.
 
-    For callers that have looked for their mark, and not found it.  mark: its words, as in "a wrenches.parquet of KSL".
+    For the argument `check` of :func:`staged`, after the caller has looked for its mark, and not found it.  mark: its words, as in "wrenches.parquet of KSL".
     """
     try:
         held = sorted(name for name in results if os.path.lexists(folder / name))
@@ -34,7 +34,7 @@ def refuse_unknown(folder: Path, results: Iterable[str], mark: str) -> None:
         raise OutputError(f"{folder}: {cannot_write(e)}") from None
     if held:
         names = ", ".join(held[:LISTED]) + (f" and {len(held) - LISTED} more" if len(held) > LISTED else "")
-        raise OutputError(f"{folder}: holds {names}, which {mark} beside would mark as earlier results; give another folder with -o, or replace with --force")
+        raise OutputError(f"{folder}: holds {names}, and no {mark}, which earlier results have; give another folder with -o, or replace them with --force")
 
 
 def _is_same(place: Path, given: Path) -> bool:

@@ -9,7 +9,7 @@ import shutil
 import stat
 import threading
 import time
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -27,10 +27,11 @@ PATIENCE = 60.0
 
 
 @contextmanager
-def staged(directory: Path, results: Collection[str] = ()) -> Iterator[Path]:
+def staged(directory: Path, results: Collection[str] = (), check: Callable[[], None] | None = None) -> Iterator[Path]:
     """A folder for the block to write files into.  If the block ends without an exception, its files replace those of `directory` in one step.
 
     results: names of files that are removed if the block did not write them, since they are those of an earlier run.
+    check: is called before the block, when what killed runs have left is settled.  It raises an exception if `directory` must not be written to.
     `directory` is made if it is missing.  After an error or a signal it is as it was before, absent if it was absent.  What a killed process
     leaves behind is settled and removed by the next process that writes there.  Where two processes write at the same time, all
     files are those of the one that ends later.
@@ -38,7 +39,7 @@ def staged(directory: Path, results: Collection[str] = ()) -> Iterator[Path]:
     Raises OutputError: before the block where `directory` can't hold files, and for every OSError of the block.
     """
     try:
-        with stage_in(directory, results) as files:
+        with stage_in(directory, results, check) as files:
             yield files
     except OutputError:
         raise
@@ -47,11 +48,11 @@ def staged(directory: Path, results: Collection[str] = ()) -> Iterator[Path]:
 
 
 @contextmanager
-def stage_in(directory: Path, results: Collection[str] = ()) -> Iterator[Path]:
+def stage_in(directory: Path, results: Collection[str] = (), check: Callable[[], None] | None = None) -> Iterator[Path]:
     """As `staged`, but an OSError is raised as it is, for callers that name a file in their message."""
     stage = _Stage(directory.absolute())
     try:
-        stage.make(results)
+        stage.make(results, check)
         yield stage.files
         stage.put(results)
     except FileNotFoundError:
@@ -91,7 +92,7 @@ class _Stage:
     def is_there(self) -> bool:
         return self.path is None or self.path.exists()
 
-    def make(self, results: Collection[str]) -> None:
+    def make(self, results: Collection[str], check: Callable[[], None] | None) -> None:
         _open_stages.add(self)
         with uninterrupted():
             self._made.make(self._directory)
@@ -101,6 +102,9 @@ class _Stage:
         self._lock_folder()
         with uninterrupted():
             settle_stale(self._directory)
+        if check is not None:
+            check()
+        with uninterrupted():
             path = self._directory / f"{PREFIX}{os.urandom(4).hex()}"
             path.mkdir()  # readable as other folders are: during the swap, readers of results follow links into it
             self.path = path

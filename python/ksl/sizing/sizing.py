@@ -145,15 +145,18 @@ class Sizing:
 
         folder = Path(directory)
         refuse_inputs([folder / name for name in FILES], [file["file"] for file in self.provenance.get("inputs", [])])
-        earlier = _robot_of(folder / "sizing.json")
-        if earlier is None and not force:
-            refuse_unknown(folder, FILES, "a sizing.json of KSL")
-        if earlier not in (None, self.robot) and not force:
-            raise SizingError(
-                f"{folder}: holds the sizing of {earlier}, and this is {self.robot}; give another folder with -o, or --force"
-            )
+
+        def refuse_others() -> None:
+            earlier = _robot_of(folder / "sizing.json")
+            if earlier is None:
+                refuse_unknown(folder, FILES, "sizing.json of KSL")
+            elif earlier != self.robot:
+                raise SizingError(
+                    f"{folder}: holds the sizing of {earlier}, and this is {self.robot}; give another folder with -o, or --force"
+                )
+
         head = "".join(f"# {csv_comment(line)}\n" for line in self._headlines()).encode("utf-8", "replace")
-        with staged(folder, FILES) as stage:
+        with staged(folder, FILES, None if force else refuse_others) as stage:
             for name, table in (("sizing", self.table), ("peaks", self.peak_table)):
                 with arrow_file(stage / f"{name}.parquet", "wb") as out:
                     pyarrow.parquet.write_table(table, out)
