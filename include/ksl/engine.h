@@ -22,7 +22,7 @@ typedef enum ksl_status_t {
   KSL_BAD_ARGUMENT = 1,    /**< a null pointer, an index out of range, a number that is not finite */
   KSL_BAD_DESCRIPTION = 2, /**< a file that can't be read or describes no mechanism */
   KSL_FAILED = 3,          /**< anything else: no memory, an unknown KSL_ISA */
-  KSL_NOT_FINITE = 4       /**< the arguments are finite and a result is not: numbers are too large, or a joint moves no mass at this
+  KSL_NOT_FINITE = 4       /**< the arguments are finite and a result is not: numbers are too large or small, or a joint moves no mass at this
                                 position; results have been written as they were computed */
 } ksl_status_t;
 

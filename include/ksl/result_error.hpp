@@ -9,7 +9,7 @@
 
 namespace ksl {
 
-/// Finite arguments have a result that is not finite: numbers are too large for the precision, or a joint moves no mass, so that its
+/// Finite arguments have a result that is not finite: numbers are too large or too small for the precision, or a joint moves no mass, so that its
 /// acceleration is not determined.  The message names the joint, or the first such number, and the state of a batch.  Results have been
 /// written as they were computed; the states of a batch don't depend on each other.
 class KSL_EXPORT result_error : public std::domain_error {

@@ -21,7 +21,7 @@ class DescriptionError(_Sentence, ValueError):
 
 
 class ResultError(_Sentence, ValueError):
-    """Finite arguments have a result that is not finite: numbers are too large for the precision, or a joint moves no mass at this
+    """Finite arguments have a result that is not finite: numbers are too large or too small for the precision, or a joint moves no mass at this
     position.  Names the joint, or the first such number, and the state of a batch."""
 
     state: int = 0

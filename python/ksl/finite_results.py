@@ -17,7 +17,7 @@ def require_finite(call: str, result: str, x: Array) -> None:
     which = f"state {state}: " if len(rows) > 1 else ""
     precision = "single" if x.dtype == np.float32 else "double"
     error = ResultError(
-        f"{call}: {which}{result}[{index}] is {rows[state, index]}, although all arguments are finite: they, or numbers of the model, are too large for "
+        f"{call}: {which}{result}[{index}] is {rows[state, index]}, although all arguments are finite: they, or numbers of the model, are too large or too small for "
         f"{precision} precision"
     )
     error.state = state

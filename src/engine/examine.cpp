@@ -93,7 +93,7 @@ template <class S>
 result_error not_finite(const char *call, const found_number &found, std::size_t state, bool of_batch) {
   const char *const what = std::isnan(found.value) ? "nan" : found.value > 0 ? "inf" : "-inf";
   return {beginning(call, state, of_batch) + found.name + "[" + std::to_string(found.index) + "] is " + what +
-              ", although all arguments are finite: they, or numbers of the model, are too large for " +
+              ", although all arguments are finite: they, or numbers of the model, are too large or too small for " +
               (sizeof(S) == 8 ? "double precision" : "single precision"),
           state, -1};
 }
