@@ -167,6 +167,16 @@ def test_results_of_another_robot_are_refused_without_force(robot, tmp_path):
     assert pq.read_table(tmp_path / "o/wrenches.parquet").num_rows == 9
 
 
+def test_a_report_over_its_own_motion_is_refused(flange, tmp_path):
+    motion = tmp_path / "m.csv"
+    motion.write_text("time,pin\n" + "".join(f"{k / 10},0\n" for k in range(8)))
+    run = ksl.loads(flange, motion)
+    with pytest.raises(OutputError, match="this run reads it"):
+        run.report(motion)
+    assert motion.read_text().startswith("time,pin")
+    run.report(tmp_path / "r.html")
+
+
 def test_force_on_the_command_line(robot, tmp_path):
     m = robot(FLANGE.format(name="leg"))
     ksl.loads(m, held(m)).write(tmp_path / "o")

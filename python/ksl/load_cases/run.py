@@ -130,8 +130,7 @@ class Run:
         Raises MotionError where results are not finite, SizingError and OutputError.
         """
         folder = Path(directory)
-        read = [os.path.join(self.provenance.directory, f.file) for f in self.provenance.inputs]
-        refuse_inputs([folder / name for name in RESULTS], [*read, *([report.components] if report.components else [])])
+        refuse_inputs([folder / name for name in RESULTS], [*self._files_read, *([report.components] if report.components else [])])
         check = None if force else partial(refuse_others, folder, self.provenance)
         with staged(folder, RESULTS, check) as stage:
             with WrenchFiles(stage, self._writer(), csv) as files:
@@ -141,15 +140,20 @@ class Run:
             return sorted(f.name for f in stage.iterdir())
 
     def report(self, path: str | os.PathLike[str], case: str | None = None) -> None:
-        """Writes the report as one HTML file: of the load cases that govern most, or of one that is named.  Raises OutputError."""
+        """Writes the report as one HTML file: of the load cases that govern most, or of one that is named.  Raises OutputError, also if the run reads that file."""
         from ksl.report.page import write_report
 
+        refuse_inputs([Path(path)], self._files_read)
         by_name = {r.case.name: r for r in self.results}
         if case is not None and case not in by_name:
             raise ValueError(unknown_name("report", "load case", case, by_name))
         shown = self._report_input(self._shown() if case is None else [by_name[case]])
         with whole_file(Path(path)) as part:
             write_report(part, shown)
+
+    @property
+    def _files_read(self) -> list[str]:
+        return [os.path.join(self.provenance.directory, f.file) for f in self.provenance.inputs]
 
     def _shown(self) -> list[CaseResult]:
         """The results whose curves the report has, those that matter most first."""
