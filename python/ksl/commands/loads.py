@@ -70,7 +70,7 @@ def loads(
     external: Annotated[Path | None, typer.Option(metavar="FILE.csv", help="Wrenches on links: `time` and LINK.fx … LINK.tz, at the link's origin, in its axes.")] = None,
     smooth: Annotated[float | None, typer.Option("--smooth", metavar="HZ", help="Low-pass measured positions at this frequency, without delay, before differentiating.")] = None,
     fail_on: Annotated[str | None, typer.Option("--fail-on", metavar="limits", help="End with status 3 if a limit is exceeded; results are written.")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace results of another robot in DIR.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace results of another robot in DIR, or files of others with their names.")] = False,
     floating_base: FloatingBase = False,
     mimic: Mimic = "coupled",
     strict: Strict = False,

@@ -51,7 +51,7 @@ def size(
             help="End with status 3 if a utilisation is above 1, or a figure is left out; may be repeated.",
         ),
     ] = [],
-    force: Annotated[bool, typer.Option("--force", help="Replace the sizing of another robot in DIR.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace the sizing of another robot in DIR, or files of others with its names.")] = False,
     example: Annotated[
         bool,
         typer.Option(
