@@ -52,6 +52,7 @@ def test_every_command(work):
     for suffix in ("csv", "parquet"):
         run("motion", robot, "--kind", "minjerk", "-o", f"{name}k.{suffix}", folder=folder)
         run("loads", robot, f"{name}k.{suffix}", "-o", f"{name}o2", folder=folder)
-    assert "written to" in run("sweep", robot, f"{name}s.toml", "-o", f"{name}sweep", folder=folder)
+    assert "written to" in run("sweep", robot, f"{name}s.toml", "-o", f"{name}sweep", "--wrenches", folder=folder)
+    run("size", f"{name}sweep", folder=folder)
     printed = run("loads", robot, motion, "-o", out, folder=folder)
     assert ("odd\\udcffo" in printed) == bool(name)

@@ -211,7 +211,6 @@ def read_results(path: str | Path) -> Results:
     Raises SizingError where there is none, or where its metadata, columns or numbers are not those that `ksl loads` writes.
     """
     import pyarrow as pa
-    import pyarrow.parquet as pq
 
     file = Path(path)
     table = file / "wrenches.parquet" if file.is_dir() and (file / "wrenches.parquet").exists() else file
@@ -224,17 +223,13 @@ def read_results(path: str | Path) -> Results:
     if table.is_dir() and not any(table.rglob("*.parquet")):
         raise SizingError(f"{file}: this folder has no wrenches.parquet; give the folder that `ksl loads` writes")
     try:
-        for each in table.rglob("*.parquet") if table.is_dir() else [table]:
+        parts = sorted(table.rglob("*.parquet")) if table.is_dir() else [table]  # of a sweep there are several
+        for each in parts:
             check_regular(str(each))
-        if table.is_dir():  # a data set of several files
-            return Results(pq.read_table(table), str(file))
-        with arrow_file(table) as opened, pq.ParquetFile(opened) as parquet:  # pq.read_table would import pandas, which takes longer than to read
-            names = set(parquet.schema_arrow.names)
-            wanted = [n for n in ("case", "time", "joint", *WRENCH, *MOTION, "rotor", "on", "at", "axes") if n in names]
-            return Results(parquet.read(columns=wanted), str(file))
+        return Results(pa.concat_tables([_columns(each) for each in parts]), str(file))
     except Unreadable as e:
         raise SizingError(f"{table}: {e}; give the folder or wrenches.parquet that `ksl loads` writes") from None
-    except (pa.ArrowException, OSError, UnicodeError) as e:
+    except (pa.ArrowException, OSError) as e:
         swapped = table.suffix == ".toml"
         reason = "the results come first, then the components" if swapped else str(e).partition("\n")[0].split(". ")[0]
         raise SizingError(
@@ -244,6 +239,15 @@ def read_results(path: str | Path) -> Results:
         raise
     except (KeyError, TypeError, AttributeError, IndexError, ValueError, RecursionError, OverflowError):
         raise SizingError(f"{file}: its metadata or columns are not those that `ksl loads` writes; run `ksl loads` again") from None
+
+
+def _columns(file: Path) -> pa.Table:
+    """The columns of a file that sizing uses.  `pyarrow.parquet.read_table` would import pandas, which takes longer than to read."""
+    import pyarrow.parquet as pq
+
+    with arrow_file(file) as opened, pq.ParquetFile(opened) as parquet:
+        names = set(parquet.schema_arrow.names)
+        return parquet.read(columns=[n for n in ("case", "time", "joint", *WRENCH, *MOTION, "rotor", "on", "at", "axes") if n in names])
 
 
 def _exists(path: Path) -> bool:
