@@ -17,7 +17,7 @@ def read(data: bytes) -> None:
     for name in form.names:
         if text_of_cell(csv_text(name)) != name:
             raise BrokenPromise(f"broken promise: {name!r} does not read back")
-    csv_table._doubts_about_end("motion.csv", text)
+    csv_form.doubts_about_end("motion.csv", text)
 
 
 if __name__ == "__main__":
