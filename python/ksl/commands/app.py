@@ -106,9 +106,17 @@ _interrupts: list[int] = []
 def _interrupt_again(lost: Any) -> None:
     """Python drops an exception that is raised in a finaliser or a callback.  An interrupt that comes just there comes once more."""
     if isinstance(lost.exc_value, KeyboardInterrupt):
-        threading.Timer(0.02, _thread.interrupt_main).start()
+        threading.Timer(0.02, _interrupt_main_thread).start()
     else:
         sys.__unraisablehook__(lost)
+
+
+def _interrupt_main_thread() -> None:
+    main = threading.main_thread().ident
+    if hasattr(signal, "pthread_kill") and main is not None:
+        signal.pthread_kill(main, signal.SIGINT)  # it ends a wait, too
+    else:
+        _thread.interrupt_main()
 
 
 app = typer.Typer(cls=Commands, pretty_exceptions_enable=False, no_args_is_help=True, rich_markup_mode=None, help="Every wrench in a mechanism.")
