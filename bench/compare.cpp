@@ -1,7 +1,9 @@
 // Times of all libraries side by side, in one process and in turns: `compare ROBOT... [options]`, see usage().
 #include "measure.hpp"
 
+#include <cmath>
 #include <fstream>
+#include <limits>
 #include <map>
 #include <sstream>
 
@@ -64,7 +66,11 @@ settings parse(int argc, char **argv) {
   s.home = std::filesystem::read_symlink("/proc/self/exe").parent_path();
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
-    const auto value = [&] { return ++i < argc ? argv[i] : (usage(), ""); };
+    const auto value = [&] {
+      if (++i >= argc)
+        usage();
+      return argv[i];
+    };
     if (word == "--ops")
       words = split(value());
     else if (word == "--libraries")
@@ -112,7 +118,7 @@ std::pair<std::string, bool> find_robot(const settings &s, const std::string &ro
 
 bool is_ksl(const bench_peer &p) { return p.library == std::string("KSL"); }
 
-double ns(const entry *e) { return e ? median(e->times) : NAN; }
+double ns(const entry *e) { return e ? median(e->times) : std::numeric_limits<double>::quiet_NaN(); }
 
 /// A number, or a dash if there is none.
 std::string cell(double x, const char *format = "%.2f") {
@@ -130,11 +136,11 @@ void print_row(const contest &c, const std::vector<const bench_peer *> &peers, c
     return ns(c.best([&](const bench_peer &p) { return p.library == std::string(library); }, theirs));
   };
   const auto ksl = [&](size_t i, auto... how) {
-    return i < peers.size() ? ns(c.best([&](const bench_peer &p) { return &p == peers[i]; }, operation, how...)) : NAN;
+    return i < peers.size() ? ns(c.best([&](const bench_peer &p) { return &p == peers[i]; }, operation, how...)) : std::numeric_limits<double>::quiet_NaN();
   };
   const entry *rival = c.best([](const bench_peer &p) { return p.library == std::string("Pinocchio"); }, theirs);
   const double first = ksl(0), best = ns(rival), batch = ksl(0, 1), single = ksl(0, 1, 1), two = ksl(0, 1, 0, 2);
-  const double second = peers.size() > 1 && is_ksl(*peers[1]) ? ksl(1) : NAN;
+  const double second = peers.size() > 1 && is_ksl(*peers[1]) ? ksl(1) : std::numeric_limits<double>::quiet_NaN();
   std::printf("%-10s %-28s %8s %8s %8s | %6s %6s %6s %6s | %8s %6s %8s %6s %6s | %s %s\n", robot.c_str(),
               operation.c_str(), cell(first, "%.1f").c_str(), cell(second, "%.1f").c_str(), cell(best, "%.1f").c_str(),
               cell(best / first).c_str(), cell(of("Pinocchio wheel") / first).c_str(),

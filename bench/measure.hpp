@@ -8,11 +8,12 @@
 
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numeric>
 
 inline double median(std::vector<double> x) {
   std::sort(x.begin(), x.end());
-  return x.empty() ? NAN : 0.5 * (x[(x.size() - 1) / 2] + x[x.size() / 2]);
+  return x.empty() ? std::numeric_limits<double>::quiet_NaN() : 0.5 * (x[(x.size() - 1) / 2] + x[x.size() / 2]);
 }
 
 /// One operation of one peer on one robot.
@@ -148,7 +149,7 @@ private:
   }
 
   std::vector<double> results(const entry &e) const {
-    std::vector<double> out(e.n * static_cast<size_t>(e.what().width(model_)), NAN);
+    std::vector<double> out(e.n * static_cast<size_t>(e.what().width(model_)), std::numeric_limits<double>::quiet_NaN());
     e.peer->run(e.self, e.operation, out.data());
     return out;
   }

@@ -295,7 +295,7 @@ void run(void *p, int i, double *out) {
 size_t state_bytes(void *p) {
   const self &s = *static_cast<self *>(p);
   const auto &kernel = ksl::kernels().inverse_dynamics->in_double;
-  return kernel.batch(s.model.view(), {}, 0, 0, nullptr) / static_cast<size_t>(kernel.lanes);
+  return kernel.batch(s.model.view(), {}, 0, 0, nullptr).bytes / static_cast<size_t>(kernel.lanes);
 }
 
 #ifdef __clang__

@@ -24,7 +24,7 @@ class Unit:
 
     @property
     def is_test(self):
-        return ROOT / "test" in self.file.parents
+        return ROOT / "test" in self.file.parents or ROOT / "bench" in self.file.parents
 
     @property
     def is_kernel(self):
@@ -38,7 +38,7 @@ class Unit:
 def configured():
     """Configure a build of everything, which writes the list of all commands; nothing is compiled.  Each file is read as it stands: without
     precompiled headers, which would hide what it forgets to include."""
-    command = ["cmake", "-S", str(ROOT), "-B", str(BUILD), "-DKSL_TESTS=ON", "-DKSL_PYTHON=ON", "-DCMAKE_C_COMPILER=gcc", "-DCMAKE_CXX_COMPILER=g++",
+    command = ["cmake", "-S", str(ROOT), "-B", str(BUILD), "-DKSL_TESTS=ON", "-DKSL_BENCHMARKS=ON", "-DKSL_PYTHON=ON", "-DCMAKE_C_COMPILER=gcc", "-DCMAKE_CXX_COMPILER=g++",
                "-DKSL_INSTRUCTION_SETS=x86_64_v3;x86_64_v4", f"-DPython_EXECUTABLE={sys.executable}", f"-DPython3_EXECUTABLE={sys.executable}",
                f"-Dnanobind_DIR={subprocess.check_output([sys.executable, '-m', 'nanobind', '--cmake_dir'], text=True).strip()}",
                "-DSKBUILD_PROJECT_NAME=ksl", "-DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON"]
