@@ -175,10 +175,17 @@ template <int K, class Next, class P> KSL_LANES void take(Next &next, P *to) {
   }
 }
 
+/// The same.  If next has a function look(), it sees them while they are in registers.
+template <int K, class Next, class P> KSL_LANES void take_columns(Next &next, P (&to)[K]) {
+  take<K>(next, to);
+  if constexpr (requires { next.look(to); })
+    next.look(to);
+}
+
 template <int K, class T, int W, class Next>
 KSL_LANES void store_columns(Next &next, T *rows, std::ptrdiff_t stride, int last_row) {
   pack<T, W> v[K];
-  take<K>(next, v);
+  take_columns<K>(next, v);
   transpose_blocks<K>(v);
   for (int j = 0; j < K; ++j)
     scatter<W, K, T>(v[j].lanes, rows, stride, j, last_row);
@@ -278,7 +285,7 @@ inline void stream_next(Next &next, std::ptrdiff_t columns, T *rows, std::ptrdif
   T *to[W];      // where the line begins that comes next in each row
   __m512i at[W]; // of its numbers in two registers
   const std::ptrdiff_t blocks = columns / W;
-  take<W>(next, last);
+  take_columns<W>(next, last);
   transpose_blocks<W>(last);
   for (int r = 0; r < W; ++r) {
     T *const row = rows + r * stride;
@@ -288,7 +295,7 @@ inline void stream_next(Next &next, std::ptrdiff_t columns, T *rows, std::ptrdif
   }
   for (std::ptrdiff_t b = 1; b < blocks; ++b) {
     pack<T, W> v[W];
-    take<W>(next, v);
+    take_columns<W>(next, v);
     transpose_blocks<W>(v);
     for (int r = 0; r < W; ++r) {
       stream(to[r], from_two(last[r].lanes, at[r], v[r].lanes));

@@ -8,20 +8,23 @@ namespace ksl {
 inline namespace KSL_ISA {
 namespace forms {
 
-/// Stores a symmetric n × n matrix of packs, given by its upper triangle; all: the number of matrices in the batch.
-template <class T, int W>
-void store_symmetric(std::size_t all, const pack<T, W> *upper, int n, int valid, T *rows, std::ptrdiff_t stride) {
-  const pack<T, W> *element = upper;
+/// The columns in lanes of a symmetric n × n matrix, given by its upper triangle: down each column to the diagonal, then along the row.
+template <class P> struct symmetric_columns {
+  const P *upper;
+  int n;
+  sums<P> &seen;
+  const P *element = upper;
   int row = 0, column = 0;
-  const auto next = [&]() -> const pack<T, W> & { // down the column to the diagonal, then along the row
-    const pack<T, W> &x = *element;
+
+  KSL_LANES const P &operator()() {
+    const P &x = *element;
     element += column < row ? n : 1;
     if (++column == n)
       column = 0, element = upper + ++row;
     return x;
-  };
-  store_next_of<T, W>(all, next, n * n, valid, rows, stride);
-}
+  }
+  template <int K> KSL_LANES void look(const P (&x)[K]) { seen.add(x); }
+};
 
 /// A symmetric matrix (nv, nv).  In lanes only its upper triangle is computed, by Algorithm::elements.
 template <class Algorithm> struct symmetric_matrix : whole_results<Algorithm> {
@@ -48,9 +51,8 @@ template <class Algorithm> struct symmetric_matrix : whole_results<Algorithm> {
       const rows_view<scalar_of<P>> &rows = b.batch.result[0];
       if (!elements(model, w, s, b))
         return;
-      for (std::ptrdiff_t i = 0; i < model.nv; ++i)
-        b.stored.add(matrix + i * (model.nv + 1), model.nv - i);
-      store_symmetric(b.batch.n, matrix, model.nv, b.valid, row(rows, b.k), rows.stride);
+      symmetric_columns<P> next{matrix, model.nv, b.stored};
+      store_next_of<scalar_of<P>, transposition::width_of<P>>(b.batch.n, next, model.nv * model.nv, b.valid, row(rows, b.k), rows.stride);
     }
   };
 };
@@ -58,17 +60,15 @@ template <class Algorithm> struct symmetric_matrix : whole_results<Algorithm> {
 /// The upper triangle of a matrix (nv, nv).
 template <class Algorithm> struct upper_triangle : symmetric_matrix<Algorithm> {
   template <class P> struct lanes : symmetric_matrix<Algorithm>::template lanes<P> {
-    void store(const model_view<scalar_of<P>> &model, scalar_of<P> *out, const rows_view<scalar_of<P>> &rows, int valid) const {
-      for (std::ptrdiff_t i = 0; i < model.nv; ++i)
-        store_rows(this->matrix + i * (model.nv + 1), model.nv - static_cast<int>(i), valid, out + i * (model.nv + 1), rows.stride);
-    }
     void compute(const model_view<scalar_of<P>> &model, const workspace_of<Algorithm, P> &w, state_view<P> &s,
                  const block<P> &b) {
       if (!this->elements(model, w, s, b))
         return;
-      for (std::ptrdiff_t i = 0; i < model.nv; ++i)
-        b.stored.add(this->matrix + i * (model.nv + 1), model.nv - i);
-      store(model, row(b.batch.result[0], b.k), b.batch.result[0], b.valid);
+      scalar_of<P> *const out = row(b.batch.result[0], b.k);
+      for (std::ptrdiff_t i = 0; i < model.nv; ++i) {
+        next_columns<P> next{this->matrix + i * (model.nv + 1), b.stored};
+        store_next<scalar_of<P>, transposition::width_of<P>>(next, model.nv - i, b.valid, out + i * (model.nv + 1), b.batch.result[0].stride);
+      }
     }
   };
 };

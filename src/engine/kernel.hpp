@@ -10,41 +10,77 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// Sums of the squares of results: not finite if a result isn't, and large if one is large.  Two operations for a result, which is in
-/// a register or the innermost cache.  The results themselves are not touched.
-template <class T> struct squares {
+/// Sums of results, or of their squares where an algorithm needs mass: not finite if a result isn't.  Squares are large if a result is
+/// large, which accelerations at a joint that moves almost no mass are before they are infinite.  One or two operations for a result,
+/// which is in a register or an inner cache.  The results themselves are not touched.
+template <class T> struct sums {
+  explicit sums(bool of_squares) : squared(of_squares) {}
+
   KSL_LANES void add(const T *x, std::ptrdiff_t n) {
-    for (; n >= 4; n -= 4, x += 4) { // four independent sums hide the latency of an addition
-      sum[0] = sum[0] + x[0] * x[0], sum[1] = sum[1] + x[1] * x[1];
-      sum[2] = sum[2] + x[2] * x[2], sum[3] = sum[3] + x[3] * x[3];
-    }
-    if (n >= 2) {
-      sum[0] = sum[0] + x[0] * x[0], sum[1] = sum[1] + x[1] * x[1];
-      n -= 2, x += 2;
-    }
-    if (n > 0)
-      sum[2] = sum[2] + x[0] * x[0];
+    if (squared)
+      add_each(x, n, [](const T &y) { return y * y; });
+    else
+      add_each(x, n, [](const T &y) { return y; });
   }
-  /// Is the sum below the square of the largest ordinary result?  Accelerations at a joint that moves almost no mass are large
-  /// before they are infinite.
-  bool ordinary(bool needs_mass) const {
+  /// Those that are in registers just now: their sum is added to one sum in memory.
+  template <int K> KSL_LANES void add(const T (&x)[K]) {
+    if (squared)
+      sum[0] = sum[0] + sum_of<0, K>(x, [](const T &y) { return y * y; });
+    else
+      sum[0] = sum[0] + sum_of<0, K>(x, [](const T &y) { return y; });
+  }
+  /// Are the results ordinary?  Sums of numbers that are large, but finite, may not be: who asks then looks at each of them.
+  bool ordinary() const {
     using S = scalar_of<T>;
-    const S most = needs_mass ? S(1e20) : sizeof(S) == 8 ? S(1e300) : S(1e38);
+    const S most = squared ? S(1e20) : sizeof(S) == 8 ? S(1e300) : S(1e38);
     const T all = (sum[0] + sum[1]) + (sum[2] + sum[3]);
     bool found = true;
     for (int lane = 0; lane < static_cast<int>(sizeof(T) / sizeof(S)); ++lane)
-      found &= at(all, lane) < most; // false for NaN
+      found &= at(all, lane) < most && at(all, lane) > -most; // false for NaN
     return found;
   }
 
 private:
+  template <int first, int K, int N, class Of> KSL_LANES static T sum_of(const T (&x)[N], const Of &of) {
+    if constexpr (K == 1)
+      return of(x[first]);
+    else
+      return sum_of<first, K / 2>(x, of) + sum_of<first + K / 2, K - K / 2>(x, of);
+  }
+  template <class Of> KSL_LANES void add_each(const T *x, std::ptrdiff_t n, const Of &of) {
+    constexpr int count = 16; // scalars in independent sums, which fill registers and hide the latency of an addition
+    if constexpr (sizeof(T) == sizeof(scalar_of<T>))
+      if (n >= 2 * count) {
+        T many[count] = {};
+        for (; n >= count; n -= count, x += count)
+          for (int i = 0; i < count; ++i)
+            many[i] = many[i] + of(x[i]);
+        for (int i = 0; i < count; ++i)
+          sum[i & 3] = sum[i & 3] + many[i];
+      }
+    for (; n >= 4; n -= 4, x += 4) {
+      sum[0] = sum[0] + of(x[0]), sum[1] = sum[1] + of(x[1]);
+      sum[2] = sum[2] + of(x[2]), sum[3] = sum[3] + of(x[3]);
+    }
+    for (int i = 0; i < n; ++i)
+      sum[i] = sum[i] + of(x[i]);
+  }
   static scalar_of<T> at(const T &x, int lane) {
     if constexpr (sizeof(T) == sizeof(scalar_of<T>))
       return x;
     else
       return x[lane];
   }
-  T sum[4] = {T(scalar_of<T>(0)), T(scalar_of<T>(0)), T(scalar_of<T>(0)), T(scalar_of<T>(0))};
+  bool squared;
+  T sum[4] = {};
+};
+
+/// Columns in lanes, one after the other.  They are looked at in registers, on their way into rows.
+template <class P> struct next_columns {
+  const P *in;
+  sums<P> &seen;
+  KSL_LANES const P &operator()() { return *in++; }
+  template <int K> KSL_LANES void look(const P (&x)[K]) { seen.add(x); }
 };
 
 /// The states k, k + 1, ... of a batch, `valid` in number, one in each lane.
@@ -53,7 +89,7 @@ template <class P> struct block {
   const batch_view<S> &batch;
   std::size_t k;
   int valid;
-  squares<P> &stored; ///< of all blocks
+  sums<P> &stored; ///< of all blocks
 
   /// Loads rows into lanes; zeros if there are no rows.
   void load(const rows_view<const S> &rows, int columns, P *out) const {
@@ -66,8 +102,7 @@ template <class P> struct block {
   void store(const P *in, std::ptrdiff_t columns, const rows_view<S> &rows) const {
     if (!rows.first)
       return;
-    stored.add(in, columns);
-    const auto next = [&in]() -> const P & { return *in++; };
+    next_columns<P> next{in, stored};
     store_next_of<S, transposition::width_of<P>>(batch.n, next, columns, valid, row(rows, k), rows.stride);
   }
 };
@@ -83,8 +118,8 @@ template <class Algorithm> struct whole_results {
   static void state(const model_view<scalar_of<T>> &model, const workspace_of<Algorithm, T> &w, const state_view<T> &s) {
     Algorithm::compute(model, w, s);
   }
-  /// Adds what was written to the sum of squares.
-  template <class T> static void add_results(const model_view<scalar_of<T>> &model, const state_view<T> &s, squares<T> &written) {
+  /// Adds what was written to the sums.
+  template <class T> static void add_results(const model_view<scalar_of<T>> &model, const state_view<T> &s, sums<T> &written) {
     for (int r = 0; r < Algorithm::row.results; ++r)
       if (s.result[r])
         written.add(s.result[r], numbers_of(Algorithm::row.result[r], extents_of(model, s)));
@@ -125,9 +160,9 @@ template <class Algorithm, class S> bool one_state(const model_view<S> &model, v
   if constexpr (!Algorithm::row.needs_mass) {
     return true; // a sum would take up to a tenth of the time of a small robot; C and Python look at the results themselves
   } else {
-    squares<S> written;
+    sums<S> written(true);
     Algorithm::form::add_results(model, s, written);
-    return written.ordinary(true);
+    return written.ordinary();
   }
 }
 
@@ -175,14 +210,14 @@ batch_outcome states_in_lanes(const model_view<scalar_of<P>> &model, const batch
   w.lay_out(pieces, model);
   inputs.lay_out(pieces, model, batch);
   results.lay_out(pieces, model, batch);
-  squares<P> stored;
+  sums<P> stored(Algorithm::row.needs_mass);
   for (std::size_t k = first; memory && k < end; k += lanes) {
     const block<P> b = {batch, k, static_cast<int>(end - k < lanes ? end - k : lanes), stored};
     state_view<P> s = inputs.load(model, b);
     results.compute(model, w, s, b);
   }
   finish_streams();
-  return {pieces.used(), stored.ordinary(Algorithm::row.needs_mass)};
+  return {pieces.used(), stored.ordinary()};
 }
 
 template <class Algorithm, class S>
