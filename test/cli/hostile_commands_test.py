@@ -206,7 +206,7 @@ def test_an_interrupt_where_python_loses_it(hostile, at):
         "callback": "class C: pass\ndef cb(r): os.kill(os.getpid(), signal.SIGINT); time.sleep(0.2)\ndef load(*a, **o):\n c = C(); r = weakref.ref(c, cb); del c; time.sleep(5)",
         "end": "def load(*a, **o): raise SystemExit(0)\nfrom ksl.commands.app import Commands\ndef end(*a, **o): os.kill(os.getpid(), signal.SIGINT); time.sleep(5)\nCommands.main = end",
     }[at]
-    start = "import os, signal, time, weakref\nimport ksl.loading\n"
+    start = "import os, signal, time, weakref\nimport ksl.loading\nsignal.signal(signal.SIGINT, signal.default_int_handler)\n"  # jobs in the background ignore it
     p = subprocess.run([sys.executable, "-c", f"{start}{code}\nksl.loading.load = load\nfrom ksl.__main__ import main\nmain()", "info", hostile / "robot.urdf"],
                        capture_output=True, timeout=60)  # fmt: skip
     assert p.returncode == 130 and b"Traceback" not in p.stderr and b"fault" not in p.stderr, p.stderr
