@@ -34,10 +34,12 @@ test: $(VENV)/.tools
 	$(MAKE) --no-print-directory -j2 build-clang $(VENV)/.tested
 	$(MAKE) --no-print-directory test-c test-python
 
-# C and C++.  Optimising kernels takes most of the time: 170 s of processor time for each set and compiler.  So gcc optimises those of one
-# set, and compiles a second one as it is, so that tests can compare sets; the wheel's build in build/gcc has done that.  clang makes a
-# debug build of two sets: workspaces are NaN where nothing has been computed, and thousands of states of every interface would take too
-# long.  `make test-long` runs all tests with all sets and both compilers.
+# C and C++.  Optimising kernels takes most of the time: with -O3 at least 200 s of processor time for each set and compiler, with -O1 a
+# third of that and the same bits.  So gcc takes -O1 for one set, and -O0 for a second one, so that tests can compare sets; the wheel's
+# build in build/gcc has done that.  clang makes a debug build of two sets: workspaces are NaN where nothing has been computed, and
+# thousands of states of every interface would take too long.  `make test-long` runs all tests as users build KSL, with all sets and both
+# compilers.
+TEST_FLAGS := -O1 -DNDEBUG
 TEST_SETS := x86_64_v2;x86_64_v3
 PLAIN_SETS := x86_64_v2
 # (folder below build/, CC, CXX, options of CMake)
@@ -111,7 +113,8 @@ $(VENV)/.packages: $(VENV)/.tools scripts/system_packages.sh
 
 $(VENV)/.tested: $(VENV)/.tools $(SOURCES)
 	CC=gcc CXX=g++ $(BIN)/python -m pip install -q --no-build-isolation --config-settings=build-dir=build/gcc \
-	  "--config-settings=cmake.define.KSL_INSTRUCTION_SETS=$(TEST_SETS)" "--config-settings=cmake.define.KSL_PLAIN_SETS=$(PLAIN_SETS)" '.[test]'
+	  "--config-settings=cmake.define.KSL_INSTRUCTION_SETS=$(TEST_SETS)" "--config-settings=cmake.define.KSL_PLAIN_SETS=$(PLAIN_SETS)" \
+	  "--config-settings=cmake.define.CMAKE_CXX_FLAGS_RELEASE=$(TEST_FLAGS)" "--config-settings=cmake.define.CMAKE_C_FLAGS_RELEASE=$(TEST_FLAGS)" '.[test]'
 	rm -f $(VENV)/.installed
 	touch $@
 
