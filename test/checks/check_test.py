@@ -1,8 +1,6 @@
 """ksl.check and `ksl check`: the list of findings, the table, the terminal, JSON, exit status."""
 
 import json
-import os
-import subprocess
 import sys
 
 import numpy as np
@@ -12,15 +10,13 @@ from rules_test import CASES
 
 import ksl
 from ksl.checks.run import RULES, TOPICS
+from ksl_command import run_ksl
 
 TWO = changed(('axis xyz="0 1 0"', 'axis xyz="0 0 0"'), ('effort="80"', 'effort="0"'))
 
 
 def run(*arguments):
-    env = {k: v for k, v in os.environ.items() if k not in ("FORCE_COLOR", "COLUMNS")}
-    return subprocess.run(
-        [sys.executable, "-m", "ksl", "check", *map(str, arguments)], capture_output=True, text=True, env=env
-    )
+    return run_ksl("check", *arguments)
 
 
 @pytest.fixture

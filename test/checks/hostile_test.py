@@ -2,8 +2,6 @@
 
 import json
 import random
-import subprocess
-import sys
 import time
 
 import pytest
@@ -12,6 +10,7 @@ from files import ARM, END, changed, hinge, link, more
 import ksl
 from ksl.checks.run import findings_of_bytes, fix
 from ksl.errors import DescriptionError
+from ksl_command import run_ksl
 
 
 @pytest.mark.parametrize(
@@ -121,7 +120,7 @@ def test_other_roots(check):
 def test_the_command_says_one_sentence(tmp_path):
     path = tmp_path / "robot.urdf"
     path.write_bytes(b"\x00\x01\x02")
-    done = subprocess.run([sys.executable, "-m", "ksl", "check", str(path)], capture_output=True, text=True)
+    done = run_ksl("check", path)
     assert (
         done.returncode == 2 and done.stdout == "" and done.stderr.startswith("ksl: ") and done.stderr.count("\n") == 1
     )

@@ -2,7 +2,6 @@
 
 import importlib.metadata
 import re
-import subprocess
 import sys
 from pathlib import Path
 
@@ -11,6 +10,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
 import check_page
+from ksl_command import run_ksl
 
 PAGE = (ROOT / "docs" / "check.md").read_text(encoding="utf-8")
 
@@ -34,6 +34,6 @@ def test_the_examples(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "lever.urdf").write_text(re.search(r"```xml\n(.*?)```", PAGE, re.DOTALL)[1])
     for example in re.findall(r"```console\n\$ ksl (.*?)\n(.*?)```", PAGE, re.DOTALL):
-        done = subprocess.run([sys.executable, "-m", "ksl", *example[0].split()], capture_output=True, text=True)
+        done = run_ksl(*example[0].split())
         assert done.stdout == example[1], example[0]
     exec(re.search(r"```python\n(.*?)```", PAGE, re.DOTALL)[1], {})

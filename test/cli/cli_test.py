@@ -21,6 +21,7 @@ import pytest
 import ksl
 from ksl.motions.columns import columns_of
 from ksl.output import OutputError, staged
+from ksl_command import run_ksl
 
 MIMIC = """<robot name="hand"><link name="palm"/><link name="a"/><link name="b"/>
 <joint name="finger1" type="prismatic"><parent link="palm"/><child link="a"/>
@@ -50,8 +51,10 @@ def ordinary(**more: str) -> dict[str, str]:
 
 
 def run(*arguments, **environment: str) -> subprocess.CompletedProcess:
-    env = ordinary(**environment)
-    return subprocess.run([command(), *map(str, arguments)], capture_output=True, text=True, env=env, timeout=120)
+    """In a copy of this process, or, with variables of the environment, by the console script."""
+    if not environment:
+        return run_ksl(*arguments)
+    return subprocess.run([command(), *map(str, arguments)], capture_output=True, text=True, env=ordinary(**environment), timeout=120)
 
 
 @pytest.fixture(scope="module")
@@ -61,9 +64,9 @@ def ur5(examples) -> tuple[Path, Path]:
 
 @pytest.fixture(scope="module")
 def done(ur5, tmp_path_factory):
-    """One good run: the process and the folder it wrote."""
+    """One good run of the console script: the process and the folder it wrote."""
     out = tmp_path_factory.mktemp("done") / "a" / "b"
-    return run("loads", *ur5, "-o", out, "--csv"), out
+    return run("loads", *ur5, "-o", out, "--csv", LANG="C.UTF-8"), out
 
 
 @pytest.fixture

@@ -15,6 +15,7 @@ import ksl
 from ksl import limits
 from ksl.csv_cells import csv_comment, csv_table, csv_text, text_of_cell
 from ksl.printable import one_line, printable, sentence
+from ksl_command import run_ksl
 
 INERTIAL = '<inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
 BAD = ["\u009b31m", "\u202egnp", "[red]x[/red]", "[/]", "=HYPERLINK(1)", "@SUM", "-2+3", "<b>&amp;</b></script>", "'=1", "x;=cmd|'/c calc'!A0;y", "t\t=1", 'q; "=1"']
@@ -44,11 +45,8 @@ def hostile(tmp_path_factory):
     return folder
 
 
-def run(*arguments, inside=None, **options) -> subprocess.CompletedProcess:
-    environment = {k: v for k, v in os.environ.items() if k not in ("COLUMNS", "FORCE_COLOR")} | {"PYTHONIOENCODING": "utf-8"}
-    return subprocess.run(
-        [sys.executable, "-m", "ksl", *map(str, arguments)], capture_output=True, cwd=inside, env=environment, timeout=60, **options
-    )
+def run(*arguments, inside=None) -> subprocess.CompletedProcess:
+    return run_ksl(*arguments, cwd=inside, text=False)
 
 
 def is_sentence(p: subprocess.CompletedProcess) -> str:

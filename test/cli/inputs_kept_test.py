@@ -2,11 +2,10 @@
 
 import json
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from ksl_command import run_ksl
 
 URDF = """<robot name="arm"><link name="wall"/><link name="rod"><inertial><origin xyz="0.3 0 0"/><mass value="2"/>
 <inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>
@@ -17,7 +16,7 @@ EXTERNAL = "time,rod.fz\n" + "".join(f"{k / 10},1\n" for k in range(9))
 
 
 def run(*arguments, folder):
-    return subprocess.run([sys.executable, "-m", "ksl", *map(str, arguments)], capture_output=True, text=True, timeout=60, cwd=folder)
+    return run_ksl(*arguments, cwd=folder)
 
 
 @pytest.fixture

@@ -2,20 +2,19 @@
 
 import json
 import os
-import subprocess
-import sys
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
 from inputs_kept_test import MOTION, SWEEP, URDF
+from ksl_command import run_ksl
 
 ODD = os.fsdecode(b"odd\xff")
 
 
 def run(*arguments, folder):
-    p = subprocess.run([sys.executable, "-m", "ksl", *arguments], capture_output=True, text=True, timeout=60, cwd=folder)
+    p = run_ksl(*arguments, cwd=folder)
     assert p.returncode == 0, p.stderr
     return p.stdout
 

@@ -9,13 +9,13 @@ import os
 import signal
 import sys
 import time
-import traceback
 from collections.abc import Callable
 from pathlib import Path
 
+from ksl_command import copied, print_to, status_of
+
 CHANGES = ("os.rename", "os.link", "os.symlink", "os.mkdir", "os.remove", "os.rmdir", "os.truncate", "os.chmod")
 """Events of Python's audit hooks, which come before the call: whatever function makes it, these change names in a folder."""
-WAITING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 WRITES = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC
 
 
@@ -33,25 +33,21 @@ def in_a_copy(
     end: a signal that it is sent, and after how many seconds.  A copy takes a hundredth of a second, where a new Python takes half a one.
     """
     read, write = os.pipe()
-    sys.stdout.flush()
-    sys.stderr.flush()
-    signal.pthread_sigmask(signal.SIG_BLOCK, WAITING)  # those that a user sends come while the action runs, and not before
-    copy = os.fork()
-    if copy == 0:
-        status = 70
-        try:
-            os.close(read)
-            _print_to(output)
-            changes = _count(kill_at)
-            before()
-            status = _status(action)
-            os.write(write, str(changes[0]).encode())
-        except BaseException:
-            traceback.print_exc()
-        finally:
-            sys.stderr.flush()
-            os._exit(status)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, WAITING)
+    changes = [0]
+
+    def start() -> None:
+        os.close(read)
+        place = os.open(output or os.devnull, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+        print_to(place, place)
+        _count(changes, kill_at)
+        before()
+
+    def status() -> int:
+        ends = status_of(action)
+        os.write(write, str(changes[0]).encode())
+        return ends
+
+    copy = copied(status, start)
     os.close(write)
     if end is not None:
         time.sleep(end[1])
@@ -62,16 +58,7 @@ def in_a_copy(
     return os.waitstatus_to_exitcode(waited), int(changed or b"0")
 
 
-def _print_to(output: Path | None) -> None:
-    place = os.open(output or os.devnull, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
-    os.dup2(place, 1)
-    os.dup2(place, 2)
-    sys.stdout, sys.stderr = os.fdopen(1, "w", closefd=False), os.fdopen(2, "w", closefd=False)
-
-
-def _count(kill_at: int) -> list[int]:
-    count = [0]
-
+def _count(count: list[int], kill_at: int) -> None:
     def hook(event: str, given: tuple) -> None:
         if event in CHANGES or (event == "open" and isinstance(given[2], int) and given[2] & WRITES):
             count[0] += 1
@@ -79,40 +66,6 @@ def _count(kill_at: int) -> list[int]:
                 os.kill(os.getpid(), signal.SIGKILL)
 
     sys.addaudithook(hook)
-    return count
-
-
-def _status(action: Callable[[], object]) -> int:
-    """As the interpreter would end: with the functions that are registered for its end."""
-    from ksl.output import stage
-
-    try:
-        try:
-            signal.pthread_sigmask(signal.SIG_UNBLOCK, WAITING)
-            action()
-        finally:
-            signal.pthread_sigmask(signal.SIG_BLOCK, WAITING)
-        status = 0
-    except SystemExit as e:
-        status = e.code if isinstance(e.code, int) else int(e.code is not None)
-    except KeyboardInterrupt:
-        status = 130
-    stage._end_open_stages()
-    sys.stdout.flush()
-    sys.stderr.flush()
-    return status
-
-
-def command(*arguments: object) -> Callable[[], object]:
-    """`ksl ARGUMENTS`, to be run in a copy."""
-
-    def run() -> None:
-        from ksl.commands import app
-
-        sys.argv = ["ksl", *map(str, arguments)]
-        app(prog_name="ksl")
-
-    return run
 
 
 def hear_signals() -> None:

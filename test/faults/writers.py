@@ -11,6 +11,7 @@ from datetime import datetime
 from pathlib import Path
 
 import killing
+from ksl_command import ksl_main
 
 ARM = """<robot name="arm"><link name="rail"/><link name="cart"><inertial><mass value="2"/>
 <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
@@ -91,7 +92,7 @@ def prepare(work: Path) -> list[Writer]:
         (work / f"sweep_{name}.toml").write_text(
             f'[base]\nmotion = "{name}.csv"\n[[vary]]\nkind = "payload"\nlink = "cart"\nvalues = [0, 1, 2, 3]\n'
         )
-    run = killing.command
+    run = ksl_main
     arm = work / "arm.urdf"
 
     def loads(motion: str, *more: str) -> Callable[[Path], Callable[[], object]]:
@@ -131,7 +132,7 @@ def prepare(work: Path) -> list[Writer]:
 
 
 def sweep_of(work: Path, name: str, *more: object) -> Callable[[Path], Callable[[], object]]:
-    return lambda out: killing.command("sweep", work / "arm.urdf", work / f"sweep_{name}.toml", "-o", out, "--workers", 1, *more)
+    return lambda out: ksl_main("sweep", work / "arm.urdf", work / f"sweep_{name}.toml", "-o", out, "--workers", 1, *more)
 
 
 def _to_urdf(arm: Path, out: Path, mass: float) -> None:

@@ -1,8 +1,6 @@
 """Load cases from a file: payloads, wrenches over time, gravity, mounting, brakes, emergency stops."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +12,7 @@ import ksl
 from ksl.load_cases.case_file import read_cases
 from ksl.load_cases.stops import Stop
 from ksl.motions.motion import Motion
+from ksl_command import run_ksl
 
 MASS, LENGTH, G = 2.0, 0.5, 9.81
 WEIGHT = MASS * G
@@ -302,7 +301,7 @@ def test_starts_are_a_step_apart(step):
 
 
 def run(*arguments):
-    return subprocess.run([sys.executable, "-m", "ksl", *map(str, arguments)], capture_output=True, text=True, timeout=60)
+    return run_ksl(*arguments)
 
 
 @pytest.fixture(scope="module")

@@ -1,13 +1,12 @@
 """One pose at rest, and the worst pose within limits: closed forms of a planar two-link arm."""
 
-import subprocess
-import sys
 
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
 import ksl
+from ksl_command import run_ksl
 
 M1, M2, L1, L2, G = 3.0, 1.5, 0.6, 0.4, 9.81
 """Masses at the ends of the links."""
@@ -91,7 +90,7 @@ def test_what_hold_refuses(arm):
 
 
 def run(*arguments):
-    return subprocess.run([sys.executable, "-m", "ksl", "hold", *map(str, arguments)], capture_output=True, text=True, timeout=60)
+    return run_ksl("hold", *arguments)
 
 
 def test_the_command(arm, tmp_path):

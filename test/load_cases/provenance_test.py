@@ -4,7 +4,6 @@ import csv
 import hashlib
 import json
 import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -18,10 +17,11 @@ from ksl.load_cases.provenance import input_file
 from ksl.load_cases.quantities import joint_loads, summarise
 from ksl.mechanism import Joint
 from ksl.motions.motion import Motion, complete
+from ksl_command import run_ksl
 
 
 def run(*arguments: object) -> subprocess.CompletedProcess:
-    return subprocess.run([sys.executable, "-m", "ksl", *map(str, arguments)], capture_output=True, text=True, timeout=60)
+    return run_ksl(*arguments)
 
 
 def metadata(folder: Path) -> dict:

@@ -17,6 +17,7 @@ from ksl.load_cases.run import KEPT_CASES
 from ksl.load_cases.summary_table import ALL_CASES
 from ksl.motions.motion import Motion
 from ksl.output import OutputError
+from ksl_command import run_ksl
 
 MASS, LENGTH, G = 2.0, 0.5, 9.81
 
@@ -29,7 +30,7 @@ FLANGE = f"""<robot name="{{name}}"><link name="wall"/>
 
 
 def run(*arguments):
-    return subprocess.run([sys.executable, "-m", "ksl", *map(str, arguments)], capture_output=True, text=True, timeout=60)
+    return run_ksl(*arguments)
 
 
 @pytest.fixture

@@ -1,8 +1,6 @@
 """The verdict: shares of limits, the worst joint, reasons that forbid green, exit status."""
 
 import re
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -11,6 +9,7 @@ from ksl.load_cases.limits import limits_of
 from ksl.load_cases.quantities import joint_loads, summarise
 from ksl.load_cases.verdict import Use, Verdict, not_given, percent, uses_of
 from ksl.mechanism import Joint
+from ksl_command import run_ksl
 
 MASS, LENGTH, G = 2.0, 0.5, 9.81
 
@@ -101,8 +100,7 @@ def run(folder, q, *options, robot=PENDULUM):
     (folder / "robot.urdf").write_text(robot)
     t = np.linspace(0, 1, len(q))
     np.savetxt(folder / "motion.csv", np.column_stack([t, q]), "%.17g", ",", header="time,pin", comments="")
-    command = [sys.executable, "-m", "ksl", "loads", folder / "robot.urdf", folder / "motion.csv", "-o", folder / "out", *options]
-    return subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=60)
+    return run_ksl("loads", folder / "robot.urdf", folder / "motion.csv", "-o", folder / "out", *options)
 
 
 def test_a_pendulum_held_level(tmp_path):

@@ -1,8 +1,6 @@
 """ksl.motions.generate and `ksl motion`: what is made keeps to the limits, has the rates that it says, and is read back without a word."""
 
 import json
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -13,6 +11,7 @@ from ksl.errors import MotionError
 from ksl.motions.generate import Waypoints, chirp, excitation, minimum_jerk, read_waypoints, template, trapezoid, write_motion
 from ksl.motions.generate.generated import limits_of
 from ksl.motions.reading import read_motion
+from ksl_command import run_ksl
 
 MAKE = {
     "minjerk": minimum_jerk,
@@ -221,7 +220,7 @@ def test_examples_of_the_page(examples, tmp_path, monkeypatch):
 
 
 def command(*arguments):
-    return subprocess.run([sys.executable, "-m", "ksl", "motion", *map(str, arguments)], capture_output=True, text=True)
+    return run_ksl("motion", *arguments)
 
 
 def test_the_command(examples, tmp_path):

@@ -1,7 +1,6 @@
 """`ksl view` and `Model.show`: what they print, and the sentences for bad input."""
 
 import socket
-import subprocess
 import sys
 import urllib.request
 
@@ -12,6 +11,7 @@ from typer.testing import CliRunner
 
 import ksl
 import ksl.viewer.live
+from ksl_command import run_ksl
 
 pytest.importorskip("viser", reason="the package viser is not installed")
 
@@ -142,5 +142,5 @@ def test_the_readout_follows_axes_point_side_and_part(arm):
 
 
 def test_what_is_wrong_is_said_once(examples):
-    p = subprocess.run([sys.executable, "-m", "ksl", "view", examples / "robots/ur5.urdf", "--gravity", "1"], capture_output=True, text=True, timeout=60)
+    p = run_ksl("view", examples / "robots/ur5.urdf", "--gravity", "1")
     assert (p.returncode, p.stderr) == (2, "ksl: --gravity 1: expected 3 finite numbers separated by commas\n")
