@@ -1,6 +1,6 @@
 # make demo   sets everything up, runs the main job on a robot and a motion that ship with KSL, says where the report is
 # make test   sets everything up, runs all tests
-# make test-long  the tests of many random cases with ten times as many, of C++ with both compilers and each instruction set, and on an
+# make test-long  the tests of many random cases with twenty times as many, of C++ with both compilers and each instruction set, and on an
 #              emulated Arm processor; writes test/long_results.md
 # make bench  timings, beside what they are compared with (make bench-plots: and renews docs/performance.md)
 # make release   all of the C algebra as one header, build/release/ksl.h

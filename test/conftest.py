@@ -1,6 +1,6 @@
 """What all Python tests share: one fixed profile for random examples, so that a run today is the run of tomorrow.
 
-`pytest --long` runs the tests marked `many_cases`, with ten times as many random cases, and those marked `long`, which no other run
+`pytest --long` runs the tests marked `many_cases`, with twenty times as many random cases, and those marked `long`, which no other run
 takes; `make test-long` does."""
 
 from pathlib import Path
@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 def pytest_addoption(parser):
-    parser.addoption("--long", action="store_true", help="run the tests marked long, and those marked many_cases with 100,000 random cases instead of 10,000")
+    parser.addoption("--long", action="store_true", help="run the tests marked long, and those marked many_cases with 100,000 random cases instead of 5,000")
 
 
 def pytest_configure(config):

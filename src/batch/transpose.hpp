@@ -3,7 +3,7 @@
 //   pack<double, 8> q[7];
 //   load_rows(states, stride, 7, 8, q);      // or load_rows<7>(states, stride, 8, q), which is always unrolled
 //   ...
-//   store_rows(q, 7, 8, out, stride);
+//   store_rows<7>(q, 8, out, stride);        // or store_next(next, 7, 8, out, stride): next() returns one column after the other
 //
 // Columns are taken K at a time.  Vector j holds K consecutive columns of the rows j, K + j, 2 K + j, ..., one row in each of
 // its blocks of K lanes; then the blocks are transposed within the registers.  K is half a register at most, because loading
@@ -249,13 +249,6 @@ inline void store_next(Next &next, std::ptrdiff_t columns, int valid, T *rows, s
   if constexpr (K > 1)
     if (c < columns)
       store_next<T, W, K / 2>(next, columns - c, valid, rows + c, stride);
-}
-
-/// Column c of W rows = in[c].
-template <class T, int W>
-inline void store_rows(const pack<T, W> *in, std::ptrdiff_t columns, int valid, T *rows, std::ptrdiff_t stride) {
-  const auto next = [&in]() -> const pack<T, W> & { return *in++; };
-  store_next<T, W>(next, columns, valid, rows, stride);
 }
 
 #if defined(__AVX512F__)
