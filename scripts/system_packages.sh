@@ -1,5 +1,5 @@
 #!/bin/sh
-# Installs the Debian or Ubuntu packages that are missing.  Usage: system_packages.sh demo|test|bench|lint|fuzz|trust
+# Installs the Debian or Ubuntu packages that are missing.  Usage: system_packages.sh demo|test|bench|lint|abi|fuzz|trust
 set -eu
 
 missing=
@@ -43,10 +43,12 @@ if [ "$1" = fuzz ] || [ "$1" = trust ]; then
   need doctest-dev has_header doctest/doctest.h
   need libclang-rt-dev sanitizes
 fi
+if [ "$1" = abi ] || [ "$1" = trust ]; then
+  need abigail-tools command -v abidiff
+fi
 if [ "$1" = trust ]; then
   need valgrind command -v valgrind
   need llvm command -v llvm-profdata
-  need abigail-tools command -v abidiff
   need g++-aarch64-linux-gnu command -v aarch64-linux-gnu-g++
   need qemu-user command -v qemu-x86_64
 fi

@@ -2,10 +2,10 @@
 
 .PHONY: abi abi-release
 abi:
-	scripts/system_packages.sh trust
+	scripts/system_packages.sh abi
 	$(PYTHON) scripts/abi/abi.py compare
 
 # Part of a release, and of a change of the interface before the first one.
 abi-release:
-	scripts/system_packages.sh trust
+	scripts/system_packages.sh abi
 	$(PYTHON) scripts/abi/abi.py release
