@@ -1,6 +1,5 @@
 """One pose at rest, and the worst pose within limits: closed forms of a planar two-link arm."""
 
-
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
