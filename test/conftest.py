@@ -21,9 +21,9 @@ def pytest_addoption(parser):
 
 
 def pytest_configure(config):
-    """Before any test module is imported: modules take the number into constants of their own."""
+    """Before any test module is imported: modules take the numbers into constants of their own."""
     if config.getoption("--long"):
-        random_cases.MANY = random_cases.LONG
+        random_cases.take_more()
 
 
 def pytest_collection_modifyitems(config, items):

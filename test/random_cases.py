@@ -1,4 +1,9 @@
-"""How many random cases a test marked `many_cases` takes; test/conftest.py sets it when pytest is run with --long."""
+"""How many random cases a test marked `many_cases` takes; test/conftest.py calls take_more when pytest is run with --long."""
 
-LONG = 100_000
 MANY = 5_000
+AT_200_BITS = 250
+
+
+def take_more() -> None:
+    global MANY, AT_200_BITS
+    MANY, AT_200_BITS = 100_000, 1_000

@@ -14,11 +14,11 @@ import pytest
 
 import reference as ref
 from functions import everything
+from random_cases import AT_200_BITS as WITNESSED  # of these, which the others' reference must agree with
 from random_cases import MANY as CASES  # against 64-bit arithmetic
 from reference import T, UNIT, cross, dot, matrix, mp, mul, norm, numbers
 
 CHUNK = 20_000  # at a time, for the sake of memory
-WITNESSED = 1_000  # of these also at 200 bits, which the others' reference must agree with
 FUNCTIONS = everything()
 Ad, CoAd, pose, inverse_pose = ref.Ad, ref.CoAd, ref.pose, ref.inverse_pose
 FLOAT_ONLY = {"ksl_slerpf": "ksl_quaternion_slerp", "ksl_slerp": "ksl_quaternion_slerp", "ksl_squadf": "ksl_quaternion_squad",

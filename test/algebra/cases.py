@@ -8,18 +8,18 @@ import pytest
 
 import reference as ref
 from functions import SIZES, Type
+from random_cases import AT_200_BITS as FEW
 from random_cases import MANY
 from reference import UNIT
 
 CASES = 10_000
-FEW = 1_000
 PRECISIONS = [("double", ""), ("float", "f")]
 DTYPE = {"double": np.float64, "float": np.float32}
 # where the vectors of a type lie
 VECTORS = {"SE3": [9], "plucker": [9], "screw": [0, 3], "coscrew": [0, 3], "motion": [0, 3], "force": [0, 3], "vec3": [0]}
 
 
-@pytest.fixture(params=[pytest.param("64 bits", marks=pytest.mark.many_cases), "200 bits"])
+@pytest.fixture(params=[pytest.param(bits, marks=pytest.mark.many_cases) for bits in ("64 bits", "200 bits")])
 def arithmetic(request, monkeypatch):
     """Many cases against 64-bit arithmetic, then a few at 200 bits.  A module that counts CASES must see the same."""
     if request.param == "64 bits" and not ref.HAS_EXTENDED:

@@ -10,10 +10,12 @@ import pytest
 
 import reference as ref
 from functions import INCLUDE
+from random_cases import AT_200_BITS
 from reference import UNIT, mp, mul, norm
 from quaternion_test import all_rotations, rotation, unit
 
-N = 300
+pytestmark = pytest.mark.many_cases
+N = AT_200_BITS // 3
 F = pytest.mark.parametrize("f, scalar", [("", "double"), ("f", "float")])
 DTYPE = {"double": np.float64, "float": np.float32}
 SEQUENCES = ["xyz", "yzx", "zxy", "xzy", "yxz", "zyx", "xyx", "xzx", "yxy", "yzy", "zxz", "zyz"]

@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 
 import reference as ref
+from random_cases import AT_200_BITS as CASES
 from reference import UNIT, dot, mp, mul, norm, numbers
 
-CASES = 1000
+pytestmark = pytest.mark.many_cases
 BOTH = pytest.mark.parametrize("scalar, f", [("double", ""), ("float", "f")])
 
 

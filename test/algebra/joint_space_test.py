@@ -5,7 +5,8 @@ import pytest
 
 import gmpy2
 import reference as ref
-from cases import CASES, DTYPE, PRECISIONS, bound, close, error, room, sample
+from cases import DTYPE, PRECISIONS, bound, close, error, room, sample
+from random_cases import AT_200_BITS
 from reference import T, mp, mul, norm
 
 BOTH = pytest.mark.parametrize("scalar, f", PRECISIONS)
@@ -238,20 +239,21 @@ def test_transformed(ksl, scalar, f):
         assert np.array_equal(ksl.outputs(f"ksl_{name}{f}", D, J[:, 6 * k:6 * k + 6], room(6, scalar, n))[0], moved[:, 6 * k:6 * k + 6])
 
 
+@pytest.mark.many_cases
 @BOTH
 @pytest.mark.parametrize("n", [1, 3, 6])
 def test_error_of_the_sums(ksl, n, scalar, f, record_property):
     """twist, efforts, drive, actuation and constraint of any numbers."""
     random = np.random.default_rng(6)
-    J = random.normal(size=(CASES, 72)).astype(DTYPE[scalar])
-    c, x = sample("coscrew", scalar, moderate=True), random.normal(size=(CASES, 6)).astype(DTYPE[scalar])
+    J = random.normal(size=(AT_200_BITS, 72)).astype(DTYPE[scalar])
+    c, x = sample("coscrew", scalar, n=AT_200_BITS, moderate=True), random.normal(size=(AT_200_BITS, 6)).astype(DTYPE[scalar])
     s, h = (y[:, :, 6 - n:] for y in columns(mp(J)))
     r, w = mp(x)[:, :n], mp(c)
-    (twist,) = ksl.outputs(f"ksl_joint_space{f}_twist", J, n, x, room(6, scalar))
-    (drive,) = ksl.outputs(f"ksl_joint_space{f}_drive", J, n, x, room(6, scalar))
-    efforts = ksl(f"ksl_joint_space{f}_efforts", J, n, c, room(6, scalar))[1][3][:, :n]
-    (act,) = ksl.outputs(f"ksl_joint_space{f}_actuation", J, n, c, room(6, scalar))
-    (rest,) = ksl.outputs(f"ksl_joint_space{f}_constraint", J, n, c, room(6, scalar))
+    (twist,) = ksl.outputs(f"ksl_joint_space{f}_twist", J, n, x, room(6, scalar, AT_200_BITS))
+    (drive,) = ksl.outputs(f"ksl_joint_space{f}_drive", J, n, x, room(6, scalar, AT_200_BITS))
+    efforts = ksl(f"ksl_joint_space{f}_efforts", J, n, c, room(6, scalar, AT_200_BITS))[1][3][:, :n]
+    (act,) = ksl.outputs(f"ksl_joint_space{f}_actuation", J, n, c, room(6, scalar, AT_200_BITS))
+    (rest,) = ksl.outputs(f"ksl_joint_space{f}_constraint", J, n, c, room(6, scalar, AT_200_BITS))
     e = mul(T(s), w)
     S, H = ([np.stack([norm(p[:, :, j]) for j in range(n)], -1) for p in (y[:, :3], y[:, 3:])] for y in (s, h))
     C = [norm(p)[:, None] for p in halves(w)]

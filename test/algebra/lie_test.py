@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 import reference as ref
+from random_cases import AT_200_BITS
 from reference import UNIT, dot, mp, mul, norm, numbers
 from exponential_test import angle_sets, condition, directions, dtype, rotation_error
 
-N = 300
+pytestmark = pytest.mark.many_cases
+N = AT_200_BITS // 3
 F = pytest.mark.parametrize("f, scalar", [("", "double"), ("f", "float")])
 ANGLES = pytest.mark.parametrize("angles", ["tiny", "at the switch", "ordinary", "at one", "near π"])
 PI = gmpy2.const_pi()
@@ -145,8 +147,8 @@ def test_jacobians_are_derivatives_of_the_exponential(ksl, angles, side, sign):
 @F
 def test_coefficients(ksl, f, scalar):
     """b, c, db = b'(θ)/θ and dc = c'(θ)/θ, to what their use demands: b, c θ, db θ² and dc θ³ to a few u."""
-    x = (10 ** np.random.default_rng(12).uniform(-20, 1, 2000)).astype(dtype(scalar))
-    b, c, db, dc = (mp(y[:, 0]) for y in ksl.outputs(f"ksl_jacobian_coefficients{f}", x, *np.zeros((4, 2000, 1))))
+    x = (10 ** np.random.default_rng(12).uniform(-20, 1, 4 * N)).astype(dtype(scalar))
+    b, c, db, dc = (mp(y[:, 0]) for y in ksl.outputs(f"ksl_jacobian_coefficients{f}", x, *np.zeros((4, 4 * N, 1))))
     X = mp(x)
     t = ref.sqrt(X)
     k = [gmpy2.fac(n) for n in range(60)]
@@ -163,7 +165,7 @@ def test_coefficients(ksl, f, scalar):
 @F
 def test_log_coefficient(ksl, f, scalar):
     """e θ² = 1 − half"""
-    x = (10 ** np.random.default_rng(13).uniform(-9, 1, 2000)).astype(dtype(scalar))
+    x = (10 ** np.random.default_rng(13).uniform(-9, 1, 4 * N)).astype(dtype(scalar))
     t = ref.sqrt(mp(x))
     half = t / 2 * np.frompyfunc(gmpy2.cot, 1, 1)(t / 2)
     got, _ = ksl(f"ksl_log_coefficient{f}", x, half.astype(float))

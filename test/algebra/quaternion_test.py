@@ -7,10 +7,12 @@ import pytest
 
 import reference as ref
 from functions import published
+from random_cases import AT_200_BITS
 from reference import UNIT, dot, mp, mul, norm
 from accuracy_test import conj, hamilton, pure
 
-N = 1000
+pytestmark = pytest.mark.many_cases
+N = AT_200_BITS
 F = pytest.mark.parametrize("f, scalar", [("", "double"), ("f", "float")])
 DTYPE = {"double": np.float64, "float": np.float32}
 sin, cos = np.frompyfunc(gmpy2.sin, 1, 1), np.frompyfunc(gmpy2.cos, 1, 1)

@@ -59,7 +59,7 @@ def test_they_are_read_back_without_a_word(model, kind, suffix, tmp_path):
     m = read_motion(model, tmp_path / f"motion.{suffix}")
     assert m.differentiated == m.contradictions == m.doubts == m.source.notes == []
     for name in ("time", "q", "v", "a"):
-        assert getattr(m, name) == pytest.approx(getattr(made.motion, name), rel=1e-13, abs=1e-13)
+        np.testing.assert_allclose(getattr(m, name), getattr(made.motion, name), rtol=1e-13, atol=1e-13)
     assert [f.name for f in tmp_path.iterdir()] == [f"motion.{suffix}"]
 
 
