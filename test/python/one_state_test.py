@@ -1,6 +1,5 @@
 """Calls whose arrays need no conversion, and those whose arrays do: the same bits and the same sentences."""
 
-import timeit
 from collections import UserDict
 from functools import partial
 
@@ -293,23 +292,3 @@ def test_links_that_are_asked_for_are_kept(arm):
         assert arm.frame_poses(q, names * n).shape == (n, 4, 4)
         assert len(arm._link_lists) <= ksl.requests.REQUESTS_KEPT
     assert np.array_equal(arm.frame_poses(q, iter(arm.link_names)), arm.frame_poses(q))
-
-
-# time
-
-
-def test_one_state_takes_microseconds(arm):
-    """A cross product of NumPy takes about ten times as long: a third of that is far from both on any machine."""
-    q, v, a, external = states(arm)
-    one = {NAMES[0]: external[NAMES[0]]}
-    short = [*calls(arm, q, v, a, one).values(), partial(arm.reactions, q, v, a), partial(arm.energy, q, v), partial(arm.frame_pose, q, NAMES[0])]
-    short += [partial(arm.frame_poses, q), partial(arm.frame_poses, q, NAMES)]
-
-    def time(call):
-        return min(timeit.repeat(call, number=200, repeat=10))
-
-    long = time(partial(np.cross, np.ones(3), np.ones(3)))
-    for call in short:
-        assert time(call) < long / 3
-    for call in long_way(arm, q, v, a, one).values():  # what must be converted
-        assert time(call) < long

@@ -47,7 +47,7 @@ KINDS = {
     # Only programs in C and C++ are searched for leaks: Python itself keeps memory until its end.
     # Left out: tests that compile, start browsers or look at builds, and those that compare bits of instruction sets, since this build has
     # one.  They run no code of ours that other tests don't.  Printing and arrays are always tested under sanitizers, by programs of their
-    # own.  The next two hold the library's time against that of packages that have no instrumentation.  Ray's own programs hang with a
+    # own.  The next one holds the library's time against that of a package that has no instrumentation.  Ray's own programs hang with a
     # preloaded library.
     "address": Kind(
         ("heap", "leak", "shift", "truncation", "float-cast"),
@@ -56,7 +56,6 @@ KINDS = {
         ("test/contract", "test/viewer", "test/report/browser_test.py", "test/cli", "test/trust", "test/golden", "test/coverage",
          "test/python/batch_test.py::test_every_instruction_set_gives_the_same_bits",
          "test/algebra/print_test.py", "test/algebra/array_test.py",
-         "test/python/one_state_test.py::test_one_state_takes_microseconds",
          "test/motions/csv_files_test.py::test_a_plain_file_costs_little_more_than_pyarrow",
          "test/sweeps/sweep_test.py::test_on_ray_the_bits_are_the_same_and_a_lost_worker_costs_its_partition_only"),
         preloaded=("clang", "libclang_rt.asan-x86_64.so"),
