@@ -1,4 +1,4 @@
-"""Every header compiles alone, as C11, C++17 and C++20, with gcc and clang, without a warning; those in C++ as C++20."""
+"""Every header compiles alone, without a warning.  `make lint` reads them so as C11 with both compilers, and as C++20 with clang: the rest is here."""
 
 import subprocess
 import sys
@@ -10,23 +10,21 @@ from functions import INCLUDE
 sys.path.insert(0, str(INCLUDE.parent / "scripts/lint"))
 from warning_options import options
 
-LANGUAGES = {"c": ("-std=c11", {"gcc": "gcc", "clang": "clang"}), "c++17": ("-std=c++17", {"gcc": "g++", "clang": "clang++"}),
-             "c++": ("-std=c++20", {"gcc": "g++", "clang": "clang++"})}
+STANDARDS = {"c++17": "-std=c++17", "c++": "-std=c++20"}
+COMPILERS = {"gcc": "g++", "clang": "clang++"}
 C_HEADERS = ["SE3", "array", "articulated_inertia", "axis", "config", "coscrew", "eulerangles", "inertia", "joint_space", "ksl", "linalg", "mat3x3", "mat4x4", "matrix", "matrix6", "memory", "plucker", "poinsot", "print", "pub_types", "quaternion",
              "screw", "spatial_inertia", "trig", "types", "vec3", "vec4", "version"]
 
 
-@pytest.mark.parametrize("family", ["gcc", "clang"])
-@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize(("language", "family"), [("c++17", "gcc"), ("c++17", "clang"), ("c++", "gcc")])
 def test_headers_alone(language, family, tmp_path):
-    standard, compilers = LANGUAGES[language]
     headers = [f"{h}.h" for h in C_HEADERS] + (["algebra.hpp", "spatial.hpp"] if language == "c++" else [])
     files = []
     for header in headers:
-        path = tmp_path / f"{header.replace('.', '_')}.{'c' if language == 'c' else 'cpp'}"
+        path = tmp_path / f"{header.replace('.', '_')}.cpp"
         path.write_text(f"#include <ksl/{header}>\nint {path.stem}_included;\n")
         files.append(str(path))
-    run = subprocess.run([compilers[family], standard, "-fsyntax-only", *options(family, "c" if language == "c" else "c++"), "-Werror", f"-I{INCLUDE}", *files], capture_output=True, text=True)
+    run = subprocess.run([COMPILERS[family], STANDARDS[language], "-fsyntax-only", *options(family, "c++"), "-Werror", f"-I{INCLUDE}", *files], capture_output=True, text=True)
     assert run.returncode == 0, run.stderr
 
 
