@@ -92,6 +92,10 @@ template <class S> struct many {
   ksl_status_t status = KSL_OK; ///< of a call from C
 };
 
+/// What calls an algorithm.  Functions, so that what checks them is compiled once for a precision and not for each algorithm.
+template <class S> using one_call = void (*)(one<S> &);
+template <class S> using batch_call = void (*)(many<S> &);
+
 /// Results of n states side by side, reactions last.
 template <class S> struct results {
   std::vector<std::vector<S>> numbers;
@@ -224,8 +228,8 @@ private:
 };
 
 /// All faces of one algorithm in one precision, for one robot.
-template <class S, class Cpp, class C, class CppBatch, class CBatch>
-void agree(robot &r, const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_batch, CBatch c_batch) {
+template <class S>
+void agree(robot &r, const ksl::algorithm_row &row, one_call<S> cpp, one_call<S> c, batch_call<S> cpp_batch, batch_call<S> c_batch) {
   // More than one part of a batch.  Matrices have hundreds of numbers for each state, and their derivatives thousands; few states are
   // enough for them, since all algorithms share how a batch is divided.  So they are for all but one where a build is slow.
 #ifdef KSL_TEST_FEW_STATES
@@ -267,8 +271,8 @@ void agree(robot &r, const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_b
 
 /// Three robots: one that floats as a whole, one with every kind of joint, and the same with joints that follow others.  Where a
 /// frame's motion is asked for, or the order of six numbers, it is asked for in every way that tells the options apart.
-template <class S, class Cpp, class C, class CppBatch, class CBatch>
-void agree(const ksl::algorithm_row &row, Cpp cpp, C c, CppBatch cpp_batch, CBatch c_batch, bool ordered = false) {
+template <class S>
+void agree(const ksl::algorithm_row &row, one_call<S> cpp, one_call<S> c, batch_call<S> cpp_batch, batch_call<S> c_batch, bool ordered = false) {
   ksl::assume_cores(3);
   static robot floating(KSL_EXAMPLES "/robots/panda.urdf", true), every_kind(KSL_EVERY_KIND, false), coupled(KSL_COUPLED, false);
   static constexpr ksl_frame_options_t crossed[] = {
