@@ -138,6 +138,11 @@ template <class Algorithm> struct efforts_and_reactions {
     for (int r = s.q ? 1 : 0; r < s.reactions_n; ++r)
       reactions(model, w, s.external, *s.reactions[r].request, s.reactions[r].out);
   }
+  template <class T> static void add_results(const model_view<scalar_of<T>> &model, const state_view<T> &s, sums<T> &written) {
+    written.add(s.result[0], model.nv);
+    for (int r = 0; r < s.reactions_n; ++r)
+      written.add(s.reactions[r].out, 6 * s.reactions[r].request->n);
+  }
 
   template <class P> struct lanes {
     P *tau, *found;

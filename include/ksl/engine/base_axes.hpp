@@ -35,8 +35,8 @@ effort_in_base(const body<scalar_of<T>> &b, const per_body<mat3x3, T> &rotation,
   if (b.is_base)
     joint<K>::effort(b, f, tau);
   else
-    for_each_coordinate<joint<K>::nv>([&](auto k) KSL_INLINED {
-      tau[k] = joint<K>::template column<k>(b, rotation, i).effort(f);
+    for_coordinates<K>(b, [&](auto k) KSL_INLINED {
+      tau[k] = joint<K>::column(k, b, rotation, i).effort(f);
     });
 }
 

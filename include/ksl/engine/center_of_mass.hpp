@@ -60,9 +60,9 @@ void center_of_mass_jacobian(const model_view<scalar_of<T>> &model, const center
     by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
       const mass_moment<T> subtree = subtree_moment(model, w.children, i);
       const mat3x3<T> R = w.rotation[i];
-      for_each_coordinate<joint<K>::nv>([&](auto c) KSL_INLINED {
+      for_coordinates<K>(b, [&](auto c) KSL_INLINED {
         const spatial_inertia<T> I = {subtree.m, subtree.h, o, o, o, o, o, o}; // the others don't enter linear momenta
-        vec3<T> p = joint<K>::template momentum<c>(b, I).lin;
+        vec3<T> p = joint<K>::momentum(c, b, I).lin;
         algebra<T>::product_drv(&R, &p, &p);
         T *const column = J + b.v_index + c;
         column[0] = p.x, column[nv] = p.y, column[2 * nv] = p.z;

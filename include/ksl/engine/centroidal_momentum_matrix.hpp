@@ -46,8 +46,8 @@ KSL_LANES void set_momenta(const model_view<scalar_of<T>> &model, const centroid
   const spatial_inertia<T> I = subtree_inertia(model, w.children, i);
   const mat3x3<T> R = w.bodies.rotation[i];
   const vec3<T> origin = w.bodies.origin[i];
-  for_each_coordinate<joint<K>::nv>([&](auto c) KSL_INLINED {
-    coscrew<T> p = joint<K>::template momentum<c>(b, I);
+  for_coordinates<K>(b, [&](auto c) KSL_INLINED {
+    coscrew<T> p = joint<K>::momentum(c, b, I);
     A::product_CoAdrc(&R, &p, &p);
     A::product_CoAdtc(&origin, &p, &p);
     rows.put_column(p, b.v_index + c);

@@ -93,10 +93,10 @@ KSL_LANES void move_body(const body<scalar_of<T>> &b, const coordinate_motions_w
       D.to_body(m.acceleration.lin);
     }
   const body_twist<T> carrier = m;
-  for_each_coordinate<joint<K>::nv>([&](auto k) KSL_INLINED {
+  for_coordinates<K>(b, [&](auto k) KSL_INLINED {
     const int c = b.v_index + k;
     coordinate_motion<T> own;
-    own.S = joint<K>::template column<k>(b, w.rotation, i).twist(r);
+    own.S = joint<K>::column(k, b, w.rotation, i).twist(r);
     if constexpr (is_number<T>) { // the other rates are computed in lanes
       A::cross_ss(&carrier.velocity, &own.S, &own.velocity_by_q);
       w.carrier.template set<T>(c, carrier);

@@ -86,8 +86,8 @@ KSL_LANES void pass_to_parent(const body<scalar_of<T>> &b, const forward_dynamic
     w.acceleration[i] = solve(*A, rest);
     p = effort;
   } else {
-    for_each_coordinate_backwards<joint<K>::nv>([&](auto k) KSL_INLINED {
-      const auto S = joint<K>::template column<k>(b, w.rotation, i);
+    for_coordinates_backwards<K>(b, [&](auto k) KSL_INLINED {
+      const auto S = joint<K>::column(k, b, w.rotation, i);
       const coscrew<T> U = S.momentum(*A);
       T D = S.effort(U);
       if (physics) // the rotor of the coordinate, which nothing else feels
@@ -124,10 +124,10 @@ KSL_LANES void accelerate(const body<scalar_of<T>> &b, const forward_dynamics_wo
     dv[0] = a.lin.x, dv[1] = a.lin.y, dv[2] = a.lin.z;
     dv[3] = a.ang.x, dv[4] = a.ang.y, dv[5] = a.ang.z;
   } else {
-    for_each_coordinate<joint<K>::nv>([&](auto k) KSL_INLINED {
+    for_coordinates<K>(b, [&](auto k) KSL_INLINED {
       const coordinate_state<T> &s = w.coordinate[b.v_index + k];
       const T acceleration = s.D_inverse * (s.u - A::dot_cs(&s.U, &a));
-      joint<K>::template column<k>(b, w.rotation, i).add(acceleration, a);
+      joint<K>::column(k, b, w.rotation, i).add(acceleration, a);
       dv[k] = acceleration;
     });
     w.acceleration[i] = a;

@@ -86,7 +86,7 @@ void jacobian(const model_view<scalar_of<T>> &model, const jacobian_workspace<T>
   const SE3<T> world = walk_supports(
       model, w.pose, q, body_in_frame<T>(model, link, how), last, 0, [&]<joint_kind K>(int i, const SE3<T> &D) KSL_INLINED {
         const body<scalar_of<T>> &b = model.body[i];
-        for_each_coordinate<joint<K>::nv>([&](auto k) KSL_INLINED { columns.set(b.v_index + k, column_in<K, k>(b, D)); });
+        for_coordinates<K>(b, [&](auto k) KSL_INLINED { columns.set(b.v_index + k, column_in<K>(k, b, D)); });
       });
   if (in_own_frame(how))
     return;
@@ -116,8 +116,8 @@ void jacobian_rate(const model_view<scalar_of<T>> &model, const jacobian_rate_wo
       model, w.pose, q, body_in_frame<T>(model, link, how), last, 0, [&]<joint_kind K>(int i, const SE3<T> &D) KSL_INLINED {
         const body<scalar_of<T>> &b = model.body[i];
         const screw<T> beyond = twist;
-        for_each_coordinate<joint<K>::nv>([&](auto k) KSL_INLINED {
-          screw<T> s = column_in<K, k>(b, D), ds;
+        for_coordinates<K>(b, [&](auto k) KSL_INLINED {
+          screw<T> s = column_in<K>(k, b, D), ds;
           A::cross_ss(&s, &beyond, &ds);
           columns.set(b.v_index + k, s), rates.set(b.v_index + k, ds);
           A::axpy_ss(v[b.v_index + k], &s, &twist);

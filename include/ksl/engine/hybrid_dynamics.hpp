@@ -26,7 +26,7 @@ KSL_LANES void pass_given(const body<scalar_of<T>> &b, const forward_dynamics_wo
   articulated_inertia<T> inertia = w.A[i];
   coscrew<T> p = w.wrench[i], f;
   screw<T> own = {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
-  for_each_coordinate<joint<K>::nv>([&](auto k) KSL_INLINED { joint<K>::template column<k>(b, w.rotation, i).add(a[k], own); });
+  for_coordinates<K>(b, [&](auto k) KSL_INLINED { joint<K>::column(k, b, w.rotation, i).add(a[k], own); });
   if (b.parent == 0)
     return;
   A::product_As(&inertia, &own, &f);
@@ -47,7 +47,7 @@ KSL_LANES void accelerate_given(const body<scalar_of<T>> &b, const forward_dynam
   coscrew<T> p = w.wrench[i], f;
   screw<T> s;
   A::product_Adtinvs(&w.offset[i], &w.acceleration[b.parent], &s);
-  for_each_coordinate<joint<K>::nv>([&](auto k) KSL_INLINED { joint<K>::template column<k>(b, w.rotation, i).add(a[k], s); });
+  for_coordinates<K>(b, [&](auto k) KSL_INLINED { joint<K>::column(k, b, w.rotation, i).add(a[k], s); });
   w.acceleration[i] = s;
   A::product_As(&inertia, &s, &f);
   A::xpy_cc(&f, &p);

@@ -160,8 +160,8 @@ template <class P> pose_errors<P> errors_and_columns(const model_view<scalar_of<
     SE3<P> D = walk_supports(model, w.pose, w.q, body_in_frame<P>(model, frame.link, {}), last, 0,
                              [&]<joint_kind K>(int i, const SE3<P> &in_frame) KSL_INLINED {
                                const body<scalar_of<P>> &b = model.body[i];
-                               for_each_coordinate<joint<K>::nv>([&](auto k) KSL_INLINED {
-                                 const screw<P> s = column_in<K, k>(b, in_frame);
+                               for_coordinates<K>(b, [&](auto k) KSL_INLINED {
+                                 const screw<P> s = column_in<K>(k, b, in_frame);
                                  P *const out = w.columns + w.coordinate[b.v_index + k] * rows + 6 * f;
                                  out[0] = position * s.lin.x, out[1] = position * s.lin.y, out[2] = position * s.lin.z;
                                  out[3] = orientation * s.ang.x, out[4] = orientation * s.ang.y, out[5] = orientation * s.ang.z;
@@ -205,7 +205,7 @@ void hold_at_limits(const model_view<scalar_of<P>> &model, const inverse_kinemat
   const P zero = P(0), one = P(1);
   for (int k = 0; k < w.bodies; ++k) {
     const body<scalar_of<P>> &b = model.body[w.body[k]];
-    by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
+    by_every_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
       if constexpr (first_held<K> < joint<K>::nv)
         for (int c = first_held<K>; c < joint<K>::nv; ++c) {
           P *const column = w.columns + w.coordinate[b.v_index + c] * rows;
@@ -309,7 +309,7 @@ template <class P> void improve(const model_view<scalar_of<P>> &model, const cou
     const body<scalar_of<P>> &b = model.body[w.body[k]];
     for (int v = b.v_index; v < b.v_index + b.nv; ++v)
       w.step[v] = scale * w.step[v];
-    by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
+    by_every_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
       P moved[joint<K>::nq];
       joint<K>::integrate(w.q + b.q_index, w.step + b.v_index, moved);
       if constexpr (only_turns(K))
@@ -413,7 +413,7 @@ private:
     for (int i = 1; i < model_.bodies; ++i) {
       const body<S> &b = model_.body[i];
       const bool moves_any = b.nv > 0 && w_.coordinate[b.v_index] == 0;
-      by_kind(b.kind, [&]<joint_kind K>() { // quaternions of unit length
+      by_every_kind(b.kind, [&]<joint_kind K>() { // quaternions of unit length
         if constexpr (joint<K>::quaternion >= 0)
           w_.q[b.q_index + joint<K>::quaternion + 3] = P(S(1));
       });
@@ -501,7 +501,7 @@ private:
     };
     for (int k = 0; k < w_.bodies; ++k) {
       const body<S> &b = model_.body[w_.body[k]];
-      by_kind(b.kind, [&]<joint_kind K>() {
+      by_every_kind(b.kind, [&]<joint_kind K>() {
         S q[joint<K>::nq], step[joint<K>::nv];
         const bool given = batch_.start.first != nullptr;
         for (int c = 0; c < joint<K>::nq; ++c)

@@ -5,6 +5,7 @@
 #include "ksl/engine/joints/cylindrical.hpp"
 #include "ksl/engine/joints/fixed.hpp"
 #include "ksl/engine/joints/floating.hpp"
+#include "ksl/engine/joints/general.hpp"
 #include "ksl/engine/joints/helical.hpp"
 #include "ksl/engine/joints/planar.hpp"
 #include "ksl/engine/joints/prismatic.hpp"
@@ -43,21 +44,27 @@ concept described_joint = requires(const double *q, double *out) {
   J::difference(q, q, out); // q1 ⊖ q0
 };
 
-/// Members that the algorithms need of kinds that move; one_axis.hpp explains each.
+/// Members that algorithms need of joints that move; one_axis.hpp explains each.
 template <class J>
-concept moving_joint = described_joint<J> &&
+concept moving_joint =
     requires(const body<double> &b, const pose_workspace<double> &w, const double *q, double *out,
              const coscrew<double> &f, body_motion<double> &m, const per_body<mat3x3, double> &rotation,
              const spatial_inertia<double> &I, const mat3x3<double> &R) {
   { J::computed_pose(b, w, q) } -> std::same_as<decltype(J::kept_pose(b, w))>;
   { J::twist(b, q) } -> std::same_as<screw<double>>;
   J::effort(b, f, out);
-  { J::drive(q) } -> std::same_as<coscrew<double>>;
+  { J::drive(b, q) } -> std::same_as<coscrew<double>>;
   J::add_motion(b, q, q, m);
   J::add_steady_motion(b, rotation, 0, q, m);
-  { J::template column<0>(b, rotation, 0).effort(f) } -> std::same_as<double>;
-  { J::template column<0>(b, R).about(I.h) } -> std::same_as<screw<double>>;
-  { J::template momentum<0>(b, I) } -> std::same_as<coscrew<double>>;
+  { J::column(coordinate_number<0>(), b, rotation, 0).effort(f) } -> std::same_as<double>;
+  { J::column(coordinate_number<0>(), b, R).about(I.h) } -> std::same_as<screw<double>>;
+  { J::momentum(coordinate_number<0>(), b, I) } -> std::same_as<coscrew<double>>;
+};
+
+/// Members that the kinds have that move.
+template <class J>
+concept moving_kind = described_joint<J> && moving_joint<J> && requires(const double *q, double *out) {
+  { J::coordinate[0] } -> std::convertible_to<int>; // of each number in v (column.hpp)
   J::integrate_jacobians(q, out, out, 1);
   J::difference_jacobians(q, out, out, 1);
 };
@@ -66,26 +73,49 @@ concept moving_joint = described_joint<J> &&
 constexpr bool only_turns(joint_kind kind) { return kind == joint_kind::revolute || kind == joint_kind::continuous; }
 inline constexpr joint_kind turning_kind = joint_kind::revolute; ///< how all of them move
 
-/// Calls step.operator()<K>() for the kind of a body's joint.  There is a branch with its own code for each kind, since values
-/// that are merged after a switch are spilled (docs/decisions/0006-bodies-in-lanes.md).
+/// Kinds for which algorithms have no code of their own.  They have that of general_joint.
+template <>
+struct joint<general_kind>
+    : general_joint<joint_kind::helical, joint_kind::spherical, joint_kind::cylindrical, joint_kind::planar, joint_kind::translation> {};
+
+/// How many coordinates the joint of a body has: a constant for kinds with their own code.
+template <joint_kind K, class S> KSL_LANES int coordinates(const body<S> &b) { return K == general_kind ? b.nv : joint<K>::nv; }
+
+/// Does the joint move the body's origin in its parent?
+template <joint_kind K, class S> KSL_LANES bool shifts_origin(const body<S> &b) {
+  if constexpr (K == general_kind)
+    return joint<K>::row(b).shifts_origin;
+  else
+    return joint<K>::shifts_origin;
+}
+
+/// Calls step(k) for the coordinates of a body's joint, from the first to the last or back.  For kinds with their own code k is a constant,
+/// and the loop is unrolled.
+template <joint_kind K, class S, class Step> KSL_LANES void for_coordinates(const body<S> &b, Step step) {
+  if constexpr (K != general_kind)
+    for_each_coordinate<joint<K>::nv>(step);
+  else
+    for (int k = 0; k < b.nv; ++k)
+      step(k);
+}
+template <joint_kind K, class S, class Step> KSL_LANES void for_coordinates_backwards(const body<S> &b, Step step) {
+  if constexpr (K != general_kind)
+    for_each_coordinate_backwards<joint<K>::nv>(step);
+  else
+    for (int k = b.nv - 1; k >= 0; --k)
+      step(k);
+}
+
+/// Calls step.operator()<K>() for the kind of a body's joint, or for general_kind.  There is a branch with its own code for each, since
+/// values that are merged after a switch are spilled (docs/decisions/0006-bodies-in-lanes.md).
 template <class Step> KSL_LANES void by_slower_kind(joint_kind kind, Step step) {
-  const auto of = [&]<joint_kind K>() KSL_INLINED {
-    static_assert(moving_joint<joint<K>>);
-    step.template operator()<K>();
-  };
-  switch (kind) {
-  case joint_kind::prismatic: return of.template operator()<joint_kind::prismatic>();
-  case joint_kind::helical: return of.template operator()<joint_kind::helical>();
-  case joint_kind::spherical: return of.template operator()<joint_kind::spherical>();
-  case joint_kind::cylindrical: return of.template operator()<joint_kind::cylindrical>();
-  case joint_kind::planar: return of.template operator()<joint_kind::planar>();
-  case joint_kind::translation: return of.template operator()<joint_kind::translation>();
-  case joint_kind::floating: return of.template operator()<joint_kind::floating>();
-  case joint_kind::fixed: // no body has such a joint
-  case joint_kind::universal:
-  case joint_kind::revolute:
-  case joint_kind::continuous: return;
-  }
+  static_assert(moving_joint<joint<joint_kind::prismatic>> && moving_joint<joint<joint_kind::floating>> && moving_joint<joint<general_kind>>);
+  if (kind == joint_kind::prismatic)
+    step.template operator()<joint_kind::prismatic>();
+  else if (kind == joint_kind::floating)
+    step.template operator()<joint_kind::floating>();
+  else if (joint<general_kind>::includes(kind))
+    step.template operator()<general_kind>();
 }
 template <class Step> KSL_LANES void by_kind(joint_kind kind, Step step) {
   static_assert(moving_joint<joint<joint_kind::revolute>>);
@@ -95,12 +125,23 @@ template <class Step> KSL_LANES void by_kind(joint_kind kind, Step step) {
     by_slower_kind(kind, step);
 }
 
-/// The same for steps that distinguish kinds which move alike, by the kind that the description gives.
-template <class Step> KSL_LANES void by_described_kind(joint_kind described, Step step) {
-  if (described == joint_kind::continuous)
-    step.template operator()<joint_kind::continuous>();
-  else
-    by_kind(described, step);
+/// The same with the code of each kind, for steps that general_joint does not know.  Kinds that move alike are distinguished if the kind is
+/// the one that the description gives.
+template <class Step> KSL_LANES void by_every_kind(joint_kind kind, Step step) {
+  const auto of = [&]<joint_kind K>() KSL_INLINED {
+    static_assert(moving_kind<joint<K>>);
+    step.template operator()<K>();
+  };
+  if (kind == joint_kind::continuous)
+    of.template operator()<joint_kind::continuous>();
+  else if (joint<general_kind>::includes(kind))
+    joint<general_kind>::by_kind(kind, of);
+  else if (kind == joint_kind::prismatic)
+    of.template operator()<joint_kind::prismatic>();
+  else if (kind == joint_kind::floating)
+    of.template operator()<joint_kind::floating>();
+  else if (kind == joint_kind::revolute)
+    of.template operator()<joint_kind::revolute>();
 }
 
 /// The same for any kind that a user may name; step is called with a joint<K>.

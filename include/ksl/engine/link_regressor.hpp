@@ -81,7 +81,7 @@ KSL_LANES void columns_at_link(const model_view<scalar_of<T>> &model, const arra
   SE3<T> D; // of the joint's body in the link's frame
   algebra<T>::product_dinvd(&of_link, &in_world[j], &D);
   by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
-    for_each_coordinate<joint<K>::nv>([&](auto c) KSL_INLINED {
+    for_coordinates<K>(b, [&](auto c) KSL_INLINED {
       T unit[joint<K>::nv];
       for (int k = 0; k < joint<K>::nv; ++k)
         unit[k] = T(k == c ? 1 : 0);

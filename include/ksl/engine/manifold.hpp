@@ -21,7 +21,7 @@ template <class T> struct manifold_workspace {
 template <class S, class Step> KSL_LANES void for_joints(const model_view<S> &model, Step step) {
   for (int i = 1; i < model.bodies; ++i) {
     const body<S> &b = model.body[i];
-    by_described_kind(b.described, [&]<joint_kind K>() KSL_INLINED { step.template operator()<K>(b); });
+    by_every_kind(b.described, [&]<joint_kind K>() KSL_INLINED { step.template operator()<K>(b); });
   }
 }
 

@@ -34,8 +34,8 @@ template <class T> KSL_LANES void locate_joints(const model_view<scalar_of<T>> &
     const vec3<T> &p = w.origin[b.parent];
     const vec3<T> o = {p.x + offset.x, p.y + offset.y, p.z + offset.z};
     w.origin[i] = o;
-    for_each_coordinate<joint<K>::nv>([&](auto c) KSL_INLINED {
-      w.column[b.v_index + c] = joint<K>::template column<c>(b, w.rotation, i).about(o);
+    for_coordinates<K>(b, [&](auto c) KSL_INLINED {
+      w.column[b.v_index + c] = joint<K>::column(c, b, w.rotation, i).about(o);
     });
   };
   express_in_base(model, w.pose, w.rotation, q, locate, [](auto) KSL_INLINED {});
@@ -92,17 +92,17 @@ KSL_LANES void set_columns(const model_view<scalar_of<T>> &model, const mass_mat
   const index first = b.v_index;
   const spatial_inertia<T> I = subtree_inertia(model, w.children, i);
   coscrew<T> momentum[n];
-  for_each_coordinate<n>([&](auto c) KSL_INLINED {
-    momentum[c] = joint<K>::template momentum<c>(b, I);
+  for_coordinates<K>(b, [&](auto c) KSL_INLINED {
+    momentum[c] = joint<K>::momentum(c, b, I);
     T own[n];
     joint<K>::effort(b, momentum[c], own);
     if (model.physics)
       own[c] = own[c] + T(model.physics[first + c].armature);
     for (int k = 0; k <= c; ++k)
-      M.set(first + k, b.ancestors + k, first + c, n > 1 ? own[k] + T(0) : own[k]); // turns −0 into 0
+      M.set(first + k, b.ancestors + k, first + c, coordinates<K>(b) > 1 ? own[k] + T(0) : own[k]); // turns −0 into 0
   });
   add_to_parent<K>(I, model, w.pose, w.children, i);
-  for (int c = 0; c < n; ++c) {
+  for (int c = 0; c < coordinates<K>(b); ++c) {
     if (b.parent == 0)
       M.clear(first + c, 0, first);
     else

@@ -51,8 +51,8 @@ KSL_LANES void eliminate_joint(const body<scalar_of<T>> &b, const forward_dynami
                                const coordinate_physics<scalar_of<T>> *physics) {
   if constexpr (!joint<K>::is_free) { // a free joint transmits nothing
     in_place<articulated_inertia, T> A(w.A, i);
-    for_each_coordinate_backwards<joint<K>::nv>([&](auto k) KSL_INLINED {
-      const auto S = joint<K>::template column<k>(b, w.rotation, i);
+    for_coordinates_backwards<K>(b, [&](auto k) KSL_INLINED {
+      const auto S = joint<K>::column(k, b, w.rotation, i);
       const coscrew<T> U = S.momentum(*A);
       T D = S.effort(U);
       if (physics)
@@ -159,8 +159,8 @@ void propagate(const model_view<scalar_of<T>> &model, const operational_space_in
       if constexpr (joint<K>::is_free) {
         receive_free(i);
       } else {
-        for_each_coordinate_backwards<joint<K>::nv>([&](auto k) KSL_INLINED {
-          const auto S = joint<K>::template column<k>(b, d.rotation, i);
+        for_coordinates_backwards<K>(b, [&](auto k) KSL_INLINED {
+          const auto S = joint<K>::column(k, b, d.rotation, i);
           const coordinate_state<T> &s = d.coordinate[b.v_index + k];
           for (int f = 0; f < n; ++f)
             for (int c = 0; c < 6; ++c) {
@@ -329,10 +329,10 @@ void accelerate_column(const model_view<scalar_of<T>> &model, const forward_dyna
         x[0] = a.lin.x, x[m] = a.lin.y, x[2 * m] = a.lin.z;
         x[3 * m] = a.ang.x, x[4 * m] = a.ang.y, x[5 * m] = a.ang.z;
       } else {
-        for_each_coordinate<joint<K>::nv>([&](auto k) KSL_INLINED {
+        for_coordinates<K>(b, [&](auto k) KSL_INLINED {
           const coordinate_state<T> &s = w.coordinate[b.v_index + k];
           const T acceleration = s.D_inverse * (x[k * m] - A::dot_cs(&s.U, &a));
-          joint<K>::template column<k>(b, w.rotation, i).add(acceleration, a);
+          joint<K>::column(k, b, w.rotation, i).add(acceleration, a);
           x[k * m] = acceleration;
         });
         w.acceleration[i] = a;

@@ -86,7 +86,7 @@ KSL_LANES coscrew<T> part_through(const body<scalar_of<T>> &b, const Poses &pose
     return {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
   T tau[joint<K>::nv];
   joint<K>::effort(b, f, tau);
-  coscrew<T> actuation = joint<K>::drive(tau), constraint;
+  coscrew<T> actuation = joint<K>::drive(b, tau), constraint;
   algebra<T>::subtract_cc(&f, &actuation, &constraint);
   if constexpr (only_turns(K))
     if (b.ends_universal) [[unlikely]] // the first axis is that of the body inside

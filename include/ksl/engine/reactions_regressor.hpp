@@ -26,11 +26,11 @@ KSL_LANES screw<T> part_of_twist(const body<scalar_of<T>> &b, const pose_workspa
   if (part == (b.follows ? wrench_part::actuation : wrench_part::coupling))
     return {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
   T share[joint<K>::nv];
-  for_each_coordinate<joint<K>::nv>([&](auto k) KSL_INLINED {
+  for_coordinates<K>(b, [&](auto k) KSL_INLINED {
     T unit[joint<K>::nv];
     for (int c = 0; c < joint<K>::nv; ++c)
       unit[c] = T(c == k ? 1 : 0);
-    const coscrew<T> f = joint<K>::drive(unit);
+    const coscrew<T> f = joint<K>::drive(b, unit);
     share[k] = algebra<T>::dot_cs(&f, &s);
   });
   screw<T> driven = joint<K>::twist(b, share), held;

@@ -58,8 +58,8 @@ void relative_velocity(const model_view<scalar_of<T>> &model, const relative_vel
   const auto add_to = [&](screw<T> &twist) KSL_INLINED {
     return [&]<joint_kind K>(int i, const SE3<T> &D) KSL_INLINED {
       const body<scalar_of<T>> &b = model.body[i];
-      for_each_coordinate<joint<K>::nv>([&](auto k) KSL_INLINED {
-        const screw<T> s = column_in<K, k>(b, D);
+      for_coordinates<K>(b, [&](auto k) KSL_INLINED {
+        const screw<T> s = column_in<K>(k, b, D);
         A::axpy_ss(v[b.v_index + k], &s, &twist);
       });
     };
@@ -83,7 +83,7 @@ void relative_jacobian(const model_view<scalar_of<T>> &model, const relative_jac
   columns.clear();
   const auto set = [&]<joint_kind K>(int i, const SE3<T> &D) KSL_INLINED {
     const body<scalar_of<T>> &b = model.body[i];
-    for_each_coordinate<joint<K>::nv>([&](auto k) KSL_INLINED { columns.set(b.v_index + k, column_in<K, k>(b, D)); });
+    for_coordinates<K>(b, [&](auto k) KSL_INLINED { columns.set(b.v_index + k, column_in<K>(k, b, D)); });
   };
   const int common = common_support(model, link, seen_from);
   SE3<T> other = walk_between(model, w.pose, q, link, seen_from, common, how, set, set);

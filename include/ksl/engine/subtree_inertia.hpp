@@ -58,7 +58,7 @@ KSL_LANES void add_to_parent(spatial_inertia<T> I, const model_view<scalar_of<T>
     return;
   const auto D = joint<K>::kept_pose(b, pose);
   D.to_parent(I);
-  if constexpr (joint<K>::shifts_origin)
+  if (shifts_origin<K>(b))
     algebra<T>::spatial_inertia_translated(&I, &D.t, &I);
   else
     translate_without_mass(D.t, I);

@@ -102,8 +102,8 @@ KSL_LANES SE3<T> walk_supports(const model_view<scalar_of<T>> &model, const pose
 }
 
 /// Column k of a joint's motion subspace, in the frame in which its body has the pose D.
-template <joint_kind K, int k, class T> KSL_LANES screw<T> column_in(const body<scalar_of<T>> &b, const SE3<T> &D) {
-  return joint<K>::template column<k>(b, D.R).about(D.t);
+template <joint_kind K, class Index, class T> KSL_LANES screw<T> column_in(Index k, const body<scalar_of<T>> &b, const SE3<T> &D) {
+  return joint<K>::column(k, b, D.R).about(D.t);
 }
 
 } // namespace KSL_ISA

@@ -6,6 +6,10 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
+/// Numbers of coordinates: 0, 1, 2 translate along the axes x, y, z of the body, 3, 4, 5 rotate about them, and this one rotates
+/// about z and advances along it.
+inline constexpr int helical_coordinate = 6;
+
 /// The twist for unit rate of one coordinate, about the body's origin: a translation along z (slides), a rotation about z
 /// (turns), or a rotation about z with an advance along z (both).
 template <bool turns, bool slides, class T> struct joint_column {
@@ -96,7 +100,7 @@ template <int axis, class T> KSL_LANES vec3<T> axis_of(const mat3x3<T> &R) {
     return {R.m02, R.m12, R.m22};
 }
 
-/// I S for coordinate c of a body in its own axes: 0 … 2 translate along x, y, z, and 3 … 5 rotate about them.
+/// I S for coordinate c < 6 of a body in its own axes.
 template <class T> KSL_LANES coscrew<T> unit_momentum(int c, const spatial_inertia<T> &I) {
   const T o = T(0);
   const vec3<T> &h = I.h;

@@ -25,6 +25,7 @@ template <joint_kind K> struct joint;
 template <bool turns, bool slides> struct one_axis_joint {
   static constexpr const char *other_name = nullptr;
   static constexpr int nq = 1, nv = 1;
+  static constexpr int coordinate[nv] = {turns && slides ? helical_coordinate : turns ? 5 : 2};
   static constexpr bool has_axis = true, has_axis2 = false, has_pitch = turns && slides, has_limits = true, is_free = false;
   static constexpr bool canonical_x = true, shifts_origin = slides;
   static constexpr int angle = turns ? 0 : -1, quaternion = -1, usual_axis = 0;
@@ -61,7 +62,7 @@ template <bool turns, bool slides> struct one_axis_joint {
     else
       tau[0] = slides ? f.lin.z : f.ang.z;
   }
-  template <class T> static KSL_LANES coscrew<T> drive(const T *tau) {
+  template <class T> static KSL_LANES coscrew<T> drive(const body<scalar_of<T>> &, const T *tau) {
     const T zero = T(0);
     return {{zero, zero, turns ? zero : tau[0]}, {zero, zero, turns ? tau[0] : zero}};
   }
@@ -102,15 +103,15 @@ template <bool turns, bool slides> struct one_axis_joint {
   }
 
   /// column: S in the axes of the base, or in those to which R leads.  momentum: I S in the body's own axes.
-  template <int, class T>
-  static KSL_LANES column_type<T> column(const body<scalar_of<T>> &b, const per_body<mat3x3, T> &rotation, int i) {
+  template <class Index, class T>
+  static KSL_LANES column_type<T> column(Index, const body<scalar_of<T>> &b, const per_body<mat3x3, T> &rotation, int i) {
     return {axis_of(rotation, i), T(b.pitch)};
   }
-  template <int, class T> static KSL_LANES column_type<T> column(const body<scalar_of<T>> &b, const mat3x3<T> &R) {
+  template <class Index, class T> static KSL_LANES column_type<T> column(Index, const body<scalar_of<T>> &b, const mat3x3<T> &R) {
     return {axis_of<2>(R), T(b.pitch)};
   }
-  template <int, class T>
-  static KSL_LANES coscrew<T> momentum(const body<scalar_of<T>> &b, const spatial_inertia<T> &I) {
+  template <class Index, class T>
+  static KSL_LANES coscrew<T> momentum(Index, const body<scalar_of<T>> &b, const spatial_inertia<T> &I) {
     coscrew<T> p = unit_momentum(turns ? 5 : 2, I);
     if constexpr (turns && slides) {
       const coscrew<T> advance = unit_momentum(2, I);

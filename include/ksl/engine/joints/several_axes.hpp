@@ -7,6 +7,29 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
+/// Adds to a motion what a joint with the twist and the rate of it adds, all in the same axes.  slides, turns: whether the joint
+/// moves along and about axes.
+template <class T>
+KSL_LANES void add_relative_motion(const screw<T> &twist, const screw<T> &rate, bool slides, bool turns, body_motion<T> &m) {
+  using A = algebra<T>;
+  vec3<T> turning, coupling;
+  if (slides) {
+    if (turns) {
+      A::cross_vv(&twist.ang, &twist.lin, &turning); // v̇ + ω × v relative to the parent
+      A::xpy_vv(&turning, &m.acceleration);
+    }
+    A::cross_vv(&m.angular_velocity, &twist.lin, &coupling);
+    A::axpy_vv(T(2), &coupling, &m.acceleration);
+    A::xpy_vv(&rate.lin, &m.acceleration);
+  }
+  if (turns) {
+    A::cross_vv(&m.angular_velocity, &twist.ang, &coupling);
+    A::xpy_vv(&coupling, &m.angular_acceleration);
+    A::xpy_vv(&rate.ang, &m.angular_acceleration);
+    A::xpy_vv(&twist.ang, &m.angular_velocity);
+  }
+}
+
 /// Coordinates of the velocity: 0, 1, 2 translate along the body's axes x, y, z, and 3, 4, 5 rotate about them.
 template <int... coordinates> struct several_axes_joint {
   static constexpr int nv = sizeof...(coordinates);
@@ -31,13 +54,13 @@ template <int... coordinates> struct several_axes_joint {
       tau[k] = c % 3 == 0 ? u.x : c % 3 == 1 ? u.y : u.z;
     });
   }
-  template <class T> static KSL_LANES coscrew<T> drive(const T *tau) { return to_vectors<coscrew>(tau); }
+  template <class T> static KSL_LANES coscrew<T> drive(const body<scalar_of<T>> &, const T *tau) { return to_vectors<coscrew>(tau); }
 
   /// Adds the joint's motion, given by its velocities and accelerations, to m.  On entry m is the motion of the joint's frame as
   /// it is carried by the parent.
   template <class T>
   static KSL_LANES void add_motion(const body<scalar_of<T>> &, const T *v, const T *dv, body_motion<T> &m) {
-    add(to_vectors<screw>(v), to_vectors<screw>(dv), m);
+    add_relative_motion(to_vectors<screw>(v), to_vectors<screw>(dv), slides, turns, m);
   }
 
   /// The same without joint acceleration, and in the axes of the base, to which `rotation` leads.
@@ -51,21 +74,21 @@ template <int... coordinates> struct several_axes_joint {
       algebra<T>::product_drv(&R, &twist.lin, &twist.lin);
     if constexpr (turns)
       algebra<T>::product_drv(&R, &twist.ang, &twist.ang);
-    add(twist, {{zero, zero, zero}, {zero, zero, zero}}, m);
+    add_relative_motion(twist, {{zero, zero, zero}, {zero, zero, zero}}, slides, turns, m);
   }
 
   /// column: column k of S in the axes of the base, or in those to which R leads.  momentum: column k of I S in the body's own axes.
-  template <int k, class T>
-  static KSL_LANES auto column(const body<scalar_of<T>> &, const per_body<mat3x3, T> &rotation, int i) {
+  template <class Index, class T>
+  static KSL_LANES auto column(Index k, const body<scalar_of<T>> &, const per_body<mat3x3, T> &rotation, int i) {
     constexpr int c = coordinate[k];
     return joint_column<(c >= 3), (c < 3), T>{axis_of(rotation, i, c % 3), T(0)};
   }
-  template <int k, class T> static KSL_LANES auto column(const body<scalar_of<T>> &, const mat3x3<T> &R) {
+  template <class Index, class T> static KSL_LANES auto column(Index k, const body<scalar_of<T>> &, const mat3x3<T> &R) {
     constexpr int c = coordinate[k];
     return joint_column<(c >= 3), (c < 3), T>{axis_of<c % 3>(R), T(0)};
   }
-  template <int k, class T>
-  static KSL_LANES coscrew<T> momentum(const body<scalar_of<T>> &, const spatial_inertia<T> &I) {
+  template <class Index, class T>
+  static KSL_LANES coscrew<T> momentum(Index k, const body<scalar_of<T>> &, const spatial_inertia<T> &I) {
     return unit_momentum(coordinate[k], I);
   }
 
@@ -134,27 +157,6 @@ private:
     T six[6] = {zero, zero, zero, zero, zero, zero};
     for_each_coordinate<nv>([&](auto k) KSL_INLINED { six[coordinate[k]] = numbers[k]; });
     return {{six[0], six[1], six[2]}, {six[3], six[4], six[5]}};
-  }
-
-  /// Adds the joint's twist and its rate to a motion, all in the same axes.
-  template <class T> static KSL_LANES void add(const screw<T> &twist, const screw<T> &rate, body_motion<T> &m) {
-    using A = algebra<T>;
-    vec3<T> turning, coupling;
-    if constexpr (slides) {
-      if constexpr (turns) {
-        A::cross_vv(&twist.ang, &twist.lin, &turning); // v̇ + ω × v relative to the parent
-        A::xpy_vv(&turning, &m.acceleration);
-      }
-      A::cross_vv(&m.angular_velocity, &twist.lin, &coupling);
-      A::axpy_vv(T(2), &coupling, &m.acceleration);
-      A::xpy_vv(&rate.lin, &m.acceleration);
-    }
-    if constexpr (turns) {
-      A::cross_vv(&m.angular_velocity, &twist.ang, &coupling);
-      A::xpy_vv(&coupling, &m.angular_acceleration);
-      A::xpy_vv(&rate.ang, &m.angular_acceleration);
-      A::xpy_vv(&twist.ang, &m.angular_velocity);
-    }
   }
 };
 
