@@ -9,10 +9,10 @@
 /// Models hold plain numbers, which are converted to counting ones, as for packs.
 template <> struct ksl::scalar_of_trait<counting> { using type = double; };
 
-#include "ksl/engine/forward_dynamics.hpp"
-#include "ksl/engine/inverse_dynamics.hpp"
-#include "ksl/engine/mass_matrix.hpp"
-#include "ksl/engine/owned_workspace.hpp"
+#include "ksl/engine/algorithms/forward/forward_dynamics.hpp"
+#include "ksl/engine/algorithms/inverse/inverse_dynamics.hpp"
+#include "ksl/engine/algorithms/mass/mass_matrix.hpp"
+#include "ksl/engine/lanes/owned_workspace.hpp"
 
 #include <cstdio>
 #include <string>

@@ -5,7 +5,7 @@
 #include "engine/coupled_projection.hpp"
 
 #include "engine/algorithm_rows.hpp"
-#include "ksl/engine/operational_space.hpp"
+#include "ksl/engine/algorithms/operational_space/operational_space.hpp"
 #include "ksl/linalg.h"
 
 #include <limits>
@@ -147,7 +147,7 @@ private:
   }
 
   /// −M times the second derivatives of a, from those of inverse dynamics at the accelerations that solve the
-  /// system, and then times −M⁻¹: the equations of ksl/engine/forward_dynamics_second_derivatives.hpp, without zeros to leave out.
+  /// system, and then times −M⁻¹: the equations of ksl/engine/algorithms/derivatives/forward_dynamics_second_derivatives.hpp, without zeros to leave out.
   void set_second_derivatives(const memory_of_state &w, const state_view<S> &given) const {
     const int nv = m.nv(), matrix = nv * nv;
     state_view<S> s = given;
@@ -275,7 +275,7 @@ private:
       }
   }
 
-  /// The definitions of ksl/engine/operational_space.hpp.
+  /// The definitions of ksl/engine/algorithms/operational_space/operational_space.hpp.
   void set_operational(const memory_of_state &w, const state_view<S> &given) const {
     const int nv = m.nv(), rows = 6 * given.links.n;
     set_inverse(w, given);

@@ -2,10 +2,7 @@
 #include "ksl/builder.hpp"
 #include "ksl/dynamics.hpp"
 
-#include "load/check.hpp"
 #include "load/robot_file.hpp"
-
-#include <set>
 
 namespace ksl {
 
@@ -20,16 +17,6 @@ model load_text(const std::string &text, const model_options &options, bool mimi
   model_options others = options;
   others.floating_base = false; // the description says it
   return model_of(std::move(robot), others, strict, masses_optional);
-}
-
-model model_of(robot_description robot, const model_options &options, bool strict, bool masses_optional) {
-  std::set<std::string> with_payload;
-  for (const payload &p : options.payloads)
-    if (p.mass > 0)
-      with_payload.insert(p.link);
-  warn_of_links(robot, check_masses(robot, options.floating_base || robot.floating_base, with_payload, masses_optional),
-                strict, "add <inertial> to these links");
-  return model(std::move(robot), options);
 }
 
 } // namespace ksl

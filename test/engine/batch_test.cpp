@@ -4,7 +4,7 @@
 
 #include "batch/threads.hpp"
 #include "engine/forms.hpp"
-#include "ksl/engine/mass_matrix.hpp"
+#include "ksl/engine/algorithms/mass/mass_matrix.hpp"
 
 #include <doctest/doctest.h>
 

@@ -2,9 +2,9 @@
 // on random trees.
 #include "derivatives_of.hpp"
 
-#include "ksl/engine/inverse_dynamics_derivatives.hpp"
-#include "ksl/engine/reactions_derivatives.hpp"
-#include "ksl/engine/reactions_external_derivatives.hpp"
+#include "ksl/engine/algorithms/derivatives/inverse_dynamics_derivatives.hpp"
+#include "ksl/engine/algorithms/derivatives/reactions_derivatives.hpp"
+#include "ksl/engine/algorithms/derivatives/reactions_external_derivatives.hpp"
 
 namespace {
 

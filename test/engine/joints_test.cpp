@@ -1,5 +1,5 @@
 // Each kind of joint against its bases in ksl/joint_space.h, against published cases, and its positions as a manifold.
-#include "ksl/engine/joints.hpp"
+#include "ksl/engine/model/joints.hpp"
 
 #include "robots.hpp"
 

@@ -3,9 +3,9 @@
 #include "robots.hpp"
 
 #include "ksl/dual.hpp"
-#include "ksl/engine/frame_motion.hpp"
-#include "ksl/engine/relative_motion.hpp"
-#include "ksl/engine/owned_workspace.hpp"
+#include "ksl/engine/algorithms/kinematics/frame_motion.hpp"
+#include "ksl/engine/algorithms/kinematics/relative_motion.hpp"
+#include "ksl/engine/lanes/owned_workspace.hpp"
 
 #include <doctest/doctest.h>
 

@@ -3,7 +3,7 @@
 #include "ksl/batch.hpp"
 #include "random_trees.hpp"
 
-#include "batch/transpose.hpp"
+#include "ksl/engine/lanes/transpose.hpp"
 
 #include <doctest/doctest.h>
 

@@ -2,7 +2,7 @@
 #include "robots.hpp"
 
 #include "ksl/dual.hpp"
-#include "ksl/engine/manifold.hpp"
+#include "ksl/engine/algorithms/manifold/manifold.hpp"
 
 #include <doctest/doctest.h>
 

@@ -4,12 +4,12 @@
 #include "robots.hpp"
 
 #include "ksl/dual.hpp"
-#include "ksl/engine/coriolis_matrix.hpp"
-#include "ksl/engine/forward_dynamics_by_mass_matrix.hpp"
-#include "ksl/engine/forward_dynamics_derivatives.hpp"
-#include "ksl/engine/hybrid_dynamics.hpp"
-#include "ksl/engine/owned_workspace.hpp"
-#include "ksl/engine/solve_mass_matrix.hpp"
+#include "ksl/engine/algorithms/derivatives/forward_dynamics_derivatives.hpp"
+#include "ksl/engine/algorithms/forward/forward_dynamics_by_mass_matrix.hpp"
+#include "ksl/engine/algorithms/forward/hybrid_dynamics.hpp"
+#include "ksl/engine/algorithms/mass/coriolis_matrix.hpp"
+#include "ksl/engine/algorithms/mass/solve_mass_matrix.hpp"
+#include "ksl/engine/lanes/owned_workspace.hpp"
 
 #include <doctest/doctest.h>
 

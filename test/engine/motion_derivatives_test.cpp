@@ -2,12 +2,12 @@
 // of, with every kind of joint, on random trees.
 #include "derivatives_of.hpp"
 
-#include "ksl/engine/centroidal_momentum.hpp"
-#include "ksl/engine/centroidal_momentum_derivatives.hpp"
-#include "ksl/engine/energy.hpp"
-#include "ksl/engine/energy_derivatives.hpp"
-#include "ksl/engine/frame_motion.hpp"
-#include "ksl/engine/frame_motion_derivatives.hpp"
+#include "ksl/engine/algorithms/derivatives/centroidal_momentum_derivatives.hpp"
+#include "ksl/engine/algorithms/derivatives/energy_derivatives.hpp"
+#include "ksl/engine/algorithms/derivatives/frame_motion_derivatives.hpp"
+#include "ksl/engine/algorithms/energy/energy.hpp"
+#include "ksl/engine/algorithms/kinematics/frame_motion.hpp"
+#include "ksl/engine/algorithms/whole_body/centroidal_momentum.hpp"
 
 namespace {
 

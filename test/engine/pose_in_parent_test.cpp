@@ -1,7 +1,7 @@
 // Rotations about coordinate axes, and poses of bodies composed of them, against products with full matrices.
-#include "ksl/engine/pose_in_parent.hpp"
+#include "ksl/engine/model/pose_in_parent.hpp"
 
-#include "ksl/engine/joints.hpp"
+#include "ksl/engine/model/joints.hpp"
 
 #include <doctest/doctest.h>
 

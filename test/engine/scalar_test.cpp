@@ -1,7 +1,7 @@
 // The engine's templates in another scalar: float, compiled here from the headers alone.
-#include "ksl/engine/energy.hpp"
-#include "ksl/engine/owned_workspace.hpp"
-#include "ksl/engine/reactions.hpp"
+#include "ksl/engine/algorithms/energy/energy.hpp"
+#include "ksl/engine/lanes/owned_workspace.hpp"
+#include "ksl/engine/algorithms/inverse/reactions.hpp"
 #include "ksl/dynamics.hpp"
 
 #include <doctest/doctest.h>

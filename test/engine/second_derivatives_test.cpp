@@ -3,12 +3,12 @@
 #include "random_trees.hpp"
 
 #include "ksl/dual.hpp"
-#include "ksl/engine/forward_dynamics.hpp"
-#include "ksl/engine/forward_dynamics_second_derivatives.hpp"
-#include "ksl/engine/inverse_dynamics.hpp"
-#include "ksl/engine/inverse_dynamics_derivatives.hpp"
-#include "ksl/engine/inverse_dynamics_second_derivatives.hpp"
-#include "ksl/engine/owned_workspace.hpp"
+#include "ksl/engine/algorithms/derivatives/forward_dynamics_second_derivatives.hpp"
+#include "ksl/engine/algorithms/derivatives/inverse_dynamics_derivatives.hpp"
+#include "ksl/engine/algorithms/derivatives/inverse_dynamics_second_derivatives.hpp"
+#include "ksl/engine/algorithms/forward/forward_dynamics.hpp"
+#include "ksl/engine/algorithms/inverse/inverse_dynamics.hpp"
+#include "ksl/engine/lanes/owned_workspace.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,5 @@
 // The kernel against the C library in 80 bits, in units of the last place, one lane and all of them.
-#include "ksl/engine/sine_cosine.hpp"
+#include "ksl/engine/lanes/sine_cosine.hpp"
 
 #include <doctest/doctest.h>
 

@@ -17,7 +17,7 @@ BITS = 1300
 """Of mpmath: the largest double has 1024 before the point, and what is left of it must keep more than it can lose."""
 
 PROGRAM = r"""
-#include "ksl/engine/sine_cosine.hpp"
+#include "ksl/engine/lanes/sine_cosine.hpp"
 #include <cstdio>
 #include <cstring>
 

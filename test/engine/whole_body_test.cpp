@@ -3,14 +3,14 @@
 #include "robots.hpp"
 
 #include "ksl/dual.hpp"
-#include "ksl/engine/center_of_mass.hpp"
-#include "ksl/engine/center_of_mass_motion.hpp"
-#include "ksl/engine/centroidal_momentum.hpp"
-#include "ksl/engine/centroidal_momentum_matrix.hpp"
-#include "ksl/engine/energy_regressor.hpp"
-#include "ksl/engine/inverse_dynamics_regressor.hpp"
-#include "ksl/engine/owned_workspace.hpp"
-#include "ksl/engine/reactions_regressor.hpp"
+#include "ksl/engine/algorithms/parameters/energy_regressor.hpp"
+#include "ksl/engine/algorithms/parameters/inverse_dynamics_regressor.hpp"
+#include "ksl/engine/algorithms/parameters/reactions_regressor.hpp"
+#include "ksl/engine/algorithms/whole_body/center_of_mass.hpp"
+#include "ksl/engine/algorithms/whole_body/center_of_mass_motion.hpp"
+#include "ksl/engine/algorithms/whole_body/centroidal_momentum.hpp"
+#include "ksl/engine/algorithms/whole_body/centroidal_momentum_matrix.hpp"
+#include "ksl/engine/lanes/owned_workspace.hpp"
 
 #include <doctest/doctest.h>
 

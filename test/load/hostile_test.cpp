@@ -3,9 +3,9 @@
 
 #include "../engine/sanitizer.hpp"
 
-#include "load/limits.hpp"
 #include "load/robot_file.hpp"
-#include "load/words.hpp"
+#include "text/limits.hpp"
+#include "text/words.hpp"
 
 #include "ksl/builder.hpp"
 
@@ -26,7 +26,7 @@ using namespace ksl;
 using ksl::test::check_message;
 using ksl::test::refusal;
 using ksl::test::refusal_of;
-namespace limits = ksl::load::limits;
+namespace limits = ksl::text::limits;
 
 namespace {
 

@@ -1,5 +1,5 @@
-#include "load/characters.hpp"
-#include "load/words.hpp"
+#include "text/characters.hpp"
+#include "text/words.hpp"
 
 #include <doctest/doctest.h>
 
