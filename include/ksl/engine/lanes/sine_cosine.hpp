@@ -7,7 +7,7 @@
 // double) and S. Moshier (Cephes, float).
 //
 // The error is below 1 unit in the last place for every finite angle, in double and in float
-// (test/engine/sine_cosine_test.py).  For infinities and NaN both results are NaN.
+// (test/engine/lanes/sine_cosine_test.py).  For infinities and NaN both results are NaN.
 #pragma once
 
 #include "ksl/engine/lanes/large_angle.hpp"

@@ -10,7 +10,7 @@ import mpmath
 import numpy as np
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 COMPILERS = ("g++", "clang++")
 LEVELS = ("x86-64-v2", "x86-64-v3", "native") if platform.machine() == "x86_64" else ("native",)
 BITS = 1300
