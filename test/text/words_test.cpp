@@ -9,7 +9,7 @@
 
 namespace {
 
-using namespace ksl::load;
+using namespace ksl::text;
 
 /// A locale whose decimal sign is a comma, whether or not the system has one.
 struct comma : std::numpunct<char> {
