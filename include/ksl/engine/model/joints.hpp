@@ -33,12 +33,16 @@ concept described_joint = requires(const double *q, double *out) {
   { J::has_pitch } -> std::convertible_to<bool>;
   { J::has_limits } -> std::convertible_to<bool>;
   { J::is_free } -> std::convertible_to<bool>;
+  { J::in_urdf } -> std::convertible_to<bool>;
+  { J::velocity_is_rate } -> std::convertible_to<bool>;
   { J::shifts_origin } -> std::convertible_to<bool>; // does the joint move the body's origin in its parent
   { J::canonical_x } -> std::convertible_to<bool>;
   { J::usual_axis } -> std::convertible_to<int>;
   { J::angle } -> std::convertible_to<int>;
   { J::quaternion } -> std::convertible_to<int>;
   { J::pose_numbers } -> std::convertible_to<int>;
+  { J::positions } -> std::convertible_to<const position_number *>;  // (nq)
+  { J::velocities } -> std::convertible_to<const velocity_number *>; // (nv)
   J::integrate(q, q, out);  // q ⊕ dv
   J::difference(q, q, out); // q1 ⊖ q0
 };
@@ -130,8 +134,11 @@ inline constexpr joint_kind joint_kinds[] = {
 constexpr joint_kind_row row_of(joint_kind kind) {
   return with_joint(kind, [kind]<class J>(J) -> joint_kind_row {
     static_assert(described_joint<J>);
+    static_assert(J::nq == 0 || sizeof J::positions == J::nq * sizeof(position_number), "a name and a unit for each number of q");
+    static_assert(J::nv == 0 || sizeof J::velocities == J::nv * sizeof(velocity_number), "names and a unit for each number of v");
     return {kind, J::name, J::other_name, J::nq, J::nv, J::has_axis, J::has_axis2, J::has_pitch, J::has_limits, J::is_free,
-            J::canonical_x, J::usual_axis, J::angle, J::quaternion, J::pose_numbers};
+            J::in_urdf, J::velocity_is_rate, J::canonical_x, J::usual_axis, J::angle, J::quaternion, J::pose_numbers, J::positions,
+            J::velocities};
   });
 }
 

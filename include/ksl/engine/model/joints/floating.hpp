@@ -11,6 +11,8 @@ inline namespace KSL_ISA {
 template <> struct joint<joint_kind::floating> : several_axes_joint<0, 1, 2, 3, 4, 5> {
   static constexpr const char *name = "floating", *other_name = "free";
   static constexpr int nq = 7, angle = -1, quaternion = 3, pose_numbers = 12;
+  static constexpr bool in_urdf = true;
+  static constexpr position_number positions[] = {{"x", "m"}, {"y", "m"}, {"z", "m"}, {"qx", ""}, {"qy", ""}, {"qz", ""}, {"qw", ""}};
 
   template <class T>
   static KSL_LANES free_pose<T> computed_pose(const body<scalar_of<T>> &b, const pose_workspace<T> &w, const T *q) {

@@ -26,6 +26,9 @@ template <bool turns, bool slides> struct one_axis_joint {
   static constexpr const char *other_name = nullptr;
   static constexpr int nq = 1, nv = 1;
   static constexpr bool has_axis = true, has_axis2 = false, has_pitch = turns && slides, has_limits = true, is_free = false;
+  static constexpr bool in_urdf = false, velocity_is_rate = true;
+  static constexpr position_number positions[] = {{"", turns ? "rad" : "m"}};
+  static constexpr velocity_number velocities[] = {{"v", "a", "", turns ? "rad" : "m"}};
   static constexpr bool canonical_x = true, shifts_origin = slides;
   static constexpr int angle = turns ? 0 : -1, quaternion = -1, usual_axis = 0;
   static constexpr int pose_numbers = slides ? 3 : 0; // its translation

@@ -10,7 +10,7 @@ inline namespace KSL_ISA {
 template <> struct joint<joint_kind::planar> : several_axes_joint<0, 1, 5> {
   static constexpr const char *name = "planar";
   static constexpr int nq = 3, angle = 2, quaternion = -1, pose_numbers = 12, usual_axis = 2;
-  static constexpr bool has_axis = true;
+  static constexpr bool has_axis = true, in_urdf = true;
 
   template <class T>
   static KSL_LANES free_pose<T> computed_pose(const body<scalar_of<T>> &b, const pose_workspace<T> &w, const T *q) {

@@ -8,6 +8,7 @@ inline namespace KSL_ISA {
 
 template <> struct joint<joint_kind::prismatic> : one_axis_joint<false, true> {
   static constexpr const char *name = "prismatic";
+  static constexpr bool in_urdf = true;
 };
 
 } // namespace KSL_ISA

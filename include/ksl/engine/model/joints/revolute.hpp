@@ -8,6 +8,7 @@ inline namespace KSL_ISA {
 
 template <> struct joint<joint_kind::revolute> : one_axis_joint<true, false> {
   static constexpr const char *name = "revolute";
+  static constexpr bool in_urdf = true;
 };
 
 template <> struct joint<joint_kind::continuous> : joint<joint_kind::revolute> {

@@ -7,18 +7,26 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
+/// The words of these coordinates in tables: of positions, where each is the integral of its velocity; and of velocities.
+inline constexpr position_number position_along[] = {{"x", "m"}, {"y", "m"}, {"z", "m"}, {"angle", "rad"}, {"angle", "rad"}, {"angle", "rad"}};
+inline constexpr velocity_number velocity_along[] = {{"vx", "ax", "fx", "m"},   {"vy", "ay", "fy", "m"},   {"vz", "az", "fz", "m"},
+                                                     {"wx", "bx", "tx", "rad"}, {"wy", "by", "ty", "rad"}, {"wz", "bz", "tz", "rad"}};
+
 /// Coordinates of the velocity: 0, 1, 2 translate along the body's axes x, y, z, and 3, 4, 5 rotate about them.
 template <int... coordinates> struct several_axes_joint {
   static constexpr int nv = sizeof...(coordinates);
   static constexpr int coordinate[nv] = {coordinates...};
   static constexpr const char *other_name = nullptr;
-  static constexpr bool has_axis = false, has_axis2 = false, has_pitch = false, has_limits = false, is_free = nv == 6;
+  static constexpr bool has_axis = false, has_axis2 = false, has_pitch = false, has_limits = false, is_free = nv == 6, in_urdf = false;
+  static constexpr position_number positions[] = {position_along[coordinates]...};
+  static constexpr velocity_number velocities[] = {velocity_along[coordinates]...};
   static constexpr bool canonical_x = false;
   static constexpr int usual_axis = 0;
   static constexpr bool slides = ((coordinates < 3) || ...), turns = ((coordinates >= 3) || ...);
   static constexpr bool shifts_origin = slides;
   /// Is the order of its motions indifferent: all along axes, or along and about the same one?
   static constexpr bool commutes = !turns || ((coordinates % 3 == coordinate[0] % 3) && ...);
+  static constexpr bool velocity_is_rate = commutes;
 
   /// S q̇
   template <class T> static KSL_LANES screw<T> twist(const body<scalar_of<T>> &, const T *v) { return to_vectors<screw>(v); }

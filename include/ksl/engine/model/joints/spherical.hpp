@@ -10,6 +10,7 @@ inline namespace KSL_ISA {
 template <> struct joint<joint_kind::spherical> : several_axes_joint<3, 4, 5> {
   static constexpr const char *name = "spherical", *other_name = "ball";
   static constexpr int nq = 4, angle = -1, quaternion = 0, pose_numbers = 9; // its rotation
+  static constexpr position_number positions[] = {{"qx", ""}, {"qy", ""}, {"qz", ""}, {"qw", ""}};
 
   template <class T>
   static KSL_LANES free_pose<T> computed_pose(const body<scalar_of<T>> &b, const pose_workspace<T> &w, const T *q) {

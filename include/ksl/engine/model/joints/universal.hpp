@@ -14,6 +14,9 @@ template <> struct joint<joint_kind::universal> {
   static constexpr const char *name = "universal", *other_name = nullptr;
   static constexpr int nq = 2, nv = 2, angle = 0, quaternion = -1, pose_numbers = 0, usual_axis = 0;
   static constexpr bool has_axis = true, has_axis2 = true, has_pitch = false, has_limits = false, is_free = false;
+  static constexpr bool in_urdf = false, velocity_is_rate = true;
+  static constexpr position_number positions[] = {{"angle1", "rad"}, {"angle2", "rad"}};
+  static constexpr velocity_number velocities[] = {{"angle1.v", "angle1.a", "angle1", "rad"}, {"angle2.v", "angle2.a", "angle2", "rad"}};
   static constexpr bool canonical_x = true, shifts_origin = false;
 
   template <class T> static void integrate(const T *q, const T *dv, T *out) { add_numbers<2>(q, dv, out); }
