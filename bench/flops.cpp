@@ -73,7 +73,7 @@ int main(int argc, char **argv) {
     options.floating_base = floating;
     std::printf(i == 1 ? "{" : ",\n ");
     print(word.substr(0, equals).c_str(),
-          ksl::load(word.substr(equals + 1, word.size() - equals - 1 - (floating ? suffix.size() : 0)), options, true));
+          ksl::load(word.substr(equals + 1, word.size() - equals - 1 - (floating ? suffix.size() : 0)), options, {.mimic_independent = true}));
   }
   std::printf("}\n");
 }

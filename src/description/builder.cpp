@@ -255,26 +255,26 @@ int builder::link_named(const std::string &joint, const std::string &end, const 
                               (names.empty() ? "" : ", or name one of " + text::listed(names))));
 }
 
-robot_description builder::description(bool strict) const {
+robot_description builder::description(const check_options &how) const {
   robot_description robot = robot_;
   check_tree(robot);
   leaders_of(robot);
-  warn_of_links(robot, check_inertias(robot), strict, "correct these inertias");
+  warn_of_links(robot, check_inertias(robot), how.strict, "correct these inertias");
   return robot;
 }
 
-model model_of(robot_description robot, const model_options &options, bool strict, bool masses_optional) {
+model model_of(robot_description robot, const model_options &options, const check_options &how) {
   std::set<std::string> with_payload;
   for (const payload &p : options.payloads)
     if (p.mass > 0)
       with_payload.insert(p.link);
-  warn_of_links(robot, check_masses(robot, options.floating_base || robot.floating_base, with_payload, masses_optional),
-                strict, "add <inertial> to these links");
+  warn_of_links(robot, check_masses(robot, options.floating_base || robot.floating_base, with_payload, how.masses_optional),
+                how.strict, "add <inertial> to these links");
   return model(std::move(robot), options);
 }
 
-model builder::build(const model_options &options, bool strict, bool masses_optional) const {
-  return model_of(description(strict), options, strict, masses_optional);
+model builder::build(const model_options &options, const check_options &how) const {
+  return model_of(description(how), options, how);
 }
 
 } // namespace ksl

@@ -128,7 +128,7 @@ TEST_CASE("builder: inertias that no body can have") {
   b.add_link("plate", {1, {}, {1, 0, 0, 0, 1, 0, 0, 0, 3}}); // as in a file: a warning, or an error if strict
   REQUIRE(b.description().warnings.size() == 1);
   check_refused(b.description().warnings[0], {"link plate", "exceeds the sum"});
-  check_refused(refusal([&] { b.build({}, true); }), {"link plate", "correct these inertias"});
+  check_refused(refusal([&] { b.build({}, {.strict = true}); }), {"link plate", "correct these inertias"});
 }
 
 TEST_CASE("builder: names and links") {

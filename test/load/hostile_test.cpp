@@ -54,7 +54,7 @@ std::string a_joint(const std::string &name, const std::string &parent, const st
 std::string number(std::size_t i) { return std::to_string(i); }
 
 std::string refusal_of_text(const std::string &text) {
-  return refusal_of([&] { model_of(read_robot_text(text, "r.xml"), {}, false, true); });
+  return refusal_of([&] { model_of(read_robot_text(text, "r.xml"), {}, {.masses_optional = true}); });
 }
 
 std::string refusal_of_file(const std::string &path) {
