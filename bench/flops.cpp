@@ -9,10 +9,10 @@
 /// Models hold plain numbers, which are converted to counting ones, as for packs.
 template <> struct ksl::scalar_of_trait<counting> { using type = double; };
 
-#include "ksl/engine/forward_dynamics.hpp"
-#include "ksl/engine/inverse_dynamics.hpp"
-#include "ksl/engine/mass_matrix.hpp"
-#include "ksl/engine/owned_workspace.hpp"
+#include "ksl/engine/algorithms/forward/forward_dynamics.hpp"
+#include "ksl/engine/algorithms/inverse/inverse_dynamics.hpp"
+#include "ksl/engine/algorithms/mass/mass_matrix.hpp"
+#include "ksl/engine/lanes/owned_workspace.hpp"
 
 #include <cstdio>
 #include <string>
@@ -73,7 +73,7 @@ int main(int argc, char **argv) {
     options.floating_base = floating;
     std::printf(i == 1 ? "{" : ",\n ");
     print(word.substr(0, equals).c_str(),
-          ksl::load(word.substr(equals + 1, word.size() - equals - 1 - (floating ? suffix.size() : 0)), options, true));
+          ksl::load(word.substr(equals + 1, word.size() - equals - 1 - (floating ? suffix.size() : 0)), options, {.mimic_independent = true}));
   }
   std::printf("}\n");
 }

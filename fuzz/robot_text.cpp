@@ -107,7 +107,7 @@ std::optional<model> load_or_refuse(const std::string &text) {
     options.physics->rotor = true, options.physics->rotor_bodies = h / 2048 % 2 == 0;
   }
   try {
-    return load_text(text, options, mimic_independent, strict, masses_optional, "", file);
+    return load_text(text, options, {mimic_independent, strict, masses_optional, ""}, file);
   } catch (const description_error &error) {
     check_sentence(error.what(), "a refusal");
     if (std::string(error.what()).substr(0, file.size()) != file)

@@ -1,7 +1,7 @@
 // What is loaded is written as URDF, and loaded again: the same model, and the same text.
 #include "robot_text.hpp"
 
-#include "ksl/engine/joints.hpp"
+#include "ksl/engine/model/joints.hpp"
 #include "ksl/urdf.hpp"
 #include "load/urdf.hpp"
 

@@ -7,7 +7,7 @@
 
 #include <numpy/ndarrayobject.h>
 
-#include "ksl/engine/batch_view.hpp"
+#include "ksl/engine/algorithms/batch_view.hpp"
 
 #include <algorithm>
 #include <optional>

@@ -100,7 +100,7 @@ inline void add_builder(nb::module_ &module) {
           "build",
           [](const ksl::builder &b, bool floating_base, bool strict, std::optional<three> gravity,
              const payloads_given &payloads, bool masses_optional, const physics_given &physics) {
-            return b.build(options_of(floating_base, gravity, payloads, physics), strict, masses_optional);
+            return b.build(options_of(floating_base, gravity, payloads, physics), {strict, masses_optional});
           },
           "floating_base"_a, "strict"_a, "gravity"_a.none(), "payloads"_a, "masses_optional"_a,
           "physics"_a = physics_given(std::vector<std::string>(), ksl::physics_options().friction_width));

@@ -11,7 +11,7 @@
 #include "batch/threads.hpp"
 #include "engine/coupled.hpp"
 #include "ksl/dynamics.hpp"
-#include "ksl/engine/quaternion_tolerance.hpp"
+#include "ksl/engine/model/quaternion_tolerance.hpp"
 
 #include <atomic>
 #include <climits>

@@ -32,7 +32,7 @@ ksl::model load_text(const nb::bytes &text, const nb::bytes &name, bool floating
                      const building::payloads_given &payloads, bool masses_optional, const std::string &model_name,
                      const building::physics_given &physics) {
   return ksl::load_text(string_of(text), building::options_of(floating_base, gravity, payloads, physics),
-                        mimic_independent, strict, masses_optional, model_name, string_of(name));
+                        {mimic_independent, strict, masses_optional, model_name}, string_of(name));
 }
 
 /// What `ksl info` prints about a joint.  Limits that the file doesn't give are None.
@@ -96,25 +96,48 @@ nb::dict link_dict(const ksl::link_description &l) {
   return d;
 }
 
-/// Adds a method for each algorithm.  The methods of ksl.calls wrap them, with keywords and docstrings.
-void add_calls(nb::class_<ksl::model> &model) {
-  for (const ksl::algorithm_row *row : ksl::rows::all)
-    model.def(
-        row->name,
-        [row](const ksl::model &m, nb::handle q, nb::handle x, nb::handle y, nb::handle z, nb::handle external, nb::handle request,
-              nb::handle out, nb::handle threads) { return calls::run(*row, m, {q, x, y, z}, external, request, out, threads); },
-        "q"_a.none(), "x"_a.none(), "y"_a.none(), "z"_a.none(), "external"_a.none(), "request"_a.none(), "out"_a.none(), "threads"_a.none());
+/// The words of n numbers of a joint: of(i) is that of number i.
+using words = nb::typed<nb::tuple, nb::str, nb::ellipsis>;
+template <class Of> words words_of(int n, Of of) {
+  nb::list all;
+  for (int i = 0; i < n; ++i)
+    all.append(of(i));
+  return words(nb::tuple(all));
 }
 
-} // namespace
+/// The kinds of joints: all that the package says of a kind is taken from here.
+void add_joint_kinds(nb::module_ &module) {
+  using row = ksl::joint_kind_row;
+  const auto some = [](int i) { return i < 0 ? std::optional<int>() : std::optional<int>(i); };
+  nb::class_<row>(module, "JointKind", "A kind of joint.  Names of numbers are what tables call them after JOINT. (\"x\"), empty where the joint's name says it.")
+      .def_prop_ro("name", [](const row &k) { return std::string(k.name); })
+      .def_prop_ro("other_name", [](const row &k) { return k.other_name ? std::optional<std::string>(k.other_name) : std::nullopt; }, "A second name in files.")
+      .def_ro("nq", &row::nq)
+      .def_ro("nv", &row::nv)
+      .def_ro("has_axis", &row::has_axis)
+      .def_ro("has_axis2", &row::has_axis2)
+      .def_ro("has_pitch", &row::has_pitch)
+      .def_ro("has_limits", &row::has_limits, "Has it one coordinate, whose position can have bounds?")
+      .def_prop_ro("numbers_with_limits", [](const row &k) { return ksl::numbers_with_limits(k); }, "How many numbers of q can have bounds.")
+      .def_ro("is_free", &row::is_free)
+      .def_ro("in_urdf", &row::in_urdf, "Does URDF itself define it?")
+      .def_ro("velocity_is_rate", &row::velocity_is_rate, "Is v the rate of q?  Else it is a twist in the child's axes.")
+      .def_prop_ro("angle", [some](const row &k) { return some(k.angle); }, "Where in q its angle about the axis is.")
+      .def_prop_ro("quaternion", [some](const row &k) { return some(k.quaternion); }, "Where in q a quaternion [x y z w] begins.")
+      .def_prop_ro("position", [](const row &k) { return words_of(k.nq, [&](int i) { return k.positions[i].name; }); }, "(nq)")
+      .def_prop_ro("velocity", [](const row &k) { return words_of(k.nv, [&](int i) { return k.velocities[i].velocity; }); }, "(nv)")
+      .def_prop_ro("acceleration", [](const row &k) { return words_of(k.nv, [&](int i) { return k.velocities[i].acceleration; }); }, "(nv)")
+      .def_prop_ro("effort", [](const row &k) { return words_of(k.nv, [&](int i) { return k.velocities[i].effort; }); }, "(nv)")
+      .def_prop_ro("position_unit", [](const row &k) { return words_of(k.nq, [&](int i) { return k.positions[i].unit; }); }, "(nq) m, rad, or empty for numbers of a quaternion.")
+      .def_prop_ro("velocity_unit", [](const row &k) { return words_of(k.nv, [&](int i) { return k.velocities[i].unit; }); }, "(nv) m or rad, of the coordinate.");
+  nb::list rows;
+  for (const ksl::joint_kind kind : ksl::joint_kinds)
+    rows.append(ksl::row_of(kind));
+  module.attr("joint_kinds") = nb::tuple(rows);
+}
 
-// nanobind's function that begins the module, under another name: it would give the types of the main interpreter to a subinterpreter,
-// which that one then lacks.
-#define PyInit__core begin_core
-NB_MODULE(_core, module) {
-  if (_import_array() < 0)
-    nb::raise_python_error();
-  nb::set_leak_warnings(false); // a daemon thread that computes while the program ends keeps its model
+/// DescriptionError and ResultError of ksl.errors, for those of C++.
+void translate_exceptions() {
   nb::register_exception_translator([](const std::exception_ptr &p, void *) {
     try {
       std::rethrow_exception(p);
@@ -128,16 +151,10 @@ NB_MODULE(_core, module) {
       PyErr_SetObject(error.ptr(), raised.ptr());
     }
   });
+}
 
-#ifdef NDEBUG
-  nb::set_leak_warnings(false); // a daemon thread in a call keeps its model until the program ends, which is no leak
-#endif
-
-  module.attr("__version__") = KSL_VERSION;
-  module.attr("QUATERNION_TOLERANCE") = ksl::quaternion_tolerance;
-  module.attr("QUATERNION_ROUNDING") = ksl::quaternion_rounding;
-  module.def("instruction_set", &ksl::instruction_set, "Name of the instruction set whose kernels run.");
-
+/// Which reactions and which links a call is about, and how results are expressed.
+void add_enumerations(nb::module_ &module) {
   nb::enum_<ksl::wrench_part>(module, "Part")
       .value("total", ksl::wrench_part::total)
       .value("constraint", ksl::wrench_part::constraint)
@@ -150,7 +167,9 @@ NB_MODULE(_core, module) {
       .value("joint", ksl::wrench_frame::joint)
       .value("world", ksl::wrench_frame::world)
       .value("link", ksl::wrench_frame::link);
+}
 
+void add_reactions_request(nb::module_ &module) {
   nb::class_<calls::reactions_request>(module, "Request", "Which reactions, and how they are to be expressed.")
       .def(
           "__init__",
@@ -172,7 +191,9 @@ NB_MODULE(_core, module) {
           },
           "links"_a, "part"_a, "on"_a, "at"_a, "at_link"_a, "offset"_a, "axes"_a, "axes_link"_a, "angular_first"_a)
       .def_prop_ro("joints", [](const calls::reactions_request &r) { return r.request.n; });
+}
 
+void add_link_request(nb::module_ &module) {
   nb::class_<calls::link_request>(module, "Links", "Which links, by index, in what order; and how a motion of one is expressed.")
       .def(
           "__init__",
@@ -185,8 +206,10 @@ NB_MODULE(_core, module) {
           "index"_a, "world_axes"_a = false, "at_world"_a = false, "angular_first"_a = false, "kind"_a = 0,
           "offset"_a = std::array<double, 3>{})
       .def_prop_ro("n", [](const calls::link_request &links) { return links.index.size(); });
+}
 
-  nb::class_<ksl::model> model(module, "Model");
+/// What a model says of itself.
+void add_properties(nb::class_<ksl::model> &model) {
   model.def_prop_ro("nq", &ksl::model::nq)
       .def_prop_ro("nv", &ksl::model::nv)
       .def_prop_ro("tree_rows", &ksl::model::tree_rows)
@@ -222,16 +245,51 @@ NB_MODULE(_core, module) {
           rows.append(link_dict(l));
         return rows;
       });
+}
+
+/// Adds a method for each algorithm.  The methods of ksl.calls wrap them, with keywords and docstrings.
+void add_calls(nb::class_<ksl::model> &model) {
+  for (const ksl::algorithm_row *row : ksl::rows::all)
+    model.def(
+        row->name,
+        [row](const ksl::model &m, nb::handle q, nb::handle x, nb::handle y, nb::handle z, nb::handle external, nb::handle request,
+              nb::handle out, nb::handle threads) { return calls::run(*row, m, {q, x, y, z}, external, request, out, threads); },
+        "q"_a.none(), "x"_a.none(), "y"_a.none(), "z"_a.none(), "external"_a.none(), "request"_a.none(), "out"_a.none(), "threads"_a.none());
+}
+
+void add_loading(nb::module_ &module) {
+  module.def("file_bytes", &file_bytes, "path"_a,
+             "The bytes of a robot file, if it is a regular one and not too large.");
+  module.def("load_text", &load_text, "text"_a, "name"_a, "floating_base"_a, "mimic_independent"_a, "strict"_a, "gravity"_a.none(),
+             "payloads"_a, "masses_optional"_a, "model_name"_a, "physics"_a);
+}
+
+} // namespace
+
+// nanobind's function that begins the module, under another name: it would give the types of the main interpreter to a subinterpreter,
+// which that one then lacks.
+#define PyInit__core begin_core
+NB_MODULE(_core, module) {
+  if (_import_array() < 0)
+    nb::raise_python_error();
+  nb::set_leak_warnings(false); // a daemon thread that computes while the program ends keeps its model
+  translate_exceptions();
+  module.attr("__version__") = KSL_VERSION;
+  module.attr("QUATERNION_TOLERANCE") = ksl::quaternion_tolerance;
+  module.attr("QUATERNION_ROUNDING") = ksl::quaternion_rounding;
+  module.def("instruction_set", &ksl::instruction_set, "Name of the instruction set whose kernels run.");
+  add_joint_kinds(module);
+  add_enumerations(module);
+  add_reactions_request(module);
+  add_link_request(module);
+  nb::class_<ksl::model> model(module, "Model");
+  add_properties(model);
   add_calls(model);
   model.def("inverse_kinematics", &calls::inverse_kinematics, "frames"_a, "target"_a, "start"_a.none(), "position_tolerance"_a,
             "orientation_tolerance"_a, "iterations"_a, "starts"_a, "seed"_a, "limits"_a, "threads"_a.none());
   building::add_surgery(model);
   building::add_builder(module);
-
-  module.def("file_bytes", &file_bytes, "path"_a,
-             "The bytes of a robot file, if it is a regular one and not too large.");
-  module.def("load_text", &load_text, "text"_a, "name"_a, "floating_base"_a, "mimic_independent"_a, "strict"_a, "gravity"_a.none(),
-             "payloads"_a, "masses_optional"_a, "model_name"_a, "physics"_a);
+  add_loading(module);
 }
 #undef PyInit__core
 

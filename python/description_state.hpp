@@ -1,7 +1,7 @@
 // Descriptions as nested lists of plain Python values, for pickles: all that a model is made of, in a fixed order.
 #pragma once
 
-#include "ksl/engine/description.hpp"
+#include "ksl/engine/model/description.hpp"
 #include "paths.hpp"
 
 #include <nanobind/nanobind.h>

@@ -7,8 +7,8 @@
 #include <numpy/ndarrayobject.h>
 #include <numpy/ufuncobject.h>
 
-#include "batch/array_kernels.hpp"
 #include "batch/threads.hpp"
+#include "engine/array_kernels.hpp"
 
 #include <algorithm>
 #include <atomic>

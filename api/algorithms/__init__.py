@@ -1,8 +1,8 @@
 """One row for each algorithm.  From it scripts/generate.py makes the kernels, the C++ and C calls, the Python method, the
 reference page, and the test that compares them with each other.
 
-A new algorithm is a header in include/ksl/engine/ and a row in the file of its group; CONTRIBUTING.md says what the header must
-define.  A new group is a file here, and a name in GROUPS.
+A new algorithm is a header in include/ksl/engine/algorithms/GROUP/ and a row in the file of its group; CONTRIBUTING.md says what the
+header must define.  A new group is a file here, a folder there, and a name in GROUPS.
 """
 
 from importlib import import_module

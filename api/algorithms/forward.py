@@ -63,7 +63,7 @@ q, v, external, out, threads: as in :meth:`inverse_dynamics`.  Articulated-body 
     ),
     Algorithm(
         name="velocity_jump",
-        header="solve_mass_matrix.hpp",
+        header="mass/solve_mass_matrix.hpp",
         needs_mass=True,
         inputs=("q",),
         coupled="jump",

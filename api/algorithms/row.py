@@ -31,6 +31,7 @@ class Algorithm:
 
     name: the name of every call, and of the engine's function NAME(model, workspace, inputs, [external,] [links,] results),
     unless another form is given.  The workspace is NAME_workspace, unless given.
+    header: the file that defines it, in include/ksl/engine/algorithms/GROUP/; "mass/NAME.hpp" names that of another group.
     inputs: names of INPUTS, q first.  called: what calls name them instead, where that says more.  external: wrenches on links are "optional" or "required".
     request: what a call specifies besides numbers:
         "links": links, how many and which; "link": one

@@ -32,7 +32,7 @@ struct rows {
 ksl::model load(const char *urdf, bool floating) {
   ksl::model_options options;
   options.floating_base = floating;
-  return ksl::load(urdf, options, true);
+  return ksl::load(urdf, options, {.mimic_independent = true});
 }
 
 /// Arguments of a call on one state, and where its results go.

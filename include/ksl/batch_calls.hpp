@@ -6,7 +6,7 @@
 // std::runtime_error for an unusable KSL_ISA; nothing else.
 #pragma once
 
-#include "ksl/engine/batch_view.hpp"
+#include "ksl/engine/algorithms/batch_view.hpp"
 #include "ksl/model.hpp"
 
 namespace ksl {

@@ -44,6 +44,12 @@ struct dh_row {
 /// Hartenberg, 1955); or after Rx(alpha) Tx(a) Rz(theta) Tz(d), at its start (Craig, Introduction to Robotics, 3.4).
 enum class dh_convention { standard, modified };
 
+/// How strictly a description is judged.
+struct check_options {
+  bool strict = false;          ///< warnings about inertias and masses are errors
+  bool masses_optional = false; ///< moving links of which none has a mass are no error
+};
+
 /// Collects links and joints.  A call throws description_error for what it is given, build for what is missing;
 /// messages name the link or joint, what was found and how to mend it.  After an exception it holds what it held before.
 class KSL_EXPORT builder {
@@ -67,10 +73,10 @@ public:
 
   /// What has been added.  Throws unless the links form one tree.  Inertias that no body can have are warnings, or
   /// errors if strict.
-  robot_description description(bool strict = false) const;
+  robot_description description(const check_options &how = {}) const;
 
   /// The model of that, with the checks and options of ksl::load.
-  model build(const model_options &options = {}, bool strict = false, bool masses_optional = false) const;
+  model build(const model_options &options = {}, const check_options &how = {}) const;
 
 private:
   void cut_to(std::size_t links, std::size_t joints) noexcept;
@@ -82,8 +88,7 @@ private:
 
 /// The model of a description, with the checks that ksl::load makes of what it has read: whether links that move have a
 /// mass.
-KSL_EXPORT model model_of(robot_description robot, const model_options &options = {}, bool strict = false,
-                          bool masses_optional = false);
+KSL_EXPORT model model_of(robot_description robot, const model_options &options = {}, const check_options &how = {});
 
 /// The kind of that name or other name (joint_kind_row).  Throws description_error, naming the known ones.
 KSL_EXPORT joint_kind joint_kind_named(const std::string &name);

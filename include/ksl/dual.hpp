@@ -12,8 +12,8 @@
 // Source: Griewank and Walther, Evaluating Derivatives (2008), section 3.1.
 #pragma once
 
-#include "ksl/engine/scalar.hpp"
-#include "ksl/engine/sine_cosine.hpp"
+#include "ksl/engine/lanes/scalar.hpp"
+#include "ksl/engine/lanes/sine_cosine.hpp"
 
 namespace ksl {
 inline namespace KSL_ISA {

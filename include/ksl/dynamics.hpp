@@ -6,19 +6,24 @@
 
 namespace ksl {
 
+/// How a robot file is read and judged: load("arm.urdf", {}, {.strict = true}).
+struct load_options {
+  /// A mimic joint follows its leader and has no numbers in q and v; if this is set, it has numbers of its own.
+  bool mimic_independent = false;
+  bool strict = false;          ///< warnings about inertias and masses are errors
+  bool masses_optional = false; ///< moving links of which none has a mass are no error
+  std::string model;            ///< which model of an SDF file with several
+};
+
 /// Reads a URDF or an SDF file; its root element says which.  Throws description_error, whose message names file, line, link or joint,
-/// what is wrong and how to mend it.
-/// A mimic joint follows its leader and has no numbers in q and v; with mimic_independent it has numbers of its own.
-/// Moving links of which none has a mass are an error, too, unless masses_optional.  With strict, warnings about inertias and
-/// masses become errors.  model_name: which model of an SDF file with several.  options.gravity, if it is not given, is that of the
-/// world in an SDF file.  The root of an SDF model is a link `world`; links that no joint carries float on it.
-KSL_EXPORT model load(const std::string &path, const model_options &options = {}, bool mimic_independent = false, bool strict = false,
-                      bool masses_optional = false, const std::string &model_name = {});
+/// what is wrong and how to mend it.  options.gravity, if it is not given, is that of the world in an SDF file.  The root of an SDF
+/// model is a link `world`; links that no joint carries float on it.
+KSL_EXPORT model load(const std::string &path, const model_options &options = {}, const load_options &how = {});
 
 /// The same from a text that is in memory: the contents of such a file.  `name` stands for the file in messages and in
 /// robot_description::file.
-KSL_EXPORT model load_text(const std::string &text, const model_options &options = {}, bool mimic_independent = false, bool strict = false,
-                           bool masses_optional = false, const std::string &model_name = {}, const std::string &name = "<string>");
+KSL_EXPORT model load_text(const std::string &text, const model_options &options = {}, const load_options &how = {},
+                           const std::string &name = "<string>");
 
 /// Reactions of the requested joints into out (request.n, 6).  Call it right after inverse_dynamics with the same external
 /// wrenches: other calls overwrite the workspace.

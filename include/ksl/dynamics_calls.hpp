@@ -3,7 +3,7 @@
 // Algorithms on one state; included by ksl/dynamics.hpp.  S: double or float.
 #pragma once
 
-#include "ksl/engine/batch_view.hpp"
+#include "ksl/engine/algorithms/batch_view.hpp"
 #include "ksl/model.hpp"
 
 namespace ksl {

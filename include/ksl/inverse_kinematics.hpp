@@ -1,7 +1,7 @@
 // KSL: inverse kinematics for C++ users, by the library's kernels.
 #pragma once
 
-#include "ksl/engine/inverse_kinematics.hpp"
+#include "ksl/engine/algorithms/kinematics/inverse_kinematics.hpp"
 #include "ksl/model.hpp"
 
 namespace ksl {

@@ -1,10 +1,10 @@
 // KSL: a model with its arrays and the names of joints and links, and the workspace for one computation with it.
 #pragma once
 
-#include "ksl/engine/coupling.hpp"
-#include "ksl/engine/model.hpp"
-#include "ksl/engine/description.hpp"
-#include "ksl/engine/joints.hpp"
+#include "ksl/engine/model/coupling.hpp"
+#include "ksl/engine/model/model.hpp"
+#include "ksl/engine/model/description.hpp"
+#include "ksl/engine/model/joints.hpp"
 #include "ksl/result_error.hpp"
 
 #include <array>
@@ -163,7 +163,7 @@ public:
       return view_single();
   }
 
-  /// How the numbers of the expanded mechanism follow from those of a user (engine/coupling.hpp).
+  /// How the numbers of the expanded mechanism follow from those of a user (engine/model/coupling.hpp).
   template <class S> coupling_view<S> coupling_in() const {
     if constexpr (sizeof(S) == sizeof(double))
       return double_.coupling(nq_, nv_, in_q_, in_v_);
@@ -214,7 +214,7 @@ private:
 };
 
 /// The workspace of a computation, and the only object that calls modify.  It is one block of memory, large enough for any
-/// algorithm (engine/workspace.hpp), and is allocated by the constructor only.  Each thread needs a workspace of its own.  In
+/// algorithm (engine/lanes/workspace.hpp), and is allocated by the constructor only.  Each thread needs a workspace of its own.  In
 /// debug builds fresh memory is NaN.
 class KSL_EXPORT data {
 public:

@@ -1,8 +1,8 @@
 // KSL: the wrench through a plane section of a link.
 #pragma once
 
-#include "ksl/engine/frame_options.hpp"
-#include "ksl/engine/reactions.hpp"
+#include "ksl/engine/algorithms/inverse/reactions.hpp"
+#include "ksl/engine/steps/frame_options.hpp"
 #include "ksl/model.hpp"
 
 namespace ksl {

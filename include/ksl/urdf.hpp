@@ -1,7 +1,7 @@
 // KSL: robots as URDF text.
 #pragma once
 
-#include "ksl/engine/description.hpp"
+#include "ksl/engine/model/description.hpp"
 
 namespace ksl {
 

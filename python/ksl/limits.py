@@ -1,7 +1,7 @@
 """Limits of the files that the Python readers take.  docs/motions.md lists them; a file beyond one is refused with a sentence.
 
 They are far above what robots and recordings have.  They are low enough that reading a file ends within seconds, and within the memory
-of a common machine.  The loader of robot files has limits of its own: src/load/limits.hpp.
+of a common machine.  The loader of robot files has limits of its own: src/text/limits.hpp.
 """
 
 from __future__ import annotations

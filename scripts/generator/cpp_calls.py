@@ -103,7 +103,7 @@ def includes(*headers: str) -> str:
     return "\n".join(f'#include "{header}"' for header in headers)
 
 
-HEADER_INCLUDES = includes("ksl/engine/batch_view.hpp", "ksl/model.hpp")
+HEADER_INCLUDES = includes("ksl/engine/algorithms/batch_view.hpp", "ksl/model.hpp")
 
 WHAT_SINGLE = "Algorithms on one state; included by ksl/dynamics.hpp.  S: double or float."
 

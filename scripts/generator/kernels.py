@@ -22,6 +22,11 @@ def engine_call(row: Algorithm, function: str) -> str:
     return f"{function}(model, w, {', '.join(arguments)});"
 
 
+def header(row: Algorithm) -> str:
+    """The header that the row names, in the folder of its group unless it says another's: "mass/solve_mass_matrix.hpp"."""
+    return f"ksl/engine/algorithms/{row.header if '/' in row.header else f'{GROUP_OF[row.name]}/{row.header}'}"
+
+
 STEP = """\
   template <class T>
   static void {name}(const model_view<scalar_of<T>> &model, const workspace<T> &w, const state_view<T> &s) {{
@@ -32,7 +37,7 @@ STEP = """\
 KERNEL = """\
 // {mark}
 #include "engine/forms.hpp"
-#include "ksl/engine/{header}"
+#include "{header}"
 
 namespace ksl {{
 inline namespace KSL_ISA {{
@@ -59,7 +64,7 @@ def kernel(row: Algorithm) -> str:
     }.get(row.form, {"compute": row.name})
     text = "".join("\n" + STEP.format(name=name, call=engine_call(row, function)) for name, function in steps.items())
     row_lines = "".join(f"      {line},\n" for line in row_members(row))
-    return KERNEL.format(mark=MARK, row=row_lines, header=row.header, name=row.name, form=row.form, workspace=workspace(row), steps=text)
+    return KERNEL.format(mark=MARK, row=row_lines, header=header(row), name=row.name, form=row.form, workspace=workspace(row), steps=text)
 
 
 def result_row(result: Result) -> str:
@@ -167,7 +172,7 @@ def files() -> dict[str, str]:
     declarations = " \\\n".join(f'  extern "C" const ksl::algorithm_kernels ksl_kernels_{row.name}_##set;' for row in COMPUTING)
     initialisers = " \\\n".join(f"    .{row.name} = &ksl_kernels_{row.name}_##set," for row in COMPUTING) + " \\"
     out["src/engine/kernel_tables.hpp"] = TABLES.format(mark=MARK, declarations=declarations, initialisers=initialisers)
-    includes = "\n".join(f'#include "ksl/engine/{header}"' for header in sorted({row.header for row in COMPUTING}))
+    includes = "\n".join(f'#include "{name}"' for name in sorted({header(row) for row in COMPUTING}))
     sizes = "\n".join(f"      workspace_bytes<{workspace(row)}<double>>(m)," for row in COMPUTING)
     out["src/engine/largest_workspace.hpp"] = LARGEST.format(mark=MARK, includes=includes, sizes=sizes)
     return out

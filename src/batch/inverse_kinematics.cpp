@@ -1,9 +1,9 @@
 #include "ksl/inverse_kinematics.hpp"
 
-#include "batch/inverse_kinematics_kernels.hpp"
 #include "batch/threads.hpp"
+#include "engine/inverse_kinematics_kernels.hpp"
 #include "engine/thread_memory.hpp"
-#include "ksl/engine/quaternion_tolerance.hpp"
+#include "ksl/engine/model/quaternion_tolerance.hpp"
 
 #include <cstddef>
 

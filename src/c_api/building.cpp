@@ -114,7 +114,7 @@ ksl_status_t ksl_builder_add_dh_chain(ksl_builder_t *builder, const char *parent
 ksl_status_t ksl_builder_build(const ksl_builder_t *builder, const ksl_model_options_t *options, ksl_model_t **model) {
   return created(model, builder, "builder and model must not be null", [&] {
     const ksl_model_options_t o = options ? *options : ksl_model_options();
-    return new ksl_model_t{builder->builder.build(ksl::c_api::options_of(o), o.strict, o.masses_optional)};
+    return new ksl_model_t{builder->builder.build(ksl::c_api::options_of(o), {o.strict, o.masses_optional})};
   });
 }
 

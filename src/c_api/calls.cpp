@@ -1,8 +1,8 @@
 #include "c_api/calls.hpp"
 
 #include "engine/thread_memory.hpp"
-#include "ksl/engine/quaternion_tolerance.hpp"
-#include "ksl/engine/workspace.hpp"
+#include "ksl/engine/lanes/workspace.hpp"
+#include "ksl/engine/model/quaternion_tolerance.hpp"
 
 #include <cmath>
 #include <cstdint>

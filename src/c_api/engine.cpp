@@ -147,7 +147,7 @@ ksl_model_t *read_model(const std::string &text, const std::string &name, const 
   ksl::robot_description robot = ksl::read_robot_text(text, name, how);
   if (o.file_gravity && robot.gravity != ksl::robot_description().gravity)
     others.gravity.reset(); // that of the description
-  return new ksl_model_t{ksl::model_of(std::move(robot), others, o.strict, o.masses_optional)};
+  return new ksl_model_t{ksl::model_of(std::move(robot), others, {o.strict, o.masses_optional})};
 }
 
 } // namespace

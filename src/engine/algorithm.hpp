@@ -1,7 +1,7 @@
 // An algorithm at run time: its row of api/algorithms/, and its kernels.
 #pragma once
 
-#include "ksl/engine/batch_view.hpp"
+#include "ksl/engine/algorithms/batch_view.hpp"
 
 namespace ksl {
 
@@ -125,7 +125,7 @@ constexpr bool names_links(request_kind request) {
 /// The extents that follow from a model and a request.
 struct extents {
   int nq, nv, links, joints;
-  int tree; ///< elements of a matrix that aren't zero by the shape of the tree (engine/tree_rows.hpp)
+  int tree; ///< elements of a matrix that aren't zero by the shape of the tree (engine/steps/tree_rows.hpp)
   int all_links; ///< of the model
 };
 

@@ -1,6 +1,6 @@
 #include "engine/canonical_axes.hpp"
 
-#include "ksl/engine/joints.hpp"
+#include "ksl/engine/model/joints.hpp"
 
 #include <cmath>
 #include <limits>

@@ -1,7 +1,7 @@
 // Chooses the direction of x in the canonical frames of a model (docs/decisions/0007-turns.md).
 #pragma once
 
-#include "ksl/engine/model.hpp"
+#include "ksl/engine/model/model.hpp"
 
 #include <vector>
 

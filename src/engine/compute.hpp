@@ -5,7 +5,7 @@
 #include "engine/examine.hpp"
 #include "engine/thread_memory.hpp"
 
-#include "ksl/engine/workspace.hpp"
+#include "ksl/engine/lanes/workspace.hpp"
 
 #include <stdexcept>
 #include <string>

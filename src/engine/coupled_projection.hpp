@@ -3,7 +3,7 @@
 
 #include "engine/coupled.hpp"
 
-#include "ksl/engine/workspace.hpp"
+#include "ksl/engine/lanes/workspace.hpp"
 
 #include <algorithm>
 

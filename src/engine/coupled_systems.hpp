@@ -5,7 +5,7 @@
 #include "engine/coupled_projection.hpp"
 
 #include "engine/algorithm_rows.hpp"
-#include "ksl/engine/operational_space.hpp"
+#include "ksl/engine/algorithms/operational_space/operational_space.hpp"
 #include "ksl/linalg.h"
 
 #include <limits>
@@ -26,7 +26,29 @@ inline void solve(const float *A, float *x, int n) {
 }
 
 /// Computed state by state, in batches too?
-inline bool by_states(coupled_by how) { return how > coupled_by::upper_triangle && how < coupled_by::refusal; }
+inline bool by_states(coupled_by how) {
+  switch (how) {
+  case coupled_by::solution_derivatives:
+  case coupled_by::solution_second_derivatives:
+  case coupled_by::hybrid:
+  case coupled_by::jump:
+  case coupled_by::operational_inverse:
+  case coupled_by::operational_inertia:
+  case coupled_by::operational_space: return true;
+  case coupled_by::projection:
+  case coupled_by::solution:
+  case coupled_by::product:
+  case coupled_by::inverse:
+  case coupled_by::upper_triangle:
+  case coupled_by::refusal: return false;
+  }
+  __builtin_unreachable();
+}
+
+/// One of the quantities of operational space, which are about frames?
+inline bool is_operational(coupled_by how) {
+  return how == coupled_by::operational_inverse || how == coupled_by::operational_inertia || how == coupled_by::operational_space;
+}
 
 /// Without gravity, and with no effort that motors add at rest.
 template <class S> model_view<S> weightless(const model &m) {
@@ -82,7 +104,7 @@ private:
 
     void lay_out(arena &memory, const systems &of, const extents &asked) {
       const int nv = of.m.nv(), all = of.m.view().nv;
-      const bool frames = of.what >= coupled_by::operational_inverse, hybrid = of.what == coupled_by::hybrid;
+      const bool frames = is_operational(of.what), hybrid = of.what == coupled_by::hybrid;
       const bool twice = of.what == coupled_by::solution_second_derivatives;
       const int rows = frames ? 6 * asked.links : 0;
       M = memory.take<S>(nv * nv), x = memory.take<S>(nv), zero = memory.take<S>(nv);
@@ -147,7 +169,7 @@ private:
   }
 
   /// −M times the second derivatives of a, from those of inverse dynamics at the accelerations that solve the
-  /// system, and then times −M⁻¹: the equations of ksl/engine/forward_dynamics_second_derivatives.hpp, without zeros to leave out.
+  /// system, and then times −M⁻¹: the equations of ksl/engine/algorithms/derivatives/forward_dynamics_second_derivatives.hpp, without zeros to leave out.
   void set_second_derivatives(const memory_of_state &w, const state_view<S> &given) const {
     const int nv = m.nv(), matrix = nv * nv;
     state_view<S> s = given;
@@ -275,7 +297,7 @@ private:
       }
   }
 
-  /// The definitions of ksl/engine/operational_space.hpp.
+  /// The definitions of ksl/engine/algorithms/operational_space/operational_space.hpp.
   void set_operational(const memory_of_state &w, const state_view<S> &given) const {
     const int nv = m.nv(), rows = 6 * given.links.n;
     set_inverse(w, given);

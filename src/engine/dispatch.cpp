@@ -1,6 +1,6 @@
 // Chooses the instruction set, once, at the first call.
-#include "batch/array_kernels.hpp"
-#include "batch/inverse_kinematics_kernels.hpp"
+#include "engine/array_kernels.hpp"
+#include "engine/inverse_kinematics_kernels.hpp"
 #include "engine/kernel_tables.hpp"
 #include "engine/kernels.hpp"
 

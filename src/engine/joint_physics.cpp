@@ -1,8 +1,8 @@
 #include "engine/joint_physics.hpp"
 
-#include "load/check.hpp"
-#include "load/unused.hpp"
-#include "load/words.hpp"
+#include "description/check.hpp"
+#include "text/unused.hpp"
+#include "text/words.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +16,7 @@ namespace {
 constexpr double narrowest = 1e-18;
 
 [[noreturn]] void refuse(const robot_description &robot, const joint_description &j, const std::string &what) {
-  load::refuse(robot.file, j.at.line, "joint " + load::quoted(j.name) + ": " + what);
+  text::refuse(robot.file, j.at.line, "joint " + text::quoted(j.name) + ": " + what);
 }
 
 void check(const robot_description &robot, const joint_description &j) {
@@ -25,9 +25,9 @@ void check(const robot_description &robot, const joint_description &j) {
       {"spring_stiffness", j.spring_stiffness}};
   for (const auto &[name, value] : numbers)
     if (!(value >= 0 && std::isfinite(value)))
-      refuse(robot, j, std::string(name) + " is " + load::shown(value) + "; expected a number that is not negative");
+      refuse(robot, j, std::string(name) + " is " + text::shown(value) + "; expected a number that is not negative");
   if (j.friction_width && !(*j.friction_width > 0))
-    refuse(robot, j, "friction_width is " + load::shown(*j.friction_width) +
+    refuse(robot, j, "friction_width is " + text::shown(*j.friction_width) +
                          "; expected the speed at which friction has 0.71 of its full strength");
   const joint_kind_row kind = row_of(j.kind);
   if (kind.nv != 1 && j.spring_stiffness != 0)
@@ -36,7 +36,7 @@ void check(const robot_description &robot, const joint_description &j) {
     refuse(robot, j, "a rotor on a " + std::string(kind.name) + " joint; leave out armature and rotor_inertia");
 }
 
-void list_if_off(load::unused_list &unused, const joint_description &j, const physics_options &options) {
+void list_if_off(text::unused_list &unused, const joint_description &j, const physics_options &options) {
   const struct { const char *name; bool on; double value; } all[] = {
       {"damping", options.damping, j.damping}, {"friction", options.friction, j.friction},
       {"armature", options.armature, j.armature}, {"rotor", options.rotor, j.rotor_inertia},
@@ -78,7 +78,7 @@ void remove_rotors(robot_description &robot) {
     return;
   for (const joint_description &j : robot.joints)
     if (!j.is_rotor && goes[static_cast<std::size_t>(j.parent)])
-      refuse(robot, j, "its parent link " + load::quoted(robot.links[static_cast<std::size_t>(j.parent)].name) +
+      refuse(robot, j, "its parent link " + text::quoted(robot.links[static_cast<std::size_t>(j.parent)].name) +
                            " is a rotor, which is a link with the physics \"rotor bodies\" alone; put the joint on another link");
   std::vector<int> index;
   std::vector<link_description> links;
@@ -99,7 +99,7 @@ void add_rotor(robot_description &robot, const joint_description &j, std::set<st
   const double I = j.rotor_inertia;
   link_description link;
   joint_description joint;
-  link.name = joint.name = load::free_name(j.name + "_rotor", [&](const std::string &name) { return names.count(name) > 0; });
+  link.name = joint.name = text::free_name(j.name + "_rotor", [&](const std::string &name) { return names.count(name) > 0; });
   names.insert(link.name);
   link.at = joint.at = j.at;
   link.inertia = {0, {0, 0, 0}, I * a.x * a.x, I * a.y * a.y, I * a.z * a.z, I * a.x * a.y, I * a.y * a.z, I * a.z * a.x};
@@ -129,7 +129,7 @@ physics_options physics_named(const std::vector<std::string> &names, double fric
   physics_options options;
   options.friction_width = friction_width;
   if (!(friction_width > 0 && std::isfinite(friction_width)))
-    load::refuse({}, 0, "friction_width is " + load::shown(friction_width) + "; expected the speed at which friction has 0.71 of its full strength");
+    text::refuse({}, 0, "friction_width is " + text::shown(friction_width) + "; expected the speed at which friction has 0.71 of its full strength");
   std::vector<std::string> known = {"all"};
   for (const named_option &each : named_options)
     known.push_back(each.name);
@@ -141,15 +141,15 @@ physics_options physics_named(const std::vector<std::string> &names, double fric
     else if (name == "all")
       options.damping = options.friction = options.armature = options.rotor = options.spring = true;
     else
-      load::refuse({}, 0, "physics " + load::quoted(name) + " is unknown, expected some of " + load::listed(known, known.size()) +
-                              load::suggestion(name, known, "write some of these"));
+      text::refuse({}, 0, "physics " + text::quoted(name) + " is unknown, expected some of " + text::listed(known, known.size()) +
+                              text::suggestion(name, known, "write some of these"));
   }
   const auto are_both = [&](const char *a, const char *b) {
     return std::find(names.begin(), names.end(), a) != names.end() && std::find(names.begin(), names.end(), b) != names.end();
   };
   for (const auto &[plain, refined] : {std::pair{"friction", "exact friction"}, {"rotor", "rotor bodies"}})
     if (are_both(plain, refined))
-      load::refuse({}, 0, "physics names both " + load::quoted(plain) + " and " + load::quoted(refined) +
+      text::refuse({}, 0, "physics names both " + text::quoted(plain) + " and " + text::quoted(refined) +
                               ", two laws for the same thing; keep one");
   options.friction |= options.exact_friction;
   options.rotor |= options.rotor_bodies;
@@ -194,7 +194,7 @@ robot_description with_rotors(robot_description robot) {
 
 std::vector<coordinate_physics<double>> joint_physics(robot_description &robot, const std::vector<joint_row> &joints, int nv) {
   const physics_options &options = robot.physics;
-  load::unused_list unused;
+  text::unused_list unused;
   std::erase_if(robot.unused, is_off_line); // the description of another model has them
   for (const joint_description &j : robot.joints) {
     check(robot, j);

@@ -3,9 +3,9 @@
 // weak symbols, which the linker would merge between the sets.
 #pragma once
 
-#include "batch/transpose.hpp"
 #include "engine/algorithm.hpp"
-#include "ksl/engine/workspace.hpp"
+#include "ksl/engine/lanes/transpose.hpp"
+#include "ksl/engine/lanes/workspace.hpp"
 
 namespace ksl {
 inline namespace KSL_ISA {

@@ -3,9 +3,9 @@
 // since calls must not allocate.
 #pragma once
 
-#include "ksl/engine/mass_matrix.hpp"
-#include "ksl/engine/owned_workspace.hpp"
-#include "ksl/engine/solve_mass_matrix.hpp"
+#include "ksl/engine/algorithms/mass/mass_matrix.hpp"
+#include "ksl/engine/algorithms/mass/solve_mass_matrix.hpp"
+#include "ksl/engine/lanes/owned_workspace.hpp"
 #include "ksl/model.hpp"
 
 #include <algorithm>

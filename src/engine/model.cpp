@@ -1,13 +1,13 @@
 // The model: its options and queries.
 #include "ksl/model.hpp"
 
-#include "ksl/engine/tree_rows.hpp"
+#include "ksl/engine/steps/tree_rows.hpp"
 
+#include "description/check.hpp"
 #include "engine/joint_physics.hpp"
 #include "engine/model_builder.hpp"
-#include "load/characters.hpp"
-#include "load/check.hpp"
-#include "load/words.hpp"
+#include "text/characters.hpp"
+#include "text/words.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -25,7 +25,7 @@ void add_payload(const payload &p, robot_description &robot) {
     std::vector<std::string> names;
     for (const link_description &link : robot.links)
       names.push_back(link.name);
-    load::refuse(robot.file, 0, "no link " + p.link + " to carry the payload" + load::suggestion(p.link, names, "name one of " + load::listed(names)));
+    text::refuse(robot.file, 0, "no link " + p.link + " to carry the payload" + text::suggestion(p.link, names, "name one of " + text::listed(names)));
   }
   const vec3<double> c = {p.point[0], p.point[1], p.point[2]};
   spatial_inertia<double> I;
@@ -134,7 +134,7 @@ std::vector<int> model::subtree_links(int joint) const {
 }
 
 std::string unknown_name(const std::string &what, const std::string &name, const std::vector<std::string> &known) {
-  return "no " + what + " named " + load::quoted(name) + load::suggestion(name, known, "known: " + load::listed(known));
+  return "no " + what + " named " + text::quoted(name) + text::suggestion(name, known, "known: " + text::listed(known));
 }
 
 int model::find_joint(const std::string &name) const {
@@ -157,7 +157,7 @@ std::string model::massless_joint_text() const {
 
 std::string model::massless_joint_text(int index) const {
   const joint_row &joint = joints_[static_cast<std::size_t>(index)];
-  return load::printable("joint " + joint.name + (index == massless_joint_ ? "" : ", at this position,") +
+  return text::printable("joint " + joint.name + (index == massless_joint_ ? "" : ", at this position,") +
                          " can move without moving any mass, so that its acceleration is not determined; give link " +
                          links_[static_cast<std::size_t>(joint.link)].name + " or a link beyond it mass and inertia, or fix the joint");
 }

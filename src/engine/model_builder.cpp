@@ -1,11 +1,11 @@
 #include "engine/model_builder.hpp"
 
+#include "description/check.hpp"
 #include "engine/canonical_axes.hpp"
 #include "engine/joint_physics.hpp"
 #include "engine/massless_joint.hpp"
-#include "load/check.hpp"
-#include "load/limits.hpp"
-#include "load/words.hpp"
+#include "text/limits.hpp"
+#include "text/words.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -54,10 +54,10 @@ void model_builder::build() {
     fixed_joints_.push_back({free_name("base", "ground"), joint_kind::fixed, 0, -1, -1, -1, none, none, 0, -1});
   }
   descend(root);
-  if (static_cast<std::size_t>(m_.expanded_nv_) > load::limits::coordinates)
-    load::refuse(m_.description_.file, 0,
+  if (static_cast<std::size_t>(m_.expanded_nv_) > text::limits::coordinates)
+    text::refuse(m_.description_.file, 0,
                  "the robot has " + std::to_string(m_.expanded_nv_) + " coordinates, more than " +
-                     std::to_string(load::limits::coordinates) + "; split it, or fix some joints");
+                     std::to_string(text::limits::coordinates) + "; split it, or fix some joints");
   finish();
 }
 
@@ -106,8 +106,8 @@ void model_builder::add_ground() {
 
 /// A name for a joint that is added to those of the file: the usual one, or one that no joint of the file has.
 std::string model_builder::free_name(const char *usual, const char *otherwise) const {
-  const auto is_taken = [&](const std::string &name) { return load::has_name(m_.description_.joints, name); };
-  return load::free_name(is_taken(usual) ? otherwise : usual, is_taken);
+  const auto is_taken = [&](const std::string &name) { return text::has_name(m_.description_.joints, name); };
+  return text::free_name(is_taken(usual) ? otherwise : usual, is_taken);
 }
 
 /// Depth first, children in file order.  Not recursive, since chains can be long.
@@ -372,7 +372,7 @@ void model_builder::check_finite() const {
       continue;
     const int link =
         b.link < 0 ? d.bodies[i + 1].link : b.link; // inside a universal joint: the link is that of the next body
-    load::refuse(
+    text::refuse(
         m_.description_.file, 0,
         "link " + m_.links_[static_cast<std::size_t>(link)].name +
             ": its place, or the inertia of it and of what it carries, is not finite, since some numbers are too "

@@ -4,7 +4,7 @@
 
 #include "ksl/model.hpp"
 
-#include "load/mimic.hpp"
+#include "description/mimic.hpp"
 
 #include <string>
 #include <vector>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "engine/coupled.hpp"
-#include "ksl/engine/workspace.hpp"
+#include "ksl/engine/lanes/workspace.hpp"
 
 namespace ksl {
 

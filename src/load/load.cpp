@@ -2,34 +2,19 @@
 #include "ksl/builder.hpp"
 #include "ksl/dynamics.hpp"
 
-#include "load/check.hpp"
 #include "load/robot_file.hpp"
-
-#include <set>
 
 namespace ksl {
 
-model load(const std::string &path, const model_options &options, bool mimic_independent, bool strict,
-           bool masses_optional, const std::string &model_name) {
-  return load_text(bytes_of_robot_file(path), options, mimic_independent, strict, masses_optional, model_name, path);
+model load(const std::string &path, const model_options &options, const load_options &how) {
+  return load_text(bytes_of_robot_file(path), options, how, path);
 }
 
-model load_text(const std::string &text, const model_options &options, bool mimic_independent, bool strict,
-                bool masses_optional, const std::string &model_name, const std::string &name) {
-  robot_description robot = read_robot_text(text, name, {mimic_independent, strict, options.floating_base, model_name});
+model load_text(const std::string &text, const model_options &options, const load_options &how, const std::string &name) {
+  robot_description robot = read_robot_text(text, name, {how.mimic_independent, how.strict, options.floating_base, how.model});
   model_options others = options;
   others.floating_base = false; // the description says it
-  return model_of(std::move(robot), others, strict, masses_optional);
-}
-
-model model_of(robot_description robot, const model_options &options, bool strict, bool masses_optional) {
-  std::set<std::string> with_payload;
-  for (const payload &p : options.payloads)
-    if (p.mass > 0)
-      with_payload.insert(p.link);
-  warn_of_links(robot, check_masses(robot, options.floating_base || robot.floating_base, with_payload, masses_optional),
-                strict, "add <inertial> to these links");
-  return model(std::move(robot), options);
+  return model_of(std::move(robot), others, {how.strict, how.masses_optional});
 }
 
 } // namespace ksl

@@ -1,12 +1,14 @@
 #include "load/mesh_scales.hpp"
 
-#include "load/words.hpp"
+#include "text/words.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 
 namespace ksl::load {
+
+using namespace text;
 
 namespace {
 

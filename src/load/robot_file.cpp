@@ -1,26 +1,26 @@
 #include "load/robot_file.hpp"
 
-#include "load/regular_file.hpp"
 #include "load/sdf.hpp"
 #include "load/urdf.hpp"
-#include "load/words.hpp"
+#include "text/regular_file.hpp"
+#include "text/words.hpp"
 
 namespace ksl {
 
-std::string bytes_of_robot_file(const std::string &path) { return load::bytes_of_file(path); }
+std::string bytes_of_robot_file(const std::string &path) { return text::bytes_of_file(path); }
 
 std::string bytes_of_robot_text(const char *text, std::size_t length, const std::string &name) {
-  load::check_size(length, name);
+  text::check_size(length, name);
   return {text, length};
 }
 
 robot_description read_robot_text(const std::string &text, const std::string &name, const file_options &options) {
-  const load::xml_file file(text, name);
+  const text::xml_file file(text, name);
   const std::string root = file.root().name();
   if (root == "sdf")
     return read_sdf(file, {options.model, options.mimic_independent, options.strict, options.floating_base});
   if (!options.model.empty())
-    load::refuse(name, 0, "model " + load::quoted(options.model) + " is asked for, but only SDF files hold several; leave that option out");
+    text::refuse(name, 0, "model " + text::quoted(options.model) + " is asked for, but only SDF files hold several; leave that option out");
   robot_description robot = read_urdf(file, {options.mimic_independent, options.strict});
   robot.floating_base = options.floating_base;
   return robot;

@@ -1,7 +1,7 @@
 // Reads a robot file in any format that KSL has a reader for.
 #pragma once
 
-#include "ksl/engine/description.hpp"
+#include "ksl/engine/model/description.hpp"
 
 #include <cstddef>
 #include <string>

@@ -2,15 +2,15 @@
 // Drake's documentation of SDF describes it.
 #include "load/sdf.hpp"
 
-#include "ksl/engine/joints.hpp"
+#include "ksl/engine/model/joints.hpp"
 
-#include "load/check.hpp"
-#include "load/given.hpp"
-#include "load/limits.hpp"
+#include "description/check.hpp"
+#include "description/given.hpp"
+#include "description/mimic.hpp"
 #include "load/mesh_scales.hpp"
-#include "load/mimic.hpp"
 #include "load/sdf_frames.hpp"
-#include "load/words.hpp"
+#include "text/limits.hpp"
+#include "text/words.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -20,15 +20,15 @@ namespace ksl {
 
 namespace {
 
-using load::element;
-using load::listed;
-using load::quoted;
+using text::element;
+using text::listed;
+using text::quoted;
 using load::sdf::frame_graph;
 using load::sdf::own_frame;
 
 class sdf_reader {
 public:
-  sdf_reader(const load::xml_file &file, const sdf_options &options)
+  sdf_reader(const text::xml_file &file, const sdf_options &options)
       : file_(file), options_(options), root_(file, unused_, file.root(), {"file", ""}) {}
 
   robot_description read();
@@ -67,9 +67,9 @@ private:
   int weld(const std::string &name, int parent, int child, const SE3<double> &pose);
   std::string free_joint_name(const std::string &name) const;
 
-  const load::xml_file &file_;
+  const text::xml_file &file_;
   const sdf_options &options_;
-  mutable load::unused_list unused_;
+  mutable text::unused_list unused_;
   element root_;
   robot_description robot_;
   frame_graph frames_;
@@ -166,7 +166,7 @@ pugi::xml_node sdf_reader::chosen_model() {
     return model;
   if (!options_.model.empty())
     root_.refuse("no model " + quoted(options_.model) + " in <" + holder.tag() + ">" +
-                 load::suggestion(options_.model, all, all.empty() ? "there is none" : "name one of " + listed(all)));
+                 text::suggestion(options_.model, all, all.empty() ? "there is none" : "name one of " + listed(all)));
   if (names.empty())
     root_.refuse("no <model> that moves in <" + holder.tag() + ">; a robot is a <model> with links");
   root_.refuse("several models, " + listed(names) + "; say which: --model NAME on the command line, model=\"NAME\" in Python");
@@ -231,10 +231,10 @@ std::string sdf_reader::collect_part(pugi::xml_node child, const std::string &sc
   }
   frames_.add(scope + name, {scope, pose.relative_to.empty() ? usual : pose.relative_to, attached_to, pose.pose, at});
   if (kind == "joint") {
-    load::check_count(file_, child, joints_.size(), load::limits::joints, "joints");
+    text::check_count(file_, child, joints_.size(), text::limits::joints, "joints");
     joint_names_.insert(scope + name);
   } else {
-    load::check_count(file_, child, links_.size() + other_frames_.size(), load::limits::links, "links");
+    text::check_count(file_, child, links_.size() + other_frames_.size(), text::limits::links, "links");
   }
   (kind == "link" ? links_ : kind == "joint" ? joints_ : other_frames_).push_back({scope, scope + name, at});
   return name;
@@ -295,7 +295,7 @@ void sdf_reader::read_link(const part &link) {
     out.given = given_inertia{1, {0, 0, 0}, {}, {1, 1, 1, 0, 0, 0}};
     without_inertia_.push_back(link.name);
   }
-  out.inertia = load::inertia_of(*out.given);
+  out.inertia = given::inertia_of(*out.given);
 }
 
 /// A frame is a massless link that is welded to the link it moves with.
@@ -319,7 +319,7 @@ int sdf_reader::weld(const std::string &name, int parent, int child, const SE3<d
 
 /// A name that no joint of the file has.
 std::string sdf_reader::free_joint_name(const std::string &name) const {
-  return load::free_name(name, [&](const std::string &other) { return joint_names_.count(other) > 0; });
+  return text::free_name(name, [&](const std::string &other) { return joint_names_.count(other) > 0; });
 }
 
 /// The name in <parent> or <child>; in a <drake:joint> also in <drake:parent> or <drake:child>.
@@ -354,7 +354,7 @@ joint_kind sdf_reader::kind_of(const element &joint) {
   const std::string known = listed(names, names.size());
   if (type.empty())
     joint.refuse("<joint> has no type; write type=\"...\" with one of " + known);
-  joint.refuse("joint type " + quoted(type) + " is unknown, expected one of " + known + load::suggestion(type, names, "write one of these"));
+  joint.refuse("joint type " + quoted(type) + " is unknown, expected one of " + known + text::suggestion(type, names, "write one of these"));
 }
 
 void sdf_reader::read_joint(const part &joint) {
@@ -423,11 +423,11 @@ vec3<double> sdf_reader::axis_in(const part &joint, const char *tag, vec3<double
   const std::string expressed_in = xyz.text("expressed_in");
   if (expressed_in.empty()) {
     given = u;
-    return load::direction_of(u);
+    return given::direction_of(u);
   }
   const mat3x3<double> R = frames_.relative(joint.name, frames_.found(joint.scope, expressed_in, xyz, "expressed_in")).R;
-  u = load::direction_of(u);
-  return load::direction_of({R.m00 * u.x + R.m01 * u.y + R.m02 * u.z, R.m10 * u.x + R.m11 * u.y + R.m12 * u.z,
+  u = given::direction_of(u);
+  return given::direction_of({R.m00 * u.x + R.m01 * u.y + R.m02 * u.z, R.m10 * u.x + R.m11 * u.y + R.m12 * u.z,
                              R.m20 * u.x + R.m21 * u.y + R.m22 * u.z});
 }
 
@@ -437,10 +437,10 @@ double sdf_reader::pitch_in(const element &joint, double &metres_a_revolution) c
   const std::string mend = "write <screw_thread_pitch>0.005</screw_thread_pitch>, the advance along the axis in metres for each revolution";
   const auto pitch = load::sdf::number_in(joint, "screw_thread_pitch"), older = load::sdf::number_in(joint, "thread_pitch");
   if (pitch) {
-    if (older && !(std::fabs(load::pitch_of(*pitch) * *older + 1) <= 1e-3))
+    if (older && !(std::fabs(given::pitch_of(*pitch) * *older + 1) <= 1e-3))
       joint.refuse("its <screw_thread_pitch> and <thread_pitch> disagree; remove <thread_pitch>, which is in radians a metre, left-handed positive");
     metres_a_revolution = *pitch;
-    return load::pitch_of(*pitch);
+    return given::pitch_of(*pitch);
   }
   if (!older)
     joint.refuse("a screw joint needs its pitch; " + mend);
@@ -479,7 +479,7 @@ void sdf_reader::read_limit(const element &axis, int number, joint_description &
   else
     out.further[0] = {lower, upper};
   if (lower && upper && *lower > *upper)
-    limit.refuse("lower limit " + load::shown(*lower) + " is above upper limit " + load::shown(*upper) + "; exchange or correct them");
+    limit.refuse("lower limit " + text::shown(*lower) + " is above upper limit " + text::shown(*upper) + "; exchange or correct them");
 }
 
 /// position = multiplier × (the other's − reference) + offset; SDF has it since version 1.11.
@@ -533,7 +533,7 @@ void sdf_reader::connect(joint_description joint, const std::string &parent, con
     robot_.joints.push_back(std::move(joint));
     return;
   }
-  const std::string name = load::free_name(joint.name + "_frame", [&](const std::string &other) { return link_index_.count(other) > 0; });
+  const std::string name = text::free_name(joint.name + "_frame", [&](const std::string &other) { return link_index_.count(other) > 0; });
   joint.child = add_link(name);
   const int carrier = joint.child;
   carried_.insert(carrier);
@@ -561,21 +561,21 @@ void sdf_reader::warn() {
   std::vector<std::string> lines;
   if (!without_inertia_.empty())
     lines.push_back(
-        load::printable("link " + listed(without_inertia_) +
+        text::printable("link " + listed(without_inertia_) +
                         ": no <inertial>, which means 1 kg and 1 kg m² in SDF; write the mass that it has"));
   if (!incomplete_inertia_.empty())
-    lines.push_back(load::printable("link " + listed(incomplete_inertia_) +
+    lines.push_back(text::printable("link " + listed(incomplete_inertia_) +
                                     ": missing in <inertial>, which means 1 kg or 1 kg m² in SDF; write the number"));
   warn_of_links(robot_, lines, options_.strict, "write these inertias");
   if (!without_weight_.empty())
     robot_.warnings.push_back(
-        load::printable("link " + listed(without_weight_) + ": <gravity> is false, but gravity acts on all links"));
+        text::printable("link " + listed(without_weight_) + ": <gravity> is false, but gravity acts on all links"));
   for (const auto &[what, joints] : drake_joints_)
-    robot_.warnings.push_back(load::printable("joint " + listed(joints) + ": " + what));
+    robot_.warnings.push_back(text::printable("joint " + listed(joints) + ": " + what));
 }
 
 } // namespace
 
-robot_description read_sdf(const load::xml_file &file, const sdf_options &options) { return sdf_reader(file, options).read(); }
+robot_description read_sdf(const text::xml_file &file, const sdf_options &options) { return sdf_reader(file, options).read(); }
 
 } // namespace ksl

@@ -1,9 +1,9 @@
 // Reads SDF 1.7 to 1.10.
 #pragma once
 
-#include "load/xml.hpp"
+#include "text/xml.hpp"
 
-#include "ksl/engine/description.hpp"
+#include "ksl/engine/model/description.hpp"
 
 namespace ksl {
 
@@ -20,6 +20,6 @@ struct sdf_options {
 
 /// Reads one model.  The root of the description is a link `world`, on which links that no joint carries float.
 /// Throws description_error.
-robot_description read_sdf(const load::xml_file &file, const sdf_options &options = {});
+robot_description read_sdf(const text::xml_file &file, const sdf_options &options = {});
 
 } // namespace ksl

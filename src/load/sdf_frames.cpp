@@ -1,11 +1,13 @@
 #include "load/sdf_frames.hpp"
 
-#include "load/limits.hpp"
-#include "load/words.hpp"
+#include "text/limits.hpp"
+#include "text/words.hpp"
 
 #include <algorithm>
 
 namespace ksl::load::sdf {
+
+using namespace text;
 
 SE3<double> product(const SE3<double> &a, const SE3<double> &b) {
   SE3<double> out;

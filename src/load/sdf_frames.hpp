@@ -1,8 +1,8 @@
 // The frames of an SDF model, and where they are: http://sdformat.org/tutorials?tut=pose_frame_semantics.
 #pragma once
 
-#include "load/element.hpp"
 #include "load/sdf_values.hpp"
+#include "text/element.hpp"
 
 #include <map>
 #include <optional>

@@ -1,11 +1,14 @@
 #include "load/sdf_values.hpp"
 
-#include "load/given.hpp"
-#include "load/words.hpp"
+#include "description/given.hpp"
+#include "text/words.hpp"
 
 #include <cmath>
 
 namespace ksl::load::sdf {
+
+using namespace given;
+using namespace text;
 
 namespace {
 

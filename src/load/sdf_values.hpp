@@ -1,11 +1,13 @@
 // Parses the values in SDF files that need more than a number: poses, inertias, flags.
 #pragma once
 
-#include "load/element.hpp"
+#include "text/element.hpp"
 
-#include "ksl/engine/description.hpp"
+#include "ksl/engine/model/description.hpp"
 
 namespace ksl::load::sdf {
+
+using text::element;
 
 /// A <pose> as it stands in the file.
 struct given_pose {

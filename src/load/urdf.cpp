@@ -3,16 +3,16 @@
 // read from attributes of <dynamics>, or as Drake has them.
 #include "load/urdf.hpp"
 
-#include "ksl/engine/joints.hpp"
+#include "ksl/engine/model/joints.hpp"
 
-#include "load/check.hpp"
-#include "load/given.hpp"
-#include "load/limits.hpp"
+#include "description/check.hpp"
+#include "description/given.hpp"
+#include "description/mimic.hpp"
 #include "load/mesh_scales.hpp"
-#include "load/mimic.hpp"
-#include "load/regular_file.hpp"
 #include "load/urdf_values.hpp"
-#include "load/words.hpp"
+#include "text/limits.hpp"
+#include "text/regular_file.hpp"
+#include "text/words.hpp"
 
 #include <algorithm>
 #include <map>
@@ -22,12 +22,12 @@ namespace ksl {
 
 namespace {
 
-using load::element;
-using load::quoted;
+using text::element;
+using text::quoted;
 
 class urdf_reader {
 public:
-  urdf_reader(const load::xml_file &file, const urdf_options &options)
+  urdf_reader(const text::xml_file &file, const urdf_options &options)
       : file_(file), options_(options), root_(file, unused_, file.root(), {"robot", ""}) {}
 
   robot_description read();
@@ -55,9 +55,9 @@ private:
   void read_transmission(pugi::xml_node node);
   void read_rotor(const element &actuator, joint_description &out);
 
-  const load::xml_file &file_;
+  const text::xml_file &file_;
   const urdf_options &options_;
-  load::unused_list unused_;
+  text::unused_list unused_;
   element root_;
   robot_description robot_;
   int minor_ = 0; ///< version 1.minor
@@ -166,7 +166,7 @@ int urdf_reader::minor_version() const {
 }
 
 void urdf_reader::read_link(pugi::xml_node node) {
-  load::check_count(file_, node, robot_.links.size(), load::limits::links, "links");
+  text::check_count(file_, node, robot_.links.size(), text::limits::links, "links");
   const element link(file_, unused_, node, {"link", node.attribute("name").value()});
   if (link.where().name.empty())
     link.refuse("<link> has no name; write <link name=\"...\">");
@@ -182,14 +182,14 @@ void urdf_reader::read_link(pugi::xml_node node) {
   if (const element inertial = link.child("inertial")) {
     out.has_inertial = true;
     out.given = load::inertia_in(inertial, minor_);
-    out.inertia = load::inertia_of(*out.given);
+    out.inertia = given::inertia_of(*out.given);
   }
   link_index_.try_emplace(out.name, static_cast<int>(robot_.links.size()));
   robot_.links.push_back(std::move(out));
 }
 
 void urdf_reader::read_joint(pugi::xml_node node) {
-  load::check_count(file_, node, robot_.joints.size(), load::limits::joints, "joints");
+  text::check_count(file_, node, robot_.joints.size(), text::limits::joints, "joints");
   const element joint(file_, unused_, node, {"joint", node.attribute("name").value()});
   if (joint.where().name.empty())
     joint.refuse("<" + joint.tag() + "> has no name; write <" + joint.tag() + " name=\"...\" type=\"...\">");
@@ -224,11 +224,11 @@ joint_kind urdf_reader::kind_of(const element &joint) const {
       return kind;
     names.push_back(row.name);
   }
-  const std::string known = load::listed(names, names.size());
+  const std::string known = text::listed(names, names.size());
   if (type.empty())
     joint.refuse("<joint> has no type; write type=\"...\" with one of " + known);
   joint.refuse("joint type " + quoted(type) + " is unknown, expected one of " + known +
-               load::suggestion(type, names, "write one of these"));
+               text::suggestion(type, names, "write one of these"));
 }
 
 /// Drake reads its own types in <drake:joint> only.
@@ -257,7 +257,7 @@ int urdf_reader::link_named_in(const element &joint, const char *tag) const {
   for (const link_description &link : robot_.links)
     names.push_back(link.name);
   end.refuse(std::string(tag) + " link " + quoted(name) + " does not exist" +
-             load::suggestion(name, names, "add that link, or name one of " + load::listed(names)));
+             text::suggestion(name, names, "add that link, or name one of " + text::listed(names)));
 }
 
 /// Reads what the joint's kind needs: axes, limits, pitch.  <limit> has one number for each bound, and is for joints with one
@@ -270,7 +270,7 @@ void urdf_reader::read_motion(const element &joint, joint_description &out) {
     ignore(joint, "axis", out);
   if (row.has_axis2) {
     out.given.axis2 = load::axis2_in(joint);
-    out.axis2 = load::direction_of(out.given.axis2);
+    out.axis2 = given::direction_of(out.given.axis2);
   } else {
     ignore(joint, "axis2", out);
   }
@@ -316,12 +316,12 @@ void urdf_reader::read_drake_motion(const element &joint, joint_description &out
 
 void urdf_reader::read_axis(const element &joint, joint_description &out) {
   out.given.axis = load::axis_in(joint);
-  out.axis = load::direction_of(out.given.axis);
+  out.axis = given::direction_of(out.given.axis);
 }
 
 void urdf_reader::read_pitch(const element &joint, const char *tag, joint_description &out) {
   out.given.pitch = load::pitch_in(joint, tag);
-  out.pitch = load::pitch_of(out.given.pitch);
+  out.pitch = given::pitch_of(out.given.pitch);
 }
 
 void urdf_reader::ignore(const element &joint, const char *tag, const joint_description &out) {
@@ -331,12 +331,12 @@ void urdf_reader::ignore(const element &joint, const char *tag, const joint_desc
 
 void urdf_reader::warn_of_extensions() {
   if (!joints_beyond_urdf_.empty())
-    robot_.warnings.push_back(load::printable("joint " + load::listed(joints_beyond_urdf_) + ": " +
-                                              load::listed({types_beyond_urdf_.begin(), types_beyond_urdf_.end()}) +
+    robot_.warnings.push_back(text::printable("joint " + text::listed(joints_beyond_urdf_) + ": " +
+                                              text::listed({types_beyond_urdf_.begin(), types_beyond_urdf_.end()}) +
                                               (types_beyond_urdf_.size() > 1 ? " are types" : " is a type") +
                                               " beyond URDF, which other readers may refuse"));
   for (const auto &[what, joints] : drake_joints_)
-    robot_.warnings.push_back(load::printable("joint " + load::listed(joints) + ": " + what));
+    robot_.warnings.push_back(text::printable("joint " + text::listed(joints) + ": " + what));
 }
 
 void urdf_reader::read_limit(const element &joint, joint_description &out) {
@@ -358,7 +358,7 @@ void urdf_reader::read_limit(const element &joint, joint_description &out) {
   out.lower = limit.number("lower");
   out.upper = limit.number("upper");
   if (out.lower && out.upper && *out.lower > *out.upper)
-    limit.refuse("lower limit " + load::shown(*out.lower) + " is above upper limit " + load::shown(*out.upper) +
+    limit.refuse("lower limit " + text::shown(*out.lower) + " is above upper limit " + text::shown(*out.upper) +
                  "; exchange or correct them");
 }
 
@@ -375,7 +375,7 @@ void urdf_reader::read_limits_of_several(const element &joint, joint_description
     limit.expect({"lower", "upper"}, {});
     const coordinate_limits given = {limit.number("lower"), limit.number("upper")};
     if (given.lower && given.upper && *given.lower > *given.upper)
-      limit.refuse("lower limit " + load::shown(*given.lower) + " is above upper limit " + load::shown(*given.upper) + "; exchange or correct them");
+      limit.refuse("lower limit " + text::shown(*given.lower) + " is above upper limit " + text::shown(*given.upper) + "; exchange or correct them");
     if (c == 0)
       out.lower = given.lower, out.upper = given.upper;
     else
@@ -456,13 +456,13 @@ void urdf_reader::read_rotor(const element &actuator, joint_description &out) {
 } // namespace
 
 robot_description read_urdf(const std::string &path, const urdf_options &options) {
-  return read_urdf_text(load::bytes_of_file(path), path, options);
+  return read_urdf_text(text::bytes_of_file(path), path, options);
 }
 
 robot_description read_urdf_text(const std::string &text, const std::string &name, const urdf_options &options) {
-  return read_urdf(load::xml_file(text, name), options);
+  return read_urdf(text::xml_file(text, name), options);
 }
 
-robot_description read_urdf(const load::xml_file &file, const urdf_options &options) { return urdf_reader(file, options).read(); }
+robot_description read_urdf(const text::xml_file &file, const urdf_options &options) { return urdf_reader(file, options).read(); }
 
 } // namespace ksl

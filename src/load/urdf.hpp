@@ -1,9 +1,9 @@
 // Reads URDF 1.0 to 1.2.
 #pragma once
 
-#include "load/xml.hpp"
+#include "text/xml.hpp"
 
-#include "ksl/engine/description.hpp"
+#include "ksl/engine/model/description.hpp"
 
 #include <string>
 
@@ -23,6 +23,6 @@ robot_description read_urdf(const std::string &path, const urdf_options &options
 robot_description read_urdf_text(const std::string &text, const std::string &name, const urdf_options &options = {});
 
 /// The same from a file that has been parsed.
-robot_description read_urdf(const load::xml_file &file, const urdf_options &options = {});
+robot_description read_urdf(const text::xml_file &file, const urdf_options &options = {});
 
 } // namespace ksl

@@ -1,12 +1,15 @@
 #include "load/urdf_values.hpp"
 
-#include "load/given.hpp"
-#include "load/words.hpp"
+#include "description/given.hpp"
+#include "text/words.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 namespace ksl::load {
+
+using namespace given;
+using namespace text;
 
 namespace {
 

@@ -1,11 +1,13 @@
 // The numbers of URDF elements as poses, inertias and axes, and as they are given (given.hpp).
 #pragma once
 
-#include "load/element.hpp"
+#include "text/element.hpp"
 
-#include "ksl/engine/description.hpp"
+#include "ksl/engine/model/description.hpp"
 
 namespace ksl::load {
+
+using text::element;
 
 /// The pose in the <origin> of `parent`, identity if there is none; `rotation` is then how its rotation is given.  `minor` is the
 /// URDF version 1.minor: from 1.1 on a quaternion may be given instead of the angles.

@@ -2,11 +2,11 @@
 // reading them gives the description's to rounding.
 #include "ksl/urdf.hpp"
 
-#include "ksl/engine/joints.hpp"
-#include "load/check.hpp"
-#include "load/given.hpp"
-#include "load/whole_file.hpp"
-#include "load/words.hpp"
+#include "description/check.hpp"
+#include "description/given.hpp"
+#include "ksl/engine/model/joints.hpp"
+#include "text/whole_file.hpp"
+#include "text/words.hpp"
 
 #include <pugixml.hpp>
 
@@ -52,14 +52,14 @@ given_rotation angles_of(const mat3x3<double> &R) {
 
 /// As it was given, if that is still this rotation.
 given_rotation rotation_as_given(const mat3x3<double> &R, const given_rotation &given) {
-  if (same(load::rotation_of(given), R))
+  if (same(given::rotation_of(given), R))
     return given;
-  return same(load::rotation_of({}), R) ? given_rotation{} : angles_of(R);
+  return same(given::rotation_of({}), R) ? given_rotation{} : angles_of(R);
 }
 
 given_inertia inertia_as_given(const link_description &link) {
   const spatial_inertia<double> &I = link.inertia;
-  if (link.given && same(load::inertia_of(*link.given), I))
+  if (link.given && same(given::inertia_of(*link.given), I))
     return *link.given;
   if (I.m == 0)
     return {0, {0, 0, 0}, {}, {I.Ixx, I.Iyy, I.Izz, I.Ixy, I.Iyz, I.Izx}};
@@ -72,16 +72,16 @@ given_inertia inertia_as_given(const link_description &link) {
 }
 
 vec3<double> axis_as_given(const vec3<double> &axis, const vec3<double> &given) {
-  return !is_zero(given) && same(load::direction_of(given), axis) ? given : axis;
+  return !is_zero(given) && same(given::direction_of(given), axis) ? given : axis;
 }
 
 /// Metres a revolution that are read as this pitch, if there are any.
 double pitch_as_given(double pitch, double given) {
-  if (load::pitch_of(given) == pitch)
+  if (given::pitch_of(given) == pitch)
     return given;
   const double near = pitch * 6.283185307179586;
   for (const double p : {near, std::nextafter(near, 0.0), std::nextafter(near, 2 * near)})
-    if (load::pitch_of(p) == pitch)
+    if (given::pitch_of(p) == pitch)
       return p;
   return near;
 }
@@ -252,8 +252,8 @@ private:
 std::string urdf_text(const robot_description &robot) { return urdf_writer(robot).text(); }
 
 void write_urdf(const robot_description &robot, const std::string &path) {
-  if (!load::write_whole_file(path, urdf_text(robot)))
-    load::refuse(path, 0, "the robot can't be written there; give a file in a folder that can be written");
+  if (!text::write_whole_file(path, urdf_text(robot)))
+    text::refuse(path, 0, "the robot can't be written there; give a file in a folder that can be written");
 }
 
 } // namespace ksl

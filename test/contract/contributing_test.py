@@ -14,10 +14,10 @@ TEXT = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
 
 FALL = r"""
 // A mass on an XY table that stands upright falls, and needs its weight to be held.
-#include "ksl/engine/forward_dynamics.hpp"
-#include "ksl/engine/inverse_dynamics.hpp"
-#include "ksl/engine/mass_matrix.hpp"
-#include "ksl/engine/owned_workspace.hpp"
+#include "ksl/engine/algorithms/forward/forward_dynamics.hpp"
+#include "ksl/engine/algorithms/inverse/inverse_dynamics.hpp"
+#include "ksl/engine/algorithms/mass/mass_matrix.hpp"
+#include "ksl/engine/lanes/owned_workspace.hpp"
 #include <cmath>
 #include <cstdio>
 
@@ -62,8 +62,8 @@ int main() {
 
 SWING = r"""
 // A point mass of 2 kg on a massless arm of 0.5 m.
-#include "ksl/engine/momentum.hpp"
-#include "ksl/engine/owned_workspace.hpp"
+#include "ksl/engine/algorithms/energy/momentum.hpp"
+#include "ksl/engine/lanes/owned_workspace.hpp"
 #include <cmath>
 #include <cstdio>
 
@@ -130,19 +130,19 @@ def test_the_files_it_names_exist():
     named = named_files(TEXT)
     missing = sorted(name for name in named if not (ROOT / name).exists())
     assert len(named) > 8
-    examples = ["include/ksl/engine/joints/xy_table.hpp", "include/ksl/engine/momentum.hpp"]
+    examples = ["include/ksl/engine/algorithms/energy/momentum.hpp", "include/ksl/engine/model/joints/xy_table.hpp"]
     assert missing == examples, "CONTRIBUTING.md names files that don't exist"
 
 
 @pytest.mark.parametrize("compiler", ["g++", "clang++"])
 def test_a_new_kind_of_joint(tmp_path, compiler):
     shutil.copytree(ROOT / "include", tmp_path / "include")
-    engine = tmp_path / "include" / "ksl" / "engine"
+    model = tmp_path / "include/ksl/engine/model"
     struct, value, lines = blocks("A new kind of joint")
     include, by_kind, with_joint, listed = lines.splitlines()
-    (engine / "joints" / "xy_table.hpp").write_text(struct)
-    insert_before(engine / "joint.hpp", "continuous = ", value.rstrip())
-    joints = engine / "joints.hpp"
+    (model / "joints" / "xy_table.hpp").write_text(struct)
+    insert_before(model / "joint.hpp", "continuous = ", value.rstrip())
+    joints = model / "joints.hpp"
     insert_before(joints, "<concepts>", include)
 
     forgotten = compiles(tmp_path, compiler)
@@ -156,7 +156,7 @@ def test_a_new_kind_of_joint(tmp_path, compiler):
     assert subprocess.run([tmp_path / "fall"], capture_output=True, text=True).stdout == "as expected\n"
 
     # a kind that lacks something is named, and what it lacks
-    path = engine / "joints" / "xy_table.hpp"
+    path = model / "joints" / "xy_table.hpp"
     path.write_text(path.read_text().replace("integrate(", "integrated("))
     lacking = compiles(tmp_path, compiler)
     assert lacking.returncode != 0 and "described_joint" in lacking.stderr and "integrate" in lacking.stderr
@@ -166,7 +166,7 @@ def test_a_new_algorithm(tmp_path):
     for folder in ("api", "include", "src", "scripts", "docs/reference", "python", "test/engine", "test/python"):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
     header, row = blocks("A new algorithm")
-    (tmp_path / "include/ksl/engine/momentum.hpp").write_text(header)
+    (tmp_path / "include/ksl/engine/algorithms/energy/momentum.hpp").write_text(header)
     table = tmp_path / "api/algorithms/energy.py"
     text = table.read_text(encoding="utf-8")
     end = text.rindex("\n]") if "\n]" in text else text.rindex("\n)")

@@ -11,7 +11,7 @@ STATE = (ROOT / "python/description_state.hpp").read_text(encoding="utf-8")
 
 def structs() -> dict[str, set[str]]:
     """{struct: its fields} of description.hpp."""
-    text = re.sub(r"//[^\n]*", "", (ROOT / "include/ksl/engine/description.hpp").read_text(encoding="utf-8"))
+    text = re.sub(r"//[^\n]*", "", (ROOT / "include/ksl/engine/model/description.hpp").read_text(encoding="utf-8"))
     found = {}
     for name, body in re.findall(r"struct (\w+) \{\n(.*?)\n\};", text, re.S):
         body = re.sub(r"enum \w+ \{[^}]*\}", "enumeration", body)  # a field of a type declared there

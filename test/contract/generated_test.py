@@ -23,7 +23,7 @@ COMPUTING = [row for row in ALGORITHMS if not row.variant_of]
 
 def test_every_algorithm_runs_on_dual_numbers():
     """Most tests are made from the rows.  What an algorithm's derivatives must be is written by hand."""
-    text = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "test/engine").glob("*_test.cpp"))
+    text = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "test/engine").rglob("*_test.cpp"))
     assert [row.name for row in COMPUTING if f"ksl::{row.name}<T>(" not in text] == []
 
 

@@ -12,12 +12,17 @@ LAYERS = [
     ("bodies and types", r"include/ksl/(detail/.*|config\.h|types\.h)"),
     ("C algebra", r"include/ksl/(compat/|(?!engine(_\w+)?\.h))[^/]*\.h"),
     ("template algebra", r"include/ksl/(isa|algebra|pack|spatial)\.hpp"),
-    ("engine", r"include/ksl/engine/.*\.hpp"),
+    *((f"engine: {room}", rf"include/ksl/engine/{room}/.*\.hpp") for room in ("lanes", "model", "steps", "algorithms")),
+    ("engine: old paths of headers", r"include/ksl/engine/[^/]*\.hpp"),
     ("owning model, dispatched calls, C ABI", r"include/ksl/([^/]*\.hpp|engine(_\w+)?\.h)"),
-    ("library", r"src/.*"),
+    ("symbols of the algebra", r"src/[^/]*"),
+    *((f"library: {room}", rf"src/{room}/.*") for room in ("text", "description", "load", "engine", "batch", "c_api")),
     ("Python module", r"python/.*"),
 ]
 """Lowest first; a file belongs to the first pattern that fits."""
+
+STRANGERS = [("engine", "load"), ("batch", "load")]
+"""Folders of src/ that know nothing of a lower one: models are made from descriptions, wherever these come from."""
 
 C_HEADERS = {"math.h", "stdarg.h", "float.h", "stdbool.h", "stddef.h", "stdint.h", "string.h", "stdlib.h", "stdio.h", "assert.h"}
 NO_CODE_OF_THEIR_OWN = {"cfloat", "concepts", "cstddef", "cstdint", "cstring", "float.h", "math.h", "stdbool.h", "stddef.h", "stdint.h", "string.h", "emmintrin.h", "immintrin.h"}
@@ -67,13 +72,25 @@ def test_no_file_includes_a_higher_layer(path):
         )
 
 
+@pytest.mark.parametrize("folder, other", STRANGERS)
+def test_these_folders_dont_know_each_other(folder, other):
+    seen = [f"{f.name}: {g.name}" for f in sources() if f.parent == SRC / folder for g in includes(f)[0] if g.parent == SRC / other]
+    assert not seen, f"src/{folder} includes headers of src/{other}: {seen}"
+
+
+def test_an_old_path_leads_to_the_header_that_is_there_no_more():
+    for path in (INCLUDE / "ksl/engine").glob("*.hpp"):
+        (new,) = includes(path)[0]
+        assert new.name == path.name and len(path.read_text(encoding="utf-8").splitlines()) == 2
+
+
 @pytest.mark.parametrize("path", [f for f in sources() if layer(f) < 2], ids=lambda p: p.relative_to(ROOT).as_posix())
 def test_the_algebra_needs_c_headers_only(path):
     strangers = set(includes(path)[1]) - C_HEADERS
     assert not strangers, f"{path.relative_to(ROOT)} includes {sorted(strangers)}; the C algebra depends on nothing but C"
 
 
-KERNELS = ["batch/finite.cpp", "batch/inverse_kinematics_kernels.cpp", "batch/array_kernels.cpp", *(f.relative_to(SRC).as_posix() for f in sorted((SRC / "engine/algorithms").glob("*/*.cpp")))]
+KERNELS = ["engine/finite.cpp", "engine/inverse_kinematics_kernels.cpp", "engine/array_kernels.cpp", *(f.relative_to(SRC).as_posix() for f in sorted((SRC / "engine/algorithms").glob("*/*.cpp")))]
 
 
 @pytest.mark.parametrize("source", KERNELS)

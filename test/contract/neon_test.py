@@ -13,12 +13,13 @@ ROOT = Path(__file__).resolve().parents[2]
 ALGORITHMS = sorted((ROOT / "src/engine/algorithms").glob("*/*.cpp"))
 SOURCES: dict[str, list[str]] = {
     **{f.relative_to(ROOT / "src").as_posix(): ["-DKSL_ISA=neon"] for f in ALGORITHMS},
-    "batch/finite.cpp": ["-DKSL_ISA=neon", "-DKSL_TABLE=ksl_finite_neon"],
-    "batch/array_kernels.cpp": ["-DKSL_ISA=neon", "-DKSL_TABLE=ksl_array_kernels_neon", "-fno-math-errno"],
+    "engine/finite.cpp": ["-DKSL_ISA=neon", "-DKSL_TABLE=ksl_finite_neon"],
+    "engine/array_kernels.cpp": ["-DKSL_ISA=neon", "-DKSL_TABLE=ksl_array_kernels_neon", "-fno-math-errno"],
     **{f"engine/{name}.cpp": [] for name in ("coupled", "dynamics", "examine", "dynamics_calls", "canonical_axes", "data", "joint_physics", "model", "model_builder", "thread_memory")},
     "engine/dispatch.cpp": ["-DKSL_HAS_neon"],
     **{f"batch/{name}.cpp": [] for name in ("batch", "batch_calls", "cores", "threads")},
-    **{f"load/{name}.cpp": [] for name in ("characters", "check", "mimic", "unused", "words")},
+    **{f"description/{name}.cpp": [] for name in ("check", "mimic")},
+    **{f"text/{name}.cpp": [] for name in ("characters", "unused", "words")},
 }
 FLAGS = ["-std=c++20", "-ffp-contract=off", "-DNDEBUG", "-I", str(ROOT / "include"), "-I", str(ROOT / "src"), "-I", str(ROOT / "test/engine")]
 

@@ -8,10 +8,10 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 
 PROGRAM = """
-#include "ksl/engine/forward_dynamics.hpp"
-#include "ksl/engine/forward_kinematics.hpp"
-#include "ksl/engine/inverse_dynamics.hpp"
-#include "ksl/engine/mass_matrix.hpp"
+#include "ksl/engine/algorithms/forward/forward_dynamics.hpp"
+#include "ksl/engine/algorithms/kinematics/forward_kinematics.hpp"
+#include "ksl/engine/algorithms/inverse/inverse_dynamics.hpp"
+#include "ksl/engine/algorithms/mass/mass_matrix.hpp"
 
 struct mine {
   double value;

@@ -24,7 +24,7 @@ except ImportError:  # Python 3.10
 ROOT = Path(__file__).resolve().parents[2]
 # The first pattern that matches says to which part a file belongs.
 PARTS = {
-    "loader": ["src/load/*"],
+    "loader": ["src/text/*", "src/description/*", "src/load/*"],
     "batch": ["src/batch/*"],
     "c_api": ["src/c_api/*"],
     "algebra": ["include/ksl/detail/*", "include/ksl/compat/*", "include/ksl/*.h", "src/*.c", "src/print.inc",

@@ -2,8 +2,8 @@
 #include "ksl/dynamics.hpp"
 
 #include "engine/canonical_axes.hpp"
-#include "ksl/engine/joints.hpp"
-#include "ksl/engine/reactions.hpp"
+#include "ksl/engine/algorithms/inverse/reactions.hpp"
+#include "ksl/engine/model/joints.hpp"
 
 #include <doctest/doctest.h>
 

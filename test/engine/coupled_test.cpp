@@ -6,8 +6,8 @@
 #include "batch/compute_batch.hpp"
 #include "ksl/batch.hpp"
 #include "ksl/dual.hpp"
-#include "ksl/engine/energy.hpp"
-#include "ksl/engine/owned_workspace.hpp"
+#include "ksl/engine/algorithms/energy/energy.hpp"
+#include "ksl/engine/lanes/owned_workspace.hpp"
 
 #include <doctest/doctest.h>
 

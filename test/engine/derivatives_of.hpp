@@ -4,7 +4,7 @@
 #include "random_trees.hpp"
 
 #include "ksl/dual.hpp"
-#include "ksl/engine/owned_workspace.hpp"
+#include "ksl/engine/lanes/owned_workspace.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,10 +1,10 @@
 // The three large algorithms on nine directions: an ordinary -O2 build of this file is to take less than a minute.
 #include "ksl/dual.hpp"
 #include "ksl/dynamics.hpp"
-#include "ksl/engine/forward_dynamics.hpp"
-#include "ksl/engine/inverse_dynamics.hpp"
-#include "ksl/engine/mass_matrix.hpp"
-#include "ksl/engine/owned_workspace.hpp"
+#include "ksl/engine/algorithms/forward/forward_dynamics.hpp"
+#include "ksl/engine/algorithms/inverse/inverse_dynamics.hpp"
+#include "ksl/engine/algorithms/mass/mass_matrix.hpp"
+#include "ksl/engine/lanes/owned_workspace.hpp"
 
 #include <doctest/doctest.h>
 

@@ -4,14 +4,14 @@
 #include "robots.hpp"
 
 #include "ksl/dual.hpp"
-#include "ksl/engine/energy.hpp"
-#include "ksl/engine/forward_dynamics.hpp"
-#include "ksl/engine/frame_jacobian.hpp"
-#include "ksl/engine/inverse_dynamics_derivatives.hpp"
-#include "ksl/engine/manifold.hpp"
-#include "ksl/engine/mass_matrix.hpp"
-#include "ksl/engine/owned_workspace.hpp"
-#include "ksl/engine/reactions_derivatives.hpp"
+#include "ksl/engine/algorithms/derivatives/inverse_dynamics_derivatives.hpp"
+#include "ksl/engine/algorithms/derivatives/reactions_derivatives.hpp"
+#include "ksl/engine/algorithms/energy/energy.hpp"
+#include "ksl/engine/algorithms/forward/forward_dynamics.hpp"
+#include "ksl/engine/algorithms/kinematics/frame_jacobian.hpp"
+#include "ksl/engine/algorithms/manifold/manifold.hpp"
+#include "ksl/engine/algorithms/mass/mass_matrix.hpp"
+#include "ksl/engine/lanes/owned_workspace.hpp"
 
 #include <doctest/doctest.h>
 

@@ -2,8 +2,8 @@
 // tested for every row in algorithms_test.cpp (faces.hpp).
 #include "robots.hpp"
 
-#include "ksl/engine/forward_dynamics.hpp"
-#include "ksl/engine/reactions.hpp"
+#include "ksl/engine/algorithms/forward/forward_dynamics.hpp"
+#include "ksl/engine/algorithms/inverse/reactions.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,7 +1,7 @@
 // Positions that depend on a scalar with derivatives.
 #pragma once
 
-#include "ksl/engine/sine_cosine.hpp"
+#include "ksl/engine/lanes/sine_cosine.hpp"
 #include "ksl/model.hpp"
 
 #include <vector>

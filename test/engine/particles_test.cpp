@@ -4,7 +4,7 @@
 #include "random_trees.hpp"
 
 #include "ksl/dynamics.hpp"
-#include "ksl/engine/quaternion_tolerance.hpp"
+#include "ksl/engine/model/quaternion_tolerance.hpp"
 
 #include <doctest/doctest.h>
 

@@ -2,10 +2,10 @@
 #include "robots.hpp"
 
 #include "ksl/dual.hpp"
-#include "ksl/engine/effort_parts.hpp"
-#include "ksl/engine/energy.hpp"
-#include "ksl/engine/forward_dynamics.hpp"
-#include "ksl/engine/owned_workspace.hpp"
+#include "ksl/engine/algorithms/energy/energy.hpp"
+#include "ksl/engine/algorithms/forward/forward_dynamics.hpp"
+#include "ksl/engine/algorithms/inverse/effort_parts.hpp"
+#include "ksl/engine/lanes/owned_workspace.hpp"
 
 #include <doctest/doctest.h>
 

@@ -3,7 +3,7 @@
 
 #include "robots.hpp"
 
-#include "ksl/engine/external_wrenches.hpp"
+#include "ksl/engine/steps/external_wrenches.hpp"
 
 #include <cmath>
 #include <random>

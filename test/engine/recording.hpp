@@ -2,7 +2,7 @@
 // a generator of code needs of the engine.
 #pragma once
 
-#include "ksl/engine/sine_cosine.hpp"
+#include "ksl/engine/lanes/sine_cosine.hpp"
 
 #include <cmath>
 #include <map>

@@ -2,8 +2,8 @@
 #include "recording.hpp"
 
 #include "ksl/dynamics.hpp"
-#include "ksl/engine/inverse_dynamics.hpp"
-#include "ksl/engine/owned_workspace.hpp"
+#include "ksl/engine/algorithms/inverse/inverse_dynamics.hpp"
+#include "ksl/engine/lanes/owned_workspace.hpp"
 
 #include <doctest/doctest.h>
 

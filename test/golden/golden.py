@@ -39,7 +39,7 @@ HOST = [
     *(f"engine/{name}.cpp" for name in ("coupled", "dynamics", "dynamics_calls", "canonical_axes", "examine", "data", "joint_physics")),
     *(f"engine/{name}.cpp" for name in ("model", "model_builder", "thread_memory")),
     "engine/dispatch.cpp", "batch/batch.cpp", "batch/batch_calls.cpp", "batch/cores.cpp", "batch/threads.cpp",
-    *(f"load/{name}.cpp" for name in ("characters", "check", "mimic", "unused", "words")),
+    *(f"description/{name}.cpp" for name in ("check", "mimic")), *(f"text/{name}.cpp" for name in ("characters", "unused", "words")),
 ]  # fmt: skip
 
 sys.path.insert(0, str(HERE))
@@ -89,7 +89,7 @@ class Build:
         if library:
             return self.linked("engine", [program, library / "libksl.a"], self.cpp, "-lpugixml", "-pthread")
         kernels = [(f, [f"-DKSL_ISA={isa}", *self.march]) for f in ALGORITHMS]
-        kernels += [(ROOT / "src/batch/finite.cpp", [f"-DKSL_ISA={isa}", f"-DKSL_TABLE=ksl_finite_{isa}", *self.march])]
+        kernels += [(ROOT / "src/engine/finite.cpp", [f"-DKSL_ISA={isa}", f"-DKSL_TABLE=ksl_finite_{isa}", *self.march])]
         kernels += [(ROOT / "src" / f, [f"-DKSL_HAS_{isa}"] if "dispatch" in f else []) for f in HOST]
         with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
             objects = list(pool.map(lambda k: self.compiled(k[0], k[0].stem + ".part.o", "-DNDEBUG", *k[1]), kernels))

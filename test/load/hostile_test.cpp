@@ -3,9 +3,9 @@
 
 #include "../engine/sanitizer.hpp"
 
-#include "load/limits.hpp"
 #include "load/robot_file.hpp"
-#include "load/words.hpp"
+#include "text/limits.hpp"
+#include "text/words.hpp"
 
 #include "ksl/builder.hpp"
 
@@ -26,7 +26,7 @@ using namespace ksl;
 using ksl::test::check_message;
 using ksl::test::refusal;
 using ksl::test::refusal_of;
-namespace limits = ksl::load::limits;
+namespace limits = ksl::text::limits;
 
 namespace {
 
@@ -54,7 +54,7 @@ std::string a_joint(const std::string &name, const std::string &parent, const st
 std::string number(std::size_t i) { return std::to_string(i); }
 
 std::string refusal_of_text(const std::string &text) {
-  return refusal_of([&] { model_of(read_robot_text(text, "r.xml"), {}, false, true); });
+  return refusal_of([&] { model_of(read_robot_text(text, "r.xml"), {}, {.masses_optional = true}); });
 }
 
 std::string refusal_of_file(const std::string &path) {

@@ -1,6 +1,6 @@
 #include "refusal.hpp"
 
-#include "ksl/engine/joints.hpp"
+#include "ksl/engine/model/joints.hpp"
 
 #include <cmath>
 #include <cstdio>

@@ -1,7 +1,7 @@
 // What is written is what was read, number by number.
 #include "refusal.hpp"
 
-#include "ksl/engine/joints.hpp"
+#include "ksl/engine/model/joints.hpp"
 #include "ksl/urdf.hpp"
 
 #include <algorithm>

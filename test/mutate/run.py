@@ -30,7 +30,7 @@ SECONDS = 10  # a run with a mutant may take ten times as long as the tests take
 # Mutants that are wrong beyond doubt, by file, code and change.
 KNOWN = {
     "algebra": [("include/ksl/detail/vec3.inc", "a.y * b.z - a.z * b.y", "- → +")],
-    "engine": [("include/ksl/engine/plane_rotation.hpp", "cs + cs", "+ → -")],
+    "engine": [("include/ksl/engine/model/plane_rotation.hpp", "cs + cs", "+ → -")],
 }
 PROGRAMS = ("engine_test", "interfaces_test")
 NONE = 0  # the number of a run without a mutant

@@ -108,7 +108,7 @@ def test_control_characters_in_names_are_said_as_numbers():
 
 
 def test_the_limits_of_the_documentation_are_those_of_the_reader():
-    header = (ROOT / "src/load/limits.hpp").read_text()
+    header = (ROOT / "src/text/limits.hpp").read_text()
     limits = {
         name: eval(value.replace("'", "").replace("u", ""))
         for name, value in re.findall(r"std::size_t (\w+) = ([^;]+);", header)

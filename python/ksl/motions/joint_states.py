@@ -70,7 +70,6 @@ class JointStateTable(Recorded):
     """Joint states, with `time` in s since the first sample, and the columns NAME and NAME.v."""
 
     def __init__(self, states: JointStates, format: str, positions_only: bool) -> None:
-        self._topic = states.topic
         self._clock, notes = _clock(states)
         self._series, said = _all_series(states, self._clock)
         names = [TIME]

@@ -1,0 +1,199 @@
+// KSL: the first derivatives of inverse dynamics.
+//
+// Singh, Russell, Wensing, RA-L 7(2), 2022 (wrench_derivatives.hpp).  An element is a product of six-vectors of two coordinates,
+// one of which carries the other.  O(bodies × depth), besides writing 3 nv² numbers.
+#pragma once
+
+#include "ksl/engine/algorithms/derivatives/held_in_world.hpp"
+#include "ksl/engine/algorithms/derivatives/wrench_derivatives.hpp"
+#include "ksl/engine/steps/symmetric_matrix.hpp"
+
+namespace ksl {
+inline namespace KSL_ISA {
+
+template <class T> struct inverse_dynamics_derivatives_workspace {
+  wrench_derivatives_workspace<T> wrenches;
+  array_of<int> depth;           ///< of each body: index of its last run; for plain numbers, as the runs
+  array_of<coordinate_run> runs; ///< that carry the body which is visited, from the base on
+
+  KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
+    wrenches.lay_out(memory, model);
+    memory.lay_out(is_number<T> ? model.bodies : 0, depth, runs);
+  }
+};
+
+/// Elements of the three derivatives of tau: by q, by v and by a.
+template <class T> struct tau_derivatives { T by_q, by_v, by_a; };
+
+/// Of the effort of a coordinate by another that it carries: Sᵀ f, with the change of the wrench through the latter's joint.
+template <class T> KSL_LANES tau_derivatives<T> by_carried(const screw<T> &S, const wrench_derivative<T> &carried) {
+  using A = algebra<T>;
+  return {A::dot_cs(&carried.by_q, &S), A::dot_cs(&carried.by_v, &S), A::dot_cs(&carried.by_a, &S)};
+}
+
+/// Of the effort of a coordinate by another that carries it, or is of the same joint: Sᵀ (2 B Ψ̇ + I Ψ̈), Sᵀ (2 B S + I (Ψ̇ + Ṡ)).
+/// The motion of S adds Sᵀ (S ×* f) to the derivative of the wrench, which cancels there.
+template <class T>
+KSL_LANES tau_derivatives<T> by_carrier(const wrench_derivative<T> &own, const coordinate_motion<T> &carrier) {
+  using A = algebra<T>;
+  return {A::dot_vv(&own.turn, &carrier.velocity_by_q.ang) + A::dot_cs(&own.by_a, &carrier.acceleration_by_q),
+          A::dot_vv(&own.turn, &carrier.S.ang) + A::dot_cs(&own.by_a, &carrier.acceleration_by_v),
+          A::dot_cs(&own.by_a, &carrier.S)};
+}
+
+/// The three matrices (nv, nv), row-major, or the first two.
+template <class T, bool three = true> struct tau_derivative_matrices {
+  T *by_q, *by_v, *by_a;
+  index n;
+
+  KSL_LANES void set(index row, index column, const tau_derivatives<T> &x) const {
+    const index at = row * n + column;
+    by_q[at] = x.by_q, by_v[at] = x.by_v;
+    if constexpr (three)
+      by_a[at] = x.by_a;
+  }
+  /// Sets as many columns as P has lanes.  Those beyond the end of a row are written over by the next row; nothing is written
+  /// beyond the end of the matrix.
+  template <class P> KSL_LANES void set_columns(index row, index column, const tau_derivatives<P> &x) const {
+    const index at = row * n + column, left = n * n - at;
+    if (left >= native_lanes<T>) [[likely]] {
+      body_lanes::write(x.by_q, by_q + at);
+      body_lanes::write(x.by_v, by_v + at);
+      if constexpr (three)
+        body_lanes::write(x.by_a, by_a + at);
+    } else {
+      store_first<T>(x.by_q, by_q + at, static_cast<int>(left));
+      store_first<T>(x.by_v, by_v + at, static_cast<int>(left));
+      if constexpr (three)
+        store_first<T>(x.by_a, by_a + at, static_cast<int>(left));
+    }
+  }
+  void clear_all() const {
+    for (index k = 0; k < n * n; ++k)
+      by_q[k] = by_v[k] = by_a[k] = T(0);
+  }
+};
+
+/// Extends the list of runs to those that carry body i, and returns how many these are.  Bodies are visited in order.
+template <class T> KSL_LANES int extend_runs(const model_view<scalar_of<T>> &model,
+                                             const inverse_dynamics_derivatives_workspace<T> &w, int i) {
+  const body<scalar_of<T>> &b = model.body[i];
+  const int end = b.v_index + b.nv;
+  int depth = 0;
+  if (b.parent > 0) {
+    const body<scalar_of<T>> &carrier = model.body[b.parent];
+    depth = w.depth[b.parent];
+    w.runs[depth].end = carrier.v_index + carrier.nv; // it may have gone on to other children
+    if (b.parent == i - 1)
+      w.runs[depth].end = end;
+    else
+      w.runs[++depth] = {b.v_index, end};
+  } else {
+    w.runs[0] = {b.v_index, end};
+  }
+  w.depth[i] = depth;
+  return depth + 1;
+}
+
+/// Row `row` of the matrices, which belongs to body i; for plain numbers, with columns in lanes.  The columns are, from left to
+/// right: coordinates that carry the row's and those of its joint, in runs with zeros between them; those that it carries; zeros.
+template <class T, bool three>
+KSL_LANES void set_row(const body<T> &b, const inverse_dynamics_derivatives_workspace<T> &w, int runs, int row,
+                       const tau_derivative_matrices<T, three> &out) {
+  using P = native_pack<T>;
+  constexpr int lanes = native_lanes<T>;
+  const wrench_derivatives_workspace<T> &d = w.wrenches;
+  const tau_derivatives<P> none = {P(T(0)), P(T(0)), P(T(0))};
+  const int n = static_cast<int>(out.n);
+  int k = 0;
+  for (int r = 0; r < runs; ++r) {
+    const coordinate_run run = w.runs[r];
+    for (; k < run.first; k += lanes)
+      out.set_columns(row, k, none);
+    for (k = run.first; k < run.end; k += lanes) {
+      const wrench_derivative<P> own = d.derivative.template in_all_lanes<P>(row);
+      out.set_columns(row, k, by_carrier(own, d.coordinate.template get<P>(k)));
+    }
+    k = run.end;
+  }
+  const auto S = in_all_lanes<P, screw>(d.coordinate.template part<screw, T>(row));
+  for (; k < b.v_end; k += lanes)
+    out.set_columns(row, k, by_carried(S, d.derivative.template get<P>(k)));
+  for (k = b.v_end; k < n; k += lanes)
+    out.set_columns(row, k, none);
+}
+
+template <class T, bool three>
+KSL_LANES void set_rows(const model_view<T> &model, const inverse_dynamics_derivatives_workspace<T> &w,
+                        const tau_derivative_matrices<T, three> &out) {
+  for (int i = 1; i < model.bodies; ++i) {
+    const body<T> &b = model.body[i];
+    const int runs = extend_runs<T>(model, w, i);
+    for (int row = b.v_index; row < b.v_index + b.nv; ++row)
+      set_row(b, w, runs, row, out);
+  }
+}
+
+/// Sets the elements of coordinate k of body i: in its row and its column.
+template <class T, bool three>
+KSL_LANES void set_elements(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &d, int i, int k,
+                            const wrench_derivative<T> &own, const tau_derivative_matrices<T, three> &out) {
+  const body<scalar_of<T>> &b = model.body[i];
+  for (int m = b.v_index; m < b.v_index + b.nv; ++m)
+    out.set(k, m, by_carrier(own, d.coordinate.at(m)));
+  for (int j = b.parent; j > 0; j = model.body[j].parent)
+    for (int m = model.body[j].v_index; m < model.body[j].v_index + model.body[j].nv; ++m) {
+      out.set(k, m, by_carrier(own, d.coordinate.at(m)));
+      out.set(m, k, by_carried(d.coordinate.at(m).S, own));
+    }
+}
+
+/// Sets the elements of a joint's rows and columns, and adds the dynamics of its subtree to its parent's.
+template <class T>
+KSL_LANES void set_joint(const model_view<scalar_of<T>> &model, const inverse_dynamics_derivatives_workspace<T> &w, int i,
+                         const tau_derivative_matrices<T> &out) {
+  const wrench_derivatives_workspace<T> &d = w.wrenches;
+  const body<scalar_of<T>> &b = model.body[i];
+  const int own_end = b.v_index + b.nv;
+  const auto &subtree = d.subtree.at(own_end - 1);
+  for (int k = b.v_index; k < own_end; ++k)
+    set_elements(model, d, i, k, derivative_of(subtree, d.coordinate.at(k)), out);
+  if (b.parent > 0)
+    add_dynamics(subtree, d.subtree.at(last_coordinate(model, b.parent)));
+}
+
+/// The derivatives of inverse_dynamics at q (nq), v and a (nv), without the zeros that follow from the shape of the tree unless T
+/// is a plain number.
+template <class T>
+void elements_of_inverse_dynamics_derivatives(const model_view<scalar_of<T>> &model,
+                                              const inverse_dynamics_derivatives_workspace<T> &w, const T *q, const T *v, const T *a,
+                                              const external_wrenches<T> &external, T *dtau_dq, T *dtau_dv, T *dtau_da) {
+  forward_motions(model, w.wrenches, q, v, a, external);
+  const tau_derivative_matrices<T> out = {dtau_dq, dtau_dv, dtau_da, model.nv};
+  if constexpr (is_number<T>) {
+    sum_subtrees(model, w.wrenches);
+    set_rows(model, w, out);
+  } else {
+    for (int i = model.bodies - 1; i > 0; --i)
+      set_joint(model, w, i, out);
+  }
+  if (external.axes == expressed_in::world)
+    add_turning_of_external(model, w.wrenches, external, dtau_dq);
+  if (model.physics)
+    add_physics_derivatives(model, v, dtau_dq, dtau_dv, dtau_da);
+}
+
+/// The derivatives of tau = inverse_dynamics(q, v, a), each (nv, nv), row-major: with respect to q along q ⊕ s e_k with v and a
+/// held componentwise, to v, and to a, which is the mass matrix.  External wrenches are held in the axes in which they
+/// are given, those of their links, which move, or of the world.  q (nq), v and a (nv).
+template <class T>
+void inverse_dynamics_derivatives(const model_view<scalar_of<T>> &model, const inverse_dynamics_derivatives_workspace<T> &w,
+                                  const T *q, const T *v, const T *a, const external_wrenches<T> &external, T *dtau_dq, T *dtau_dv,
+                                  T *dtau_da) {
+  if constexpr (!is_number<T>)
+    tau_derivative_matrices<T>{dtau_dq, dtau_dv, dtau_da, model.nv}.clear_all();
+  elements_of_inverse_dynamics_derivatives(model, w, q, v, a, external, dtau_dq, dtau_dv, dtau_da);
+}
+
+} // namespace KSL_ISA
+} // namespace ksl

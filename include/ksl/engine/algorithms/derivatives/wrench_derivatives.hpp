@@ -1,0 +1,244 @@
+// KSL: how the wrenches through the joints change with positions, velocities and accelerations.
+//
+// Singh, Russell, Wensing, "Efficient Analytical Derivatives of Rigid-Body Dynamics Using Spatial Vector Algebra", IEEE
+// Robotics and Automation Letters 7(2), 2022, from the motions of coordinate_motions.hpp.  In their common axes and about their
+// common point, composite quantities of subtrees are plain sums.
+#pragma once
+
+#include "ksl/engine/algorithms/derivatives/coordinate_motions.hpp"
+#include "ksl/engine/steps/external_wrenches.hpp"
+#include "ksl/engine/steps/newton_euler.hpp"
+
+namespace ksl {
+
+/// Of a body, or the sum over a subtree.  2 B = v×* I − I v× + (I v)×̄* maps x to (x.ang × twice_p, K x.ang): particles m at r
+/// have twice_p = 2 Σ m ṙ and K = 2 Σ m (r · ṙ 1 − ṙ rᵀ).
+template <class T> struct subtree_dynamics {
+  spatial_inertia<T> I;
+  mat3x3<T> K;
+  vec3<T> twice_p;
+  coscrew<T> f; ///< the wrench that the motion needs, less external wrenches
+};
+
+/// Of a coordinate: how the wrench through its joint changes with it.
+template <class T> struct wrench_derivative {
+  coscrew<T> by_q; ///< 2 B Ψ̇ + I Ψ̈ + S ×* f
+  coscrew<T> by_v; ///< 2 B S + I (Ψ̇ + Ṡ)
+  coscrew<T> by_a; ///< I S
+  vec3<T> turn;    ///< the angular half of 2 Bᵀ S; the linear half is zero
+};
+
+inline namespace KSL_ISA {
+
+template <class T> struct wrench_derivatives_workspace : coordinate_motions_workspace<T> {
+  per_coordinate<subtree_dynamics, T> subtree; ///< of each body, at its joint's last coordinate; later of its subtree, at all
+  per_coordinate<wrench_derivative, T> derivative;
+
+  KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
+    coordinate_motions_workspace<T>::lay_out(memory, model);
+    memory.lay_out(model.nv, subtree, derivative);
+  }
+};
+
+/// The last coordinate of body i.  The ground has none; its place is before that of the first body.
+template <class S> KSL_LANES int last_coordinate(const model_view<S> &model, int i) {
+  const body<S> &b = model.body[i > 0 || model.bodies == 1 ? i : 1];
+  return b.v_index + b.nv - (i > 0 ? 1 : 2);
+}
+
+/// The K of 2 B for an inertia I, about the common point, that moves with a twist (v, ω).
+template <class T> KSL_LANES mat3x3<T> moment_of_momentum(const spatial_inertia<T> &I, const screw<T> &twist) {
+  const vec3<T> &v = twist.lin, &w = twist.ang;
+  // Q = Σ m ṙ rᵀ = v hᵀ + ω̃ E with E = Σ m r rᵀ; all times −2
+  const T two = T(2), xx = I.Ixx - I.Iyy - I.Izz, yy = I.Iyy - I.Izz - I.Ixx, zz = I.Izz - I.Ixx - I.Iyy; // −2 E
+  const T xy = two * I.Ixy, yz = two * I.Iyz, zx = two * I.Izx;
+  const vec3<T> h = {-two * I.h.x, -two * I.h.y, -two * I.h.z};
+  mat3x3<T> K;
+  K.m00 = v.x * h.x + (w.y * zx - w.z * xy);
+  K.m10 = v.y * h.x + (w.z * xx - w.x * zx);
+  K.m20 = v.z * h.x + (w.x * xy - w.y * xx);
+  K.m01 = v.x * h.y + (w.y * yz - w.z * yy);
+  K.m11 = v.y * h.y + (w.z * xy - w.x * yz);
+  K.m21 = v.z * h.y + (w.x * yy - w.y * xy);
+  K.m02 = v.x * h.z + (w.y * zz - w.z * yz);
+  K.m12 = v.y * h.z + (w.z * zx - w.x * zz);
+  K.m22 = v.z * h.z + (w.x * yz - w.y * zx);
+  const T x = K.m00, y = K.m11, z = K.m22; // K = 2 (tr Q 1 − Q)
+  K.m00 = -(y + z), K.m11 = -(z + x), K.m22 = -(x + y);
+  return K;
+}
+
+/// Inertia, momentum and wrench of a body, for its own inertia in its own axes.
+template <class T> KSL_LANES subtree_dynamics<T> body_dynamics(const spatial_inertia<T> &own, const mat3x3<T> &R,
+                                                               const vec3<T> &origin, const body_twist<T> &m) {
+  using A = algebra<T>;
+  subtree_dynamics<T> d;
+  const spatial_inertia<T> turned = rotated(own, R);
+  A::spatial_inertia_translated(&turned, &origin, &d.I);
+  const spatial_inertia<T> &I = d.I;
+  const vec3<T> &v = m.velocity.lin, &w = m.velocity.ang;
+
+  vec3<T> p;
+  A::cross_vv(&w, &I.h, &p);
+  A::axpy_vv(I.m, &v, &p);
+  A::add_vv(&p, &p, &d.twice_p);
+
+  d.K = moment_of_momentum(I, m.velocity);
+
+  body_motion<T> at_point = {w, m.acceleration.ang, {}}; // of the body's point at the common point
+  A::cross_vv(&w, &v, &at_point.acceleration);
+  A::xpy_vv(&m.acceleration.lin, &at_point.acceleration);
+  d.f = newton_euler(I, at_point);
+  return d;
+}
+
+/// 2 B x + I y
+template <class T> KSL_LANES coscrew<T> wrench_change(const subtree_dynamics<T> &d, const vec3<T> &x, const screw<T> &y) {
+  using A = algebra<T>;
+  coscrew<T> change;
+  vec3<T> lin, ang;
+  A::product_Ms(&d.I, &y, &change);
+  A::cross_vv(&x, &d.twice_p, &lin);
+  A::product_drv(&d.K, &x, &ang);
+  A::xpy_vv(&lin, &change.lin);
+  A::xpy_vv(&ang, &change.ang);
+  return change;
+}
+
+/// How the wrench through a joint changes with one of its coordinates; d is the sum over its subtree, by_a is I S.
+template <class T>
+KSL_LANES wrench_derivative<T> derivative_of(const subtree_dynamics<T> &d, const coordinate_motion<T> &c, const coscrew<T> &by_a) {
+  using A = algebra<T>;
+  wrench_derivative<T> out;
+  coscrew<T> carried;
+  vec3<T> turn;
+  out.by_q = wrench_change(d, c.velocity_by_q.ang, c.acceleration_by_q);
+  A::cross_sc(&c.S, &d.f, &carried);
+  A::xpy_cc(&carried, &out.by_q);
+  out.by_v = wrench_change(d, c.S.ang, c.acceleration_by_v);
+  out.by_a = by_a;
+  A::cross_vv(&d.twice_p, &c.S.lin, &out.turn);
+  A::product_drinvv(&d.K, &c.S.ang, &turn);
+  A::xpy_vv(&turn, &out.turn);
+  return out;
+}
+template <class T> KSL_LANES wrench_derivative<T> derivative_of(const subtree_dynamics<T> &d, const coordinate_motion<T> &c) {
+  coscrew<T> by_a;
+  algebra<T>::product_Ms(&d.I, &c.S, &by_a);
+  return derivative_of(d, c, by_a);
+}
+
+/// Stores the bodies k at their last coordinates.
+template <class P, class T>
+KSL_LANES void set_bodies(const model_view<scalar_of<T>> &model, const per_coordinate<subtree_dynamics, T> &subtree,
+                          bodies_at<P, T> k, const subtree_dynamics<P> &d) {
+  constexpr int lanes = static_cast<int>(sizeof(P) / sizeof(T)), numbers = per_coordinate<subtree_dynamics, T>::numbers;
+  const int first = last_coordinate(model, k.i);
+  if constexpr (lanes == 1) {
+    if (k.i > 0)
+      subtree.set(first, d);
+  } else {
+    const int last = k.i + lanes < model.bodies ? k.i + lanes - 1 : model.bodies - 1;
+    if (last_coordinate(model, last) - first == last - k.i)
+      return subtree.set(first, d); // lanes beyond the last body are written over, or lie beyond the last coordinate
+    for (int i = k.i; i <= last; ++i)
+      for (int c = 0; c < numbers; ++c)
+        if (i > 0)
+          subtree.number(last_coordinate(model, i), c) = reinterpret_cast<const T *>(reinterpret_cast<const P *>(&d) + c)[i - k.i];
+  }
+}
+
+/// External wrench e, in common axes and about the common point.
+template <class T>
+inline coscrew<T> external_in_common_axes(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w,
+                                          const external_wrenches<T> &external, int e) {
+  const int i = model.link[external.link[e]].body;
+  const SE3<T> D = {w.rotation[i], w.origin[i]};
+  coscrew<T> f = external_in_body(model, w.pose, external, e);
+  algebra<T>::product_CoAdc(&D, &f, &f);
+  return f;
+}
+
+/// Motions of all bodies and coordinates, from the acceleration of the ground, and the dynamics of each body by itself.
+template <class T>
+KSL_LANES void forward_motions(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w, const vec3<T> &ground,
+                               const T *q, const T *v, const T *a, const external_wrenches<T> &external) {
+  w.derivative.clear_beyond(model.nv);
+  coordinate_motions(model, w, ground, q, v, a, [&](auto k) KSL_INLINED {
+    set_bodies(model, w.subtree, k, body_dynamics(own_inertia(model, k), w.rotation[k], w.origin[k], w.motion[k]));
+  });
+  for (int e = 0; e < external.n; ++e) {
+    const int i = model.link[external.link[e]].body;
+    if (i == 0)
+      continue;
+    const int k = last_coordinate(model, i);
+    const coscrew<T> f = external_in_common_axes(model, w, external, e);
+    coscrew<T> rest = w.subtree.template part<coscrew, T, 22>(k);
+    algebra<T>::nxpy_cc(&f, &rest);
+    w.subtree.template set_part<coscrew, T, 22>(k, rest);
+  }
+}
+
+/// The same with gravity: the ground accelerates upwards.
+template <class T>
+KSL_LANES void forward_motions(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w, const T *q, const T *v,
+                               const T *a, const external_wrenches<T> &external) {
+  forward_motions(model, w, ground_motion<T>(model).acceleration, q, v, a, external);
+}
+
+/// The same numbers in all lanes of P; unrolled, as body_lanes::read_all.
+template <int n, class T, class P> KSL_LANES void spread_all(const T *from, P *to) {
+  if constexpr (n > 0) {
+    spread_all<n - 1>(from, to);
+    to[n - 1] = P(from[n - 1]);
+  }
+}
+template <class P, template <class> class V, class T> KSL_LANES V<P> in_all_lanes(const V<T> &v) {
+  V<P> out;
+  spread_all<numbers_in<V<T>, T>>(reinterpret_cast<const T *>(&v), reinterpret_cast<P *>(&out));
+  return out;
+}
+
+/// sum += d
+template <class T> KSL_LANES void add_dynamics(const subtree_dynamics<T> &d, subtree_dynamics<T> &sum) {
+  for (int c = 0; c < numbers_in<subtree_dynamics<T>, T>; ++c) {
+    T &x = reinterpret_cast<T *>(&sum)[c];
+    x = x + reinterpret_cast<const T *>(&d)[c];
+  }
+}
+
+/// Adds the dynamics of each subtree to its parent's, and sets the derivatives of the wrenches through the joints.  Without these,
+/// the dynamics are at all coordinates of a joint with plain numbers only, and at the last one otherwise.
+template <bool derivatives = true, class T>
+KSL_LANES void sum_subtrees(const model_view<scalar_of<T>> &model, const wrench_derivatives_workspace<T> &w) {
+  for (int i = model.bodies - 1; i > 0; --i) {
+    const body<scalar_of<T>> &b = model.body[i];
+    const int last = b.v_index + b.nv - 1, parent = last_coordinate(model, b.parent);
+    if constexpr (is_number<T>) {
+      const subtree_dynamics<T> d = w.subtree.get(last);
+      for (int k = b.v_index; k < last; ++k)
+        w.subtree.set(k, d);
+      for (int c = 0; b.parent > 0 && c < numbers_in<subtree_dynamics<T>, T>; ++c) {
+        T &sum = w.subtree.number(parent, c);
+        sum = sum + reinterpret_cast<const T *>(&d)[c];
+      }
+    } else {
+      const subtree_dynamics<T> &d = w.subtree.at(last);
+      for (int k = b.v_index; derivatives && k <= last; ++k) {
+        if (k < last)
+          w.subtree.at(k) = d;
+        w.derivative.set(k, derivative_of(d, w.coordinate.at(k)));
+      }
+      if (b.parent > 0)
+        add_dynamics(d, w.subtree.at(parent));
+    }
+  }
+  if constexpr (derivatives && is_number<T>)
+    for (int k = 0; k < model.nv; k += native_lanes<T>) {
+      using P = native_pack<T>;
+      w.derivative.set(k, derivative_of(w.subtree.template get<P>(k), w.coordinate.template get<P>(k)));
+    }
+}
+
+} // namespace KSL_ISA
+} // namespace ksl

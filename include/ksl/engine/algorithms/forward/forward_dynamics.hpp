@@ -1,0 +1,168 @@
+// KSL: forward dynamics, by the articulated-body algorithm (Featherstone, RBDA (2008), table 7.1).
+//
+// First the motion without joint accelerations is computed, as in inverse dynamics.  The remaining problem is linear and free
+// of velocities: the accelerations of bodies that the joint accelerations cause.
+#pragma once
+
+#include "ksl/engine/model/joint_physics.hpp"
+#include "ksl/engine/steps/articulated_inertia.hpp"
+#include "ksl/engine/steps/base_axes.hpp"
+#include "ksl/engine/steps/external_wrenches.hpp"
+#include "ksl/engine/steps/newton_euler.hpp"
+
+namespace ksl {
+inline namespace KSL_ISA {
+
+/// Stored for each coordinate of a joint (RBDA, section 7.3): U = A S, D⁻¹ = 1/(Sᵀ U), u = τ − Sᵀ p.
+template <class T> struct coordinate_state {
+  coscrew<T> U;
+  T D_inverse, u;
+};
+
+/// All quantities are about each body's origin and in the axes of the base.
+template <class T> struct forward_dynamics_workspace {
+  pose_workspace<T> pose;
+  per_body<mat3x3, T> rotation;           ///< axes of each body
+  per_body<body_motion, T> motion;        ///< without joint accelerations
+  per_body<coscrew, T> wrench;            ///< bias force p
+  per_body<articulated_inertia, T> A;
+  array_of<vec3<T>> offset;               ///< from the parent's origin to that of each body
+  array_of<coordinate_state<T>> coordinate;
+  array_of<screw<T>> acceleration;        ///< of each body, caused by the joint accelerations
+
+  KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
+    pose.lay_out(memory, model);
+    memory.lay_out(model.bodies, rotation, motion, wrench, A, offset, acceleration);
+    memory.lay_out(model.nv, coordinate);
+  }
+};
+
+/// Axes, offsets and inertias of all bodies, their motions without joint accelerations, and the wrenches that these motions
+/// need (the bias forces p).
+template <class T>
+void start_articulated(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w, const T *q, const T *v,
+                       const external_wrenches<T> &external) {
+  w.motion.set(0, ground_motion<T>(model));
+  const auto move = [&]<joint_kind K>(int i, const vec3<T> &offset) KSL_INLINED {
+    const body<scalar_of<T>> &b = model.body[i];
+    w.offset[i] = offset;
+    body_motion<T> m = w.motion[b.parent];
+    m.acceleration = acceleration_at(m, offset);
+    if constexpr (joint<K>::is_free)
+      if (b.is_base) { // it floats on the ground; from here on all axes are those of this body
+        const auto D = joint<K>::kept_pose(b, w.pose);
+        D.to_body(m.acceleration);
+      }
+    joint<K>::add_steady_motion(b, w.rotation, i, v + b.v_index, m);
+    w.motion.set(i, m);
+  };
+  express_in_base(model, w.pose, w.rotation, q, move, [&](auto k) KSL_INLINED {
+    using P = typename decltype(k)::scalar;
+    const spatial_inertia<P> I = rotated(own_inertia(model, k), w.rotation[k]);
+    articulated_inertia<P> A;
+    algebra<P>::spatial_inertia_toArticulated(&I, &A);
+    w.A.set(k, A);
+    w.wrench.set(k, newton_euler(I, w.motion[k]));
+  });
+  subtract_external(model, w.pose, external, w.wrench, [&](int i, coscrew<T> &f) KSL_INLINED {
+    const mat3x3<T> R = w.rotation[i];
+    algebra<T>::product_CoAdrc(&R, &f, &f);
+  });
+}
+
+/// Adds to the parent the articulated inertia A − U D⁻¹ Uᵀ and the bias force p + U D⁻¹ u of body i, as felt through its joint.
+/// Coordinates are eliminated one after the other, starting at the body.  tau: the joint's efforts; physics: of its coordinates,
+/// or null.
+template <joint_kind K, class T>
+KSL_LANES void pass_to_parent(const body<scalar_of<T>> &b, const forward_dynamics_workspace<T> &w, int i, const T *tau,
+                              const coordinate_physics<scalar_of<T>> *physics) {
+  using algebra = ksl::algebra<T>;
+  in_place<articulated_inertia, T> A(w.A, i);
+  coscrew<T> p = w.wrench[i];
+  if constexpr (joint<K>::is_free) { // a free joint transmits its effort and nothing else
+    const mat3x3<T> R = w.rotation[i];
+    coscrew<T> effort = {{tau[0], tau[1], tau[2]}, {tau[3], tau[4], tau[5]}}, rest;
+    algebra::product_CoAdrc(&R, &effort, &effort);
+    algebra::subtract_cc(&effort, &p, &rest);
+    w.acceleration[i] = solve(*A, rest);
+    p = effort;
+  } else {
+    for_coordinates_backwards<K>(b, [&](auto k) KSL_INLINED {
+      const auto S = joint<K>::column(k, b, w.rotation, i);
+      const coscrew<T> U = S.momentum(*A);
+      T D = S.effort(U);
+      if (physics) // the rotor of the coordinate, which nothing else feels
+        D = D + T(physics[k].armature);
+      const T D_inverse = T(1) / D, u = tau[k] - S.effort(p);
+      w.coordinate[b.v_index + k] = {U, D_inverse, u};
+      if (k > 0) {
+        algebra::articulated_inertia_downdated(&*A, &U, D_inverse, &*A);
+      } else if (b.parent > 0) {
+        in_place<articulated_inertia, T> sum(w.A, b.parent);
+        add_beyond_joint(*A, U, D_inverse, w.offset[i], *sum);
+        sum.put();
+      }
+      algebra::axpy_cc(D_inverse * u, &U, &p);
+    });
+  }
+  if (b.parent == 0)
+    return;
+  algebra::product_CoAdtc(&w.offset[i], &p, &p);
+  add_wrench(w.wrench, b.parent, p);
+}
+
+/// The acceleration of body i that the joint accelerations cause, and the acceleration of its own joint, from the parent's
+/// acceleration.
+template <joint_kind K, class T>
+KSL_LANES void accelerate(const body<scalar_of<T>> &b, const forward_dynamics_workspace<T> &w, int i, T *dv) {
+  using A = algebra<T>;
+  screw<T> a; // that of the parent, at this body's origin
+  A::product_Adtinvs(&w.offset[i], &w.acceleration[b.parent], &a);
+  if constexpr (joint<K>::is_free) {
+    const mat3x3<T> R = w.rotation[i];
+    A::subtract_ss(&w.acceleration[i], &a, &a);
+    A::product_Adrinvs(&R, &a, &a);
+    dv[0] = a.lin.x, dv[1] = a.lin.y, dv[2] = a.lin.z;
+    dv[3] = a.ang.x, dv[4] = a.ang.y, dv[5] = a.ang.z;
+  } else {
+    for_coordinates<K>(b, [&](auto k) KSL_INLINED {
+      const coordinate_state<T> &s = w.coordinate[b.v_index + k];
+      const T acceleration = s.D_inverse * (s.u - A::dot_cs(&s.U, &a));
+      joint<K>::column(k, b, w.rotation, i).add(acceleration, a);
+      dv[k] = acceleration;
+    });
+    w.acceleration[i] = a;
+  }
+}
+
+/// The passes from the leaves to the root and back: accelerations dv (nv) under efforts tau (nv), which may be the same array.
+template <class T>
+KSL_LANES void accelerate_articulated(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w, const T *tau, T *dv) {
+  for (int i = model.bodies - 1; i > 0; --i) {
+    const body<scalar_of<T>> &b = model.body[i];
+    const coordinate_physics<scalar_of<T>> *physics = physics_of(model, b);
+    by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED { pass_to_parent<K>(b, w, i, tau + b.v_index, physics); });
+  }
+  w.acceleration[0] = {{T(0), T(0), T(0)}, {T(0), T(0), T(0)}};
+  for (int i = 1; i < model.bodies; ++i) {
+    const body<scalar_of<T>> &b = model.body[i];
+    by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED { accelerate<K>(b, w, i, dv + b.v_index); });
+  }
+}
+
+/// Accelerations dv (nv) for positions q (nq), velocities v (nv) and motors' efforts tau (nv) under gravity and external
+/// wrenches.  O(bodies), about 590 flops for each.
+template <class T>
+void forward_dynamics(const model_view<scalar_of<T>> &model, const forward_dynamics_workspace<T> &w, const T *q, const T *v,
+                      const T *tau, const external_wrenches<T> &external, T *dv) {
+  start_articulated(model, w, q, v, external);
+  if (model.physics) { // what the motors leave for the mechanism; kept where the accelerations come to lie
+    for (int k = 0; k < model.nv; ++k)
+      dv[k] = tau[k] - passive_effort(model.physics[k], q, v[k]);
+    tau = dv;
+  }
+  accelerate_articulated(model, w, tau, dv);
+}
+
+} // namespace KSL_ISA
+} // namespace ksl

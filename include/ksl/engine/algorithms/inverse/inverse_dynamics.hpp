@@ -1,0 +1,77 @@
+// KSL: inverse dynamics.  The wrench through every joint is kept in the workspace.
+//
+// The recursive Newton–Euler algorithm (Luh, Walker, Paul 1980; Featherstone, RBDA (2008), table 5.1) in three-vectors;
+// newton_euler.hpp explains which.
+#pragma once
+
+#include "ksl/engine/steps/newton_euler.hpp"
+#include "ksl/engine/steps/external_wrenches.hpp"
+#include "ksl/engine/model/joint_physics.hpp"
+#include "ksl/engine/model/joints.hpp"
+
+namespace ksl {
+inline namespace KSL_ISA {
+
+template <class T> struct inverse_dynamics_workspace {
+  pose_workspace<T> pose;
+  per_body<body_motion, T> motion; ///< of each body, in its frame
+  per_body<coscrew, T> wrench;     ///< through its joint, about its origin and in its axes; body 0: between ground and root
+  array_of<T> besides;             ///< what motors supply besides the transmitted efforts, if the model has physics of joints
+
+  KSL_LANES void lay_out(arena &memory, const model_view<scalar_of<T>> &model) {
+    pose.lay_out(memory, model);
+    memory.lay_out(model.bodies, motion, wrench);
+    besides.lay_out(memory, model.physics ? model.nv : 0);
+  }
+};
+
+/// Efforts tau (nv) that motors supply for positions q (nq), velocities v (nv) and accelerations dv (nv) under gravity and external
+/// wrenches.  Fills the workspace w.  O(bodies), about 270 flops for each.  receive<K>(body, wrench) is called with the wrench
+/// through each joint during the backward pass, from the last body to the first.
+template <class T, class Receive>
+KSL_LANES void inverse_dynamics_by_joint(const model_view<scalar_of<T>> &model, const inverse_dynamics_workspace<T> &w, const T *q,
+                                         const T *v, const T *dv, const external_wrenches<T> &external, T *tau, Receive receive) {
+  if (model.physics) // now, since tau may be one of the inputs
+    efforts_besides(model, q, v, dv, &w.besides[0]);
+  sines_and_cosines(model, w.pose, q);
+  w.motion.set(0, ground_motion<T>(model));
+  const auto move = [&](int i) KSL_INLINED {
+    const body<scalar_of<T>> &b = model.body[i];
+    by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
+      const auto D = joint<K>::computed_pose(b, w.pose, q);
+      body_motion<T> m = w.motion[b.parent];
+      m.acceleration = acceleration_at(m, D.t);
+      D.to_body(m.angular_velocity, m.angular_acceleration, m.acceleration);
+      joint<K>::add_motion(b, v + b.v_index, dv + b.v_index, m);
+      w.motion.set(i, m);
+    });
+  };
+  for_bodies<T>(model.bodies, move, [&](auto k) KSL_INLINED {
+    w.wrench.set(k, newton_euler(own_inertia(model, k), w.motion[k]));
+  });
+  subtract_external(model, w.pose, external, w.wrench, [](int, coscrew<T> &) KSL_INLINED {});
+
+  for (int i = model.bodies - 1; i > 0; --i) {
+    const body<scalar_of<T>> &b = model.body[i];
+    by_kind(b.kind, [&]<joint_kind K>() KSL_INLINED {
+      const auto D = joint<K>::kept_pose(b, w.pose);
+      coscrew<T> f = w.wrench[i];
+      joint<K>::effort(b, f, tau + b.v_index);
+      receive.template operator()<K>(i, f);
+      D.to_parent(f.lin, f.ang);
+      algebra<T>::product_CoAdtc(&D.t, &f, &f);
+      add_wrench(w.wrench, b.parent, f);
+    });
+  }
+  for (int k = 0; model.physics && k < model.nv; ++k)
+    tau[k] = tau[k] + w.besides[k];
+}
+
+template <class T>
+void inverse_dynamics(const model_view<scalar_of<T>> &model, const inverse_dynamics_workspace<T> &w, const T *q, const T *v,
+                      const T *dv, const external_wrenches<T> &external, T *tau) {
+  inverse_dynamics_by_joint(model, w, q, v, dv, external, tau, []<joint_kind>(int, const coscrew<T> &) KSL_INLINED {});
+}
+
+} // namespace KSL_ISA
+} // namespace ksl

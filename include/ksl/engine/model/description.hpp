@@ -1,0 +1,130 @@
+// KSL: a robot as a file or a program describes it: links, joints, names.  Not made for speed; the constructor of ksl::model
+// (ksl/model.hpp) converts it to the arrays that algorithms run on.
+#pragma once
+
+#include "ksl/algebra.hpp"
+#include "ksl/engine/model/description_error.hpp"
+#include "ksl/engine/model/joint.hpp"
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace ksl {
+
+/// A position in a file; line 0 if it was not read from a file.
+struct file_position {
+  int line = 0;
+};
+
+/// A rotation in the numbers that a file gives, from which its matrix was computed.
+struct given_rotation {
+  enum form { none, rpy, quaternion } by = none; ///< none: the identity, or a matrix that a program gave
+  std::array<double, 4> numbers{};               ///< roll, pitch, yaw; or x, y, z, w
+};
+
+/// An inertia in the numbers that a file or a program gives, from which the one about the link's origin was computed.
+struct given_inertia {
+  double mass = 0;
+  vec3<double> center_of_mass{};       ///< in the link's axes
+  given_rotation axes;                 ///< those of `moments`, seen from the link's
+  std::array<double, 6> moments{};     ///< Ixx Iyy Izz Ixy Iyz Izx about the centre of mass
+};
+
+struct link_description {
+  std::string name;
+  file_position at;
+  /// Mass (kg), first moment (kg m) and inertia (kg m²) about the link's origin, in the link's axes; zero without <inertial>.
+  spatial_inertia<double> inertia{};
+  bool has_inertial = false;
+  bool has_geometry = false; ///< has the link visual or collision geometry in the file
+  /// What `inertia` was computed from, so that it is written with the same digits; of no effect once `inertia` is another.
+  std::optional<given_inertia> given;
+};
+
+/// The numbers from which those of a joint were computed, so that they are written with the same digits; of no effect on what
+/// has been changed since.
+struct given_joint {
+  given_rotation rotation;      ///< of its placement
+  vec3<double> axis{}, axis2{}; ///< of any length; zero: not known
+  double pitch = 0;             ///< metres a revolution
+};
+
+/// A limit or property that a file may omit.
+using optional_number = std::optional<double>;
+
+/// A joint that moves as another one does: position = multiplier × that joint's position + offset (rad or m).
+struct mimic_description {
+  std::string joint; ///< the other joint's name; it may mimic a third
+  double multiplier = 1, offset = 0;
+  file_position at;
+};
+
+/// Bounds of one number of a joint's position.
+struct coordinate_limits {
+  optional_number lower, upper; ///< rad or m
+};
+
+/// How many numbers of a joint's position can have bounds: that of joints with one coordinate, but not of continuous ones, and those of
+/// other joints, unless they are quaternions.
+inline int numbers_with_limits(const joint_kind_row &row) {
+  return row.nv == 1 ? row.has_limits : row.nv > 1 && row.quaternion < 0 ? row.nq : 0;
+}
+
+struct joint_description {
+  std::string name;
+  file_position at;
+  joint_kind kind = joint_kind::fixed;
+  int parent = -1, child = -1;   ///< indices into robot_description::links
+  SE3<double> placement{};       ///< the joint's frame (the child link's at q = 0) in the parent link's frame
+  vec3<double> axis{0, 0, 0};    ///< unit vector in the joint's frame, for kinds that have one (joint_kind_row); zero: the usual
+                                 ///< one of the kind, which is x, but z for planar joints
+  vec3<double> axis2{0, 0, 0};   ///< likewise the second axis of universal joints, which must give it; fixed in the child
+  optional_number pitch;         ///< m/rad; for kinds that have one (joint_kind_row), which must give it
+  optional_number lower, upper;  ///< of its first number, rad or m
+  std::array<coordinate_limits, 2> further; ///< of its second and third, for kinds with several (numbers_with_limits)
+  optional_number effort;        ///< N m or N
+  optional_number velocity;      ///< rad/s or m/s
+  double damping = 0;            ///< of each coordinate, N m s/rad or N s/m
+  double friction = 0;           ///< dry friction of each coordinate, N m or N
+  optional_number friction_width; ///< of its smooth law (joint_physics.hpp), rad/s or m/s; physics_options has one for all others
+  double armature = 0;           ///< inertia that each coordinate feels besides that of the links, kg m² or kg
+  double rotor_inertia = 0;      ///< of the motor's rotor about its own axis, kg m²
+  double gear_ratio = 1;         ///< turns of the rotor for each of the joint; rad/m where the joint slides
+  double spring_stiffness = 0;   ///< N m/rad or N/m; of joints with one coordinate
+  double spring_rest = 0;        ///< position where the spring is slack, rad or m
+  bool is_rotor = false;         ///< does it carry the rotor of the joint that it mimics (physics_options::rotor_bodies)
+  std::optional<mimic_description> mimic; ///< of joints with one coordinate
+  given_joint given;
+};
+
+/// Of number c of the joint's position.
+inline coordinate_limits limits_of(const joint_description &joint, int c) {
+  return c == 0 ? coordinate_limits{joint.lower, joint.upper} : joint.further[static_cast<std::size_t>(c - 1)];
+}
+
+/// Which physics of joints a model has, besides that of rigid bodies.  None by default: the quantities of the textbook.
+struct physics_options {
+  bool damping = false, friction = false, armature = false, rotor = false, spring = false;
+  /// Rotors are bodies, which turn with the joint's parent link, instead of inertia of the joint's coordinate (with_rotors).
+  bool rotor_bodies = false;
+  /// Dry friction has full strength at any speed but zero, instead of the smooth law.  For inverse dynamics only.
+  bool exact_friction = false;
+  double friction_width = 0.01; ///< of the smooth law, rad/s or m/s; for joints that have none of their own
+};
+
+/// All that a model is made of: a model of the description of another is a copy of it.
+struct robot_description {
+  std::string name;
+  std::string file; ///< as given to the reader; empty for a robot built in a program
+  std::vector<link_description> links;
+  std::vector<joint_description> joints; ///< in the order of the file
+  std::array<double, 3> gravity{0, 0, -9.81}; ///< m/s², world axes; files don't give it
+  physics_options physics;               ///< of the joints; files don't say so
+  bool floating_base = false;            ///< does the root float (model_options); files don't say so
+  std::vector<std::string> unused;       ///< a line for each kind of content that KSL doesn't use
+  std::vector<std::string> warnings;     ///< a line for each thing that is suspicious but used, with link and condition
+};
+
+} // namespace ksl

@@ -1,0 +1,89 @@
+// KSL: a mechanism as the algorithms see it: flat arrays, immutable once built, shared between threads.
+//
+// Links welded by fixed joints are one body.  Body 0 is the ground with all links welded to it; joint i carries body i > 0.
+// The frame of a body is *canonical*: its origin is the joint's, z is along the joint's axis, and x is normal to z and to the
+// axis of the first joint on the body that isn't parallel to z (Denavit and Hartenberg's choice).  The ground, and bodies whose
+// joints have no axis, keep the axes of their links.  Nothing that a user sees is expressed in canonical frames.
+#pragma once
+
+#include "ksl/algebra.hpp"
+#include "ksl/engine/model/joint.hpp"
+#include "ksl/engine/model/plane_rotation.hpp"
+
+namespace ksl {
+
+/// A body and the joint that carries it.  offset, alpha and theta0 are Denavit and Hartenberg's: the parent's axes become the
+/// body's by Rz(offset) Rx(alpha) Rz(theta), theta = theta0 + joint angle.
+template <class T> struct body {
+  joint_kind kind;           ///< of the joint, as it moves: revolute for continuous ones; fixed for body 0
+  joint_kind described;      ///< of the joint, as the description gives it
+  int parent;                ///< body; −1 for body 0
+  int q_index, v_index;      ///< where the joint's numbers begin in q and in v, those of followers included
+  int nv;                    ///< how many it has in v
+  int v_end;                 ///< where the numbers of all joints of the subtree end in v
+  int angle_index;           ///< index in q of the joint's rotation about z; −1: it has none
+  int chain_start;           ///< first body of the unbroken run of revolute joints that ends here; this body for other kinds
+  int line_start;            ///< first body of the unbroken run, in which each carries the next, that ends here
+  int ancestors;             ///< how many numbers in v the joints have that carry this one
+  int pose_index;            ///< where in pose_workspace::moved the numbers of its pose begin that depend on q
+  int link;                  ///< the joint's child link; −1 for a ground without links, and inside a universal joint
+  bool follows;              ///< does its joint follow another one: a mimic joint
+  bool has_children;         ///< does it carry other bodies
+  bool ends_universal;       ///< is its joint the second of a universal one, and its parent the massless body inside
+  bool is_base;              ///< is it the base: the ground, or a body that floats on it (base_axes.hpp)
+  bool no_offset;            ///< is `offset` the identity, as for most bodies
+  SE3<T> placement;          ///< of the joint in the parent's canonical frame: R = Rz(offset) Rx(alpha) where it has an axis
+  plane_rotation<T> offset, alpha, theta0;
+  tensor_rotation<T> alpha_of_tensor; ///< alpha, for symmetric matrices
+  T pitch;                   ///< advance along the axis, m/rad; of helical joints
+};
+
+/// From a body's canonical axes to those of a link one of whose coordinate axes is the joint's axis: a rotation about z, then a
+/// half turn about x if the axis points in the other direction, then the numbers in the order of the link's axes.
+template <class T> struct axis_permutation {
+  plane_rotation<T> about_z;
+  T sign;      ///< 1 or −1
+  int slot[3]; ///< positions of the three numbers in the link's order
+};
+
+/// A link and its pose in its body.
+template <class T> struct link {
+  int body;
+  int parent;                    ///< link on the other side of the joint that carries this one; −1 for the root
+  bool carried_by_moving_joint;  ///< is it the child of its body's joint (body 0: the root), not welded to such a link
+  bool axis_aligned;             ///< is the joint's axis one of the link's own, at the same origin
+  axis_permutation<T> permutation; ///< valid if axis_aligned
+  SE3<T> pose;                   ///< of the link's frame in the body's canonical frame
+  spatial_inertia<T> inertia;    ///< of this link alone, in the body's canonical frame
+};
+
+/// What a motor supplies at one coordinate besides the transmitted effort (joint_physics.hpp).  SI units, of the joint's side.
+template <class T> struct coordinate_physics {
+  T armature;                 ///< inertia of the rotor as the coordinate feels it, kg m² or kg
+  T damping;                  ///< N m s/rad or N s/m
+  T friction, friction_width; ///< N m or N; rad/s or m/s
+  T stiffness, rest;          ///< of a spring, N m/rad or N/m, and the position where it is slack
+  int q_index;                ///< where the coordinate's position is in q, if it has a spring
+  bool is_rotor;              ///< does it move a rotor, which is a body; what it transmits is then the rotor's part
+};
+
+/// All arrays of a mechanism; bodies and links in topological order, parents first.
+template <class T> struct model_view {
+  int bodies, links; ///< how many, ground and root included
+  int nq, nv;
+  int pose_numbers;  ///< how many numbers pose_workspace::moved holds
+  int longest_path;  ///< how many numbers in v the joints of a path from the ground have, at most
+  int tree_elements; ///< how many elements of a matrix aren't zero by the shape of the tree (tree_rows.hpp)
+  vec3<T> gravity;   ///< m/s², in world axes
+  const ksl::body<T> *body;
+  const ksl::link<T> *link;
+  const T *inertia;                       ///< spatial_inertia of each body with all welded links (body_lanes.hpp)
+  const spatial_inertia<T> *augmented;    ///< of each body, for sums over subtrees (subtree_inertia.hpp)
+  const T *theta0_sine, *theta0_cosine;   ///< of the joint that each number in q belongs to, padded as joint_angles
+  const int *tree_row;                    ///< (nv + 1) where the rows of a matrix begin, by their elements that aren't zero
+  int first_angle, angles_end;            ///< the range of indices in q that contains all joint angles
+  const T *lower, *upper;                 ///< limits of the numbers in q; infinite where there are none
+  const coordinate_physics<T> *physics;   ///< (nv), or null: a motor supplies the transmitted effort
+};
+
+} // namespace ksl

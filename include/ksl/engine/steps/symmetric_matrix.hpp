@@ -1,0 +1,59 @@
+// KSL: symmetric matrices whose zeros follow from the shape of the tree.
+#pragma once
+
+#include "ksl/engine/lanes/body_lanes.hpp"
+
+#include <cstddef>
+
+namespace ksl {
+inline namespace KSL_ISA {
+
+using index = std::ptrdiff_t; ///< of rows and columns: as wide as addresses, which avoids sign extension
+
+/// An n × n matrix, row-major.  With plain numbers, set() writes both triangles, and zeros are written too.  With packs and
+/// other scalars, only the upper triangle is written, into a matrix of zeros, and mirrored at the end.
+template <class T> struct symmetric_matrix {
+  T *first;
+  index n;
+
+  /// row ≤ column; the place of the row on the path to the column's joint is not needed here
+  KSL_LANES void set(index row, index, index column, const T &x) const {
+    first[row * n + column] = x;
+    if constexpr (is_number<T>)
+      first[column * n + row] = x;
+  }
+  /// Writes zeros to the columns [from, end) of a row.
+  template <bool always = false> KSL_LANES void clear(index row, index from, index end) const {
+    if constexpr (is_number<T>)
+      for (index k = from; k < end; k += native_lanes<T>)
+        store_first<T>(native_pack<T>(T(0)), first + row * n + k, static_cast<int>(end - k));
+    else if constexpr (always)
+      for (index k = from; k < end; ++k)
+        first[row * n + k] = T(0);
+  }
+  void clear_all() const {
+    for (index k = 0; k < n * n && !is_number<T>; ++k)
+      first[k] = T(0);
+  }
+  void mirror() const {
+    for (index i = 0; i < n && !is_number<T>; ++i)
+      for (index k = 0; k < i; ++k)
+        first[i * n + k] = first[k * n + i];
+  }
+};
+
+/// The upper triangle of an n × n matrix, row-major.  Elements below it are left as they are.
+template <class T> struct upper_triangle {
+  T *first;
+  index n;
+
+  KSL_LANES void set(index row, index, index column, const T &x) const { first[row * n + column] = x; }
+  KSL_LANES void clear(index, index, index) const {}
+  void clear_all() const {
+    for (index row = 0; row < n; ++row)
+      symmetric_matrix<T>{first, n}.template clear<true>(row, row, n);
+  }
+};
+
+} // namespace KSL_ISA
+} // namespace ksl

@@ -1,0 +1,214 @@
+// Robots made from other robots, on descriptions.  The one that needs the pose of a joint is in engine/frozen_joints.cpp.
+#include "ksl/surgery.hpp"
+
+#include "description/rigid_pose.hpp"
+#include "description/check.hpp"
+#include "description/mimic.hpp"
+#include "description/surgery.hpp"
+#include "text/words.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ksl {
+
+namespace {
+
+using namespace surgery;
+using A = algebra<double>;
+using text::has_name;
+using text::quoted;
+
+int find_link(const robot_description &robot, const std::string &name) {
+  return find(robot.links, name, "link", robot.name);
+}
+
+/// Index of the joint that carries each link; −1 for the root.
+std::vector<int> joints_above(const robot_description &robot) {
+  std::vector<int> above(robot.links.size(), -1);
+  for (std::size_t j = 0; j < robot.joints.size(); ++j)
+    above[index(robot.joints[j].child)] = static_cast<int>(j);
+  return above;
+}
+
+bool is_identity(const SE3<double> &D) {
+  const mat3x3<double> &R = D.R;
+  return D.t.x == 0 && D.t.y == 0 && D.t.z == 0 && R.m00 == 1 && R.m11 == 1 && R.m22 == 1;
+}
+
+vec3<double> negative(const vec3<double> &v) { return {-v.x, -v.y, -v.z}; }
+
+/// Reverses a joint, and adds the weld that a joint with an axis leaves to the one that was its parent (with_root).
+void reverse(robot_description &robot, int j) {
+  joint_description &joint = robot.joints[index(j)];
+  SE3<double> back; // of the parent link in the joint's frame
+  A::SE3_inverted(&joint.placement, &back);
+  std::swap(joint.parent, joint.child);
+  if (joint.kind == joint_kind::fixed) {
+    joint.placement = back;
+    return;
+  }
+  joint.axis = negative(axis_of(joint));
+  joint.given.axis = negative(joint.given.axis);
+  if (is_identity(joint.placement))
+    return;
+  joint.placement = no_displacement;
+  const std::string frame = free_name(robot.links, joint.name + "_frame");
+  const int old_parent = joint.child;
+  joint.child = static_cast<int>(robot.links.size());
+  robot.links.push_back(massless(frame));
+  robot.joints.push_back(weld(free_name(robot.joints, frame + "_joint"), joint.child, old_parent, back));
+}
+
+/// Only a screw motion about one axis is, reversed, the same motion about the opposite axis.
+void check_reversible(const joint_description &joint, const std::string &link) {
+  const joint_kind_row row = row_of(joint.kind);
+  if (row.nv == 0 || (row.has_axis && row.nv < 3 && !row.has_axis2))
+    return;
+  refuse("joint " + joint.name + " is " + row.name + ", and would have to be reversed to make link " + link +
+         " the root: only joints on one axis keep the meaning of their positions; take a root on the parent side of "
+         "that joint");
+}
+
+/// Appends a line unless it is there.
+void add_line(std::vector<std::string> &lines, const std::string &line) {
+  if (std::find(lines.begin(), lines.end(), line) == lines.end())
+    lines.push_back(line);
+}
+
+} // namespace
+
+robot_description with_root(const robot_description &robot, const std::string &link) {
+  check_tree(robot);
+  robot_description out = robot;
+  std::vector<int> path; // from the new root up to the old one
+  const std::vector<int> above = joints_above(robot);
+  for (int l = find_link(robot, link); above[index(l)] >= 0; l = robot.joints[index(path.back())].parent)
+    path.push_back(above[index(l)]);
+  for (const int j : path)
+    check_reversible(robot.joints[index(j)], link);
+  for (const int j : path)
+    reverse(out, j);
+  return out;
+}
+
+robot_description with_payload(const robot_description &robot, const std::string &link, const link_mass &payload) {
+  builder alone("payload"); // it checks the payload as it checks links
+  alone.add_link("payload on " + link, payload);
+  robot_description out = robot;
+  link_description &carrier = out.links[index(find_link(robot, link))];
+  const auto &[mass, center, J] = payload;
+  spatial_inertia<double> I;
+  A::spatial_inertia_fromMassCentroid(mass, &center, J.m00, J.m11, J.m22, J.m10, J.m21, J.m20, &I);
+  A::spatial_inertia_added(&carrier.inertia, &I, &carrier.inertia);
+  carrier.has_inertial = true;
+  for (const std::string &line : alone.description().warnings)
+    add_line(out.warnings, line);
+  return out;
+}
+
+robot_description merged(const robot_description &robot, const robot_description &other, const std::string &parent_link,
+                         const SE3<double> &pose, const std::string &prefix) {
+  if (robot.gravity != other.gravity)
+    refuse("robots " + quoted(robot.name) + " and " + quoted(other.name) +
+           " have different gravity; load both with the same");
+  if (text::printable(prefix) != prefix)
+    refuse("prefix " + quoted(prefix) + " has a control character, or is not UTF-8; give another one");
+  robot_description out = robot;
+  const int parent = find_link(robot, parent_link), links = static_cast<int>(robot.links.size()),
+            root = check_tree(other);
+  joint_description mount = weld(prefix + (other.floating_base ? "floating_base" : "mount"), parent, links + root,
+                                 rigid_pose("robot " + quoted(other.name) + ": its pose", pose));
+  if (other.floating_base)
+    mount.kind = joint_kind::floating;
+  std::vector<joint_description> named = robot.joints; // and what the second robot's will be called
+  for (const joint_description &joint : other.joints)
+    named.push_back(joint), named.back().name = prefix + joint.name;
+  mount.name = free_name(named, mount.name);
+  out.joints.push_back(std::move(mount));
+  for (link_description link : other.links) {
+    link.name = prefix + link.name;
+    if (has_name(robot.links, link.name))
+      refuse("both robots have a link named " + quoted(link.name) + "; give a prefix for the names of the second");
+    link.at = {}; // a line of another file
+    out.links.push_back(std::move(link));
+  }
+  for (joint_description joint : other.joints) {
+    joint.name = prefix + joint.name;
+    if (joint.mimic)
+      joint.mimic->joint = prefix + joint.mimic->joint;
+    if (has_name(robot.joints, joint.name))
+      refuse("both robots have a joint named " + quoted(joint.name) + "; give a prefix for the names of the second");
+    joint.at = {};
+    if (joint.mimic)
+      joint.mimic->at = {};
+    joint.parent += links, joint.child += links;
+    out.joints.push_back(std::move(joint));
+  }
+  for (const std::string &line : other.warnings)
+    add_line(out.warnings, other.name + ": " + line);
+  for (const std::string &line : other.unused)
+    add_line(out.unused, other.name + ": " + line);
+  return out;
+}
+
+robot_description subtree(const robot_description &robot, const std::string &link) {
+  const int root = find_link(robot, link);
+  const std::vector<int> above = joints_above(robot);
+  check_tree(robot);
+  std::vector<bool> belongs(robot.links.size(), false);
+  std::vector<std::vector<int>> children(robot.links.size());
+  for (const joint_description &joint : robot.joints)
+    children[index(joint.parent)].push_back(joint.child);
+  for (std::vector<int> pending = {root}; !pending.empty();) {
+    const int l = pending.back();
+    pending.pop_back();
+    belongs[index(l)] = true;
+    pending.insert(pending.end(), children[index(l)].begin(), children[index(l)].end());
+  }
+  robot_description out = robot;
+  out.floating_base = robot.floating_base && above[index(root)] < 0;
+  out.links.clear(), out.joints.clear(), out.warnings.clear();
+  std::vector<int> new_index(robot.links.size(), -1);
+  for (std::size_t l = 0; l < robot.links.size(); ++l)
+    if (belongs[l]) {
+      new_index[l] = static_cast<int>(out.links.size());
+      out.links.push_back(robot.links[l]);
+    }
+  const std::vector<leader_of_joint> leaders = leaders_of(robot);
+  const auto is_inside = [&](const joint_description &joint) { return new_index[index(joint.parent)] >= 0 && new_index[index(joint.child)] >= 0; };
+  for (std::size_t j = 0; j < robot.joints.size(); ++j) {
+    joint_description joint = robot.joints[j];
+    if (leaders[j].joint >= 0 && is_inside(joint)) { // the joint that it names may be a follower, and left behind
+      const joint_description &leader = robot.joints[index(leaders[j].joint)];
+      if (!is_inside(leader))
+        refuse("joint " + joint.name + " follows joint " + leader.name + ", which link " + quoted(link) +
+               " doesn't carry; take a link that carries both, or load the robot with mimic=\"independent\"");
+      const auto named = std::find_if(robot.joints.begin(), robot.joints.end(),
+                                      [&](const joint_description &other) { return other.name == joint.mimic->joint; });
+      if (!is_inside(*named))
+        joint.mimic = {leader.name, leaders[j].multiplier, leaders[j].offset, joint.mimic->at};
+    }
+    joint.parent = new_index[index(joint.parent)], joint.child = new_index[index(joint.child)];
+    if (joint.parent >= 0 && joint.child >= 0)
+      out.joints.push_back(std::move(joint));
+  }
+  out.warnings = check_inertias(out);
+  return out;
+}
+
+robot_description with_frame(const robot_description &robot, const std::string &name, const std::string &link,
+                             const SE3<double> &pose) {
+  robot_description out = robot;
+  const int parent = find_link(robot, link), child = static_cast<int>(robot.links.size());
+  if (name.empty() || text::printable(name) != name)
+    refuse("frame " + quoted(name) + ": give it a name without control characters");
+  if (has_name(robot.links, name))
+    refuse("frame " + quoted(name) + ": a link of robot " + quoted(robot.name) + " has that name; give it another");
+  out.links.push_back(massless(name));
+  out.joints.push_back(
+      weld(free_name(robot.joints, name + "_joint"), parent, child, rigid_pose("frame " + name + ": its pose", pose)));
+  return out;
+}
+
+} // namespace ksl
