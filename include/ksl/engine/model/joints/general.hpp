@@ -118,6 +118,7 @@ private:
 };
 
 template <joint_kind... kinds> struct general_joint {
+  using base = general_joint;
   static constexpr bool is_free = false;
   static constexpr int nv = [] { ///< at most
     int most = 0;
