@@ -276,7 +276,7 @@ KSL_LANES void multiply_columns(const T *W, index pitch, const T *X, const T *Y,
 /// Two coordinates are related if one carries the other, or if they are of the same joint.  This lists, in ascending order, the
 /// coordinates that are related to any of the columns [column, end), and returns how many there are.
 template <class S> KSL_LANES index list_related(const model_view<S> &model, index column, index end, int *related) {
-  index terms = 0, carried = 0; // carried: where the subtrees of the columns found so far end; a body before that is in one of them
+  index terms = 0, carried = 0; // carried: where the subtrees of the columns end; a later body that begins before it is in one of them
   for (int i = 1; i < model.bodies; ++i) {
     const body<S> &b = model.body[i];
     if (b.v_index < end && b.v_index + b.nv > column && b.v_end > carried)
