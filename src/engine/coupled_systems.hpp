@@ -25,10 +25,10 @@ inline void solve(const float *A, float *x, int n) {
     ksl_linalg_ldlt_solvef(A, x, x, n, n, 1);
 }
 
-/// Computed state by state, in batches too?
+/// Is the algorithm computed state by state, also in batches?
 inline bool by_states(coupled_by how) { return how > coupled_by::upper_triangle && how < coupled_by::refusal; }
 
-/// Without gravity, and with no effort that motors add at rest.
+/// The model without gravity and without joint physics.
 template <class S> model_view<S> weightless(const model &m) {
   model_view<S> view = m.view_in<S>();
   view.gravity = {S(0), S(0), S(0)};
@@ -106,7 +106,7 @@ private:
     p.state(w.rest, s);
   }
 
-  /// τ − (efforts at the accelerations a), or minus those efforts alone, in w.x.
+  /// w.x = τ − (efforts at the accelerations a); without tau, minus these efforts.
   void missing_efforts(const memory_of_state &w, const state_view<S> &given, const S *a, const S *tau) const {
     state_view<S> s = given;
     s.a = a;
@@ -115,7 +115,7 @@ private:
       w.x[i] = tau ? tau[i] - w.x[i] : -w.x[i];
   }
 
-  /// w.x = M⁻¹ w.x by factors, which replace M; NaN where nothing is determined.
+  /// w.x = M⁻¹ w.x by the factors of M, which replace M.  NaN if M is singular.
   void solve_in_place(const memory_of_state &w) const {
     if (ldlt(w.M, m.nv()) != 0)
       std::fill_n(w.x, m.nv(), nan);
@@ -123,7 +123,7 @@ private:
       solve(w.M, w.x, m.nv());
   }
 
-  /// ∂a = −M⁻¹ ∂τ, ∂τ being that of inverse dynamics at the accelerations that solve the system.
+  /// The derivatives of a by q, v and τ: −M⁻¹ ∂τ, by (1) of ksl/engine/forward_dynamics_derivatives.hpp, and M⁻¹.
   void set_derivatives(const memory_of_state &w, const state_view<S> &given) const {
     const int nv = m.nv();
     S *const by_q = w.matrix, *const by_v = w.matrix + nv * nv, *const inverse = given.result[2];
@@ -146,8 +146,8 @@ private:
     std::copy_n(w.M, nv * nv, inverse);
   }
 
-  /// −M times the second derivatives of a, from those of inverse dynamics at the accelerations that solve the
-  /// system, and then times −M⁻¹: the equations of ksl/engine/forward_dynamics_second_derivatives.hpp, without zeros to leave out.
+  /// The second derivatives of a, by (1) of ksl/engine/forward_dynamics_second_derivatives.hpp.  M is dense here, so that no zeros are
+  /// left out.
   void set_second_derivatives(const memory_of_state &w, const state_view<S> &given) const {
     const int nv = m.nv(), matrix = nv * nv;
     state_view<S> s = given;
@@ -173,7 +173,8 @@ private:
       }
   }
 
-  /// Adds to the second derivatives of one effort what the accelerations' first derivatives add.  by_tau is dM_il/dq_k before.
+  /// Adds to the second derivatives of one effort, i, the terms with first derivatives of the accelerations.  On entry by_tau has
+  /// dM_il/dq_k.
   void add_products(const memory_of_state &w, S *by_q, S *by_qv, S *by_tau) const {
     const int nv = m.nv(), matrix = nv * nv;
     S *const M = w.matrix, *const product = w.matrix + matrix;
@@ -191,7 +192,7 @@ private:
         by_q[k * nv + c] += product[k * nv + c] + product[c * nv + k];
   }
 
-  /// Of which coordinates are the accelerations given?  A follower's is if its leader's is.
+  /// Finds the coordinates whose accelerations are given.  That of a follower is given if that of its leader is.
   void find_given(const memory_of_state &w, const link_list &links) const {
     const coupling_view<S> c = m.coupling_in<S>();
     const model_view<S> view = m.view_in<S>();
@@ -206,7 +207,7 @@ private:
     }
   }
 
-  /// M_oo a_o = τ_o − (efforts of the accelerations that are given)_o, o the other coordinates.
+  /// Hybrid dynamics.  With o the coordinates whose accelerations are not given: M_oo a_o = τ_o − (efforts at the given accelerations)_o.
   void set_hybrid(const memory_of_state &w, const state_view<S> &given) const {
     const int nv = m.nv();
     find_given(w, given.links);
@@ -227,7 +228,7 @@ private:
       std::fill_n(x, n, nan);
     else
       solve(part, x, n);
-    S *const found = w.matrix; // which is read no more
+    S *const found = w.matrix; // in place of `part`, which isn't needed any more
     for (int i = 0; i < nv; ++i) {
       S sum = -w.x[i];
       int k = 0;
@@ -243,7 +244,7 @@ private:
     }
   }
 
-  /// M dv = Gᵀ Ĵᵀ impulses.  At rest and without weight, external wrenches are all that efforts balance.
+  /// The jump dv of M dv = Gᵀ Ĵᵀ impulses.  At rest and without gravity, the efforts of inverse dynamics are minus the right side.
   void set_jump(const memory_of_state &w, const state_view<S> &given) const {
     state_view<S> s = given;
     s.v = s.a = w.zero;
@@ -254,7 +255,7 @@ private:
     std::copy_n(w.x, m.nv(), given.result[0]);
   }
 
-  /// J of all frames, the rows of J M⁻¹, and J M⁻¹ Jᵀ in w.square.  M is replaced by its factors.
+  /// Sets w.J, the Jacobians of all frames, w.solved = J M⁻¹ and w.square = J M⁻¹ Jᵀ.  M is replaced by its factors.
   void set_inverse(const memory_of_state &w, const state_view<S> &given) const {
     const int nv = m.nv(), rows = 6 * given.links.n;
     for (int f = 0; f < given.links.n; ++f) {
@@ -275,7 +276,7 @@ private:
       }
   }
 
-  /// The definitions of ksl/engine/operational_space.hpp.
+  /// Dynamics at frames, as ksl/engine/operational_space.hpp defines them.
   void set_operational(const memory_of_state &w, const state_view<S> &given) const {
     const int nv = m.nv(), rows = 6 * given.links.n;
     set_inverse(w, given);
