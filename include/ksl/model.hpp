@@ -61,7 +61,7 @@ struct joint_row {
   vec3<double> axis2;    ///< second axis of universal joints, fixed in the child: a unit vector in the joint's frame
   double pitch;          ///< m/rad; of helical joints
   int description;       ///< index into robot_description::joints; −1 for base and floating_base
-  /// Of a follower, a mimic joint: position = multiplier × that of its leader + offset.  The leader is an index into joints()
+  /// For a follower, a mimic joint: position = multiplier × that of its leader + offset.  The leader is an index into joints()
   /// and follows no other joint; −1 for joints that are no followers.
   int leader = -1;
   double multiplier = 0, offset = 0;

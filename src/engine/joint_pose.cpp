@@ -5,7 +5,7 @@
 namespace ksl {
 
 SE3<double> joint_pose(const joint_description &joint, const std::vector<double> &q) {
-  // the model of a robot that has this joint alone knows, whatever the kind
+  // forward kinematics of a robot that has this joint alone, which works for any kind
   robot_description alone;
   alone.links.resize(2);
   alone.links[0].name = "parent", alone.links[1].name = "child";

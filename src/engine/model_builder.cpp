@@ -465,8 +465,8 @@ void model_builder::narrow(std::vector<model::position_range> &limits, const joi
   if (both.lower <= both.upper)
     range = both;
   else
-    warn("joint " + row.name + ": it follows " + moved.name + ", which keeps its own limits nowhere where " + row.name +
-         " keeps its; those of " + row.name + " are not used");
+    warn("joint " + row.name + ": it follows " + moved.name + ", but at no position are both within their limits; those of " + row.name +
+         " are not used");
 }
 
 void model_builder::round_to_single() {
