@@ -77,7 +77,7 @@ bool is_identity(const SE3<double> &D) {
 
 vec3<double> negative(const vec3<double> &v) { return {-v.x, -v.y, -v.z}; }
 
-/// Reverses a joint, and adds the weld that a joint with an axis leaves to the one that was its parent (with_root).
+/// Reverses a joint.  If it has an axis, it also adds the weld to the link that was the joint's parent (with_root).
 void reverse(robot_description &robot, int j) {
   joint_description &joint = robot.joints[index(j)];
   SE3<double> back; // of the parent link in the joint's frame
@@ -99,7 +99,7 @@ void reverse(robot_description &robot, int j) {
   robot.joints.push_back(weld(free_name(robot.joints, frame + "_joint"), joint.child, old_parent, back));
 }
 
-/// Only a screw motion about one axis is, reversed, the same motion about the opposite axis.
+/// Refuses a joint that can't be reversed: only a screw motion about one axis is, reversed, the same motion about the opposite axis.
 void check_reversible(const joint_description &joint, const std::string &link) {
   const joint_kind_row row = row_of(joint.kind);
   if (row.nv == 0 || (row.has_axis && row.nv < 3 && !row.has_axis2))
@@ -109,7 +109,7 @@ void check_reversible(const joint_description &joint, const std::string &link) {
          "that joint");
 }
 
-/// The position of a joint in its frame.
+/// The pose of the child link in the joint's frame at q.
 SE3<double> pose_at(const joint_description &joint, std::vector<double> q) {
   const joint_kind_row row = row_of(joint.kind);
   const std::string who = "joint " + joint.name + ": ";
@@ -130,7 +130,7 @@ SE3<double> pose_at(const joint_description &joint, std::vector<double> q) {
   return joint_pose(joint, q);
 }
 
-/// The joint is fixed at this position.  What it has besides its name, its links and its placement is no more.
+/// Makes the joint a fixed one at this position.  It keeps its name, its links and its placement, and nothing else.
 void freeze(joint_description &joint, const std::vector<double> &q) {
   const SE3<double> pose = pose_at(joint, q);
   SE3<double> placement;
@@ -146,8 +146,8 @@ const frozen_joint *find_frozen(const std::vector<frozen_joint> &joints, const s
   return found == joints.end() ? nullptr : &*found;
 }
 
-/// The joints that follow one that is frozen are frozen with it, where it holds them.  A follower alone can't be frozen: neither would
-/// its leader move then.
+/// Adds the followers of joints that are frozen, at the positions that follow from these.  A follower can't be frozen alone, since its
+/// leader couldn't move either.
 std::vector<frozen_joint> with_followers(const robot_description &robot, const std::vector<frozen_joint> &joints) {
   const std::vector<leader_of_joint> leaders = leaders_of(robot);
   std::vector<frozen_joint> out = joints;
@@ -170,7 +170,7 @@ std::vector<frozen_joint> with_followers(const robot_description &robot, const s
   return out;
 }
 
-/// The joint that the model adds for a floating base, described as those of the file, on a link of its own.
+/// Adds to the description the joint that the model has for a floating base, and a link for it to be on.
 void describe_floating_base(robot_description &robot, const std::string &name) {
   const int root = check_tree(robot);
   joint_description base = weld(name, static_cast<int>(robot.links.size()), root, no_displacement);
