@@ -50,7 +50,7 @@ private:
   int depth(const std::string &from) const;
   /// The pose of a frame in the world.  Those on the way are kept, so that all of a long chain take linear time.
   SE3<double> in_world(const std::string &full_name) const;
-  /// As relative(), if there are at most that many frames, and at least one, on the way.
+  /// As relative(), by the path over the nearest frame that leads to both.  None if the path has more than about `most` frames.
   std::optional<SE3<double>> relative_within(std::size_t most, const std::string &in, const std::string &of) const;
   const frame &at(const std::string &full_name) const { return frames_.find(full_name)->second; }
 

@@ -55,8 +55,8 @@ template <class T> struct coordinate_motions_workspace {
 template <class T> KSL_LANES void set_rates(const body_twist<T> &carrier, coordinate_motion<T> &c) {
   using A = algebra<T>;
   screw<T> turned;
-  A::cross_ss(&carrier.velocity, &c.S, &c.velocity_by_q);
-  A::cross_ss(&carrier.acceleration, &c.S, &c.acceleration_by_q);
+  A::cross_ss(&carrier.velocity, &c.S, &c.velocity_by_q);         // Ψ̇
+  A::cross_ss(&carrier.acceleration, &c.S, &c.acceleration_by_q); // Ψ̈
   A::cross_ss(&carrier.velocity, &c.velocity_by_q, &turned);
   A::xpy_ss(&turned, &c.acceleration_by_q);
   A::add_ss(&c.velocity_by_q, &c.velocity_by_q, &c.acceleration_by_v);
@@ -115,7 +115,7 @@ KSL_LANES void move_body(const body<scalar_of<T>> &b, const coordinate_motions_w
     }
     A::axpy_ss(v[k], &own.S, &m.velocity);
     A::axpy_ss(a[k], &own.S, &m.acceleration);
-    A::axpy_ss(v[k], &own.velocity_by_q, &m.acceleration);
+    A::axpy_ss(v[k], &own.velocity_by_q, &m.acceleration); // Ψ̇ q̇
   });
   w.motion.set(i, m);
 }

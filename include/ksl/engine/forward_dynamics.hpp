@@ -99,20 +99,20 @@ KSL_LANES void pass_to_parent(const body<scalar_of<T>> &b, const forward_dynamic
   } else {
     for_each_coordinate_backwards<joint<K>::nv>([&](auto k) KSL_INLINED {
       const auto S = joint<K>::template column<k>(b, w.rotation, i);
-      const coscrew<T> U = S.momentum(*A);
+      const coscrew<T> U = S.momentum(*A); // (1)
       T D = S.effort(U);
       if (physics) // of the coordinate's rotor; no other coordinate feels it
         D = D + T(physics[k].armature);
       const T D_inverse = T(1) / D, u = tau[k] - S.effort(p);
       w.coordinate[b.v_index + k] = {U, D_inverse, u};
       if (k > 0) {
-        algebra::articulated_inertia_downdated(&*A, &U, D_inverse, &*A);
-      } else if (b.parent > 0) {
+        algebra::articulated_inertia_downdated(&*A, &U, D_inverse, &*A); // (2)
+      } else if (b.parent > 0) { // (2), and the step to the parent
         in_place<articulated_inertia, T> sum(w.A, b.parent);
         add_beyond_joint(*A, U, D_inverse, w.offset[i], *sum);
         sum.put();
       }
-      algebra::axpy_cc(D_inverse * u, &U, &p);
+      algebra::axpy_cc(D_inverse * u, &U, &p); // (2)
     });
   }
   if (b.parent == 0)
@@ -136,7 +136,7 @@ KSL_LANES void accelerate(const body<scalar_of<T>> &b, const forward_dynamics_wo
   } else {
     for_each_coordinate<joint<K>::nv>([&](auto k) KSL_INLINED {
       const coordinate_state<T> &s = w.coordinate[b.v_index + k];
-      const T acceleration = s.D_inverse * (s.u - A::dot_cs(&s.U, &a));
+      const T acceleration = s.D_inverse * (s.u - A::dot_cs(&s.U, &a)); // (3)
       joint<K>::template column<k>(b, w.rotation, i).add(acceleration, a);
       dv[k] = acceleration;
     });

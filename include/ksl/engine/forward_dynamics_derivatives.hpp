@@ -128,12 +128,12 @@ template <class T> void add_physics(const model_view<scalar_of<T>> &model, const
 /// Adds what accelerations change at a coordinate (3): to Ψ̈, and to the wrench through the joint.
 template <class T> KSL_LANES void accelerate(const screw<T> &carrier, coordinate_motion<T> &c) {
   screw<T> turned;
-  algebra<T>::cross_ss(&carrier, &c.S, &turned);
+  algebra<T>::cross_ss(&carrier, &c.S, &turned); // a'_λ × S
   algebra<T>::xpy_ss(&turned, &c.acceleration_by_q);
 }
 template <class T> KSL_LANES void accelerate(const acceleration_change<T> &change, subtree_dynamics<T> &d) {
   coscrew<T> f;
-  algebra<T>::product_Ms(&d.I, &change.carrier, &f);
+  algebra<T>::product_Ms(&d.I, &change.carrier, &f); // I a'_λ
   algebra<T>::xpy_cc(&change.wrench, &f);
   algebra<T>::xpy_cc(&f, &d.f);
 }
@@ -319,9 +319,9 @@ void forward_dynamics_derivatives(const model_view<scalar_of<T>> &model, const f
   T *const by_q = &w.dtau[0], *const by_v = by_q + n * n, *const a = &w.a[0], *const rest = &w.rest[0];
   for (index k = 0; k < n; ++k)
     a[k] = T(0);
-  forward_motions(model, d.wrenches, q, v, a, external);
+  forward_motions(model, d.wrenches, q, v, a, external); // a is zero here
   sum_subtrees<false>(model, d.wrenches);
-  set_momenta(model, d.wrenches, tau, rest);
+  set_momenta(model, d.wrenches, tau, rest); // (2)
   set_mass_rows(model, d, w.factor.rows);
   if (model.physics)
     add_physics(model, w.factor.rows, q, v, rest);
@@ -335,13 +335,13 @@ void forward_dynamics_derivatives(const model_view<scalar_of<T>> &model, const f
   } else {
     invert_factorised(model, w.factor, da_dtau);
   }
-  multiply_symmetric(W, pitch, rest, n, a);
-  accelerate(model, w, a, tau_derivative_matrices<T, false>{by_q, by_v, nullptr, n});
+  multiply_symmetric(W, pitch, rest, n, a); // a = M⁻¹ (tau − bias)
+  accelerate(model, w, a, tau_derivative_matrices<T, false>{by_q, by_v, nullptr, n}); // (3)
   if (external.axes == expressed_in::world)
     add_turning_of_external(model, d.wrenches, external, by_q);
   if (model.physics)
     add_physics_derivatives(model, v, by_q, by_v, static_cast<T *>(nullptr));
-  negative_products(model, w.related, W, pitch, by_q, by_v, da_dq, da_dv);
+  negative_products(model, w.related, W, pitch, by_q, by_v, da_dq, da_dv); // (1)
 }
 
 } // namespace KSL_ISA

@@ -177,9 +177,9 @@ void frame_accelerations_derivatives(const model_view<scalar_of<T>> &model, cons
       const screw<P> relative = relative_to_options(S, how), moved = velocity_by_q(m, c, relative);
       screw<P> q_rate = in_target(m.target, c.acceleration_by_q), v_rate = in_target(m.target, c.acceleration_by_v);
       const screw<P> q_turned = cross(own, m.velocity), v_turned = cross(S, m.velocity), a_turned = cross(relative, m.acceleration);
-      A::xpy_ss(&q_turned, &q_rate);
-      A::xpy_ss(&a_turned, &q_rate);
-      A::xpy_ss(&v_turned, &v_rate);
+      A::xpy_ss(&q_turned, &q_rate); // Ψ̈ − V × Ψ̇ = Ψ̈ + Ψ̇ × V (1)
+      A::xpy_ss(&a_turned, &q_rate); // ξ × A (2)
+      A::xpy_ss(&v_turned, &v_rate); // Ψ̇ + Ṡ − V × S (1)
       add_turning(times, m.velocity, moved, q_rate);
       add_turning(times, m.velocity, S, v_rate);
       of_q.set(k, q_rate), of_v.set(k, v_rate), of_dv.set(k, S);

@@ -36,7 +36,7 @@ KSL_LANES void pass_given(const body<scalar_of<T>> &b, const forward_dynamics_wo
   for_each_coordinate<joint<K>::nv>([&](auto k) KSL_INLINED { joint<K>::template column<k>(b, w.rotation, i).add(a[k], own); });
   if (b.parent == 0)
     return;
-  A::product_As(&inertia, &own, &f);
+  A::product_As(&inertia, &own, &f); // (1)
   A::xpy_cc(&f, &p);
   A::product_CoAdtc(&w.offset[i], &p, &p);
   add_wrench(w.wrench, b.parent, p);
@@ -56,7 +56,7 @@ KSL_LANES void accelerate_given(const body<scalar_of<T>> &b, const forward_dynam
   A::product_Adtinvs(&w.offset[i], &w.acceleration[b.parent], &s);
   for_each_coordinate<joint<K>::nv>([&](auto k) KSL_INLINED { joint<K>::template column<k>(b, w.rotation, i).add(a[k], s); });
   w.acceleration[i] = s;
-  A::product_As(&inertia, &s, &f);
+  A::product_As(&inertia, &s, &f); // (2)
   A::xpy_cc(&f, &p);
   effort_in_base<K>(b, w.rotation, i, p, tau);
 }

@@ -138,26 +138,26 @@ template <class T>
 KSL_LANES void set_own(const subtree_rates<T> &z, const wrench_derivative<T> &d, const coordinate_motion<T> &u, pair_derivatives<T> &out) {
   using A = algebra<T>;
   vec3<T> turn;
-  out.turned = carried(u.S, d.by_a);
+  out.turned = carried(u.S, d.by_a); // g
   out.effort_by_q = carried(u.velocity_by_q, d.by_a);
-  A::cross_vv(&u.S.ang, &d.turn, &turn);
+  A::cross_vv(&u.S.ang, &d.turn, &turn); // S_u ×* 2 Bᵀ S_z, which is angular
   A::xpy_vv(&turn, &out.effort_by_q.ang);
   const coscrew<T> by_q = momentum_of(z.I_by_q, u.velocity_by_q), by_v = momentum_of(z.I_by_q, u.S);
-  A::subtract_cc(&out.effort_by_q, &by_q, &out.effort_by_q);
-  A::subtract_cc(&out.turned, &by_v, &out.effort_by_v);
+  A::subtract_cc(&out.effort_by_q, &by_q, &out.effort_by_q); // e
+  A::subtract_cc(&out.turned, &by_v, &out.effort_by_v);      // h
 }
 
 /// Sets how the wrench through joint z changes with z and u (7).  d is how it changes with z.
 template <class T>
 KSL_LANES void set_wrenches(const subtree_rates<T> &z, const wrench_derivative<T> &d, const coordinate_motion<T> &u,
                             pair_derivatives<T> &out) {
-  out.by_qq = product(z.B_by_q, u.velocity_by_q.ang);
+  out.by_qq = product(z.B_by_q, u.velocity_by_q.ang); // (7)
   add_to(momentum_of(z.I_by_q, u.acceleration_by_q), out.by_qq);
-  out.by_qq_beyond = carried(u.S, d.by_q);
+  out.by_qq_beyond = carried(u.S, d.by_q); // S_u ×* ∂f_z/∂q_z
   add_to(out.by_qq, out.by_qq_beyond);
   out.by_vv = product(z.B_by_v, u.S.ang);
   out.by_qv = product(z.B_by_v, u.velocity_by_q.ang);
-  out.by_qv_beyond = carried(u.S, d.by_v);
+  out.by_qv_beyond = carried(u.S, d.by_v); // S_u ×* ∂f_z/∂v_z
   add_to(out.by_qv, out.by_qv_beyond);
   out.by_vq = product(z.B_by_q, u.S.ang);
   add_to(momentum_of(z.I_by_q, u.acceleration_by_v), out.by_vq);

@@ -51,13 +51,13 @@ template <class T> void factorise(const model_view<scalar_of<T>> &model, const f
     for (int c = b.nv - 1; c >= 0; --c) {
       T *const row = w.rows[b.v_index + c];
       const index n = b.ancestors + c;
-      const T D_inverse = T(1) / row[n];
+      const T D_inverse = T(1) / row[n]; // 1 / D_k
       w.D_inverse[b.v_index + c] = D_inverse;
       for_each_ancestor(model, i, c, [&](index ancestor, index place) KSL_INLINED {
-        subtract_scaled(row[place] * D_inverse, row, w.rows[ancestor], place + 1);
+        subtract_scaled(row[place] * D_inverse, row, w.rows[ancestor], place + 1); // M_ji of all i up to j
       });
       const T diagonal = row[n];
-      scale(D_inverse, row, n);
+      scale(D_inverse, row, n); // L_kj
       row[n] = diagonal; // scale() may have overwritten it
     }
   }

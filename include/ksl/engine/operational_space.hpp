@@ -178,7 +178,7 @@ void propagate(const model_view<scalar_of<T>> &model, const operational_space_in
               coscrew<T> &wrench = w.wrench[f].column[c];
               T u = T(0);
               if (w.at[f] == i) {
-                u = S.effort(wrench);
+                u = S.effort(wrench); // (2)
                 A::axpy_cc(-(s.D_inverse * u), &s.U, &wrench);
               }
               w.u[6 * f + c] = u;
@@ -214,7 +214,7 @@ void add_free(const operational_space_inertia_inverse_workspace<T> &w, int i, in
   const articulated_inertia<T> A = w.dynamics.A[i];
   for (int f = 0; f < n; ++f)
     for (int r = 0; r < 6 && w.at[f] == i; ++r) {
-      const screw<T> a = solve(A, w.wrench[f].column[r]);
+      const screw<T> a = solve(A, w.wrench[f].column[r]); // A⁻¹ f
       solution(f, r, a);
       for (int g = 0; g <= f; ++g)
         for (int c = 0; c < (g == f ? r + 1 : 6) && w.at[g] == i; ++c) {
@@ -242,7 +242,7 @@ void inertia_inverse(const model_view<scalar_of<T>> &model, const operational_sp
   propagate(
       model, w, n, links, how,
       [&](int row, const T &D_inverse, const T *u) {
-        add_square(u, D_inverse, m, inverse);
+        add_square(u, D_inverse, m, inverse); // (3)
         keep(row, u);
       },
       [&](int i) { add_free(w, i, n, inverse, [&](int f, int c, const screw<T> &a) { keep_free(i, f, c, a); }); });
@@ -370,7 +370,7 @@ template <class T> void operational_space(const model_view<scalar_of<T>> &model,
     w.zero[i] = T(0);
   for (int i = 0; i < model.nv * m; ++i)
     pseudo_inverse[i] = T(0);
-  forward_dynamics(model, p.dynamics, q, v, w.zero, external, w.acceleration);
+  forward_dynamics(model, p.dynamics, q, v, w.zero, external, w.acceleration); // without efforts: x''_free follows
   inertia_inverse(
       model, p, n, links, how, inertia,
       [&](int row, const T *u) {
@@ -395,12 +395,12 @@ template <class T> void operational_space(const model_view<scalar_of<T>> &model,
     for (int c = 0; c < m; ++c)
       row[c] = p.u[c];
   };
-  for (int i = 0; i < model.nv; ++i)
+  for (int i = 0; i < model.nv; ++i) // M⁻¹ Jᵀ Λ, row by row
     times_inertia(pseudo_inverse + i * m, T(1));
   frame_options rate = how;
   rate.kind = acceleration_kind::rate;
   frame_accelerations(model, w.kinematics, q, v, w.acceleration, n, links, rate, bias);
-  times_inertia(bias, T(-1));
+  times_inertia(bias, T(-1)); // p = −Λ x''_free
 }
 
 } // namespace KSL_ISA

@@ -98,7 +98,7 @@ template <class T> KSL_LANES subtree_dynamics<T> body_dynamics(const spatial_ine
   vec3<T> p;
   A::cross_vv(&w, &I.h, &p);
   A::axpy_vv(I.m, &v, &p);
-  A::add_vv(&p, &p, &d.twice_p);
+  A::add_vv(&p, &p, &d.twice_p); // p = m v + ω × h
 
   d.K = moment_of_momentum(I, m.velocity);
 
@@ -130,11 +130,11 @@ KSL_LANES wrench_derivative<T> derivative_of(const subtree_dynamics<T> &d, const
   coscrew<T> carried;
   vec3<T> turn;
   out.by_q = wrench_change(d, c.velocity_by_q.ang, c.acceleration_by_q);
-  A::cross_sc(&c.S, &d.f, &carried);
+  A::cross_sc(&c.S, &d.f, &carried); // S ×* f
   A::xpy_cc(&carried, &out.by_q);
   out.by_v = wrench_change(d, c.S.ang, c.acceleration_by_v);
   out.by_a = by_a;
-  A::cross_vv(&d.twice_p, &c.S.lin, &out.turn);
+  A::cross_vv(&d.twice_p, &c.S.lin, &out.turn); // 2 Bᵀ S = (0, twice_p × S.lin + Kᵀ S.ang)
   A::product_drinvv(&d.K, &c.S.ang, &turn);
   A::xpy_vv(&turn, &out.turn);
   return out;

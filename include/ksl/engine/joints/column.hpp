@@ -6,8 +6,11 @@
 namespace ksl {
 inline namespace KSL_ISA {
 
-/// The twist for unit rate of one coordinate, about the body's origin: a translation along z (slides), a rotation about z
-/// (turns), or a rotation about z with an advance along z (both).
+/// The twist S for unit rate of one coordinate, about the body's origin:
+///
+///     slides: (z, 0), a translation along z;   turns: (0, z), a rotation about z;   both: (h z, z), with the pitch h.    (1)
+///
+/// The functions leave out products with the zeros of S.
 template <bool turns, bool slides, class T> struct joint_column {
   static_assert(turns || slides);
   vec3<T> z;
@@ -22,7 +25,7 @@ template <bool turns, bool slides, class T> struct joint_column {
       return A::dot_vv(&z, slides ? &f.lin : &f.ang);
   }
 
-  /// S about another point than the body's origin, which lies at r from it.
+  /// S about another point.  r leads from that point to the body's origin: the linear half is h z + r × z.
   KSL_LANES screw<T> twist(const vec3<T> &r) const {
     const T o = T(0);
     screw<T> s = {{o, o, o}, {o, o, o}};
@@ -45,7 +48,7 @@ template <bool turns, bool slides, class T> struct joint_column {
       algebra<T>::axpy_vv(turns ? pitch * x : x, &z, &a.lin);
   }
 
-  /// S about another point, from which `origin` leads to the body's origin.
+  /// The same; `origin` is r.
   KSL_LANES screw<T> about(const vec3<T> &origin) const {
     using A = algebra<T>;
     const T zero = T(0);
@@ -96,7 +99,8 @@ template <int axis, class T> KSL_LANES vec3<T> axis_of(const mat3x3<T> &R) {
     return {R.m02, R.m12, R.m22};
 }
 
-/// I S for coordinate c of a body in its own axes: 0 … 2 translate along x, y, z, and 3 … 5 rotate about them.
+/// I S for coordinate c of a body in its own axes: 0 … 2 translate along x, y, z, and 3 … 5 rotate about them.  It is column c of
+/// I = [m 1, −h̃; h̃, I].
 template <class T> KSL_LANES coscrew<T> unit_momentum(int c, const spatial_inertia<T> &I) {
   const T o = T(0);
   const vec3<T> &h = I.h;

@@ -17,7 +17,7 @@ template <int... coordinates> struct several_axes_joint {
   static constexpr int usual_axis = 0;
   static constexpr bool slides = ((coordinates < 3) || ...), turns = ((coordinates >= 3) || ...);
   static constexpr bool shifts_origin = slides;
-  /// Is the order of its motions indifferent: all along axes, or along and about the same one?
+  /// Do the motions of its coordinates commute?  They do if all are along axes, or along and about the same axis.
   static constexpr bool commutes = !turns || ((coordinates % 3 == coordinate[0] % 3) && ...);
 
   /// S q̇
@@ -136,7 +136,8 @@ private:
     return {{six[0], six[1], six[2]}, {six[3], six[4], six[5]}};
   }
 
-  /// Adds the joint's twist and its rate to a motion, all in the same axes.
+  /// Adds the joint's twist (v, ω_J) and its rate (v̇, ω̇_J) to a motion ω, ω̇, a, all in the same axes:
+  /// a += v̇ + ω_J × v + 2 ω × v,   ω̇ += ω̇_J + ω × ω_J,   ω += ω_J.
   template <class T> static KSL_LANES void add(const screw<T> &twist, const screw<T> &rate, body_motion<T> &m) {
     using A = algebra<T>;
     vec3<T> turning, coupling;
